@@ -1,0 +1,137 @@
+//! The articulated body: links, joints and degrees of freedom.
+
+use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+
+use super::{Flesh, LANDMARKS, LinkPoint};
+
+/// An articulated body. Invariants: links are in topological order (a link's parent has a smaller index), link 0 is the
+/// root, joint `i` moves link `i + 1`, every axis is unit length, every limit is ordered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Humanoid {
+    /// The robot's name as its URDF says.
+    pub name: String,
+    /// All links, root first.
+    pub links: Vec<Link>,
+    /// `joints[i]` carries `links[i + 1]`.
+    pub joints: Vec<Joint>,
+    /// The numbers that a [`super::Pose`] holds, in its order.
+    pub degrees_of_freedom: Vec<DegreeOfFreedom>,
+    /// Where the virtual markers sit, in the order of [`LANDMARKS`]; `None` where this body does not say.
+    pub markers: [Option<LinkPoint>; LANDMARKS.len()],
+}
+
+/// A rigid part of the body. Links without mass or flesh stand between the axes of a compound joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Unique name.
+    pub name: String,
+    /// What casts the shadow, in the link's frame.
+    pub flesh: Vec<Flesh>,
+    /// Mass and inertia; `None` for a massless link.
+    pub inertia: Option<Inertia>,
+}
+
+/// Mass properties of a link, in the link's frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inertia {
+    /// Kilograms, > 0.
+    pub mass: f64,
+    /// Centre of mass, metres.
+    pub centre_of_mass: Point3<f64>,
+    /// Rotational inertia about the centre of mass, axes of the link's frame, kg m^2.
+    pub tensor: Matrix3<f64>,
+}
+
+/// What connects `links[parent]` to its child.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Unique name.
+    pub name: String,
+    /// Index of the parent link.
+    pub parent: usize,
+    /// The joint's frame in the parent link, at zero angle the child link's frame.
+    pub parent_from_joint: Isometry3<f64>,
+    /// How the child may move.
+    pub kind: JointKind,
+}
+
+/// The motions a joint allows. Every moving axis says which number drives it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JointKind {
+    /// None.
+    Fixed,
+    /// Rotation about a unit axis in the joint frame.
+    Revolute {
+        /// Unit axis in the joint's frame.
+        axis: Unit<Vector3<f64>>,
+        /// What turns it.
+        drive: Drive,
+    },
+    /// Translation along a unit axis in the joint frame.
+    Prismatic {
+        /// Unit axis in the joint's frame.
+        axis: Unit<Vector3<f64>>,
+        /// What moves it.
+        drive: Drive,
+    },
+    /// Any rotation: degrees of freedom `first .. first + 3` are its rotation vector (radians, joint frame).
+    Spherical {
+        /// Index of the first of three degrees of freedom.
+        first: usize,
+    },
+    /// Any rigid motion: degrees of freedom `first .. first + 3` translate, `first + 3 .. first + 6` are a rotation vector.
+    Floating {
+        /// Index of the first of six degrees of freedom.
+        first: usize,
+    },
+}
+
+/// The value of one joint axis: `multiplier * joint_angles[degree_of_freedom] + offset` (URDF's `mimic`; 1 and 0 else).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Index into [`super::Pose::joint_angles`].
+    pub degree_of_freedom: usize,
+    /// Factor.
+    pub multiplier: f64,
+    /// Added value, radians or metres.
+    pub offset: f64,
+}
+
+/// One number of a pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DegreeOfFreedom {
+    /// The joint's name, with `.x` `.y` `.z` (and `.rx` ...) appended where a joint has several.
+    pub name: String,
+    /// Lowest value, radians or metres; `-inf` where unlimited.
+    pub lower: f64,
+    /// Highest value; `>= lower`.
+    pub upper: f64,
+    /// Greatest speed, rad/s or m/s; `inf` where the file does not say.
+    pub max_velocity: f64,
+    /// Greatest effort, N m or N; `inf` where the file does not say.
+    pub max_effort: f64,
+}
+
+impl Drive {
+    /// A drive that takes the degree of freedom as it is.
+    pub fn direct(degree_of_freedom: usize) -> Self {
+        Self { degree_of_freedom, multiplier: 1.0, offset: 0.0 }
+    }
+}
+
+impl Humanoid {
+    /// Index of the link of that name.
+    pub fn find_link(&self, name: &str) -> Option<usize> {
+        self.links.iter().position(|l| l.name == name)
+    }
+
+    /// Index of the degree of freedom of that name.
+    pub fn find_degree_of_freedom(&self, name: &str) -> Option<usize> {
+        self.degrees_of_freedom.iter().position(|d| d.name == name)
+    }
+
+    /// Index of the parent of link `link`; `None` for the root.
+    pub fn parent(&self, link: usize) -> Option<usize> {
+        link.checked_sub(1).map(|joint| self.joints[joint].parent)
+    }
+}

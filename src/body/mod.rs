@@ -1,0 +1,16 @@
+//! The humanoid: links and joints from URDF, its pose, where that puts it, and the flesh that casts the shadow.
+//!
+//! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is where its root is and one number per
+//! degree of freedom; [`Humanoid::link_frames`] says where every link then is.
+
+mod flesh;
+mod humanoid;
+mod kinematics;
+mod landmark;
+mod pose;
+
+pub use flesh::Flesh;
+pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
+pub use kinematics::LinkFrames;
+pub use landmark::{LANDMARKS, Landmark, LinkPoint, Markers};
+pub use pose::{Motion, Pose};

@@ -1,0 +1,1 @@
+//! Errors of a tracker against the truth: one file per metric.

@@ -1,0 +1,1 @@
+//! Scenarios and what is done with them: the only room that knows every other.

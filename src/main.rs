@@ -1,0 +1,3 @@
+//! The `skiagraph` command.
+
+fn main() {}

@@ -1,0 +1,62 @@
+//! A recording: a skeleton and, for every frame, a rigid transform per joint.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// One joint of a recorded skeleton. Its frame sits where the joint rotates (an Acclaim bone's *start*, a BVH joint).
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkeletonJoint {
+    /// Name as the file spells it.
+    pub name: String,
+    /// Index of the parent, always smaller than this joint's own; `None` for the root.
+    pub parent: Option<usize>,
+    /// Where the bone ends in this joint's frame, for leaves (BVH `End Site`, end of an Acclaim bone); metres.
+    pub tip: Option<Vector3<f64>>,
+}
+
+/// The joints of a recording, parents first; joint 0 is the root.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skeleton {
+    /// All joints.
+    pub joints: Vec<SkeletonJoint>,
+}
+
+/// A recording of at least one frame. Metres, world Z up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clip {
+    /// For people: usually the file's stem.
+    pub name: String,
+    /// The skeleton, the same in every frame.
+    pub skeleton: Skeleton,
+    /// Frames a second, > 0.
+    pub frames_per_second: f64,
+    /// Per frame and joint: `parent_from_joint` (`world_from_joint` for the root).
+    pub frames: Vec<Vec<Isometry3<f64>>>,
+    /// What a reader should be told: units guessed, dropout frames interpolated, header and rows that disagree.
+    pub notes: Vec<String>,
+    /// Whether the recording is one cycle of a motion meant to repeat (DeepMimic's `Loop: wrap`).
+    pub cyclic: bool,
+}
+
+impl Skeleton {
+    /// Index of the joint of that name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|j| j.name == name)
+    }
+}
+
+impl Clip {
+    /// `world_from_joint` of every joint at frame `frame`.
+    pub fn joint_frames(&self, frame: usize) -> Vec<Isometry3<f64>> {
+        let local = &self.frames[frame];
+        let mut world: Vec<Isometry3<f64>> = Vec::with_capacity(local.len());
+        for (joint, parent_from_joint) in self.skeleton.joints.iter().zip(local) {
+            world.push(joint.parent.map_or(*parent_from_joint, |p| world[p] * parent_from_joint));
+        }
+        world
+    }
+
+    /// Position of every joint in the world at frame `frame`, metres.
+    pub fn joint_positions(&self, frame: usize) -> Vec<Point3<f64>> {
+        self.joint_frames(frame).iter().map(|f| f.translation.vector.into()).collect()
+    }
+}

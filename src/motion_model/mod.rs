@@ -1,0 +1,1 @@
+//! How a pose may move between frames.

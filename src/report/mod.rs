@@ -1,0 +1,1 @@
+//! Pictures, plots and one self-contained HTML page.

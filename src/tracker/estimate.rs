@@ -1,0 +1,54 @@
+//! What a tracker answers for one frame.
+
+use crate::body::Pose;
+
+/// A tracker's answer for one frame.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// Frame number of the observation.
+    pub frame: usize,
+    /// Pose of the *tracker's* body.
+    pub pose: Pose,
+    /// Energy of that pose under the tracker's own likelihood; `None` for trackers without one.
+    pub energy: Option<f64>,
+    /// How the search went, layer by layer; empty for trackers without layers.
+    pub layers: Vec<LayerRecord>,
+    /// How many energies were evaluated for this frame.
+    pub evaluations: u64,
+}
+
+/// What happened in one annealing layer of one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LayerRecord {
+    /// Annealing variable of S2's Eq. 2.
+    pub lambda: f64,
+    /// `1 / sum w^2` of the normalised weights.
+    pub effective_sample_size: f64,
+    /// Lowest energy of a particle.
+    pub energy_min: f64,
+    /// Mean energy over valid particles.
+    pub energy_mean: f64,
+    /// Standard deviation of the energy over valid particles.
+    pub energy_std: f64,
+    /// Whether Eq. 4 had no regular solution (all energies equal, too many ties, too many invalid particles).
+    pub degenerate: bool,
+}
+
+/// Why tracking could not go on.
+#[derive(Debug, thiserror::Error)]
+pub enum TrackError {
+    /// The observation has another number of views than the rig, or a mask of another size than its camera.
+    #[error("frame {frame}: the observation does not fit the cameras: {detail}")]
+    ObservationMismatch {
+        /// Frame number.
+        frame: usize,
+        /// What differs.
+        detail: String,
+    },
+    /// Every particle was invalid.
+    #[error("frame {frame}: no valid particle is left; widen the initial covariance or check the start pose")]
+    NoValidParticle {
+        /// Frame number.
+        frame: usize,
+    },
+}

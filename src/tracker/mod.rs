@@ -1,0 +1,25 @@
+//! Trackers: from observations to poses, blindfolded.
+//!
+//! This room never sees the truth: it may not name scene/, mocap/ or benchmark_set/ (`tests/layering.rs`).
+
+mod estimate;
+
+pub use estimate::{Estimate, LayerRecord, TrackError};
+
+use crate::body::Pose;
+use crate::observation::Observation;
+
+/// Follows a body through observations. One tracker follows one sequence once.
+pub trait Tracker: Send {
+    /// Short name, as the command line spells it.
+    fn name(&self) -> &str;
+
+    /// Takes the pose at the first frame.
+    fn start(&mut self, start: &Pose);
+
+    /// Estimates the pose behind the next observation; frames arrive in order, the first being the start's.
+    ///
+    /// # Errors
+    /// [`TrackError`] when the observation does not fit the tracker's cameras or no particle is left.
+    fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError>;
+}
