@@ -13,4 +13,6 @@ pub mod raster;
 pub mod report;
 pub mod rng;
 pub mod scene;
+#[cfg(test)]
+mod test_data;
 pub mod tracker;
