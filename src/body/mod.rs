@@ -7,6 +7,7 @@ mod flesh;
 mod humanoid;
 mod kinematics;
 mod landmark;
+mod motion;
 mod pose;
 
 pub use flesh::Flesh;

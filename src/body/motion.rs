@@ -1,0 +1,266 @@
+//! A motion over time: continuity of its charts, other frame rates, and how far it moves from one frame to the next.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use super::kinematics::rotation_from_vector;
+use super::{Humanoid, JointKind, Motion, Pose};
+
+/// Highest rate that [`Motion::resampled`] grants, frames a second: beyond it lies a slip of the pen, not a camera.
+const MAX_FRAMES_PER_SECOND: f64 = 10_000.0;
+
+impl Motion {
+    /// Seconds from the first pose to the last.
+    pub fn duration_s(&self) -> f64 {
+        self.poses.len().saturating_sub(1) as f64 / self.frames_per_second
+    }
+
+    /// The same motion without jumps that are only the chart's: successive root quaternions lie on one hemisphere,
+    /// angles that may turn all the way round move by at most half a turn a frame, and rotation vectors take whichever
+    /// of their equivalent values lies nearest the frame before.
+    pub fn made_continuous(mut self, humanoid: &Humanoid) -> Self {
+        let turning = turning_degrees_of_freedom(humanoid);
+        let vectors = rotation_vectors(humanoid);
+        for frame in 1..self.poses.len() {
+            let (before, from_here) = self.poses.split_at_mut(frame);
+            let (previous, pose) = (&before[frame - 1], &mut from_here[0]);
+            let rotation = &mut pose.world_from_root.rotation;
+            if rotation.coords.dot(&previous.world_from_root.rotation.coords) < 0.0 {
+                *rotation = UnitQuaternion::new_unchecked(-rotation.into_inner());
+            }
+            for &i in &turning {
+                let turns = libm::round((previous.joint_angles[i] - pose.joint_angles[i]) / TAU);
+                pose.joint_angles[i] += turns * TAU;
+            }
+            for &first in &vectors {
+                let nearest = nearest_equivalent(&vector_of(pose, first), &vector_of(previous, first));
+                pose.joint_angles.fixed_rows_mut::<3>(first).copy_from(&nearest);
+            }
+        }
+        self
+    }
+
+    /// The same motion at another rate, from its first instant to the last that falls inside it: translations and
+    /// angles linearly, rotations (the root's and those of spherical joints) along the shorter arc (slerp). `None` unless
+    /// the rate is positive and at most 10 kHz. The motion must be continuous ([`Self::made_continuous`]).
+    pub fn resampled(&self, humanoid: &Humanoid, frames_per_second: f64) -> Option<Self> {
+        if !(frames_per_second > 0.0 && frames_per_second <= MAX_FRAMES_PER_SECOND) {
+            return None;
+        }
+        let vectors = rotation_vectors(humanoid);
+        // The small allowance keeps the last frame where both rates meet it but for rounding.
+        let last = libm::floor(self.duration_s() * frames_per_second + 1e-6) as usize;
+        let ratio = self.frames_per_second / frames_per_second;
+        let poses = (0..=last).map(|frame| self.pose_at(frame as f64 * ratio, &vectors)).collect::<Option<_>>()?;
+        Some(Self { frames_per_second, poses })
+    }
+
+    /// The pose at a fractional frame number; `None` in an empty motion.
+    fn pose_at(&self, position: f64, vectors: &[usize]) -> Option<Pose> {
+        let index = (libm::floor(position + 1e-9) as usize).min(self.poses.len().checked_sub(1)?);
+        let here = &self.poses[index];
+        let share = (position - index as f64).clamp(0.0, 1.0);
+        match self.poses.get(index + 1) {
+            Some(next) if share > 1e-9 => Some(between(here, next, share, vectors)),
+            _ => Some(here.clone()),
+        }
+    }
+
+    /// Standard deviation, over all pairs of successive frames, of how far each number moves: 3 root translations in the
+    /// world (m), 3 components of the root's rotation in its own frame (rad), then one per degree of freedom. The
+    /// annealed particle filter's first covariance (S2 section 4; Balan et al. 2005). All zero below two frames.
+    pub fn inter_frame_std(&self, humanoid: &Humanoid) -> Vec<f64> {
+        let vectors = rotation_vectors(humanoid);
+        let steps: Vec<Vec<f64>> = self.poses.windows(2).map(|w| pose_difference(&w[0], &w[1], &vectors)).collect();
+        let count = steps.len().max(1) as f64;
+        (0..6 + humanoid.degrees_of_freedom.len())
+            .map(|i| {
+                let mean = steps.iter().map(|s| s[i]).sum::<f64>() / count;
+                libm::sqrt(steps.iter().map(|s| (s[i] - mean) * (s[i] - mean)).sum::<f64>() / count)
+            })
+            .collect()
+    }
+}
+
+/// The way from one pose to the next: world translation, rotation vector in the root's frame, then every degree of
+/// freedom (rotation vectors as the vector of the rotation between).
+fn pose_difference(from: &Pose, to: &Pose, vectors: &[usize]) -> Vec<f64> {
+    let moved = to.world_from_root.translation.vector - from.world_from_root.translation.vector;
+    let turned = from.world_from_root.rotation.inverse() * to.world_from_root.rotation;
+    let angles = &to.joint_angles - &from.joint_angles;
+    let mut difference: Vec<f64> =
+        moved.iter().chain(turned.scaled_axis().iter()).chain(angles.iter()).copied().collect();
+    for &first in vectors {
+        let turned = rotation_at(from, first).inverse() * rotation_at(to, first);
+        difference[6 + first..9 + first].copy_from_slice(turned.scaled_axis().as_slice());
+    }
+    difference
+}
+
+fn between(from: &Pose, to: &Pose, share: f64, vectors: &[usize]) -> Pose {
+    let translation = from.world_from_root.translation.vector.lerp(&to.world_from_root.translation.vector, share);
+    let rotation = slerp(&from.world_from_root.rotation, &to.world_from_root.rotation, share);
+    let mut joint_angles = from.joint_angles.lerp(&to.joint_angles, share);
+    for &first in vectors {
+        let turned = slerp(&rotation_at(from, first), &rotation_at(to, first), share);
+        let vector = nearest_equivalent(&turned.scaled_axis(), &vector_of(from, first));
+        joint_angles.fixed_rows_mut::<3>(first).copy_from(&vector);
+    }
+    Pose { world_from_root: Isometry3::from_parts(translation.into(), rotation), joint_angles }
+}
+
+fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
+    from * rotation_from_vector(&((from.inverse() * to).scaled_axis() * share))
+}
+
+/// Indices of degrees of freedom that are angles of a hinge without limits, or with at least a whole turn of them.
+fn turning_degrees_of_freedom(humanoid: &Humanoid) -> Vec<usize> {
+    let hinges = humanoid.joints.iter().filter_map(|joint| match &joint.kind {
+        JointKind::Revolute { drive, .. } if drive.multiplier == 1.0 => Some(drive.degree_of_freedom),
+        _ => None,
+    });
+    hinges
+        .filter(|&i| {
+            let limits = &humanoid.degrees_of_freedom[i];
+            limits.upper - limits.lower >= TAU
+        })
+        .collect()
+}
+
+/// Index of the first of each three degrees of freedom that are a rotation vector.
+fn rotation_vectors(humanoid: &Humanoid) -> Vec<usize> {
+    let firsts = humanoid.joints.iter().filter_map(|joint| match joint.kind {
+        JointKind::Spherical { first } => Some(first),
+        JointKind::Floating { first } => Some(first + 3),
+        _ => None,
+    });
+    firsts.collect()
+}
+
+fn vector_of(pose: &Pose, first: usize) -> Vector3<f64> {
+    pose.joint_angles.fixed_rows::<3>(first).into_owned()
+}
+
+fn rotation_at(pose: &Pose, first: usize) -> UnitQuaternion<f64> {
+    rotation_from_vector(&vector_of(pose, first))
+}
+
+/// Of the rotation vectors along the same axis that mean the same rotation, the one nearest `reference`.
+fn nearest_equivalent(vector: &Vector3<f64>, reference: &Vector3<f64>) -> Vector3<f64> {
+    let length = vector.norm();
+    if length < 1e-9 {
+        return *vector;
+    }
+    let axis = vector / length;
+    vector + axis * (libm::round((reference.dot(&axis) - length) / TAU) * TAU)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{DegreeOfFreedom, Drive, Joint, Link};
+    use super::*;
+    use nalgebra::{DVector, Translation3};
+
+    fn free(name: &str) -> DegreeOfFreedom {
+        DegreeOfFreedom {
+            name: name.into(),
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            max_velocity: f64::INFINITY,
+            max_effort: f64::INFINITY,
+        }
+    }
+
+    /// A hinge without limits (degree of freedom 0) and a ball joint (1..4).
+    fn hinge_and_ball() -> Humanoid {
+        let link = |name: &str| Link { name: name.into(), flesh: vec![], inertia: None };
+        let joint = |name: &str, parent, kind| Joint {
+            name: name.into(),
+            parent,
+            parent_from_joint: Isometry3::identity(),
+            kind,
+        };
+        Humanoid {
+            name: "probe".into(),
+            links: vec![link("root"), link("hinged"), link("balled")],
+            joints: vec![
+                joint("hinge", 0, JointKind::Revolute { axis: Vector3::z_axis(), drive: Drive::direct(0) }),
+                joint("ball", 1, JointKind::Spherical { first: 1 }),
+            ],
+            degrees_of_freedom: ["hinge", "ball.x", "ball.y", "ball.z"].map(free).into(),
+            markers: Default::default(),
+        }
+    }
+
+    fn pose(x: f64, yaw: f64, angles: [f64; 4]) -> Pose {
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
+        Pose {
+            world_from_root: Isometry3::from_parts(Translation3::new(x, 0.0, 0.0), rotation),
+            joint_angles: DVector::from_row_slice(&angles),
+        }
+    }
+
+    #[test]
+    fn a_turn_told_in_wrapped_angles_becomes_a_steady_turn() {
+        let step = 0.5;
+        let wrapped = (0..30).map(|i| {
+            let angle = libm::remainder(f64::from(i) * step, TAU);
+            pose(0.0, f64::from(i) * 0.9, [angle, 0.0, angle, 0.0])
+        });
+        let motion = Motion { frames_per_second: 60.0, poses: wrapped.collect() }.made_continuous(&hinge_and_ball());
+        for (i, pose) in motion.poses.iter().enumerate() {
+            assert!((pose.joint_angles[0] - i as f64 * step).abs() < 1e-12, "hinge at {i}: {}", pose.joint_angles[0]);
+            assert!((pose.joint_angles[2] - i as f64 * step).abs() < 1e-9, "ball at {i}: {}", pose.joint_angles[2]);
+        }
+        let signs = motion
+            .poses
+            .windows(2)
+            .map(|w| w[0].world_from_root.rotation.coords.dot(&w[1].world_from_root.rotation.coords));
+        assert!(signs.into_iter().all(|dot| dot > 0.0));
+    }
+
+    #[test]
+    fn resampling_a_steady_motion_gives_the_same_steady_motion() {
+        let robot = hinge_and_ball();
+        let steady = |t: f64| pose(2.0 * t, 1.3 * t, [7.0 * t, 0.0, 0.0, -4.0 * t]);
+        let poses = (0..=24).map(|i| steady(f64::from(i) / 24.0)).collect();
+        let motion = Motion { frames_per_second: 24.0, poses };
+        for rate in [60.0, 24.0, 7.0] {
+            let other = motion.resampled(&robot, rate).unwrap();
+            assert_eq!(other.poses.len(), rate as usize + 1);
+            for (i, pose) in other.poses.iter().enumerate() {
+                let expected = steady(i as f64 / rate);
+                assert!((&pose.joint_angles - &expected.joint_angles).norm() < 1e-9, "{rate} Hz, frame {i}");
+                let apart = pose.world_from_root.inverse() * expected.world_from_root;
+                assert!(apart.translation.vector.norm() < 1e-12 && apart.rotation.angle() < 1e-7);
+            }
+        }
+    }
+
+    #[test]
+    fn rates_that_are_no_rates_are_refused() {
+        let motion = Motion { frames_per_second: 24.0, poses: vec![pose(0.0, 0.0, [0.0; 4])] };
+        for rate in [0.0, -30.0, f64::NAN, f64::INFINITY, 1e300] {
+            assert!(motion.resampled(&hinge_and_ball(), rate).is_none(), "{rate}");
+        }
+    }
+
+    #[test]
+    fn the_spread_of_steps_leaves_out_their_mean() {
+        // Steps of 0.01 m and 0.03 m by turns, of +0.2 rad and -0.2 rad by turns, in the root's own frame.
+        let (mut x, mut angle) = (0.0, 0.0);
+        let poses = (0..5).map(|i| {
+            let now = pose(x, angle, [angle, 0.0, 0.0, angle]);
+            x += if i % 2 == 0 { 0.01 } else { 0.03 };
+            angle += if i % 2 == 0 { 0.2 } else { -0.2 };
+            now
+        });
+        let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
+        let spread = motion.inter_frame_std(&hinge_and_ball());
+        let expected = [0.01, 0.0, 0.0, 0.0, 0.0, 0.2, 0.2, 0.0, 0.0, 0.2];
+        for (i, (got, want)) in spread.iter().zip(expected).enumerate() {
+            assert!((got - want).abs() < 1e-12, "{i}: {got} is not {want}");
+        }
+    }
+}
