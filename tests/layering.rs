@@ -1,0 +1,329 @@
+//! Who may use whom: the table of ARCHITECTURE.md, checked on the syntax tree of every source file.
+//!
+//! A room is a top-level module. The check sees imports in every form (grouped, renamed, `self`, `super::`, `crate::` in
+//! the midst of code or inside a macro), re-exports, and public aliases of another room's types.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use proc_macro2::{TokenStream, TokenTree};
+use syn::visit::{self, Visit};
+use syn::{Item, UseTree, Visibility};
+
+/// Each room and the rooms that it may use. Rooms missing here may use every other.
+const MAY_USE: &[(&str, &[&str])] = &[
+    ("rng", &[]),
+    ("camera", &[]),
+    ("raster", &["camera"]),
+    ("mocap", &[]),
+    ("body", &["mocap", "raster", "camera", "rng"]),
+    ("contact", &["body"]),
+    ("scene", &["body", "camera", "mocap", "contact", "rng"]),
+    ("observation", &["scene", "body", "camera", "raster", "rng"]),
+    ("motion_model", &["body", "rng"]),
+    ("tracker", &["body", "camera", "raster", "observation", "motion_model", "contact", "rng"]),
+    ("benchmark_set", &["scene", "observation", "body", "camera", "raster", "contact"]),
+    ("evaluation", &["body", "camera", "raster", "contact", "scene", "tracker", "rng"]),
+    ("report", &["evaluation", "raster", "body", "camera", "observation", "tracker"]),
+];
+
+/// Rooms that know every other.
+const FREE: &[&str] = &["experiment", "cli", "test_data"];
+
+/// Things of other crates that only some places may name: the path's beginning, and where.
+const SEAMS: &[(&str, &[&str])] = &[
+    ("rapier3d", &["contact"]),
+    ("parry3d", &["contact"]),
+    ("urdf_rs", &["body/urdf"]),
+    ("exr", &["benchmark_set/exr_layers.rs"]),
+    ("clap", &["cli", "main.rs"]),
+    ("tiny_skia", &["report"]),
+    ("faer", &["motion_model"]),
+    ("std::fs", &["mocap", "camera", "body/urdf", "body/mesh", "benchmark_set", "report", "experiment", "cli", "motion_model/model_file"]),
+    ("std::time", &["experiment", "cli", "main.rs"]),
+];
+
+#[test]
+fn no_room_uses_a_room_that_the_table_forbids() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut complaints = Vec::new();
+    let mut files = 0;
+    for file in rust_files(&src) {
+        let relative = file.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
+        complaints.extend(complaints_about(&relative, &std::fs::read_to_string(&file).unwrap()));
+        files += 1;
+    }
+    assert!(files > 10, "found only {files} source files below {}", src.display());
+    assert!(complaints.is_empty(), "\n{}\n", complaints.join("\n"));
+}
+
+#[test]
+fn the_blindfold_is_in_the_table() {
+    let tracker = MAY_USE.iter().find(|(room, _)| *room == "tracker").unwrap().1;
+    for forbidden in ["scene", "mocap", "benchmark_set", "experiment", "evaluation"] {
+        assert!(!tracker.contains(&forbidden), "a tracker must not see {forbidden}");
+    }
+}
+
+#[test]
+fn every_room_of_the_table_exists_or_is_planned_and_every_room_is_in_it() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for entry in std::fs::read_dir(src).unwrap() {
+        let name = entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned();
+        let known = MAY_USE.iter().any(|(room, _)| *room == name) || FREE.contains(&name.as_str());
+        assert!(known || ["lib", "main"].contains(&name.as_str()), "room {name} is missing from the layering table");
+    }
+}
+
+#[test]
+fn every_form_of_a_forbidden_import_is_seen() {
+    for code in [
+        "use crate::scene::GroundTruth;",
+        "use crate::{body::Pose, scene};",
+        "use crate::{body::Pose, scene as stage};",
+        "use crate::{scene::{GroundTruth, TruthFrame}};",
+        "use super::scene::GroundTruth;",
+        "use super::{body::Pose, scene::GroundTruth as G};",
+        "pub use crate::scene::GroundTruth;",
+        "pub(crate) use super::scene::*;",
+        "fn f(_: &crate::scene::GroundTruth) {}",
+        "fn f() { let _ = super::scene::GroundTruth::default(); }",
+        "fn f() { println!(\"{:?}\", crate::scene::GroundTruth::default()); }",
+        "mod inner { fn f() -> super::super::scene::GroundTruth { todo!() } }",
+        "mod inner { use super::super::{scene::GroundTruth}; }",
+        "use crate as root;",
+        "use crate::*;",
+        "use super::*;",
+        "use skiagraph::scene::GroundTruth;",
+        "use crate::GroundTruth;",
+        "impl From<crate::scene::GroundTruth> for u8 { fn from(_: crate::scene::GroundTruth) -> u8 { 0 } }",
+        "#[path = \"../scene/mod.rs\"] mod stage;",
+        "pub type Truth = crate::body::Pose;",
+        "pub use crate::body::Pose;",
+    ] {
+        assert!(!complaints_about("tracker/mod.rs", code).is_empty(), "not seen: {code}");
+    }
+    assert!(!complaints_about("tracker/filter/layer.rs", "use super::super::super::scene::GroundTruth;").is_empty());
+}
+
+#[test]
+fn allowed_imports_are_left_alone() {
+    for (file, code) in [
+        ("tracker/mod.rs", "use crate::body::{Humanoid, Pose}; use crate::observation::Observation;"),
+        ("tracker/estimate.rs", "use super::Tracker; fn f() -> super::super::body::Pose { crate::body::zero() }"),
+        ("tracker/mod.rs", "mod estimate; pub use estimate::Estimate; #[cfg(test)] mod tests { use super::*; }"),
+        ("experiment/run.rs", "use crate::{scene, tracker, mocap};"),
+        ("body/urdf.rs", "use std::fs; use urdf_rs::Robot;"),
+    ] {
+        assert_eq!(complaints_about(file, code), Vec::<String>::new(), "{file}: {code}");
+    }
+}
+
+#[test]
+fn foreign_crates_stay_behind_their_seams() {
+    assert!(!complaints_about("scene/mod.rs", "use rapier3d::prelude::*;").is_empty());
+    assert!(!complaints_about("tracker/mod.rs", "fn f() { let _ = std::time::Instant::now(); }").is_empty());
+    assert!(!complaints_about("evaluation/mod.rs", "use std::{fs::File, io};").is_empty());
+    assert!(!complaints_about("body/pose.rs", "use urdf_rs as u;").is_empty());
+    assert!(complaints_about("contact/mod.rs", "use rapier3d::prelude::*;").is_empty());
+}
+
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(rust_files(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// What the layering rules have against `code`, were it the file `relative` below `src/`.
+fn complaints_about(relative: &str, code: &str) -> Vec<String> {
+    let tree = syn::parse_file(code).unwrap_or_else(|e| panic!("{relative}: {e}"));
+    let mut visitor = Imports { module: module_of(relative), paths: Vec::new(), complaints: Vec::new() };
+    visitor.visit_file(&tree);
+    let room = visitor.module_root();
+    let mut complaints: BTreeSet<String> =
+        visitor.complaints.iter().map(|c| format!("src/{relative}: {c}")).collect();
+    for path in &visitor.paths {
+        if let Some(complaint) = judge(relative, &room, path) {
+            complaints.insert(format!("src/{relative}: {complaint}"));
+        }
+    }
+    complaints.into_iter().collect()
+}
+
+/// Module path of a file below `src/`: `tracker/estimate.rs` is `["tracker", "estimate"]`.
+fn module_of(relative: &str) -> Vec<String> {
+    let mut parts: Vec<String> = relative.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
+    if matches!(parts.last().map(String::as_str), Some("mod" | "lib" | "main")) {
+        parts.pop();
+    }
+    parts
+}
+
+fn judge(relative: &str, room: &str, path: &[String]) -> Option<String> {
+    let spelled = path.join("::");
+    if path[0] == "crate" {
+        let Some(target) = path.get(1) else { return Some(format!("`{spelled}` names the whole crate")) };
+        if room.is_empty() || target == room || FREE.contains(&room) || target == "test_data" {
+            return None;
+        }
+        let rooms: Vec<&str> = MAY_USE.iter().map(|(r, _)| *r).chain(FREE.iter().copied()).collect();
+        if !rooms.contains(&target.as_str()) {
+            return Some(format!("`{spelled}` is not a room: name rooms, not the crate's root"));
+        }
+        let allowed = MAY_USE.iter().find(|(r, _)| *r == room)?.1;
+        return (!allowed.contains(&target.as_str())).then(|| format!("room {room} may not use {target} (`{spelled}`)"));
+    }
+    SEAMS
+        .iter()
+        .find(|(foreign, places)| {
+            let begins: Vec<&str> = foreign.split("::").collect();
+            path.len() >= begins.len()
+                && path.iter().zip(&begins).all(|(a, b)| a == b)
+                && !places.iter().any(|p| relative.starts_with(p))
+        })
+        .map(|(foreign, places)| format!("{foreign} belongs to {places:?} only (`{spelled}`)"))
+}
+
+/// Collects every path of a file, resolved to `crate::...` where it is relative.
+struct Imports {
+    module: Vec<String>,
+    paths: Vec<Vec<String>>,
+    complaints: Vec<String>,
+}
+
+impl Imports {
+    fn module_root(&self) -> String {
+        self.module.first().cloned().unwrap_or_default()
+    }
+
+    /// Notes a path; `None` segments never occur, `super` and `self` at its beginning are resolved.
+    fn note(&mut self, segments: &[String]) {
+        let Some(first) = segments.first() else { return };
+        let resolved = match first.as_str() {
+            "crate" | "skiagraph" => [vec!["crate".to_owned()], segments[1..].to_vec()].concat(),
+            "super" | "self" => {
+                let mut base = self.module.clone();
+                let mut rest = segments;
+                while let Some((head, tail)) = rest.split_first() {
+                    match head.as_str() {
+                        "super" => drop(base.pop()),
+                        "self" => {}
+                        _ => break,
+                    }
+                    rest = tail;
+                }
+                [vec!["crate".to_owned()], base, rest.to_vec()].concat()
+            }
+            _ => segments.to_vec(),
+        };
+        self.paths.push(resolved);
+    }
+
+    fn note_use(&mut self, prefix: &[String], tree: &UseTree, public: bool) {
+        match tree {
+            UseTree::Path(path) => {
+                self.note_use(&[prefix, &[path.ident.to_string()]].concat(), &path.tree, public);
+            }
+            UseTree::Name(name) if name.ident == "self" => self.note_import(prefix.to_vec(), public),
+            UseTree::Name(name) => self.note_import([prefix, &[name.ident.to_string()]].concat(), public),
+            UseTree::Rename(rename) if rename.ident == "self" => self.note_import(prefix.to_vec(), public),
+            UseTree::Rename(rename) => self.note_import([prefix, &[rename.ident.to_string()]].concat(), public),
+            UseTree::Glob(_) => self.note_import(prefix.to_vec(), public),
+            UseTree::Group(group) => group.items.iter().for_each(|tree| self.note_use(prefix, tree, public)),
+        }
+    }
+
+    fn note_import(&mut self, segments: Vec<String>, public: bool) {
+        self.note(&segments);
+        self.refuse_re_export(public, "re-exports");
+    }
+
+    /// A room hands out nothing of another room under its own name.
+    fn refuse_re_export(&mut self, public: bool, verb: &str) {
+        let room = self.module_root();
+        let Some(path) = self.paths.last() else { return };
+        if public && !room.is_empty() && path[0] == "crate" && path.get(1).is_some_and(|target| *target != room) {
+            self.complaints.push(format!("{verb} `{}` of another room", path.join("::")));
+        }
+    }
+
+    fn note_tokens(&mut self, tokens: TokenStream) {
+        let flat: Vec<TokenTree> = tokens.into_iter().collect();
+        let mut i = 0;
+        while i < flat.len() {
+            match &flat[i] {
+                TokenTree::Group(group) => self.note_tokens(group.stream()),
+                TokenTree::Ident(ident) => {
+                    let mut segments = vec![ident.to_string()];
+                    while let (Some(TokenTree::Punct(a)), Some(TokenTree::Punct(b)), Some(TokenTree::Ident(next))) =
+                        (flat.get(i + 1), flat.get(i + 2), flat.get(i + 3))
+                    {
+                        if a.as_char() != ':' || b.as_char() != ':' {
+                            break;
+                        }
+                        segments.push(next.to_string());
+                        i += 3;
+                    }
+                    if segments.len() > 1 {
+                        self.note(&segments);
+                    }
+                }
+                _ => {}
+            }
+            i += 1;
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Imports {
+    fn visit_item(&mut self, item: &'ast Item) {
+        match item {
+            Item::Use(import) => {
+                let public = !matches!(import.vis, Visibility::Inherited);
+                self.note_use(&[], &import.tree, public);
+                return;
+            }
+            Item::Mod(module) => {
+                if module.attrs.iter().any(|a| a.path().is_ident("path")) {
+                    self.complaints.push(format!("module `{}` is loaded from elsewhere by #[path]", module.ident));
+                }
+                self.module.push(module.ident.to_string());
+                visit::visit_item_mod(self, module);
+                self.module.pop();
+                return;
+            }
+            Item::ExternCrate(krate) => self.complaints.push(format!("`extern crate {}`", krate.ident)),
+            _ => {}
+        }
+        visit::visit_item(self, item);
+        if let Item::Type(alias) = item
+            && !matches!(alias.vis, Visibility::Inherited)
+            && let syn::Type::Path(path) = &*alias.ty
+        {
+            let segments: Vec<String> = path.path.segments.iter().map(|s| s.ident.to_string()).collect();
+            self.note(&segments);
+            self.refuse_re_export(true, "aliases");
+        }
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let segments: Vec<String> = path.segments.iter().map(|s| s.ident.to_string()).collect();
+        if segments.len() > 1 {
+            self.note(&segments);
+        }
+        visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, mac: &'ast syn::Macro) {
+        self.note_tokens(mac.tokens.clone());
+        visit::visit_macro(self, mac);
+    }
+}
