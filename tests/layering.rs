@@ -39,7 +39,20 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("clap", &["cli", "main.rs"]),
     ("tiny_skia", &["report"]),
     ("faer", &["motion_model"]),
-    ("std::fs", &["mocap", "camera", "body/urdf", "body/mesh", "benchmark_set", "report", "experiment", "cli", "motion_model/model_file"]),
+    (
+        "std::fs",
+        &[
+            "mocap",
+            "camera",
+            "body/urdf",
+            "body/mesh",
+            "benchmark_set",
+            "report",
+            "experiment",
+            "cli",
+            "motion_model/model_file",
+        ],
+    ),
     ("std::time", &["experiment", "cli", "main.rs"]),
 ];
 
@@ -148,8 +161,7 @@ fn complaints_about(relative: &str, code: &str) -> Vec<String> {
     let mut visitor = Imports { module: module_of(relative), paths: Vec::new(), complaints: Vec::new() };
     visitor.visit_file(&tree);
     let room = visitor.module_root();
-    let mut complaints: BTreeSet<String> =
-        visitor.complaints.iter().map(|c| format!("src/{relative}: {c}")).collect();
+    let mut complaints: BTreeSet<String> = visitor.complaints.iter().map(|c| format!("src/{relative}: {c}")).collect();
     for path in &visitor.paths {
         if let Some(complaint) = judge(relative, &room, path) {
             complaints.insert(format!("src/{relative}: {complaint}"));
@@ -179,7 +191,8 @@ fn judge(relative: &str, room: &str, path: &[String]) -> Option<String> {
             return Some(format!("`{spelled}` is not a room: name rooms, not the crate's root"));
         }
         let allowed = MAY_USE.iter().find(|(r, _)| *r == room)?.1;
-        return (!allowed.contains(&target.as_str())).then(|| format!("room {room} may not use {target} (`{spelled}`)"));
+        return (!allowed.contains(&target.as_str()))
+            .then(|| format!("room {room} may not use {target} (`{spelled}`)"));
     }
     SEAMS
         .iter()
