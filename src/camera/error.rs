@@ -1,0 +1,94 @@
+//! What can be wrong with a camera.
+
+/// Why a camera or a rig was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// A number is NaN or infinite.
+    #[error("camera {camera}: {what} has the number {value}; every number must be finite")]
+    NotFinite {
+        /// The camera's name.
+        camera: String,
+        /// Which numbers were looked at.
+        what: &'static str,
+        /// The offending number.
+        value: f64,
+    },
+    /// A focal length is zero or negative.
+    #[error("camera {camera}: the focal length is {fx} x {fy} pixels; both must be greater than 0")]
+    FocalLength {
+        /// The camera's name.
+        camera: String,
+        /// Along x, pixels.
+        fx: f64,
+        /// Along y, pixels.
+        fy: f64,
+    },
+    /// A field of view is not between 0 and pi.
+    #[error("camera {camera}: the field of view is {radians} rad; it must lie between 0 and 3.14159, both excluded")]
+    FieldOfView {
+        /// The camera's name.
+        camera: String,
+        /// Radians.
+        radians: f64,
+    },
+    /// The image has no pixels or too many.
+    #[error("camera {camera}: the image is {width} x {height} pixels; both must lie in 1..=16384")]
+    ImageSize {
+        /// The camera's name.
+        camera: String,
+        /// Pixels.
+        width: u32,
+        /// Pixels.
+        height: u32,
+    },
+    /// The near plane is not before the camera.
+    #[error("camera {camera}: the near plane is at {near} m; it must be greater than 0")]
+    NearPlane {
+        /// The camera's name.
+        camera: String,
+        /// Metres.
+        near: f64,
+    },
+    /// K has another form than `[fx 0 cx; 0 fy cy; 0 0 1]`.
+    #[error("camera {camera}: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] (no skew), got {k:?}")]
+    MatrixForm {
+        /// The camera's name.
+        camera: String,
+        /// What was given.
+        k: [[f64; 3]; 3],
+    },
+    /// R is no rotation.
+    #[error(
+        "camera {camera}: R must be a rotation (orthonormal within {tolerance}, determinant +1); it is off by {error:.2e}"
+    )]
+    Rotation {
+        /// The camera's name.
+        camera: String,
+        /// Greatest entry of `R^T R - 1`, or 2 for a reflection.
+        error: f64,
+        /// Greatest allowed.
+        tolerance: f64,
+    },
+    /// Eye, target and up direction do not span a view.
+    #[error("camera {camera}: it cannot look at its target: {why}")]
+    LookAt {
+        /// The camera's name.
+        camera: String,
+        /// What is degenerate.
+        why: &'static str,
+    },
+    /// A ring without cameras, or more than can be named.
+    #[error("a ring of cameras needs 1 to 999 cameras, got {count}")]
+    RingCount {
+        /// What was asked.
+        count: u32,
+    },
+}
+
+/// Refuses the first number that is NaN or infinite.
+pub(super) fn all_finite(camera: &str, what: &'static str, numbers: &[f64]) -> Result<(), CameraError> {
+    match numbers.iter().find(|n| !n.is_finite()) {
+        Some(&value) => Err(CameraError::NotFinite { camera: camera.into(), what, value }),
+        None => Ok(()),
+    }
+}

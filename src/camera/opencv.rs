@@ -1,0 +1,124 @@
+//! Cameras as OpenCV writes them: K, R, t and five distortion coefficients.
+//!
+//! OpenCV puts pixel (0, 0) at the *centre* of the top-left pixel, we at its outer corner: `cx` and `cy` are half a pixel
+//! smaller there than here.
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
+
+use super::error::all_finite;
+use super::{Camera, CameraError, DEFAULT_NEAR, Distortion, Pinhole};
+
+/// How far `R^T R` may be from the identity: files often carry four digits.
+const ROTATION_TOLERANCE: f64 = 1e-3;
+
+impl Camera {
+    /// A camera from OpenCV's K (pixels), R and t (camera from world, metres) and `k1 k2 p1 p2 k3`. R is brought to the
+    /// nearest unit quaternion; the near plane is [`DEFAULT_NEAR`].
+    ///
+    /// # Errors
+    /// [`CameraError`] for numbers that are not finite, a K of another form (skew included), a focal length that is not
+    /// greater than 0, an R that is no rotation within 1e-3, and image sizes outside `1..=16384`.
+    pub fn from_opencv(
+        name: &str,
+        k: [[f64; 3]; 3],
+        r: [[f64; 3]; 3],
+        t: [f64; 3],
+        distortion: [f64; 5],
+        width: u32,
+        height: u32,
+    ) -> Result<Self, CameraError> {
+        all_finite(name, "K", k.as_flattened())?;
+        all_finite(name, "R", r.as_flattened())?;
+        all_finite(name, "t", &t)?;
+        let [[fx, skew, cx], [zero, fy, cy], bottom] = k;
+        if skew != 0.0 || zero != 0.0 || bottom != [0.0, 0.0, 1.0] {
+            return Err(CameraError::MatrixForm { camera: name.into(), k });
+        }
+        let principal_point = [cx + 0.5, cy + 0.5];
+        let camera = Self {
+            name: name.into(),
+            pinhole: Pinhole { focal: [fx, fy], principal_point, width, height, near: DEFAULT_NEAR },
+            distortion: Distortion::from_coefficients(distortion),
+            camera_from_world: Isometry3::from_parts(Translation3::from(t), rotation(name, r)?),
+        };
+        camera.validate().map(|()| camera)
+    }
+
+    /// OpenCV's camera matrix K, pixels.
+    pub fn opencv_matrix(&self) -> [[f64; 3]; 3] {
+        let ([fx, fy], [cx, cy]) = (self.pinhole.focal, self.pinhole.principal_point);
+        [[fx, 0.0, cx - 0.5], [0.0, fy, cy - 0.5], [0.0, 0.0, 1.0]]
+    }
+
+    /// OpenCV's R: rows are the camera's axes in the world.
+    pub fn opencv_rotation(&self) -> [[f64; 3]; 3] {
+        let rotation = self.camera_from_world.rotation.to_rotation_matrix();
+        std::array::from_fn(|row| std::array::from_fn(|column| rotation[(row, column)]))
+    }
+
+    /// OpenCV's t: the world's origin in the camera frame, metres.
+    pub fn opencv_translation(&self) -> [f64; 3] {
+        self.camera_from_world.translation.vector.into()
+    }
+}
+
+fn rotation(camera: &str, rows: [[f64; 3]; 3]) -> Result<UnitQuaternion<f64>, CameraError> {
+    let matrix = Matrix3::from_fn(|row, column| rows[row][column]);
+    let off = (matrix.transpose() * matrix - Matrix3::identity()).amax();
+    let error = if matrix.determinant() > 0.0 { off } else { off.max(2.0) };
+    if error > ROTATION_TOLERANCE {
+        return Err(CameraError::Rotation { camera: camera.into(), error, tolerance: ROTATION_TOLERANCE });
+    }
+    Ok(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point2, Point3};
+
+    const K: [[f64; 3]; 3] = [[600.0, 0.0, 319.5], [0.0, 610.0, 239.5], [0.0, 0.0, 1.0]];
+    const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+    fn read(k: [[f64; 3]; 3], r: [[f64; 3]; 3], t: [f64; 3]) -> Result<Camera, CameraError> {
+        Camera::from_opencv("c", k, r, t, [0.1, 0.02, 0.003, 0.004, 0.005], 640, 480)
+    }
+
+    #[test]
+    fn half_a_pixel_is_added_on_the_way_in_and_taken_off_on_the_way_out() {
+        let camera = read(K, IDENTITY, [0.0; 3]).unwrap();
+        assert_eq!(camera.project(&Point3::new(0.0, 0.0, 2.0)), Some(Point2::new(320.0, 240.0)));
+        assert_eq!(camera.opencv_matrix(), K);
+    }
+
+    #[test]
+    fn what_opencv_wrote_comes_back() {
+        let r = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]];
+        let camera = read(K, r, [0.1, 0.2, 3.0]).unwrap();
+        for (row, expected) in camera.opencv_rotation().iter().zip(r) {
+            for (entry, expected) in row.iter().zip(expected) {
+                assert!((entry - expected).abs() < 1e-15);
+            }
+        }
+        assert_eq!(camera.opencv_translation(), [0.1, 0.2, 3.0]);
+        assert_eq!(camera.distortion.coefficients(), [0.1, 0.02, 0.003, 0.004, 0.005]);
+    }
+
+    #[test]
+    fn skew_reflections_shears_and_nan_are_refused() {
+        let why = |result: Result<Camera, CameraError>| result.unwrap_err().to_string();
+        let mut skewed = K;
+        skewed[0][1] = 0.5;
+        assert!(why(read(skewed, IDENTITY, [0.0; 3])).contains("skew"));
+        let mut mirrored = IDENTITY;
+        mirrored[2][2] = -1.0;
+        assert!(why(read(K, mirrored, [0.0; 3])).contains("rotation"));
+        let mut sheared = IDENTITY;
+        sheared[0][1] = 0.01;
+        assert!(why(read(K, sheared, [0.0; 3])).contains("rotation"));
+        assert!(why(read(K, IDENTITY, [f64::NAN, 0.0, 0.0])).contains("finite"));
+        let mut blind = K;
+        blind[0][0] = 0.0;
+        assert!(why(read(blind, IDENTITY, [0.0; 3])).contains("focal length"));
+    }
+}

@@ -1,0 +1,102 @@
+//! Several cameras that see the same scene.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Camera, CameraError, FieldOfView};
+
+/// Cameras that see the same scene at the same instants.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CameraRig {
+    /// In the order in which observations list their views.
+    pub cameras: Vec<Camera>,
+}
+
+/// Cameras on a level circle, all looking at one point. Metres and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RingParameters {
+    /// How many cameras, `1..=999`, evenly spaced.
+    pub count: u32,
+    /// Radius of the circle, whose centre is above or below `look_at`; > 0.
+    pub radius: f64,
+    /// World z of the circle.
+    pub height: f64,
+    /// What every camera has in the middle of its image, in the world.
+    pub look_at: Point3<f64>,
+    /// Direction from the circle's centre to the first camera, from the world's +X towards +Y.
+    pub first_azimuth: f64,
+    /// Horizontal field of view.
+    pub field_of_view: f64,
+    /// Width and height of every image, pixels.
+    pub image_size: [u32; 2],
+    /// Distance of the near plane.
+    pub near: f64,
+}
+
+impl CameraRig {
+    /// The cameras of a ring, named `cam00`, `cam01` ..., in order of azimuth.
+    ///
+    /// # Errors
+    /// [`CameraError`] for a count outside `1..=999` and for cameras that [`Camera::look_at`] refuses.
+    pub fn ring(ring: &RingParameters) -> Result<Self, CameraError> {
+        if !(1..=999).contains(&ring.count) {
+            return Err(CameraError::RingCount { count: ring.count });
+        }
+        let [width, height] = ring.image_size;
+        let camera = |index| {
+            let turn = f64::from(index) / f64::from(ring.count) * std::f64::consts::TAU;
+            let (sin, cos) = libm::sincos(ring.first_azimuth + turn);
+            let centre = ring.look_at;
+            let eye = Point3::new(centre.x + ring.radius * cos, centre.y + ring.radius * sin, ring.height);
+            let view = FieldOfView::Horizontal(ring.field_of_view);
+            let name = format!("cam{index:02}");
+            let mut camera = Camera::look_at(&name, eye, centre, Vector3::z(), view, width, height)?;
+            camera.pinhole.near = ring.near;
+            camera.validate().map(|()| camera)
+        };
+        Ok(Self { cameras: (0..ring.count).map(camera).collect::<Result<_, _>>()? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point2;
+
+    const RING: RingParameters = RingParameters {
+        count: 4,
+        radius: 4.5,
+        height: 1.5,
+        look_at: Point3::new(0.5, -0.5, 1.0),
+        first_azimuth: 0.3,
+        field_of_view: 0.8,
+        image_size: [640, 480],
+        near: 0.1,
+    };
+
+    #[test]
+    fn every_camera_of_a_ring_stands_on_the_circle_and_looks_at_the_point() {
+        let rig = CameraRig::ring(&RING).unwrap();
+        assert_eq!(
+            rig.cameras.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
+            ["cam00", "cam01", "cam02", "cam03"]
+        );
+        for camera in &rig.cameras {
+            let offset = camera.centre() - RING.look_at;
+            assert!((offset.xy().norm() - 4.5).abs() < 1e-12 && (offset.z - 0.5).abs() < 1e-12);
+            let middle = camera.project(&RING.look_at).unwrap();
+            assert!((middle - Point2::new(320.0, 240.0)).norm() < 1e-9);
+            assert_eq!(camera.pinhole.near, 0.1);
+        }
+        let first = rig.cameras[0].centre() - RING.look_at;
+        assert!((first.y.atan2(first.x) - 0.3).abs() < 1e-12);
+        let second = rig.cameras[1].centre() - RING.look_at;
+        assert!((second.y.atan2(second.x) - 0.3 - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn impossible_rings_are_refused() {
+        assert_eq!(CameraRig::ring(&RingParameters { count: 0, ..RING }), Err(CameraError::RingCount { count: 0 }));
+        assert!(CameraRig::ring(&RingParameters { radius: 0.0, ..RING }).is_err());
+        assert!(CameraRig::ring(&RingParameters { near: -1.0, ..RING }).is_err());
+    }
+}
