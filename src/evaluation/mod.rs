@@ -1,1 +1,47 @@
-//! Errors of a tracker against the truth: one file per metric.
+//! Errors of a tracker against the truth: one file per metric, one list of them ([`METRICS`]).
+//!
+//! [`evaluate`] takes a [`Sequence`] (positions, and what else is known) and gives an [`Evaluation`];
+//! [`summarise`] takes several, one per clip and seed, and gives a [`Summary`] with 95 % intervals.
+//! Whose estimates they are does not matter: marker positions suffice, and a metric that lacks its input is absent.
+//!
+//! ```
+//! use nalgebra::{Point3, Vector3};
+//! use skiagraph::evaluation::{Sequence, evaluate};
+//! let truth = vec![[Some(Point3::new(0.0, 0.0, 1.0)); 15]; 20];
+//! let off_by_5_cm = vec![[Some(Point3::new(0.05, 0.0, 1.0)); 15]; 20];
+//! let evaluation = evaluate(&Sequence::of_markers(60.0, &truth, &off_by_5_cm))?;
+//! assert!((evaluation.metrics["humaneva_mm"].mean - 50.0).abs() < 1e-9);
+//! # Ok::<(), skiagraph::evaluation::EvaluationError>(())
+//! ```
+
+mod bootstrap;
+mod derivatives;
+mod energy_gap;
+mod evaluate;
+#[cfg(test)]
+pub(crate) mod fixture;
+mod humaneva;
+mod lag;
+mod metric;
+mod mpjpe;
+mod orientation;
+mod pck;
+mod per_frame;
+mod procrustes;
+mod sequence;
+mod silhouette;
+mod statistics;
+mod summary;
+mod track_loss;
+
+pub use bootstrap::Interval;
+pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
+pub use metric::{Direction, METRICS, Measurement, Metric, Unit, find_metric};
+pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
+pub use per_frame::write_per_frame;
+pub use procrustes::Similarity;
+pub use sequence::{Energies, EvaluationError, RootRotations, Sequence};
+pub use silhouette::intersection_over_union;
+pub use statistics::{Spread, mean, quantile};
+pub use summary::{MetricSummary, Run, RunKey, Summary, summarise};
+pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};

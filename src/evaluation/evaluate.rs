@@ -1,0 +1,182 @@
+//! All metrics of one sequence.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::body::LANDMARKS;
+
+use super::pck::{self, CurvePoint};
+use super::{EvaluationError, METRICS, Measurement, Metric, Sequence, Spread, Unit};
+
+/// Everything measured on one sequence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// Frames of the sequence, left out or not.
+    pub frames: usize,
+    /// The first frame that counts.
+    pub first_scored: usize,
+    /// Share of the truth's markers, over all scored frames, that the estimate has.
+    pub coverage: f64,
+    /// By [`Metric::name`]; a metric without its input is absent.
+    pub metrics: BTreeMap<String, MetricValue>,
+    /// Error of every marker that was compared, in the order of [`LANDMARKS`].
+    pub per_joint: Vec<JointError>,
+    /// Share of markers within 0, 5, ... 150 mm.
+    pub pck_curve: Vec<CurvePoint>,
+}
+
+/// One metric of one sequence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MetricValue {
+    /// Unit of all values.
+    pub unit: Unit,
+    /// Mean and spread over frames.
+    #[serde(flatten)]
+    pub spread: Spread,
+    /// How many frames have a value; 0 for a metric of the whole sequence.
+    pub frames: usize,
+    /// Joint set, alignment, mask rule, frames and rate.
+    pub protocol: String,
+    /// One value a frame, `None` where left out or not measurable; empty for a metric of the whole sequence.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub per_frame: Vec<Option<f64>>,
+}
+
+/// Error of one marker over the scored frames.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JointError {
+    /// [`crate::body::Landmark::name`].
+    pub joint: String,
+    /// Distance from the truth, millimetres.
+    #[serde(flatten)]
+    pub spread: Spread,
+    /// Frames in which it was compared.
+    pub frames: usize,
+}
+
+impl std::ops::Deref for MetricValue {
+    type Target = Spread;
+    fn deref(&self) -> &Spread {
+        &self.spread
+    }
+}
+
+/// Measures a sequence with every metric that its input allows.
+///
+/// # Errors
+/// [`EvaluationError`] where lists disagree in length, a number is not finite or nothing can be compared.
+pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> {
+    sequence.check()?;
+    let span = span(sequence);
+    let metrics = METRICS
+        .iter()
+        .filter_map(|metric| {
+            let value = value_of(metric, (metric.measure)(sequence)?, &span)?;
+            Some((metric.name.to_owned(), value))
+        })
+        .collect();
+    Ok(Evaluation {
+        frames_per_second: sequence.frames_per_second,
+        frames: sequence.frames(),
+        first_scored: sequence.first_scored,
+        coverage: coverage(sequence),
+        metrics,
+        per_joint: per_joint(sequence),
+        pck_curve: pck::curve(sequence),
+    })
+}
+
+fn value_of(metric: &Metric, measurement: Measurement, span: &str) -> Option<MetricValue> {
+    let (per_frame, mean) = match measurement {
+        Measurement::PerFrame(per_frame) => (per_frame, None),
+        Measurement::Pooled { per_frame, mean } => (per_frame, Some(mean)),
+        Measurement::Whole(value) => (vec![], Some(value)),
+    };
+    let values: Vec<f64> = per_frame.iter().flatten().copied().collect();
+    let mut spread = Spread::of(&values).or(mean.map(Spread::of_one))?;
+    spread.mean = mean.unwrap_or(spread.mean);
+    let protocol = format!("{}; {span}", metric.protocol);
+    Some(MetricValue { unit: metric.unit, spread, frames: values.len(), protocol, per_frame })
+}
+
+/// Which frames count, in words.
+fn span(sequence: &Sequence<'_>) -> String {
+    let (frames, fps) = (sequence.frames(), sequence.frames_per_second);
+    let last = frames - 1;
+    match sequence.first_scored {
+        0 => format!("frames 0 to {last} at {fps} fps"),
+        1 => format!("frames 1 to {last} at {fps} fps, frame 0 (the start pose) left out"),
+        first => format!("frames {first} to {last} at {fps} fps, the first {first} left out"),
+    }
+}
+
+fn coverage(sequence: &Sequence<'_>) -> f64 {
+    let asked: usize = sequence.scored().map(|f| sequence.truth_markers[f].iter().flatten().count()).sum();
+    let given: usize = sequence.scored().map(|f| sequence.pairs(f).count()).sum();
+    given as f64 / asked.max(1) as f64
+}
+
+fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
+    let mut errors = vec![vec![]; LANDMARKS.len()];
+    for frame in sequence.scored() {
+        for (landmark, truth, estimate) in sequence.pairs(frame) {
+            errors[landmark].push(1000.0 * (estimate - truth).norm());
+        }
+    }
+    let of_joint = |(landmark, errors): (crate::body::Landmark, Vec<f64>)| {
+        let spread = Spread::of(&errors)?;
+        Some(JointError { joint: landmark.name().to_owned(), spread, frames: errors.len() })
+    };
+    LANDMARKS.into_iter().zip(errors).filter_map(of_joint).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use nalgebra::Vector3;
+
+    #[test]
+    fn frame_zero_is_left_out_of_everything() {
+        let truth = vec![standing(); 3];
+        let mut estimate = truth.clone();
+        estimate[0] = translated(&standing(), Vector3::new(9.0, 0.0, 0.0));
+        let evaluation = evaluate_markers(&truth, &estimate);
+        assert_eq!(evaluation.metrics["humaneva_mm"].max, 0.0);
+        assert_eq!(evaluation.metrics["humaneva_mm"].per_frame[0], None);
+        assert!(evaluation.per_joint.iter().all(|joint| joint.spread.max == 0.0 && joint.frames == 2));
+        assert_eq!(evaluation.metrics["pck150"].mean, 1.0);
+    }
+
+    #[test]
+    fn every_value_carries_rate_and_frames_in_its_protocol() {
+        let truth = vec![standing(); 100];
+        for (name, value) in evaluate_markers(&truth, &truth).metrics {
+            assert!(
+                value.protocol.ends_with("frames 1 to 99 at 60 fps, frame 0 (the start pose) left out"),
+                "{name}: {}",
+                value.protocol
+            );
+        }
+    }
+
+    #[test]
+    fn coverage_falls_with_every_marker_that_the_estimate_hides() {
+        let truth = vec![standing(); 3];
+        let mut estimate = truth.clone();
+        estimate[1][..3].fill(None);
+        assert!((evaluate_markers(&truth, &estimate).coverage - 27.0 / 30.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_evaluation_survives_json() {
+        let truth = vec![standing(); 80];
+        let moved: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.1, 0.2, 0.3))).collect();
+        let evaluation = evaluate_markers(&truth, &moved);
+        let text = serde_json::to_string(&evaluation).unwrap();
+        assert_eq!(serde_json::from_str::<Evaluation>(&text).unwrap(), evaluation);
+    }
+}

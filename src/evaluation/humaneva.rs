@@ -1,0 +1,80 @@
+//! HumanEva's 3-D error, and the same relative to the pelvis.
+
+use crate::body::Landmark;
+
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::statistics::mean_of;
+use super::{Sequence, mpjpe};
+
+/// Mean distance of the fifteen virtual markers (Sigal and Black 2006; S2's position error, Fig. 5, in mm).
+pub(super) const ABSOLUTE: Metric = Metric {
+    name: "humaneva_mm",
+    title: "HumanEva 3-D error",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "mean distance of HumanEva's 15 virtual markers in the world, no alignment; markers missing in truth or \
+               estimate are skipped; mean of frame means; also S2's position error",
+    measure: absolute,
+};
+
+/// Our own relative error: both skeletons are moved to their pelvis, the other fourteen markers count. HumanEva's own
+/// relative error mixes the head into the thorax and is not ported.
+pub(super) const RELATIVE: Metric = Metric {
+    name: "humaneva_relative_mm",
+    title: "HumanEva error relative to the pelvis",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "mean distance of the 14 virtual markers other than the pelvis after both skeletons are moved to their own \
+               pelvis; markers missing in truth or estimate are skipped; mean of frame means",
+    measure: relative,
+};
+
+fn absolute(sequence: &Sequence<'_>) -> Option<Measurement> {
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| mean_of(sequence.distances_mm(frame)))))
+}
+
+fn relative(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let pelvis = Landmark::Pelvis as usize;
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| {
+        let relative = mpjpe::pelvis_relative_mm(sequence, frame)?;
+        mean_of(relative.filter(|(landmark, _)| *landmark != pelvis).map(|(_, distance)| distance))
+    })))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use nalgebra::{Point3, Vector3};
+
+    #[test]
+    fn a_constant_bias_is_all_of_the_absolute_and_none_of_the_relative_error() {
+        let truth = vec![standing(); 5];
+        let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.03, 0.0, 0.04))).collect();
+        let metrics = evaluate_markers(&truth, &estimate).metrics;
+        assert!((metrics["humaneva_mm"].mean - 50.0).abs() < 1e-9);
+        assert!(metrics["humaneva_relative_mm"].mean < 1e-9);
+    }
+
+    #[test]
+    fn a_missing_marker_is_skipped_and_lowers_the_coverage() {
+        let truth = vec![standing(); 3];
+        let mut estimate = truth.clone();
+        for frame in &mut estimate {
+            frame[0] = None;
+            frame[14] = frame[14].map(|p| p + Vector3::new(0.0, 0.0, 0.140));
+        }
+        let metrics = evaluate_markers(&truth, &estimate).metrics;
+        assert!((metrics["humaneva_mm"].mean - 10.0).abs() < 1e-9, "140 mm on one of 14 markers");
+        assert!((metrics["humaneva_relative_mm"].mean - 140.0 / 13.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn without_a_pelvis_there_is_no_relative_error() {
+        let mut truth = vec![standing(); 3];
+        for frame in &mut truth {
+            frame[1] = None::<Point3<f64>>;
+        }
+        let metrics = evaluate_markers(&truth, &truth).metrics;
+        assert!(metrics.contains_key("humaneva_mm") && !metrics.contains_key("humaneva_relative_mm"));
+    }
+}

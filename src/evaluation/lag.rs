@@ -1,0 +1,100 @@
+//! By how much the estimate trails the truth.
+
+use super::Sequence;
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::statistics::mean_of;
+
+/// The longest lag looked for, seconds.
+const LONGEST_LAG_S: f64 = 0.25;
+
+/// The shift that fits best.
+pub(super) const LAG: Metric = Metric {
+    name: "lag_ms",
+    title: "Lag",
+    unit: Unit::Millisecond,
+    direction: Direction::Neither,
+    protocol: "whole-frame shift, at most 250 ms either way, after which the absolute error of the 15 virtual markers is \
+               least; positive where the estimate trails; the same true frames for every shift",
+    measure: lag,
+};
+
+/// The error that remains after it.
+pub(super) const LAG_CORRECTED: Metric = Metric {
+    name: "lag_corrected_mm",
+    title: "Error without the lag",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "mean distance of the 15 virtual markers in the world after the estimate is shifted by its lag; frames within \
+               250 ms of either end left out",
+    measure: lag_corrected,
+};
+
+fn lag(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let (shift, _) = best_shift(sequence)?;
+    Some(Measurement::Whole(1000.0 * shift as f64 / sequence.frames_per_second))
+}
+
+fn lag_corrected(sequence: &Sequence<'_>) -> Option<Measurement> {
+    best_shift(sequence).map(|(_, error)| Measurement::Whole(error))
+}
+
+/// The shift in frames of least error, and that error in millimetres; the smaller shift wins a tie. `None` for sequences
+/// shorter than four times the longest lag.
+fn best_shift(sequence: &Sequence<'_>) -> Option<(i64, f64)> {
+    let reach = (LONGEST_LAG_S * sequence.frames_per_second) as usize;
+    if sequence.scored().len() < 4 * reach.max(1) {
+        return None;
+    }
+    let inner = sequence.first_scored + reach..sequence.frames() - reach;
+    let error_at = |shift: i64| mean_of(inner.clone().filter_map(|frame| shifted_error_mm(sequence, frame, shift)));
+    let mut best = (0, error_at(0)?);
+    for shift in (1..=reach as i64).flat_map(|s| [s, -s]) {
+        if let Some(error) = error_at(shift).filter(|error| *error < best.1) {
+            best = (shift, error);
+        }
+    }
+    Some(best)
+}
+
+/// Mean distance between the truth at `frame` and the estimate `shift` frames later, millimetres.
+fn shifted_error_mm(sequence: &Sequence<'_>, frame: usize, shift: i64) -> Option<f64> {
+    let estimates = sequence.estimate_markers.get(frame.checked_add_signed(shift as isize)?)?;
+    let pairs = sequence.truth_markers[frame].iter().zip(estimates);
+    mean_of(pairs.filter_map(|(truth, estimate)| Some(1000.0 * ((*estimate)? - (*truth)?).norm())))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use nalgebra::Vector3;
+
+    fn walker(lag_frames: f64) -> Vec<crate::body::Markers> {
+        (0..121).map(|f| translated(&standing(), Vector3::new((f as f64 - lag_frames) / 50.0, 0.0, 0.0))).collect()
+    }
+
+    #[test]
+    fn one_frame_of_lag_at_20_mm_a_frame_is_20_mm_of_error_and_none_once_corrected() {
+        let metrics = evaluate_markers(&walker(0.0), &walker(1.0)).metrics;
+        assert!((metrics["mpjpe_mm"].mean - 20.0).abs() < 1e-9);
+        assert!((metrics["lag_ms"].mean - 1000.0 / 60.0).abs() < 1e-9);
+        assert!(metrics["lag_corrected_mm"].mean < 1e-9);
+    }
+
+    #[test]
+    fn an_estimate_that_runs_ahead_has_a_negative_lag() {
+        let metrics = evaluate_markers(&walker(0.0), &walker(-3.0)).metrics;
+        assert!((metrics["lag_ms"].mean + 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_body_that_stands_still_has_no_lag() {
+        let still = vec![standing(); 121];
+        assert_eq!(evaluate_markers(&still, &still).metrics["lag_ms"].mean, 0.0);
+    }
+
+    #[test]
+    fn a_short_sequence_has_no_lag_to_measure() {
+        let truth = &walker(0.0)[..40];
+        assert!(!evaluate_markers(truth, truth).metrics.contains_key("lag_ms"));
+    }
+}

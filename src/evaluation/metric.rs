@@ -1,0 +1,154 @@
+//! What a metric is, and the list of all of them.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Sequence, derivatives, energy_gap, humaneva, lag, mpjpe, orientation, pck, procrustes, silhouette, track_loss,
+};
+
+/// One way to compare an estimate with the truth.
+#[derive(Clone, Copy, Debug)]
+pub struct Metric {
+    /// Name in files, with its unit where it has one: `humaneva_mm`.
+    pub name: &'static str,
+    /// Name for people.
+    pub title: &'static str,
+    /// Unit of every value.
+    pub unit: Unit,
+    /// Which values are good.
+    pub direction: Direction,
+    /// Joint set, alignment and mask rule.
+    pub protocol: &'static str,
+    /// The measurement; `None` where the sequence lacks what it needs.
+    pub measure: fn(&Sequence<'_>) -> Option<Measurement>,
+}
+
+/// What a metric found in one sequence.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Measurement {
+    /// One value a frame (`None`: left out or not measurable); its mean is the mean of the frames.
+    PerFrame(Vec<Option<f64>>),
+    /// One value a frame, and a mean that weighs every joint of every frame alike.
+    Pooled {
+        /// One value a frame.
+        per_frame: Vec<Option<f64>>,
+        /// Mean over all joints of all frames.
+        mean: f64,
+    },
+    /// One value for the whole sequence.
+    Whole(f64),
+}
+
+/// Which way a metric is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// An error.
+    LowerIsBetter,
+    /// A score.
+    HigherIsBetter,
+    /// Neither: a diagnosis.
+    Neither,
+}
+
+/// Unit of a metric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Unit {
+    /// Millimetres.
+    #[serde(rename = "mm")]
+    Millimetre,
+    /// Degrees.
+    #[serde(rename = "deg")]
+    Degree,
+    /// A share between 0 and 1.
+    #[serde(rename = "fraction")]
+    Fraction,
+    /// Millimetres a second.
+    #[serde(rename = "mm/s")]
+    MillimetrePerSecond,
+    /// Metres a second squared.
+    #[serde(rename = "m/s^2")]
+    MetrePerSecondSquared,
+    /// Metres a second cubed.
+    #[serde(rename = "m/s^3")]
+    MetrePerSecondCubed,
+    /// Seconds.
+    #[serde(rename = "s")]
+    Second,
+    /// Milliseconds.
+    #[serde(rename = "ms")]
+    Millisecond,
+    /// The likelihood's energy, without unit.
+    #[serde(rename = "energy")]
+    Energy,
+}
+
+impl Unit {
+    /// Symbol for people.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Millimetre => "mm",
+            Self::Degree => "°",
+            Self::Fraction | Self::Energy => "",
+            Self::MillimetrePerSecond => "mm/s",
+            Self::MetrePerSecondSquared => "m/s²",
+            Self::MetrePerSecondCubed => "m/s³",
+            Self::Second => "s",
+            Self::Millisecond => "ms",
+        }
+    }
+}
+
+/// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the docs.
+pub const METRICS: &[Metric] = &[
+    humaneva::ABSOLUTE,
+    humaneva::RELATIVE,
+    mpjpe::ABSOLUTE,
+    mpjpe::ROOT_RELATIVE,
+    procrustes::ALIGNED,
+    orientation::BODY,
+    orientation::HEADING,
+    silhouette::ALL_VIEWS,
+    silhouette::WORST_VIEW,
+    pck::PCK,
+    pck::AUC,
+    track_loss::FRACTION,
+    track_loss::TIME_TO_LOSS,
+    track_loss::RECOVERY,
+    energy_gap::GAP,
+    derivatives::VELOCITY,
+    derivatives::ACCELERATION,
+    derivatives::JITTER,
+    lag::LAG,
+    lag::LAG_CORRECTED,
+];
+
+/// The metric of that name.
+pub fn find_metric(name: &str) -> Option<&'static Metric> {
+    METRICS.iter().find(|metric| metric.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn names_are_unique_and_carry_their_unit() {
+        let names: BTreeSet<&str> = METRICS.iter().map(|m| m.name).collect();
+        assert_eq!(names.len(), METRICS.len());
+        for metric in METRICS {
+            let suffix = match metric.unit {
+                Unit::Millimetre => "_mm",
+                Unit::Degree => "_deg",
+                Unit::MillimetrePerSecond => "_mm_per_s",
+                Unit::MetrePerSecondSquared => "_m_per_s2",
+                Unit::MetrePerSecondCubed => "_m_per_s3",
+                Unit::Second => "_s",
+                Unit::Millisecond => "_ms",
+                Unit::Fraction | Unit::Energy => "",
+            };
+            assert!(metric.name.ends_with(suffix), "{} should end in {suffix}", metric.name);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Mean per-joint position error, absolute and relative to the root.
+
+use crate::body::Landmark;
+
+use super::Sequence;
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::statistics::mean_of;
+
+/// Mean distance of all markers over all frames.
+pub(super) const ABSOLUTE: Metric = Metric {
+    name: "mpjpe_mm",
+    title: "MPJPE, absolute",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "mean distance of the 15 virtual markers in the world, no alignment; pooled over all markers of all frames, \
+               markers missing in truth or estimate skipped",
+    measure: absolute,
+};
+
+/// The same after both skeletons are moved to their own pelvis. The pelvis counts with its zero error, as 3DPW counts
+/// its root: 14/15 of the value without it.
+pub(super) const ROOT_RELATIVE: Metric = Metric {
+    name: "mpjpe_root_mm",
+    title: "MPJPE, root-relative",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "mean distance of the 15 virtual markers (pelvis included, error 0) after both skeletons are moved to their \
+               own pelvis; pooled over all markers of all frames, markers missing in truth or estimate skipped",
+    measure: root_relative,
+};
+
+fn absolute(sequence: &Sequence<'_>) -> Option<Measurement> {
+    pooled(sequence, |frame| sequence.distances_mm(frame).collect())
+}
+
+fn root_relative(sequence: &Sequence<'_>) -> Option<Measurement> {
+    pooled(sequence, |frame| pelvis_relative_mm(sequence, frame).into_iter().flatten().map(|(_, d)| d).collect())
+}
+
+/// Distances after both skeletons are moved to their own pelvis: landmark index, millimetres; `None` without a pelvis.
+pub(super) fn pelvis_relative_mm(sequence: &Sequence<'_>, frame: usize) -> Option<impl Iterator<Item = (usize, f64)>> {
+    let pelvis = Landmark::Pelvis as usize;
+    let offset = sequence.estimate_markers[frame][pelvis]? - sequence.truth_markers[frame][pelvis]?;
+    Some(
+        sequence
+            .pairs(frame)
+            .map(move |(landmark, truth, estimate)| (landmark, 1000.0 * (estimate - truth - offset).norm())),
+    )
+}
+
+/// Means per frame, and the mean over all `distances` of all scored frames.
+pub(super) fn pooled(sequence: &Sequence<'_>, distances: impl Fn(usize) -> Vec<f64>) -> Option<Measurement> {
+    let by_frame: Vec<Vec<f64>> =
+        (0..sequence.frames()).map(|f| if f < sequence.first_scored { vec![] } else { distances(f) }).collect();
+    let mean = mean_of(by_frame.iter().flatten().copied())?;
+    let per_frame = by_frame.iter().map(|frame| mean_of(frame.iter().copied())).collect();
+    Some(Measurement::Pooled { per_frame, mean })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::body::Landmark;
+    use crate::evaluation::fixture::{evaluate_markers, standing};
+    use nalgebra::Vector3;
+
+    #[test]
+    fn noise_on_the_root_alone_is_small_absolute_and_spreads_to_all_joints_root_relative() {
+        let truth = vec![standing(); 4];
+        let mut estimate = truth.clone();
+        for frame in &mut estimate {
+            let pelvis = &mut frame[Landmark::Pelvis as usize];
+            *pelvis = pelvis.map(|p| p + Vector3::new(0.060, 0.0, 0.0));
+        }
+        let metrics = evaluate_markers(&truth, &estimate).metrics;
+        assert!((metrics["mpjpe_mm"].mean - 60.0 / 15.0).abs() < 1e-9);
+        assert!((metrics["mpjpe_root_mm"].mean - 60.0 * 14.0 / 15.0).abs() < 1e-9);
+        assert!((metrics["humaneva_relative_mm"].mean - 60.0).abs() < 1e-9, "the zero root is not counted");
+    }
+
+    #[test]
+    fn pooling_weighs_joints_and_humaneva_weighs_frames() {
+        let truth = vec![standing(); 3];
+        let mut estimate = truth.clone();
+        estimate[1] = estimate[1].map(|m| m.map(|p| p + Vector3::new(0.010, 0.0, 0.0)));
+        estimate[2] = [None; 15];
+        for marker in [0, 1, 2, 3, 4] {
+            estimate[2][marker] = truth[2][marker].map(|p| p + Vector3::new(0.050, 0.0, 0.0));
+        }
+        let metrics = evaluate_markers(&truth, &estimate).metrics;
+        assert!((metrics["mpjpe_mm"].mean - (15.0 * 10.0 + 5.0 * 50.0) / 20.0).abs() < 1e-9);
+        assert!((metrics["humaneva_mm"].mean - (10.0 + 50.0) / 2.0).abs() < 1e-9);
+    }
+}

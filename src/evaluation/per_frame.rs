@@ -1,0 +1,57 @@
+//! The table of frames: one row per run and frame, one column per metric.
+
+use std::collections::BTreeSet;
+use std::io::Write;
+
+use super::{EvaluationError, METRICS, Run};
+
+/// Writes CSV with the columns `clip,seed,frame,time_s` and one per metric that has a value a frame, in the order of
+/// [`METRICS`]; an empty cell is a frame without a value.
+///
+/// # Errors
+/// [`EvaluationError::Write`] where the output fails.
+pub fn write_per_frame(runs: &[Run<'_>], output: impl Write) -> Result<(), EvaluationError> {
+    let failed = |error: csv::Error| EvaluationError::Write(error.to_string());
+    let with_frames =
+        runs.iter().flat_map(|run| &run.evaluation.metrics).filter(|(_, value)| !value.per_frame.is_empty());
+    let present: BTreeSet<&str> = with_frames.map(|(name, _)| name.as_str()).collect();
+    let columns: Vec<&str> = METRICS.iter().map(|m| m.name).filter(|name| present.contains(name)).collect();
+    let mut table = csv::Writer::from_writer(output);
+    table.write_record(["clip", "seed", "frame", "time_s"].iter().chain(&columns)).map_err(failed)?;
+    for run in runs {
+        for frame in 0..run.evaluation.frames {
+            let time = frame as f64 / run.evaluation.frames_per_second;
+            let head = [run.clip.to_owned(), run.seed.to_string(), frame.to_string(), time.to_string()];
+            let cells = columns.iter().map(|name| cell(run, name, frame));
+            table.write_record(head.into_iter().chain(cells)).map_err(failed)?;
+        }
+    }
+    table.flush().map_err(|error| EvaluationError::Write(error.to_string()))
+}
+
+fn cell(run: &Run<'_>, metric: &str, frame: usize) -> String {
+    let value = run.evaluation.metrics.get(metric).and_then(|value| value.per_frame.get(frame).copied().flatten());
+    value.map_or_else(String::new, |value| value.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use nalgebra::Vector3;
+
+    #[test]
+    fn the_table_has_a_row_a_frame_and_empty_cells_where_nothing_is_known() {
+        let truth = vec![standing(); 3];
+        let moved: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.5, 0.0, 0.0))).collect();
+        let evaluation = evaluate_markers(&truth, &moved);
+        let mut bytes = vec![];
+        write_per_frame(&[Run { clip: "walk, slow", seed: 7, evaluation: &evaluation }], &mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 4);
+        assert!(lines[0].starts_with("clip,seed,frame,time_s,humaneva_mm,humaneva_relative_mm,mpjpe_mm"));
+        assert!(lines[1].starts_with("\"walk, slow\",7,0,0,,,"));
+        assert!(lines[2].starts_with("\"walk, slow\",7,1,0.016666666666666666,500,0,500"), "{}", lines[2]);
+    }
+}

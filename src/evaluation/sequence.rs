@@ -1,0 +1,226 @@
+//! What is compared: one estimated sequence beside its truth.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, UnitQuaternion};
+
+use crate::body::Markers;
+
+/// Truth and estimate of one clip, frame by frame. All slices have one entry a frame and the same length.
+#[derive(Clone, Copy, Debug)]
+pub struct Sequence<'a> {
+    /// Frames a second, > 0.
+    pub frames_per_second: f64,
+    /// The first frame that counts. Frames before it are left out of every metric: a tracker that is handed the pose of
+    /// frame 0 earns nothing for returning it, so this is 1 unless nobody was given a start.
+    pub first_scored: usize,
+    /// HumanEva's markers on the actor, metres.
+    pub truth_markers: &'a [Markers],
+    /// The same markers as estimated, metres; a frame without an estimate is all `None`.
+    pub estimate_markers: &'a [Markers],
+    /// Rotations of the root link, where known.
+    pub roots: Option<RootRotations<'a>>,
+    /// `[frame][view]`: overlap of the estimate's silhouette with the observed one
+    /// ([`super::intersection_over_union`]), where known.
+    pub view_overlaps: Option<&'a [Vec<Option<f64>>]>,
+    /// Energies under the tracker's own likelihood, where it has one.
+    pub energies: Option<Energies<'a>>,
+}
+
+/// `world_from_root` rotations of actor and estimate. Both root links must have the same axes (X forward, Z up).
+#[derive(Clone, Copy, Debug)]
+pub struct RootRotations<'a> {
+    /// Of the actor.
+    pub truth: &'a [UnitQuaternion<f64>],
+    /// Of the estimate; `None` in a frame without an estimate.
+    pub estimate: &'a [Option<UnitQuaternion<f64>>],
+}
+
+/// Energies of one likelihood; lower is a better fit.
+#[derive(Clone, Copy, Debug)]
+pub struct Energies<'a> {
+    /// At the truth refitted to the tracker's body.
+    pub truth: &'a [Option<f64>],
+    /// At the estimate.
+    pub estimate: &'a [Option<f64>],
+}
+
+/// Why a sequence cannot be evaluated.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum EvaluationError {
+    /// Two lists that should have one entry a frame do not agree.
+    #[error("{what}: {found} frames where the truth has {expected}; give one entry for every frame of the truth")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// Entries found.
+        found: usize,
+        /// Frames of the truth.
+        expected: usize,
+    },
+    /// Nothing is left to score.
+    #[error("no frame to score: {frames} frames, the first {left_out} left out")]
+    NoFrame {
+        /// Frames of the truth.
+        frames: usize,
+        /// Frames left out at the start.
+        left_out: usize,
+    },
+    /// A rate that is not a positive number.
+    #[error("frame rate {0} is not a positive number of frames a second")]
+    FrameRate(f64),
+    /// A number that is not finite.
+    #[error("frame {frame}: {what} is not a finite number")]
+    NotFinite {
+        /// Frame number.
+        frame: usize,
+        /// Which number.
+        what: String,
+    },
+    /// No frame has a marker in both the truth and the estimate.
+    #[error("no frame has a marker in both truth and estimate: nothing can be compared")]
+    NothingInCommon,
+    /// There is no run to summarise.
+    #[error("no run to summarise")]
+    NoRun,
+    /// A table of values could not be written.
+    #[error("cannot write the table of frames: {0}")]
+    Write(String),
+}
+
+impl<'a> Sequence<'a> {
+    /// A sequence of which only marker positions are known; frame 0 is left out.
+    pub fn of_markers(frames_per_second: f64, truth: &'a [Markers], estimate: &'a [Markers]) -> Self {
+        Self {
+            frames_per_second,
+            first_scored: 1,
+            truth_markers: truth,
+            estimate_markers: estimate,
+            roots: None,
+            view_overlaps: None,
+            energies: None,
+        }
+    }
+
+    /// Number of frames, left out or not.
+    pub fn frames(&self) -> usize {
+        self.truth_markers.len()
+    }
+
+    /// The frames that count.
+    pub fn scored(&self) -> Range<usize> {
+        self.first_scored..self.frames()
+    }
+
+    /// Markers that both truth and estimate have at `frame`: landmark index, truth, estimate; metres.
+    pub fn pairs(&self, frame: usize) -> impl Iterator<Item = (usize, Point3<f64>, Point3<f64>)> {
+        let both = self.truth_markers[frame].iter().zip(&self.estimate_markers[frame]);
+        both.enumerate().filter_map(|(landmark, (truth, estimate))| Some((landmark, (*truth)?, (*estimate)?)))
+    }
+
+    /// Distance of every common marker at `frame`, millimetres.
+    pub fn distances_mm(&self, frame: usize) -> impl Iterator<Item = f64> {
+        self.pairs(frame).map(|(_, truth, estimate)| 1000.0 * (estimate - truth).norm())
+    }
+
+    /// One value for every frame: `value(frame)` where the frame counts, `None` elsewhere.
+    pub fn per_scored_frame(&self, value: impl Fn(usize) -> Option<f64>) -> Vec<Option<f64>> {
+        (0..self.frames()).map(|frame| if frame < self.first_scored { None } else { value(frame) }).collect()
+    }
+
+    /// Whether the lists agree in length and hold finite numbers only.
+    ///
+    /// # Errors
+    /// The first disagreement, as an [`EvaluationError`].
+    pub fn check(&self) -> Result<(), EvaluationError> {
+        if !(self.frames_per_second.is_finite() && self.frames_per_second > 0.0) {
+            return Err(EvaluationError::FrameRate(self.frames_per_second));
+        }
+        self.check_lengths()?;
+        self.check_finite()?;
+        if self.scored().all(|frame| self.pairs(frame).next().is_none()) {
+            return Err(EvaluationError::NothingInCommon);
+        }
+        Ok(())
+    }
+
+    fn check_lengths(&self) -> Result<(), EvaluationError> {
+        let expected = self.frames();
+        if self.scored().is_empty() {
+            return Err(EvaluationError::NoFrame { frames: expected, left_out: self.first_scored });
+        }
+        let lengths = [
+            ("estimated markers", Some(self.estimate_markers.len())),
+            ("true root rotations", self.roots.map(|r| r.truth.len())),
+            ("estimated root rotations", self.roots.map(|r| r.estimate.len())),
+            ("silhouette overlaps", self.view_overlaps.map(<[_]>::len)),
+            ("energies at the truth", self.energies.map(|e| e.truth.len())),
+            ("energies at the estimate", self.energies.map(|e| e.estimate.len())),
+        ];
+        for (what, found) in lengths {
+            if let Some(found) = found.filter(|found| *found != expected) {
+                return Err(EvaluationError::Length { what, found, expected });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_finite(&self) -> Result<(), EvaluationError> {
+        for frame in 0..self.frames() {
+            let broken = |what: String| Err(EvaluationError::NotFinite { frame, what });
+            for (who, markers) in [("true", self.truth_markers), ("estimated", self.estimate_markers)] {
+                for (marker, landmark) in markers[frame].iter().zip(crate::body::LANDMARKS) {
+                    if marker.is_some_and(|p| !p.iter().all(|x| x.is_finite())) {
+                        return broken(format!("the {who} {}", landmark.name()));
+                    }
+                }
+            }
+            let numbers = self.view_overlaps.map_or(&[][..], |overlaps| &overlaps[frame]).iter().copied();
+            let energies = self.energies.map_or([None, None], |e| [e.truth[frame], e.estimate[frame]]);
+            if numbers.chain(energies).flatten().any(|x| !x.is_finite()) {
+                return broken("an overlap or energy".into());
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn still(frames: usize) -> Vec<Markers> {
+        vec![[Some(Point3::origin()); 15]; frames]
+    }
+
+    #[test]
+    fn lists_of_different_length_are_named() {
+        let (truth, estimate) = (still(4), still(3));
+        let error = Sequence::of_markers(60.0, &truth, &estimate).check().unwrap_err();
+        assert_eq!(error, EvaluationError::Length { what: "estimated markers", found: 3, expected: 4 });
+    }
+
+    #[test]
+    fn a_single_frame_that_is_the_start_leaves_nothing_to_score() {
+        let one = still(1);
+        let error = Sequence::of_markers(60.0, &one, &one).check().unwrap_err();
+        assert_eq!(error, EvaluationError::NoFrame { frames: 1, left_out: 1 });
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_found_and_named() {
+        let truth = still(3);
+        let mut estimate = still(3);
+        estimate[2][1] = Some(Point3::new(0.0, f64::NAN, 0.0));
+        let error = Sequence::of_markers(60.0, &truth, &estimate).check().unwrap_err();
+        assert_eq!(error.to_string(), "frame 2: the estimated pelvis is not a finite number");
+        assert_eq!(Sequence::of_markers(0.0, &truth, &truth).check(), Err(EvaluationError::FrameRate(0.0)));
+    }
+
+    #[test]
+    fn an_estimate_without_any_marker_cannot_be_compared() {
+        let (truth, nothing) = (still(3), vec![[None; 15]; 3]);
+        let error = Sequence::of_markers(60.0, &truth, &nothing).check();
+        assert_eq!(error, Err(EvaluationError::NothingInCommon));
+    }
+}

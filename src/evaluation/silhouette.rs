@@ -1,0 +1,94 @@
+//! How well the estimate's silhouettes cover the observed ones.
+
+use crate::raster::Mask;
+
+use super::Sequence;
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::statistics::mean_of;
+
+/// Overlap over all views.
+pub(super) const ALL_VIEWS: Metric = Metric {
+    name: "silhouette_iou",
+    title: "Silhouette overlap (IoU)",
+    unit: Unit::Fraction,
+    direction: Direction::HigherIsBetter,
+    protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body, and the observed one; \
+               mean over views, then over frames; views where both are empty skipped",
+    measure: all_views,
+};
+
+/// Overlap in the camera that it fits worst.
+pub(super) const WORST_VIEW: Metric = Metric {
+    name: "silhouette_iou_worst_view",
+    title: "Silhouette overlap, worst camera",
+    unit: Unit::Fraction,
+    direction: Direction::HigherIsBetter,
+    protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body, and the observed one, \
+               in the camera whose mean over frames is lowest; frames where both are empty skipped",
+    measure: worst_view,
+};
+
+/// Pixels that both have over pixels that either has; `None` where both are empty or the sizes differ.
+pub fn intersection_over_union(a: &Mask, b: &Mask) -> Option<f64> {
+    if (a.width(), a.height()) != (b.width(), b.height()) {
+        return None;
+    }
+    let words = (0..a.height()).flat_map(|y| a.row(y).iter().zip(b.row(y)));
+    let (both, either) = words.fold((0_u64, 0_u64), |(both, either), (p, q)| {
+        (both + u64::from((p & q).count_ones()), either + u64::from((p | q).count_ones()))
+    });
+    (either > 0).then(|| both as f64 / either as f64)
+}
+
+fn all_views(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let overlaps = sequence.view_overlaps?;
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| mean_of(overlaps[frame].iter().flatten().copied()))))
+}
+
+fn worst_view(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let overlaps = sequence.view_overlaps?;
+    let of_view = |view: usize| move |frame: usize| overlaps[frame].get(view).copied().flatten();
+    let views = overlaps.iter().map(Vec::len).max()?;
+    let (_, worst) = (0..views)
+        .filter_map(|view| Some((mean_of(sequence.scored().filter_map(of_view(view)))?, view)))
+        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Measurement::PerFrame(sequence.per_scored_frame(of_view(worst))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::evaluate;
+    use crate::evaluation::fixture::standing;
+
+    fn block(left: u32, right: u32) -> Mask {
+        let mut mask = Mask::new(100, 4);
+        (0..4).for_each(|y| (left..right).for_each(|x| mask.set(x, y, true)));
+        mask
+    }
+
+    #[test]
+    fn blocks_of_sixty_that_share_thirty_columns_overlap_by_a_third() {
+        assert_eq!(intersection_over_union(&block(0, 60), &block(30, 90)), Some(30.0 / 90.0));
+        assert_eq!(intersection_over_union(&block(10, 80), &block(10, 80)), Some(1.0));
+        assert_eq!(intersection_over_union(&block(0, 10), &block(90, 100)), Some(0.0));
+    }
+
+    #[test]
+    fn two_empty_masks_have_no_overlap_to_speak_of() {
+        assert_eq!(intersection_over_union(&block(0, 0), &block(0, 0)), None);
+        assert_eq!(intersection_over_union(&block(0, 5), &Mask::new(99, 4)), None);
+    }
+
+    #[test]
+    fn the_worst_view_is_the_camera_with_the_lowest_mean() {
+        let markers = vec![standing(); 3];
+        let overlaps = vec![vec![Some(0.0), Some(0.0)], vec![Some(0.9), Some(0.6)], vec![Some(0.5), None]];
+        let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
+        sequence.view_overlaps = Some(&overlaps);
+        let metrics = evaluate(&sequence).unwrap().metrics;
+        assert!((metrics["silhouette_iou"].mean - (0.75 + 0.5) / 2.0).abs() < 1e-12, "frame 0 is left out");
+        assert!((metrics["silhouette_iou_worst_view"].mean - 0.6).abs() < 1e-12);
+        assert_eq!(metrics["silhouette_iou_worst_view"].per_frame, [None, Some(0.6), None]);
+    }
+}

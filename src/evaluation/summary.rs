@@ -1,0 +1,200 @@
+//! Several runs in one table: means over clips and seeds, with intervals.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+
+use super::bootstrap::{self, RESAMPLES};
+use super::statistics::standard_deviation;
+use super::{Evaluation, EvaluationError, Interval, Spread, Unit, mean};
+
+/// One run: a clip tracked with a seed.
+#[derive(Clone, Copy, Debug)]
+pub struct Run<'a> {
+    /// Which clip.
+    pub clip: &'a str,
+    /// Which seed.
+    pub seed: u64,
+    /// What was measured.
+    pub evaluation: &'a Evaluation,
+}
+
+/// Which runs a summary is made of.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct RunKey {
+    /// Which clip.
+    pub clip: String,
+    /// Which seed.
+    pub seed: u64,
+}
+
+/// All metrics over all runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// The runs, in the order of every `per_run`.
+    pub runs: Vec<RunKey>,
+    /// How the intervals were made, or why there is none.
+    pub interval: String,
+    /// By [`super::Metric::name`].
+    pub metrics: BTreeMap<String, MetricSummary>,
+    /// Mean error of every marker, in the order of [`crate::body::LANDMARKS`], millimetres.
+    pub per_joint: Vec<JointSummary>,
+}
+
+/// One metric over all runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MetricSummary {
+    /// Unit of all values.
+    pub unit: Unit,
+    /// `mean`: mean over clips of each clip's mean over seeds. `std`, `median`, `p90`: of the frames of a run, averaged over
+    /// runs. `max`: of all frames of all runs.
+    #[serde(flatten)]
+    pub spread: Spread,
+    /// 95 % interval of the mean; `None` with one seed.
+    pub ci95: Option<Interval>,
+    /// Standard deviation of the runs' means.
+    pub std_between_runs: f64,
+    /// Mean of every run, in the order of [`Summary::runs`]; `None` where a run lacks the metric.
+    pub per_run: Vec<Option<f64>>,
+    /// Joint set, alignment, mask rule, frames and rate.
+    pub protocol: String,
+}
+
+/// Error of one marker over all runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JointSummary {
+    /// [`crate::body::Landmark::name`].
+    pub joint: String,
+    /// Mean distance from the truth over clips of each clip's mean over seeds, millimetres.
+    pub mean_mm: f64,
+    /// 95 % interval of it.
+    pub ci95: Option<Interval>,
+}
+
+impl std::ops::Deref for MetricSummary {
+    type Target = Spread;
+    fn deref(&self) -> &Spread {
+        &self.spread
+    }
+}
+
+/// Brings runs together. Intervals come from a bootstrap over clip x seed, never over frames.
+///
+/// # Errors
+/// [`EvaluationError::NoRun`] without a run.
+pub fn summarise(runs: &[Run<'_>]) -> Result<Summary, EvaluationError> {
+    let first = runs.first().ok_or(EvaluationError::NoRun)?.evaluation;
+    let names: BTreeSet<&String> = runs.iter().flat_map(|run| run.evaluation.metrics.keys()).collect();
+    let metrics = names.into_iter().filter_map(|name| Some((name.clone(), metric_summary(runs, name)?))).collect();
+    Ok(Summary {
+        runs: runs.iter().map(|run| RunKey { clip: run.clip.to_owned(), seed: run.seed }).collect(),
+        interval: interval_in_words(runs),
+        metrics,
+        per_joint: first.per_joint.iter().filter_map(|joint| joint_summary(runs, &joint.joint)).collect(),
+    })
+}
+
+fn metric_summary(runs: &[Run<'_>], name: &str) -> Option<MetricSummary> {
+    let values: Vec<_> = runs.iter().map(|run| run.evaluation.metrics.get(name)).collect();
+    let per_run: Vec<Option<f64>> = values.iter().map(|value| value.map(|v| v.mean)).collect();
+    let present: Vec<_> = values.into_iter().flatten().collect();
+    let of_frames = |part: fn(&Spread) -> f64| mean(&present.iter().map(|v| part(&v.spread)).collect::<Vec<_>>());
+    let clips = by_clip(runs, &per_run);
+    let spread = Spread {
+        mean: mean_over_clips(&clips)?,
+        std: of_frames(|s| s.std)?,
+        median: of_frames(|s| s.median)?,
+        p90: of_frames(|s| s.p90)?,
+        max: present.iter().map(|v| v.max).max_by(f64::total_cmp)?,
+    };
+    let means: Vec<f64> = per_run.iter().flatten().copied().collect();
+    Some(MetricSummary {
+        unit: present.first()?.unit,
+        spread,
+        ci95: bootstrap::interval(&clips, RESAMPLES),
+        std_between_runs: standard_deviation(&means),
+        per_run,
+        protocol: present.first()?.protocol.clone(),
+    })
+}
+
+fn joint_summary(runs: &[Run<'_>], joint: &str) -> Option<JointSummary> {
+    let of_run = |run: &Run<'_>| Some(run.evaluation.per_joint.iter().find(|j| j.joint == joint)?.spread.mean);
+    let clips = by_clip(runs, &runs.iter().map(of_run).collect::<Vec<_>>());
+    let ci95 = bootstrap::interval(&clips, RESAMPLES);
+    Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_over_clips(&clips)?, ci95 })
+}
+
+/// The values of the runs that have one, clip by clip.
+fn by_clip(runs: &[Run<'_>], per_run: &[Option<f64>]) -> Vec<Vec<f64>> {
+    let mut clips: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for (run, value) in runs.iter().zip(per_run) {
+        clips.entry(run.clip).or_default().extend(value);
+    }
+    clips.into_values().filter(|values| !values.is_empty()).collect()
+}
+
+fn mean_over_clips(clips: &[Vec<f64>]) -> Option<f64> {
+    mean(&clips.iter().filter_map(|values| mean(values)).collect::<Vec<_>>())
+}
+
+fn interval_in_words(runs: &[Run<'_>]) -> String {
+    let clips = by_clip(runs, &vec![Some(0.0); runs.len()]);
+    let seeds = clips.iter().map(Vec::len).min().unwrap_or(0);
+    if seeds < 2 {
+        return "no interval: a clip was run with one seed only, and one seed says nothing about the next".into();
+    }
+    format!(
+        "95 % interval of the mean by bootstrap over runs ({} runs: {} {}, at least {seeds} seeds each; {RESAMPLES} \
+         resamples of the seeds within each clip, expanded percentiles), never over frames",
+        runs.len(),
+        clips.len(),
+        if clips.len() == 1 { "clip" } else { "clips" },
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use nalgebra::Vector3;
+
+    fn off_by(millimetres: f64) -> Evaluation {
+        let truth = vec![standing(); 3];
+        let moved: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.001 * millimetres, 0.0, 0.0))).collect();
+        evaluate_markers(&truth, &moved)
+    }
+
+    #[test]
+    fn clips_count_alike_and_seeds_within_them() {
+        let [a, b, c] = [10.0, 20.0, 60.0].map(off_by);
+        let run = |clip, seed, evaluation| Run { clip, seed, evaluation };
+        let summary = summarise(&[run("walk", 0, &a), run("walk", 1, &b), run("jump", 0, &c)]).unwrap();
+        let humaneva = &summary.metrics["humaneva_mm"];
+        assert!((humaneva.mean - (15.0 + 60.0) / 2.0).abs() < 1e-9);
+        assert!((humaneva.max - 60.0).abs() < 1e-9);
+        assert_eq!(humaneva.ci95, None, "the clip jump has one seed");
+        assert!(summary.interval.contains("one seed only"));
+        assert_eq!(humaneva.per_run.len(), 3);
+        assert!((summary.per_joint[0].mean_mm - 37.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn several_seeds_give_an_interval_that_holds_the_mean() {
+        let runs: Vec<_> = [28.0, 30.0, 29.0, 33.0, 31.0].map(off_by).into();
+        let runs: Vec<_> = runs.iter().zip(0..).map(|(e, seed)| Run { clip: "walk", seed, evaluation: e }).collect();
+        let summary = summarise(&runs).unwrap();
+        let Interval { low, high } = summary.metrics["humaneva_mm"].ci95.unwrap();
+        assert!(low < 30.2 && 30.2 < high);
+        let again = summarise(&runs).unwrap();
+        assert_eq!(summary, again, "the bootstrap draws the same numbers every time");
+        let text = serde_json::to_string(&summary).unwrap();
+        assert!(text.contains(&format!("\"ci95\":[{low},{high}]")));
+        assert_eq!(serde_json::from_str::<Summary>(&text).unwrap(), summary);
+    }
+
+    #[test]
+    fn no_run_is_an_error() {
+        assert_eq!(summarise(&[]).unwrap_err(), EvaluationError::NoRun);
+    }
+}

@@ -1,0 +1,130 @@
+//! When the tracker loses the body, for how long, and whether it finds it again.
+
+use std::ops::Range;
+
+use super::Sequence;
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::statistics::mean_of;
+
+/// A frame is bad when its HumanEva error exceeds this, millimetres.
+pub const LOSS_THRESHOLD_MM: f64 = 150.0;
+
+/// So many bad frames in a row are a loss.
+pub const LOSS_FRAMES: usize = 15;
+
+/// Share of frames inside a loss.
+pub(super) const FRACTION: Metric = Metric {
+    name: "track_loss",
+    title: "Frames lost",
+    unit: Unit::Fraction,
+    direction: Direction::LowerIsBetter,
+    protocol: "share of frames that lie in a run of at least 15 frames whose HumanEva error exceeds 150 mm; a frame \
+               without an estimate counts as exceeding",
+    measure: fraction,
+};
+
+/// Seconds from the first scored frame to the first loss.
+pub(super) const TIME_TO_LOSS: Metric = Metric {
+    name: "time_to_loss_s",
+    title: "Time until the track is lost",
+    unit: Unit::Second,
+    direction: Direction::HigherIsBetter,
+    protocol: "seconds from the first scored frame to the first run of at least 15 frames with an error above 150 mm; the \
+               length of the sequence where there is none",
+    measure: time_to_loss,
+};
+
+/// Seconds that the first loss lasted.
+pub(super) const RECOVERY: Metric = Metric {
+    name: "recovery_s",
+    title: "Time to recover",
+    unit: Unit::Second,
+    direction: Direction::LowerIsBetter,
+    protocol: "seconds from the start of the first loss to the first frame at or below 150 mm; absent where the track was \
+               never lost or never found again",
+    measure: recovery,
+};
+
+/// Runs of at least [`LOSS_FRAMES`] bad frames.
+fn losses(sequence: &Sequence<'_>) -> Vec<Range<usize>> {
+    let bad = |frame: usize| {
+        frame < sequence.frames() && mean_of(sequence.distances_mm(frame)).is_none_or(|error| error > LOSS_THRESHOLD_MM)
+    };
+    let mut runs = Vec::new();
+    let mut start = sequence.first_scored;
+    while start < sequence.frames() {
+        let end = (start..).find(|frame| !bad(*frame)).unwrap_or(start);
+        if end - start >= LOSS_FRAMES {
+            runs.push(start..end);
+        }
+        start = end + 1;
+    }
+    runs
+}
+
+fn fraction(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let runs = losses(sequence);
+    let lost = |frame: usize| f64::from(u8::from(runs.iter().any(|run| run.contains(&frame))));
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(lost(frame)))))
+}
+
+fn time_to_loss(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let end = losses(sequence).first().map_or(sequence.frames(), |run| run.start);
+    Some(Measurement::Whole((end - sequence.first_scored) as f64 / sequence.frames_per_second))
+}
+
+fn recovery(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let runs = losses(sequence);
+    let first = runs.first().filter(|run| run.end < sequence.frames())?;
+    Some(Measurement::Whole(first.len() as f64 / sequence.frames_per_second))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::evaluation::fixture::{evaluate_markers, standing, translated};
+    use crate::evaluation::{Evaluation, MetricValue};
+    use nalgebra::Vector3;
+    use std::collections::BTreeMap;
+    use std::ops::Range;
+
+    /// 61 frames (60 scored, at 60 fps) whose frames in `bad` are 0.2 m off.
+    fn with_bad_frames(bad: &[Range<usize>]) -> BTreeMap<String, MetricValue> {
+        let truth = vec![standing(); 61];
+        let mut estimate = truth.clone();
+        for frame in bad.iter().cloned().flatten() {
+            estimate[frame] = translated(&truth[frame], Vector3::new(0.2, 0.0, 0.0));
+        }
+        let Evaluation { metrics, .. } = evaluate_markers(&truth, &estimate);
+        metrics
+    }
+
+    #[test]
+    fn fourteen_bad_frames_are_no_loss_and_fifteen_are() {
+        assert_eq!(with_bad_frames(std::slice::from_ref(&(20..34)))["track_loss"].mean, 0.0);
+        assert!((with_bad_frames(std::slice::from_ref(&(20..35)))["track_loss"].mean - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_first_loss_gives_the_times() {
+        let metrics = with_bad_frames(&[31..49, 50..60]);
+        assert!((metrics["time_to_loss_s"].mean - 0.5).abs() < 1e-12);
+        assert!((metrics["recovery_s"].mean - 0.3).abs() < 1e-12);
+        assert!((metrics["track_loss"].mean - 18.0 / 60.0).abs() < 1e-12, "ten bad frames later are not a loss");
+    }
+
+    #[test]
+    fn a_track_that_is_never_lost_lasts_and_has_nothing_to_recover() {
+        let metrics = with_bad_frames(&[]);
+        assert!((metrics["time_to_loss_s"].mean - 1.0).abs() < 1e-12);
+        assert!(!metrics.contains_key("recovery_s"));
+        assert!(!with_bad_frames(std::slice::from_ref(&(40..61))).contains_key("recovery_s"), "never found again");
+    }
+
+    #[test]
+    fn frames_without_an_estimate_are_lost() {
+        let truth = vec![standing(); 61];
+        let mut estimate = truth.clone();
+        estimate[31..].fill([None; 15]);
+        assert!((evaluate_markers(&truth, &estimate).metrics["track_loss"].mean - 0.5).abs() < 1e-12);
+    }
+}
