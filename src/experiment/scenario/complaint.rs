@@ -1,0 +1,151 @@
+//! What is wrong with a scenario, where it stands, and what to do.
+
+use std::fmt;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// One thing that is wrong with a scenario: printed as `file:line: key: what`, the line itself and a caret below.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Complaint {
+    /// The file as it was named, or the override on the command line.
+    pub origin: String,
+    /// Where it stands in the file; `None` for an override and for what the file leaves out.
+    pub place: Option<Place>,
+    /// Dotted key; empty where the file is not TOML at all.
+    pub key: String,
+    /// What was found, what was expected, what to do.
+    pub message: String,
+}
+
+/// A stretch of one line of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Line number, from 1.
+    pub line: usize,
+    /// Column of the first character, from 1.
+    pub column: usize,
+    /// Number of characters marked, at least 1.
+    pub width: usize,
+    /// The line itself.
+    pub text: String,
+}
+
+impl Place {
+    /// The place of a byte range of `text`.
+    pub(super) fn of(text: &str, span: &Range<usize>) -> Self {
+        let start = floor_char_boundary(text, span.start);
+        let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
+        let line = text[line_start..].lines().next().unwrap_or_default();
+        let end = floor_char_boundary(text, span.end).clamp(start, (line_start + line.len()).max(start));
+        Self {
+            line: text[..start].matches('\n').count() + 1,
+            column: text[line_start..start].chars().count() + 1,
+            width: text[start..end].chars().count().max(1),
+            text: line.to_owned(),
+        }
+    }
+}
+
+fn floor_char_boundary(text: &str, index: usize) -> usize {
+    (0..=index.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
+}
+
+impl fmt::Display for Complaint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.origin)?;
+        if let Some(place) = &self.place {
+            write!(f, ":{}", place.line)?;
+        }
+        if !self.key.is_empty() {
+            write!(f, ": {}", self.key)?;
+        }
+        write!(f, ": {}", self.message)?;
+        if let Some(Place { line, column, width, text }) = &self.place {
+            let gutter = line.to_string().len();
+            write!(f, "\n  {line} | {text}\n  {:gutter$} | {:skip$}{}", "", "", "^".repeat(*width), skip = column - 1)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Complaint {}
+
+/// Where the value of a dotted key stands in a TOML text; `None` if the text does not say it.
+pub(super) fn locate(text: &str, key: &str) -> Option<Range<usize>> {
+    let document = DeTable::parse(text).ok()?;
+    let mut segments = key.split(['.', '[', ']']).filter(|s| !s.is_empty());
+    let mut value = find(document.get_ref(), segments.next()?)?;
+    for segment in segments {
+        value = match value.get_ref() {
+            DeValue::Table(table) => find(table, segment)?,
+            DeValue::Array(array) => array.get(segment.parse::<usize>().ok()?)?,
+            _ => return None,
+        };
+    }
+    Some(value.span())
+}
+
+fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
+    table.iter().find(|(k, _)| k.get_ref() == key).map(|(_, v)| v)
+}
+
+/// The candidate that a misspelt word most likely means: at most a third of its letters away.
+pub(crate) fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let (distance, best) = candidates.into_iter().map(|c| (edit_distance(word, c), c)).min_by_key(|(d, _)| *d)?;
+    (distance * 3 <= word.chars().count().max(3)).then_some(best)
+}
+
+/// Insertions, deletions and substitutions between two words (Levenshtein).
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edit_distances_are_those_counted_by_hand() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+        assert_eq!(edit_distance("seeds", "seeds"), 0);
+    }
+
+    #[test]
+    fn a_near_miss_is_suggested_and_a_far_one_is_not() {
+        let known = ["particles", "layers", "survival_rate"];
+        assert_eq!(did_you_mean("partciles", known), Some("particles"));
+        assert_eq!(did_you_mean("colour", known), None);
+    }
+
+    #[test]
+    fn the_caret_stands_below_the_value_even_after_wide_characters() {
+        let text = "a = 1\nname = \"é\"\n[t]\nkey = -4 # x\n";
+        let place = Place::of(text, &locate(text, "t.key").unwrap());
+        assert_eq!((place.line, place.column, place.width), (4, 7, 2));
+        let complaint =
+            Complaint { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
+        assert_eq!(complaint.to_string(), "f.toml:4: t.key: bad\n  4 | key = -4 # x\n    |       ^^");
+    }
+
+    #[test]
+    fn a_key_is_found_inside_arrays_of_tables() {
+        let text = "[[c]]\nx = 1\n[[c]]\nx = 22\n";
+        let span = locate(text, "c[1].x").unwrap();
+        assert_eq!(&text[span], "22");
+        assert_eq!(locate(text, "c[2].x"), None);
+    }
+}

@@ -1,0 +1,94 @@
+//! A scenario: everything that one experiment needs, as `scenarios/*.toml` says it.
+//!
+//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths are
+//! metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's file,
+//! from 1. Key by key the file is checked by type here and by range in [`Scenario::first_problem`].
+
+mod bodies;
+mod complaint;
+mod motion;
+mod ranges;
+mod read;
+mod rig;
+mod tracker;
+
+pub use bodies::{ActorSettings, ContactMode, Mismatch, TrackerBodySettings};
+pub use complaint::Complaint;
+pub use motion::{Axis, MotionSettings};
+pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
+pub use rig::{CameraSettings, RigSettings, RingSettings};
+pub use tracker::{
+    AnnealedParticleFilterSettings, EnergyName, FrozenSettings, OracleSettings, PredictionName, TrackerSettings,
+};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One experiment: whose motion, which bodies, which cameras, which tracker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// The version of this format; always `"skiagraph.scenario/1"`.
+    pub schema: SchemaTag,
+    /// Short name: letters, digits, `-` and `_`. Runs are written to `runs/NAME` unless `--out` says otherwise.
+    pub name: String,
+    /// One or two sentences for people. Default: empty.
+    #[serde(default)]
+    pub description: String,
+    /// First random seed. Default: 0.
+    #[serde(default)]
+    pub seed: u32,
+    /// How many seeds to run: `seed`, `seed + 1`, and so on. Default: 1.
+    #[serde(default = "one")]
+    pub seeds: u32,
+    /// The recording that the actor performs.
+    pub motion: MotionSettings,
+    /// The recording that the tracker's proposal is learned from. Default: the frames of `[motion]` themselves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub training: Option<MotionSettings>,
+    /// The body that is seen.
+    #[serde(default)]
+    pub actor: ActorSettings,
+    /// The body that the tracker believes in.
+    #[serde(default)]
+    pub tracker_body: TrackerBodySettings,
+    /// The cameras.
+    #[serde(default)]
+    pub rig: RigSettings,
+    /// Who tracks: one of `[tracker.annealed_particle_filter]`, `[tracker.frozen]`, `[tracker.oracle]`.
+    /// Default: the annealed particle filter with its defaults.
+    #[serde(default)]
+    pub tracker: TrackerSettings,
+}
+
+/// The version of the scenario format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SchemaTag {
+    /// The only one so far.
+    #[serde(rename = "skiagraph.scenario/1")]
+    V1,
+}
+
+impl Scenario {
+    /// Whether actor and tracker share one body: the same robot and no mismatch. Every report says so.
+    pub fn is_matched(&self) -> bool {
+        self.actor.robot == self.tracker_body.robot && self.tracker_body.mismatch == Mismatch::None
+    }
+
+    /// The seeds of this experiment, in order.
+    pub fn all_seeds(&self) -> impl Iterator<Item = u64> + use<> {
+        (0..u64::from(self.seeds)).map({
+            let first = u64::from(self.seed);
+            move |i| first + i
+        })
+    }
+
+    /// The JSON schema of the format, for editors.
+    pub fn json_schema() -> serde_json::Value {
+        schemars::schema_for!(Self).to_value()
+    }
+}
+
+fn one() -> u32 {
+    1
+}

@@ -1,0 +1,59 @@
+//! `[motion]` and `[training]`: a recording and the part of it that is used.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A recording and the part of it that is used.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MotionSettings {
+    /// The clip: `embedded:walk`, `embedded:run` or `embedded:jump`; or a `.bvh`, `.amc` or DeepMimic `.txt` file, by its
+    /// path relative to the scenario, or by its name alone anywhere below `--mocap-dir` (or `SKIAGRAPH_MOCAP`).
+    pub clip: String,
+    /// The `.asf` skeleton of an `.amc` clip, found as the clip is. Default: the clip's subject, `49.asf` for `49_01.amc`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skeleton: Option<String>,
+    /// First frame used, as the file counts, from 1. Default: 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_frame: Option<usize>,
+    /// Last frame used, inclusive, as the file counts. Default: the clip's last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_frame: Option<usize>,
+    /// Frames a second of everything that follows: the clip is resampled to it. Hz. Default: 60.
+    #[serde(default = "default_frames_per_second")]
+    pub frames_per_second: f64,
+    /// Repeat the clip, each cycle going on where the last one stopped, until it lasts this long. Seconds.
+    /// Default: the clip is played once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loop_to_s: Option<f64>,
+    /// Length of the file's unit in metres. Default: what the format says (Acclaim of CMU: 0.0254 / 0.45), and for BVH
+    /// guessed from the skeleton's height, which is then said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metres_per_unit: Option<f64>,
+    /// The file's upward axis. Default: what the format says, and for BVH guessed from the skeleton, which is then said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<Axis>,
+    /// Rate of a file that does not say its own. Hz. Default: 120 for `.amc`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source_hz: Option<f64>,
+    /// SHA-256 of the clip's file in hexadecimal; another file of the same name is refused. Default: not checked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
+    /// Where the file is offered; said when it is missing. Default: empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub source: String,
+}
+
+/// An upward axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// The y axis, as most recordings.
+    Y,
+    /// The z axis.
+    Z,
+}
+
+fn default_frames_per_second() -> f64 {
+    60.0
+}

@@ -1,0 +1,166 @@
+//! What the types of a scenario cannot say: which values make sense.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use super::{
+    AnnealedParticleFilterSettings, CameraSettings, MotionSettings, OracleSettings, RingSettings, Scenario,
+    TrackerSettings,
+};
+
+/// A value that makes no sense.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Problem {
+    /// Dotted key.
+    pub(crate) key: String,
+    /// What was expected and what was found.
+    pub(crate) message: String,
+}
+
+type Verdict = Result<(), Problem>;
+
+const MAX_IMAGE_SIDE: u32 = 8192;
+
+impl Scenario {
+    /// The first value that makes no sense by itself, in the order of the format.
+    pub(crate) fn first_problem(&self) -> Verdict {
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+        require(
+            "name",
+            !self.name.is_empty() && self.name.len() <= 64 && self.name.chars().all(plain),
+            "1 to 64 letters, digits, `-` or `_`",
+            format!("{:?}", self.name),
+        )?;
+        within("seeds", self.seeds, 1..=100_000)?;
+        motion("motion", &self.motion)?;
+        if let Some(training) = &self.training {
+            motion("training", training)?;
+        }
+        if let Some((length, girth)) = self.tracker_body.mismatch.shares() {
+            within("tracker_body.mismatch.percent.length", length * 100.0, 0.0..=50.0)?;
+            within("tracker_body.mismatch.percent.girth", girth * 100.0, 0.0..=50.0)?;
+        }
+        require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
+        if let Some(r) = &self.rig.ring {
+            ring(r)?;
+        }
+        for (i, c) in self.rig.camera.iter().enumerate() {
+            camera(&format!("rig.camera[{i}]"), c)?;
+        }
+        self.tracker.first_problem("tracker.")
+    }
+}
+
+impl TrackerSettings {
+    /// As [`Scenario::first_problem`]; `prefix` is what stands before the tracker's name in keys.
+    pub(crate) fn first_problem(&self, prefix: &str) -> Verdict {
+        match self {
+            Self::AnnealedParticleFilter(s) => filter(&format!("{prefix}annealed_particle_filter"), s),
+            Self::Frozen(_) => Ok(()),
+            Self::Oracle(s) => oracle(&format!("{prefix}oracle"), s),
+        }
+    }
+}
+
+fn motion(table: &str, m: &MotionSettings) -> Verdict {
+    require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
+    if let Some(first) = m.first_frame {
+        require(&format!("{table}.first_frame"), first >= 1, "a frame number from 1", first)?;
+    }
+    if let Some(last) = m.last_frame {
+        let first = m.first_frame.unwrap_or(1);
+        require(&format!("{table}.last_frame"), last > first, format_args!("a frame after {first}, the first"), last)?;
+    }
+    within(&format!("{table}.frames_per_second"), m.frames_per_second, 1.0..=1000.0)?;
+    for (key, value, range) in [
+        ("loop_to_s", m.loop_to_s, 0.01..=3600.0),
+        ("metres_per_unit", m.metres_per_unit, 1e-6..=1e3),
+        ("source_hz", m.source_hz, 1.0..=10_000.0),
+    ] {
+        if let Some(value) = value {
+            within(&format!("{table}.{key}"), value, range)?;
+        }
+    }
+    if let Some(hash) = &m.sha256 {
+        let sound = hash.len() == 64 && hash.chars().all(|c| c.is_ascii_hexdigit());
+        require(&format!("{table}.sha256"), sound, "64 hexadecimal digits", format!("{hash:?}"))?;
+    }
+    Ok(())
+}
+
+fn ring(r: &RingSettings) -> Verdict {
+    within("rig.ring.count", r.count, 1..=64)?;
+    within("rig.ring.radius_m", r.radius_m, 0.1..=1000.0)?;
+    within("rig.ring.height_m", r.height_m, -1000.0..=1000.0)?;
+    above_ground("rig.ring.height_m", r.height_m)?;
+    for (i, coordinate) in r.look_at_m.into_iter().flatten().enumerate() {
+        within(&format!("rig.ring.look_at_m[{i}]"), coordinate, -1e4..=1e4)?;
+    }
+    within("rig.ring.first_azimuth_deg", r.first_azimuth_deg, -360.0..=360.0)?;
+    within("rig.ring.field_of_view_deg", r.field_of_view_deg, 1.0..=170.0)?;
+    image_size("rig.ring.size_px", r.size_px)
+}
+
+fn camera(table: &str, c: &CameraSettings) -> Verdict {
+    image_size(&format!("{table}.size_px"), c.size_px)?;
+    let [[fx, skew, _], [k10, fy, _], bottom] = c.matrix;
+    let key = format!("{table}.matrix");
+    let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+    require(&key, finite(c.matrix.as_flattened()), "finite numbers", "one that is not")?;
+    require(&key, fx > 0.0 && fy > 0.0, "focal lengths fx and fy above 0 px", format_args!("{fx} and {fy}"))?;
+    require(
+        &key,
+        skew == 0.0 && k10 == 0.0 && bottom == [0.0, 0.0, 1.0],
+        "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]",
+        format!("{:?}", c.matrix),
+    )?;
+    let key = format!("{table}.rotation");
+    let r = nalgebra::Matrix3::from_fn(|i, j| c.rotation[i][j]);
+    let error = (r * r.transpose() - nalgebra::Matrix3::identity()).norm();
+    require(&key, error < 1e-3, "orthonormal rows", format!("{:?}", c.rotation))?;
+    require(&key, r.determinant() > 0.0, "a rotation (determinant +1)", "a reflection (determinant -1)")?;
+    require(&format!("{table}.distortion"), finite(&c.distortion), "finite numbers", "one that is not")?;
+    let key = format!("{table}.translation_m");
+    require(&key, finite(&c.translation_m), "finite numbers", "one that is not")?;
+    let centre = -(r.transpose() * nalgebra::Vector3::from(c.translation_m));
+    above_ground(&key, centre.z)
+}
+
+fn above_ground(key: &str, height: f64) -> Verdict {
+    require(key, height > 0.0, "a camera above the ground (z = 0)", format_args!("one at z = {height:.3} m"))
+}
+
+fn image_size(key: &str, size: [u32; 2]) -> Verdict {
+    let sound = size.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side));
+    require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIDE} px"), format!("{size:?}"))
+}
+
+fn filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
+    within(&format!("{table}.particles"), s.particles, 1..=10_000_000)?;
+    within(&format!("{table}.layers"), s.layers, 1..=1000)?;
+    let sound = s.survival_rate > 0.0 && s.survival_rate <= 1.0;
+    require(&format!("{table}.survival_rate"), sound, "above 0 and at most 1", s.survival_rate)?;
+    within(&format!("{table}.contour_weight"), s.contour_weight, 0.0..=1e6)?;
+    within(&format!("{table}.contour_reach"), s.contour_reach, 1e-4..=10.0)?;
+    within(&format!("{table}.proposal_scale"), s.proposal_scale, 0.0..=1e3)
+}
+
+fn oracle(table: &str, s: &OracleSettings) -> Verdict {
+    for (i, offset) in s.root_offset_m.into_iter().enumerate() {
+        within(&format!("{table}.root_offset_m[{i}]"), offset, -1e3..=1e3)?;
+    }
+    within(&format!("{table}.root_noise_m"), s.root_noise_m, 0.0..=1e3)?;
+    within(&format!("{table}.angle_noise_deg"), s.angle_noise_deg, 0.0..=180.0)
+}
+
+fn within<T: PartialOrd + Display>(key: &str, value: T, range: RangeInclusive<T>) -> Verdict {
+    let sound = range.contains(&value);
+    require(key, sound, format_args!("{} to {}", range.start(), range.end()), value)
+}
+
+fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> Verdict {
+    if sound {
+        return Ok(());
+    }
+    Err(Problem { key: key.to_owned(), message: format!("expected {expected}, found {found}") })
+}

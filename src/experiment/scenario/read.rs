@@ -1,0 +1,303 @@
+//! From text to a [`Scenario`], with overrides, and with every mistake shown where it stands.
+
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+use super::complaint::{Complaint, Place, did_you_mean, locate};
+use super::{Scenario, TrackerSettings};
+
+/// The scenario that runs when none is named: `scenarios/walk.toml`.
+pub const DEFAULT_SCENARIO: &str = include_str!("../../../scenarios/walk.toml");
+
+/// A scenario and where its relative paths start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScenarioFile {
+    /// What it says, overrides included.
+    pub scenario: Scenario,
+    /// The file as it was named.
+    pub origin: String,
+    /// Paths in the scenario are relative to this folder.
+    pub folder: PathBuf,
+}
+
+/// Why a scenario cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// The file cannot be read.
+    #[error("{path}: cannot read the scenario: {source}", path = path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file says something that makes no sense.
+    #[error(transparent)]
+    Unsound(#[from] Complaint),
+}
+
+impl ScenarioFile {
+    /// Reads a scenario file; every override is `key=value` with a dotted key and a TOML value (a bare word is a string).
+    ///
+    /// # Errors
+    /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or a value that makes no sense.
+    pub fn open(path: &Path, overrides: &[String]) -> Result<Self, ScenarioError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
+        let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+        Self::parse(&text, &path.display().to_string(), folder, overrides)
+    }
+
+    /// The scenario that is built in.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] if an override makes no sense.
+    pub fn built_in(overrides: &[String]) -> Result<Self, ScenarioError> {
+        Self::parse(DEFAULT_SCENARIO, "walk.toml (built in)", PathBuf::new(), overrides)
+    }
+
+    /// As [`Self::open`], from a text.
+    ///
+    /// # Errors
+    /// As [`Self::open`], but for reading.
+    pub fn parse(text: &str, origin: &str, folder: PathBuf, overrides: &[String]) -> Result<Self, ScenarioError> {
+        let mut scenario: Scenario = from_text(text, origin)?;
+        if !overrides.is_empty() {
+            let mut table: Table = from_text(text, origin)?;
+            for assignment in overrides {
+                set(&mut table, assignment)?;
+                scenario = from_table(table.clone(), assignment)?;
+            }
+        }
+        scenario.first_problem().map_err(|problem| {
+            let culprit = overrides.iter().rev().find(|o| covers(o, &problem.key));
+            let place = locate(text, &problem.key).filter(|_| culprit.is_none()).map(|span| Place::of(text, &span));
+            let origin = culprit.map_or_else(|| origin.to_owned(), |o| named(o));
+            Complaint { origin, place, key: problem.key, message: problem.message }
+        })?;
+        Ok(Self { scenario, origin: origin.to_owned(), folder })
+    }
+}
+
+impl TrackerSettings {
+    /// These settings with overrides whose keys are relative to the tracker's own table (`particles=50`).
+    ///
+    /// # Errors
+    /// [`ScenarioError`] if an override makes no sense.
+    pub fn overridden(self, overrides: &[String]) -> Result<Self, ScenarioError> {
+        let mut settings = self;
+        for assignment in overrides {
+            let complain =
+                |message: String| Complaint { origin: named(assignment), place: None, key: String::new(), message };
+            let mut table = Table::try_from(&settings).map_err(|e| complain(e.to_string()))?;
+            if let Some(Value::Table(own)) = table.iter_mut().next().map(|(_, value)| value) {
+                set(own, assignment)?;
+            }
+            settings = from_table(table, assignment)?;
+            settings.first_problem("").map_err(|problem| Complaint {
+                origin: named(assignment),
+                place: None,
+                key: problem.key,
+                message: problem.message,
+            })?;
+        }
+        Ok(settings)
+    }
+}
+
+fn named(assignment: &str) -> String {
+    format!("override {assignment}")
+}
+
+/// Whether an override says the value of `key`, itself or as part of a table.
+fn covers(assignment: &str, key: &str) -> bool {
+    let name = assignment.split('=').next().unwrap_or_default().trim();
+    key.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+/// Applies `key=value` to a table.
+fn set(table: &mut Table, assignment: &str) -> Result<(), Complaint> {
+    let complain = |message: &str| Complaint {
+        origin: named(assignment),
+        place: None,
+        key: String::new(),
+        message: message.to_owned(),
+    };
+    let (key, value) = assignment
+        .split_once('=')
+        .ok_or_else(|| complain("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
+    let value = parse_value(value.trim()).map_err(|e| complain(&e))?;
+    let mut segments: Vec<&str> = key.trim().split('.').collect();
+    let Some(last) = segments.pop().filter(|s| !s.is_empty()) else {
+        return Err(complain("expected a key before `=`"));
+    };
+    let mut table = table;
+    for (depth, segment) in segments.iter().enumerate() {
+        let slot = table.entry((*segment).to_owned()).or_insert_with(|| Value::Table(Table::new()));
+        if !slot.is_table() {
+            *slot = Value::Table(Table::new());
+        }
+        let Value::Table(inner) = slot else { return Err(complain("expected a table")) };
+        if depth == 0 && *segment == "tracker" {
+            // A scenario has one tracker: naming another takes the first one's place.
+            let chosen = segments.get(1).copied().unwrap_or(last);
+            inner.retain(|name, _| name == chosen);
+        }
+        table = inner;
+    }
+    table.insert(last.to_owned(), value);
+    Ok(())
+}
+
+/// A TOML value; a bare word (`value=overlap`, `clip=a/b.bvh`) is taken as a string.
+fn parse_value(text: &str) -> Result<Value, String> {
+    let bare = |c: char| c.is_ascii_alphanumeric() || "_-./:~ ".contains(c);
+    match text.parse::<Value>() {
+        Ok(value) => Ok(value),
+        Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::String(text.to_owned())),
+        Err(e) => Err(format!("the value is not TOML: {}", e.message())),
+    }
+}
+
+fn from_text<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T, Complaint> {
+    let syntax = |e: toml::de::Error| Complaint {
+        origin: origin.to_owned(),
+        place: e.span().map(|span| Place::of(text, &span)),
+        key: String::new(),
+        message: format!("not TOML: {}", e.message()),
+    };
+    let document = toml::de::Deserializer::parse(text).map_err(syntax)?;
+    serde_path_to_error::deserialize(document).map_err(|e| {
+        let place = e.inner().span().filter(|span| !span.is_empty() && span.end - span.start < text.trim().len());
+        complaint(origin, place.map(|span| Place::of(text, &span)), &e)
+    })
+}
+
+fn from_table<T: DeserializeOwned>(table: Table, assignment: &str) -> Result<T, Complaint> {
+    serde_path_to_error::deserialize(table).map_err(|e| complaint(&named(assignment), None, &e))
+}
+
+fn complaint(origin: &str, place: Option<Place>, error: &serde_path_to_error::Error<toml::de::Error>) -> Complaint {
+    let key = error.path().to_string();
+    let key = if key == "." { String::new() } else { key.trim_end_matches(".?").to_owned() };
+    Complaint { origin: origin.to_owned(), place, key, message: in_plain_words(error.inner().message()) }
+}
+
+/// Serde's message for somebody who writes a scenario.
+fn in_plain_words(message: &str) -> String {
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    match quoted.split_first() {
+        Some((word, known)) if message.starts_with("unknown field") || message.starts_with("unknown variant") => {
+            let what = if message.starts_with("unknown field") { "unknown key" } else { "unknown name" };
+            let guess = did_you_mean(word, known.iter().copied());
+            let guess = guess.map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            format!("{what} `{word}`{guess} (known here: {known})")
+        }
+        _ => [("usize", "a whole number"), ("u32", "a whole number"), ("u64", "a whole number"), ("f64", "a number")]
+            .iter()
+            .fold(message.replace("missing field", "missing key"), |m, (from, to)| {
+                m.replace(&format!("expected {from}"), &format!("expected {to}"))
+            }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::scenario::Mismatch;
+
+    const SMALL: &str = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n\n[motion]\nclip = \"embedded:walk\"\n";
+
+    fn parse(extra: &str, overrides: &[&str]) -> Result<Scenario, String> {
+        let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+        ScenarioFile::parse(&format!("{SMALL}{extra}"), "a.toml", PathBuf::new(), &overrides)
+            .map(|f| f.scenario)
+            .map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_misspelt_key_is_shown_with_its_line_and_a_suggestion() {
+        let error = parse("[tracker.annealed_particle_filter]\npartciles = 20\n", &[]).unwrap_err();
+        assert!(error.starts_with("a.toml:7: tracker.annealed_particle_filter.partciles: unknown key"), "{error}");
+        assert!(error.contains("did you mean `particles`?"), "{error}");
+        assert!(error.ends_with("7 | partciles = 20\n    | ^^^^^^^^^"), "{error}");
+    }
+
+    #[test]
+    fn a_wrong_type_names_key_line_expectation_and_finding() {
+        let error = parse("[tracker.annealed_particle_filter]\nparticles = \"many\"\n", &[]).unwrap_err();
+        assert!(error.starts_with("a.toml:7: tracker.annealed_particle_filter.particles: "), "{error}");
+        assert!(error.contains("string \"many\", expected a whole number"), "{error}");
+        let error = parse("[tracker.annealed_particle_filter]\nparticles = -3\n", &[]).unwrap_err();
+        assert!(error.contains("-3"), "{error}");
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_shown_where_it_stands() {
+        let error = parse("[tracker.annealed_particle_filter]\nsurvival_rate = 1.5\n", &[]).unwrap_err();
+        assert!(
+            error.contains("a.toml:7: tracker.annealed_particle_filter.survival_rate: expected above 0"),
+            "{error}"
+        );
+        assert!(error.contains("survival_rate = 1.5\n    |                 ^^^"), "{error}");
+        for bad in ["particles=0", "layers=0", "survival_rate=0", "survival_rate=nan"] {
+            let error = parse("", &[&format!("tracker.annealed_particle_filter.{bad}")]).unwrap_err();
+            assert!(error.starts_with("override tracker.annealed_particle_filter."), "{error}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_tracker_names_those_there_are() {
+        let error = parse("[tracker.frosen]\n", &[]).unwrap_err();
+        assert!(error.contains("did you mean `frozen`?"), "{error}");
+        assert!(error.contains("annealed_particle_filter, frozen, oracle"), "{error}");
+    }
+
+    #[test]
+    fn a_broken_file_is_shown_where_it_breaks() {
+        let error = parse("[tracker\n", &[]).unwrap_err();
+        assert!(error.starts_with("a.toml:6: not TOML: "), "{error}");
+    }
+
+    #[test]
+    fn a_missing_key_is_named() {
+        let error =
+            ScenarioFile::parse("schema = \"skiagraph.scenario/1\"\n", "a.toml", PathBuf::new(), &[]).unwrap_err();
+        assert!(error.to_string().contains("missing key `name`"), "{error}");
+    }
+
+    #[test]
+    fn overrides_change_values_and_may_change_the_tracker() {
+        let s = parse("[tracker.frozen]\n", &["seed=7", "tracker_body.mismatch=none", "motion.loop_to_s=2"]).unwrap();
+        assert_eq!((s.seed, s.motion.loop_to_s, s.tracker_body.mismatch), (7, Some(2.0), Mismatch::None));
+        let s = parse("[tracker.frozen]\n", &["tracker.oracle={}"]).unwrap();
+        assert!(matches!(s.tracker, TrackerSettings::Oracle(_)));
+        let s = parse("", &["tracker_body.mismatch.percent={length=1.0, girth=2.0}"]).unwrap();
+        assert_eq!(s.tracker_body.mismatch.shares(), Some((0.01, 0.02)));
+    }
+
+    #[test]
+    fn a_bad_override_is_named() {
+        let error = parse("", &["tracker.annealed_particle_filter.partciles=3"]).unwrap_err();
+        assert!(error.starts_with("override tracker.annealed_particle_filter.partciles=3: "), "{error}");
+        assert!(error.contains("did you mean `particles`?"), "{error}");
+        assert!(parse("", &["seed"]).unwrap_err().contains("expected key=value"));
+        assert!(parse("", &["seed=[1"]).unwrap_err().contains("not TOML"));
+    }
+
+    #[test]
+    fn a_tracker_takes_overrides_by_its_own_keys() {
+        let settings = TrackerSettings::default().overridden(&["particles=7".to_owned()]).unwrap();
+        assert!(matches!(settings, TrackerSettings::AnnealedParticleFilter(s) if s.particles == 7));
+        let error = TrackerSettings::default().overridden(&["layers=0".to_owned()]).unwrap_err().to_string();
+        assert!(error.contains("annealed_particle_filter.layers: expected 1 to"), "{error}");
+    }
+
+    #[test]
+    fn the_built_in_scenario_is_sound() {
+        assert_eq!(ScenarioFile::built_in(&[]).unwrap().scenario.name, "walk");
+    }
+}
