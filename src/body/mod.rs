@@ -9,9 +9,11 @@ mod kinematics;
 mod landmark;
 mod motion;
 mod pose;
+mod tangent;
 
 pub use flesh::Flesh;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
 pub use landmark::{LANDMARKS, Landmark, LinkPoint, Markers};
 pub use pose::{Motion, Pose};
+pub use tangent::ROOT_STEP;

@@ -1,1 +1,67 @@
 //! How a pose may move between frames.
+//!
+//! A [`MotionModel`] says what a particle carries from frame to frame, how it moves, and in which flat space it may be
+//! nudged. [`Diffusion`] carries a pose and lets it wander.
+
+mod diffusion;
+mod proposal;
+
+use rand_chacha::ChaCha8Rng;
+
+pub use diffusion::{Diffusion, DiffusionSettings, Prediction};
+pub use proposal::ProposalScales;
+
+use crate::body::{Humanoid, Pose};
+
+/// The prior over motion, `p(x_t | x_{t-1})` of S2 section 6.1, and the space in which a filter spreads its particles.
+///
+/// A particle's state is a point of a manifold: [`Self::step`] moves it by a vector of [`Self::deviations`]' length,
+/// [`Self::difference`] is the vector between two states. A filter needs no more to anneal.
+pub trait MotionModel: Send + Sync {
+    /// What one particle carries.
+    type State: Clone + Send + Sync;
+
+    /// The body that moves.
+    fn body(&self) -> &Humanoid;
+
+    /// A state at the first frame, drawn around a known start pose.
+    fn sample_initial(&self, start: &Pose, rng: &mut ChaCha8Rng) -> Self::State;
+
+    /// A state of the next frame, drawn from the model. `past` holds the estimates of the frames before, oldest first.
+    fn propagate(&self, state: &Self::State, past: &[Pose], rng: &mut ChaCha8Rng) -> Self::State;
+
+    /// The pose behind a state.
+    fn pose<'a>(&self, state: &'a Self::State) -> &'a Pose;
+
+    /// Standard deviations of the spread between frames, one per number of a step: the roots of S2's diagonal `P_0`.
+    fn deviations(&self) -> &[f64];
+
+    /// The state moved by a step, kept within what the model allows (joint limits).
+    fn step(&self, state: &Self::State, step: &[f64]) -> Self::State;
+
+    /// The step from one state to another, written into `step`.
+    fn difference(&self, from: &Self::State, to: &Self::State, step: &mut [f64]);
+}
+
+/// What a motion model cannot be made from.
+#[derive(Debug, thiserror::Error)]
+pub enum MotionModelError {
+    /// A setting is out of its range.
+    #[error("{key}: expected {expected}, found {found}")]
+    Setting {
+        /// The setting, as a scenario spells it.
+        key: &'static str,
+        /// What is allowed.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+    /// A training motion too short to measure differences between frames.
+    #[error("training motion: expected at least {expected} frames, found {found}")]
+    TooFewFrames {
+        /// Fewest frames that will do.
+        expected: usize,
+        /// Frames of the motion.
+        found: usize,
+    },
+}

@@ -45,6 +45,20 @@ pub enum TrackError {
         /// What differs.
         detail: String,
     },
+    /// [`super::Tracker::track`] was called before [`super::Tracker::start`].
+    #[error("frame {frame}: the tracker was given no start pose")]
+    NotStarted {
+        /// Frame number.
+        frame: usize,
+    },
+    /// The start pose is of another body.
+    #[error("start pose: expected {expected} joint angles, found {found}; it must be a pose of the tracker's own body")]
+    StartMismatch {
+        /// Degrees of freedom of the tracker's body.
+        expected: usize,
+        /// Joint angles of the start pose.
+        found: usize,
+    },
     /// Every particle was invalid.
     #[error("frame {frame}: no valid particle is left; widen the initial covariance or check the start pose")]
     NoValidParticle {

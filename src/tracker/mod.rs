@@ -2,9 +2,21 @@
 //!
 //! This room never sees the truth: it may not name scene/, mocap/ or benchmark_set/ (`tests/layering.rs`).
 
+mod annealed_particle_filter;
+mod annealing;
 mod estimate;
+mod frozen;
+mod likelihood;
+mod resampling;
+mod settings;
 
+pub use annealed_particle_filter::AnnealedParticleFilter;
+pub use annealing::{Selection, select};
 pub use estimate::{Estimate, LayerRecord, TrackError};
+pub use frozen::Frozen;
+pub use likelihood::Likelihood;
+pub use resampling::systematic;
+pub use settings::{Estimator, FilterSettings, Kernel, SettingError};
 
 use crate::body::Pose;
 use crate::observation::Observation;

@@ -1,0 +1,83 @@
+//! How far each number of a pose moves from frame to frame.
+
+use nalgebra::DVector;
+
+use super::{MotionModelError, Prediction};
+use crate::body::{Humanoid, Motion, ROOT_STEP};
+
+/// Standard deviations of the change of a pose from one frame to the next: S2's `P_0 = diag(std^2)`, before any factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProposalScales {
+    /// Root translation along the world's x, y and z, metres.
+    pub root_translation_m: [f64; 3],
+    /// Root rotation about the root's own x, y and z, radians.
+    pub root_rotation_rad: [f64; 3],
+    /// One per degree of freedom of the body, radians (metres where prismatic).
+    pub joints: DVector<f64>,
+}
+
+impl ProposalScales {
+    /// Root translation that the scales of a training motion never fall below, metres.
+    pub const ROOT_TRANSLATION_FLOOR_M: f64 = 0.002;
+    /// Root rotation that they never fall below, radians.
+    pub const ROOT_ROTATION_FLOOR_RAD: f64 = 0.005;
+    /// Joint angle that they never fall below, radians: a joint that rested in training may move in the test.
+    pub const JOINT_FLOOR_RAD: f64 = 0.01;
+
+    /// Measures a training motion of `body` at the rate of the video to come (Balan et al. 2005).
+    ///
+    /// The root mean square about zero is taken, not about the mean: what a motion model does not predict, steady
+    /// travel included, the spread has to cover. With [`Prediction::ConstantVelocity`] that is the change of the
+    /// change. The two horizontal directions share one value, since a test may walk another way than the training.
+    ///
+    /// # Errors
+    /// [`MotionModelError::TooFewFrames`] for fewer than two frames (three with a predicted velocity).
+    pub fn from_motion(body: &Humanoid, motion: &Motion, prediction: Prediction) -> Result<Self, MotionModelError> {
+        let expected = if prediction == Prediction::None { 2 } else { 3 };
+        let found = motion.poses.len();
+        if found < expected {
+            return Err(MotionModelError::TooFewFrames { expected, found });
+        }
+        let mut steps = consecutive_steps(body, motion);
+        if prediction == Prediction::ConstantVelocity {
+            steps = steps.windows(2).map(|pair| &pair[1] - &pair[0]).collect();
+        }
+        let mut mean_square = DVector::zeros(body.step_len());
+        for step in &steps {
+            mean_square += step.component_mul(step) / steps.len() as f64;
+        }
+        let horizontal = 0.5 * (mean_square[0] + mean_square[1]);
+        (mean_square[0], mean_square[1]) = (horizontal, horizontal);
+        let scale = |i: usize, floor: f64| mean_square[i].sqrt().max(floor);
+        Ok(Self {
+            root_translation_m: [0, 1, 2].map(|i| scale(i, Self::ROOT_TRANSLATION_FLOOR_M)),
+            root_rotation_rad: [3, 4, 5].map(|i| scale(i, Self::ROOT_ROTATION_FLOOR_RAD)),
+            joints: DVector::from_fn(body.degrees_of_freedom.len(), |i, _| scale(ROOT_STEP + i, Self::JOINT_FLOOR_RAD)),
+        })
+    }
+
+    /// Values for a person who walks or gestures, where no training motion is at hand, `frames_per_second` of the
+    /// video > 0: root 0.8 m/s and 1.2 rad/s, joints 1.8 rad/s (the speeds that PARSEC's bodytrack assumes, rounded).
+    pub fn for_human(body: &Humanoid, frames_per_second: f64) -> Self {
+        let joints = body.degrees_of_freedom.len();
+        Self {
+            root_translation_m: [0.8 / frames_per_second; 3],
+            root_rotation_rad: [1.2 / frames_per_second; 3],
+            joints: DVector::from_element(joints, 1.8 / frames_per_second),
+        }
+    }
+
+    /// All standard deviations in the order of a step.
+    pub(super) fn in_step_order(&self) -> Vec<f64> {
+        self.root_translation_m.iter().chain(&self.root_rotation_rad).chain(&self.joints).copied().collect()
+    }
+}
+
+fn consecutive_steps(body: &Humanoid, motion: &Motion) -> Vec<DVector<f64>> {
+    let steps = motion.poses.windows(2).map(|pair| {
+        let mut step = DVector::zeros(body.step_len());
+        body.difference(&pair[0], &pair[1], step.as_mut_slice());
+        step
+    });
+    steps.collect()
+}

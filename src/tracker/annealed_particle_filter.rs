@@ -1,0 +1,235 @@
+//! The annealed particle filter: S2's Algorithm 1.
+
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::annealing::{Selection, select};
+use super::resampling::systematic;
+use super::{Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, SettingError, TrackError, Tracker};
+use crate::body::Pose;
+use crate::motion_model::MotionModel;
+use crate::observation::Observation;
+use crate::rng::{Purpose, stream};
+
+/// Follows a body by annealing a cloud of particles on each frame's energy (Deutscher et al. 2000; S2, Algorithm 1).
+///
+/// | S2 | here |
+/// |---|---|
+/// | x_t^i | a particle: a [`MotionModel::State`] |
+/// | p(x_t given x_{t-1}) | [`MotionModel::propagate`], its noise P_0 included |
+/// | E(y_t, x_t) | [`Likelihood::energy`] |
+/// | N, M, alpha_m | [`FilterSettings`]: `particles`, `layers`, `survival_rate` |
+/// | lambda_m, w^i | [`select`] |
+/// | P_0, P_m = alpha_m P_{m-1} | squares of [`MotionModel::deviations`], times `survival_rate` per layer |
+/// | the estimate of section 6.1 | [`Estimator`] over the weights of layer M |
+///
+/// Where the paper is silent: alpha acts on the variance; the estimate is made before the last resampling; after that
+/// resampling particles are not perturbed, since the next frame's propagation does it. With one layer this is the plain
+/// particle filter of section 6.1. Particles are worked on in parallel; random streams are keyed by (seed, purpose,
+/// frame, layer, particle) and sums run in order, so the bits do not depend on the number of threads.
+#[derive(Debug)]
+pub struct AnnealedParticleFilter<M: MotionModel, L: Likelihood> {
+    settings: FilterSettings,
+    seed: u64,
+    model: M,
+    likelihood: L,
+    start: Option<Pose>,
+    particles: Vec<M::State>,
+    /// The last two estimates, oldest first.
+    past: Vec<Pose>,
+}
+
+impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
+    /// A filter of the given random seed.
+    ///
+    /// # Errors
+    /// [`SettingError`] where a setting is out of its range.
+    pub fn new(settings: FilterSettings, model: M, likelihood: L, seed: u64) -> Result<Self, SettingError> {
+        settings.validate()?;
+        Ok(Self { settings, seed, model, likelihood, start: None, particles: Vec::new(), past: Vec::new() })
+    }
+
+    /// Step 1: particles for this frame, from the start pose or the frame before.
+    fn initialise(&self, frame: u64) -> Result<Vec<M::State>, TrackError> {
+        let start = self.start.as_ref().ok_or(TrackError::NotStarted { frame: frame as usize })?;
+        let (expected, found) = (self.model.body().degrees_of_freedom.len(), start.joint_angles.len());
+        if expected != found {
+            return Err(TrackError::StartMismatch { expected, found });
+        }
+        if self.particles.is_empty() {
+            let draw =
+                |i| self.model.sample_initial(start, &mut stream(self.seed, Purpose::Initialisation, frame, 0, i));
+            return Ok((0..self.settings.particles as u64).into_par_iter().map(draw).collect());
+        }
+        let propagate = |(i, state): (usize, &M::State)| {
+            let mut rng = stream(self.seed, Purpose::Perturbation, frame, 0, i as u64);
+            self.model.propagate(state, &self.past, &mut rng)
+        };
+        Ok(self.particles.par_iter().enumerate().map(propagate).collect())
+    }
+
+    /// Step 2: the energy of every particle.
+    fn energies(&self, particles: &[M::State]) -> Vec<f64> {
+        let energy = |scratch: &mut L::Scratch, state| self.likelihood.energy(self.model.pose(state), scratch);
+        particles.par_iter().map_init(|| self.likelihood.scratch(), energy).collect()
+    }
+
+    /// Step 5: survivors, as many as before.
+    fn resample(&self, particles: &[M::State], weights: &[f64], frame: u64, layer: u64) -> Vec<M::State> {
+        let offset = stream(self.seed, Purpose::Resampling, frame, layer, 0).random();
+        systematic(weights, offset).into_iter().map(|ancestor| particles[ancestor].clone()).collect()
+    }
+
+    /// Step 6: spreads the survivors.
+    fn perturb(&self, survivors: &[M::State], spread: &Spread<M::State>, frame: u64, layer: u64) -> Vec<M::State> {
+        let nudge = |(i, state): (usize, &M::State)| {
+            let mut rng = stream(self.seed, Purpose::Perturbation, frame, layer, i as u64);
+            let noise = spread.deviations.iter().map(|d| d * normal(&mut rng));
+            match &spread.shrinkage {
+                None => self.model.step(state, &noise.collect::<Vec<f64>>()),
+                Some(Shrinkage { about, mean, keep }) => {
+                    let mut step = vec![0.0; mean.len()];
+                    self.model.difference(about, state, &mut step);
+                    for ((s, m), n) in step.iter_mut().zip(mean).zip(noise) {
+                        *s = keep * *s + (1.0 - keep) * m + n;
+                    }
+                    self.model.step(about, &step)
+                }
+            }
+        };
+        survivors.par_iter().enumerate().map(nudge).collect()
+    }
+
+    /// What the kernel makes of S2's `P_m` (`geometric` holds its roots) and of the weighted particles.
+    fn spread(&self, particles: &[M::State], weights: &[f64], geometric: &[f64]) -> Spread<M::State> {
+        match self.settings.kernel {
+            Kernel::Geometric => Spread { deviations: geometric.to_vec(), shrinkage: None },
+            Kernel::Min { factor } => {
+                let own = self.moments(particles, weights).deviations;
+                let deviations = geometric.iter().zip(&own).map(|(g, o)| g.min(factor * o)).collect();
+                Spread { deviations, shrinkage: None }
+            }
+            Kernel::Shrink { h } => {
+                let Moments { about, mean, deviations } = self.moments(particles, weights);
+                let deviations = deviations.iter().map(|o| h * o).collect();
+                Spread { deviations, shrinkage: Some(Shrinkage { about, mean, keep: (1.0 - h * h).sqrt() }) }
+            }
+        }
+    }
+
+    /// Weighted mean and deviations of the particles, as steps from the heaviest.
+    fn moments(&self, particles: &[M::State], weights: &[f64]) -> Moments<M::State> {
+        let about = particles[heaviest(weights)].clone();
+        let dimensions = self.model.deviations().len();
+        let (mut step, mut mean, mut square) = (vec![0.0; dimensions], vec![0.0; dimensions], vec![0.0; dimensions]);
+        for (state, weight) in particles.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+            self.model.difference(&about, state, &mut step);
+            for ((m, q), s) in mean.iter_mut().zip(&mut square).zip(&step) {
+                *m += weight * s;
+                *q += weight * s * s;
+            }
+        }
+        let deviations = square.iter().zip(&mean).map(|(q, m)| (q - m * m).max(0.0).sqrt()).collect();
+        Moments { about, mean, deviations }
+    }
+
+    /// The answer of the last layer's weighted particles.
+    fn estimate(&self, particles: &[M::State], weights: &[f64]) -> Option<Pose> {
+        let best = || particles.get(heaviest(weights)).map(|state| self.model.pose(state).clone());
+        match self.settings.estimator {
+            Estimator::Best => best(),
+            Estimator::WeightedMean => {
+                self.model.body().mean_pose(particles.iter().map(|state| self.model.pose(state)), weights)
+            }
+        }
+    }
+
+    fn remember(&mut self, estimate: &Pose) {
+        if self.past.len() == 2 {
+            self.past.remove(0);
+        }
+        self.past.push(estimate.clone());
+    }
+}
+
+impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
+    fn name(&self) -> &str {
+        if self.settings.layers == 1 { "particle_filter" } else { "annealed_particle_filter" }
+    }
+
+    fn start(&mut self, start: &Pose) {
+        self.start = Some(start.clone());
+        self.particles.clear();
+        self.past.clear();
+    }
+
+    fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError> {
+        let FilterSettings { particles: count, layers, survival_rate, .. } = self.settings;
+        let frame = observation.frame;
+        self.likelihood.prepare(observation)?;
+        let mut particles = self.initialise(frame as u64)?;
+        let mut geometric = self.model.deviations().to_vec();
+        let mut records = Vec::with_capacity(layers);
+        for layer in 1..layers as u64 {
+            let energies = self.energies(&particles);
+            let selection = select(&energies, survival_rate).ok_or(TrackError::NoValidParticle { frame })?;
+            records.push(record(&energies, &selection));
+            geometric.iter_mut().for_each(|deviation| *deviation *= survival_rate.sqrt());
+            let spread = self.spread(&particles, &selection.weights, &geometric);
+            let survivors = self.resample(&particles, &selection.weights, frame as u64, layer);
+            particles = self.perturb(&survivors, &spread, frame as u64, layer);
+        }
+        let energies = self.energies(&particles);
+        let selection = select(&energies, survival_rate).ok_or(TrackError::NoValidParticle { frame })?;
+        records.push(record(&energies, &selection));
+        let pose = self.estimate(&particles, &selection.weights).ok_or(TrackError::NoValidParticle { frame })?;
+        self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
+        self.remember(&pose);
+        let energy = Some(self.likelihood.energy(&pose, &mut self.likelihood.scratch()));
+        Ok(Estimate { frame, pose, energy, layers: records, evaluations: (count * layers + 1) as u64 })
+    }
+}
+
+/// The noise of one layer.
+struct Spread<S> {
+    deviations: Vec<f64>,
+    shrinkage: Option<Shrinkage<S>>,
+}
+
+/// Draws particles towards their mean before the noise is added.
+struct Shrinkage<S> {
+    about: S,
+    mean: Vec<f64>,
+    keep: f64,
+}
+
+/// First two moments of weighted particles, as steps from `about`.
+struct Moments<S> {
+    about: S,
+    mean: Vec<f64>,
+    deviations: Vec<f64>,
+}
+
+fn heaviest(weights: &[f64]) -> usize {
+    weights.iter().enumerate().fold(0, |best, (i, w)| if *w > weights[best] { i } else { best })
+}
+
+fn normal(rng: &mut rand_chacha::ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+fn record(energies: &[f64], selection: &Selection) -> LayerRecord {
+    let valid = || energies.iter().copied().filter(|e| e.is_finite());
+    let count = valid().count() as f64;
+    let mean = valid().sum::<f64>() / count;
+    let variance = valid().map(|e| (e - mean) * (e - mean)).sum::<f64>() / count;
+    LayerRecord {
+        lambda: selection.lambda,
+        effective_sample_size: selection.effective_sample_size,
+        energy_min: valid().fold(f64::INFINITY, f64::min),
+        energy_mean: mean,
+        energy_std: variance.sqrt(),
+        degenerate: selection.degenerate,
+    }
+}

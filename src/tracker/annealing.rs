@@ -1,0 +1,195 @@
+//! The annealing variable: how sharply a layer selects its particles (S2 Eq. 2 and 4).
+
+/// What one layer makes of its energies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// S2's lambda_m; 0 where every valid particle weighs the same.
+    pub lambda: f64,
+    /// Normalised weights, one per particle, 0 for invalid ones.
+    pub weights: Vec<f64>,
+    /// `1 / sum w^2`.
+    pub effective_sample_size: f64,
+    /// Whether Eq. 4 had no regular solution, see [`select`].
+    pub degenerate: bool,
+}
+
+/// Solves S2's Eq. 4 for lambda and weighs the particles by Eq. 2, `w_i = exp(-lambda E_i)`, normalised.
+///
+/// With alpha the `survival_rate` in (0, 1] and N all particles, invalid ones (energy not finite, weight 0) included,
+/// Eq. 4 reads `f(lambda) = (sum w)^2 / (N sum w^2) = alpha`: the effective sample size is alpha N. f is continuous and
+/// never rises, from n/N at lambda = 0 (n valid particles) to k/N (k particles share the least energy), so a bracket
+/// and geometric bisection find the root to 1e-4 in f. Energies are shifted by their least: no weight overflows.
+///
+/// There is no root, and the result is marked degenerate, where
+/// * n <= alpha N: too many particles are invalid, lambda = 0;
+/// * all energies are equal: nothing to select, lambda = 0;
+/// * k >= alpha N: ties, lambda is capped where all others have died out.
+///
+/// `None` if no energy is finite.
+pub fn select(energies: &[f64], survival_rate: f64) -> Option<Selection> {
+    let valid: Vec<f64> = energies.iter().copied().filter(|e| e.is_finite()).collect();
+    let least = valid.iter().copied().reduce(f64::min)?;
+    let excess: Vec<f64> = valid.iter().map(|e| e - least).collect();
+    let target = survival_rate * energies.len() as f64;
+    let (lambda, degenerate) = solve(&excess, target, valid.len() == energies.len());
+    let mut weights: Vec<f64> =
+        energies.iter().map(|e| if e.is_finite() { libm::exp(-lambda * (e - least)) } else { 0.0 }).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter_mut().for_each(|w| *w /= sum);
+    let effective_sample_size = 1.0 / weights.iter().map(|w| w * w).sum::<f64>();
+    Some(Selection { lambda, weights, effective_sample_size, degenerate })
+}
+
+/// Lambda for which the effective sample size is `target`, and whether that is a fallback.
+fn solve(excess: &[f64], target: f64, all_valid: bool) -> (f64, bool) {
+    let count = excess.len() as f64;
+    let ties = excess.iter().filter(|e| **e == 0.0).count() as f64;
+    if ties == count {
+        return (0.0, true);
+    }
+    if count <= target {
+        return (0.0, !all_valid);
+    }
+    if ties >= target {
+        return (extinction(excess), true);
+    }
+    let mean = excess.iter().sum::<f64>() / count;
+    let (mut low, mut high) = bracket(excess, target, 1.0 / mean);
+    for _ in 0..200 {
+        let middle = low.sqrt() * high.sqrt();
+        let size = effective_sample_size(excess, middle);
+        if (size - target).abs() < 1e-4 * target || middle <= low || middle >= high {
+            return (middle, false);
+        }
+        if size > target { low = middle } else { high = middle }
+    }
+    (low.sqrt() * high.sqrt(), false)
+}
+
+/// Two lambdas, a factor two apart, between which the effective sample size passes `target`.
+fn bracket(excess: &[f64], target: f64, guess: f64) -> (f64, f64) {
+    let mut high = guess.clamp(f64::MIN_POSITIVE, f64::MAX);
+    while high < f64::MAX && effective_sample_size(excess, high) > target {
+        high = (2.0 * high).min(f64::MAX);
+    }
+    let mut low = 0.5 * high;
+    while low > f64::MIN_POSITIVE && effective_sample_size(excess, low) < target {
+        (low, high) = (0.5 * low, low);
+    }
+    (low, high)
+}
+
+/// A lambda at which all but the least energies weigh less than 1e-21 of one.
+fn extinction(excess: &[f64]) -> f64 {
+    let gap = excess.iter().copied().filter(|e| *e > 0.0).fold(f64::MAX, f64::min);
+    (50.0 / gap).min(f64::MAX)
+}
+
+fn effective_sample_size(excess: &[f64], lambda: f64) -> f64 {
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for e in excess {
+        let w = libm::exp(-lambda * e);
+        sum += w;
+        squares += w * w;
+    }
+    sum * sum / squares
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Of n particles `good` have energy 0 and the rest `gap`: with q = exp(-lambda gap), Eq. 4 is a quadratic in q.
+    fn two_level_lambda(good: f64, n: f64, gap: f64, alpha: f64) -> f64 {
+        let bad = n - good;
+        // (good + bad q)^2 = alpha n (good + bad q^2)
+        let (a, b, c) = (bad * bad - alpha * n * bad, 2.0 * good * bad, good * good - alpha * n * good);
+        let root = (b * b - 4.0 * a * c).sqrt();
+        let q = [(-b + root) / (2.0 * a), (-b - root) / (2.0 * a)].into_iter().find(|q| (0.0..1.0).contains(q));
+        -q.unwrap().ln() / gap
+    }
+
+    #[test]
+    fn two_energy_levels_give_the_root_of_a_quadratic() {
+        for (good, gap, alpha) in [(10_u8, 0.3, 0.5), (1, 1e-5, 0.3), (40, 7.0, 0.75), (99, 2.0, 0.995)] {
+            let energies: Vec<f64> = (0..100).map(|i| if i < good { 0.2 } else { 0.2 + gap }).collect();
+            let found = select(&energies, alpha).unwrap();
+            let expected = two_level_lambda(f64::from(good), 100.0, energies[99] - energies[0], alpha);
+            assert!(!found.degenerate);
+            assert_relative_eq!(found.effective_sample_size, 100.0 * alpha, max_relative = 2e-4);
+            assert_relative_eq!(found.lambda, expected, max_relative = 5e-2);
+            let weight_ratio = found.weights[99] / found.weights[0];
+            assert_relative_eq!(weight_ratio, libm::exp(-expected * gap), max_relative = 1e-2);
+        }
+    }
+
+    #[test]
+    fn linear_energies_of_many_particles_approach_the_integral() {
+        // E uniform on [0, 1]: f = 2 (1 - q) / (lambda (1 + q)), q = exp(-lambda).
+        let n = 4000;
+        let energies: Vec<f64> = (0..n).map(|i| (f64::from(i) + 0.5) / f64::from(n)).collect();
+        let found = select(&energies, 0.5).unwrap();
+        let q = (-found.lambda).exp();
+        assert_relative_eq!(2.0 * (1.0 - q) / (found.lambda * (1.0 + q)), 0.5, max_relative = 1e-3);
+    }
+
+    #[test]
+    fn equal_energies_are_flagged_and_weigh_the_same() {
+        let found = select(&[3.0; 8], 0.5).unwrap();
+        assert_eq!((found.lambda, found.degenerate), (0.0, true));
+        assert_eq!(found.weights, vec![0.125; 8]);
+    }
+
+    #[test]
+    fn ties_at_the_minimum_are_flagged_and_take_all_weight() {
+        let found = select(&[1.0, 1.0, 1.0, 2.0], 0.5).unwrap();
+        assert!(found.degenerate);
+        assert_relative_eq!(found.effective_sample_size, 3.0, epsilon = 1e-9);
+    }
+
+    #[test]
+    fn too_many_invalid_particles_are_flagged_and_weigh_nothing() {
+        let found = select(&[1.0, f64::NAN, f64::INFINITY, 2.0, f64::NAN], 0.5).unwrap();
+        assert!(found.degenerate);
+        assert_eq!(found.weights, vec![0.5, 0.0, 0.0, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn no_valid_particle_gives_nothing() {
+        assert!(select(&[f64::NAN, f64::INFINITY], 0.5).is_none());
+        assert!(select(&[], 0.5).is_none());
+    }
+
+    #[test]
+    fn survival_of_all_is_regular_and_selects_nothing() {
+        let found = select(&[1.0, 2.0, 3.0], 1.0).unwrap();
+        assert_eq!((found.lambda, found.degenerate), (0.0, false));
+    }
+
+    proptest! {
+        #[test]
+        fn effective_sample_size_never_rises_with_lambda(
+            energies in proptest::collection::vec(0.0_f64..5.0, 2..60), lambda in 1e-3_f64..1e3, factor in 1.0_f64..10.0,
+        ) {
+            let shifted = effective_sample_size(&energies, lambda * factor);
+            prop_assert!(shifted <= effective_sample_size(&energies, lambda) * (1.0 + 1e-12));
+        }
+
+        #[test]
+        fn a_regular_solution_keeps_the_survival_rate_whatever_the_scale(
+            energies in proptest::collection::vec(0.1_f64..1.0, 5..80),
+            alpha in 0.05_f64..0.95, exponent in -12_i32..12, offset in -1e3_f64..1e3,
+        ) {
+            let scaled: Vec<f64> = energies.iter().map(|e| (e + offset) * 10_f64.powi(exponent)).collect();
+            let found = select(&scaled, alpha).unwrap();
+            prop_assert!(found.weights.iter().all(|w| w.is_finite()));
+            if !found.degenerate {
+                let rate = found.effective_sample_size / scaled.len() as f64;
+                prop_assert!((rate - alpha).abs() < 2e-4, "{rate} is not {alpha}");
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! The baseline that every tracker must beat.
+
+use super::{Estimate, TrackError, Tracker};
+use crate::body::Pose;
+use crate::observation::Observation;
+
+/// Never moves: answers the start pose for every frame.
+#[derive(Clone, Debug, Default)]
+pub struct Frozen {
+    start: Option<Pose>,
+}
+
+impl Tracker for Frozen {
+    fn name(&self) -> &str {
+        "frozen"
+    }
+
+    fn start(&mut self, start: &Pose) {
+        self.start = Some(start.clone());
+    }
+
+    fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError> {
+        let frame = observation.frame;
+        let pose = self.start.clone().ok_or(TrackError::NotStarted { frame })?;
+        Ok(Estimate { frame, pose, energy: None, layers: Vec::new(), evaluations: 0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DVector, Isometry3};
+
+    use super::*;
+
+    #[test]
+    fn it_answers_the_start_pose_and_nothing_before_a_start() {
+        let mut tracker = Frozen::default();
+        let observation = Observation { frame: 7, time_s: 0.1, silhouettes: Vec::new() };
+        assert!(matches!(tracker.track(&observation), Err(TrackError::NotStarted { frame: 7 })));
+        let start = Pose { world_from_root: Isometry3::translation(1.0, 2.0, 3.0), joint_angles: DVector::zeros(3) };
+        tracker.start(&start);
+        assert_eq!(tracker.track(&observation).unwrap().pose, start);
+    }
+}

@@ -1,0 +1,26 @@
+//! How well a pose explains what the cameras saw.
+
+use super::TrackError;
+use crate::body::Pose;
+use crate::observation::Observation;
+
+/// An energy of poses given an observation, `E(y_t, x_t)` of S2's Eq. 2; lower is better.
+///
+/// Work that depends on the observation alone is done once in [`Self::prepare`]; [`Self::energy`] is then called for
+/// many poses, from many threads at once, each with its own scratch.
+pub trait Likelihood: Send + Sync {
+    /// Buffers of one thread.
+    type Scratch: Send;
+
+    /// Fresh buffers.
+    fn scratch(&self) -> Self::Scratch;
+
+    /// Takes the observation that the next energies are about.
+    ///
+    /// # Errors
+    /// [`TrackError::ObservationMismatch`] if it is not what the cameras of this likelihood give.
+    fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError>;
+
+    /// The energy of `pose`; not finite for a pose that cannot be. Same bits for the same pose, whatever the scratch.
+    fn energy(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64;
+}
