@@ -21,7 +21,7 @@ impl Motion {
     /// of their equivalent values lies nearest the frame before.
     pub fn made_continuous(mut self, humanoid: &Humanoid) -> Self {
         let turning = turning_degrees_of_freedom(humanoid);
-        let vectors = rotation_vectors(humanoid);
+        let vectors: Vec<usize> = humanoid.rotation_vectors().collect();
         for frame in 1..self.poses.len() {
             let (before, from_here) = self.poses.split_at_mut(frame);
             let (previous, pose) = (&before[frame - 1], &mut from_here[0]);
@@ -48,7 +48,7 @@ impl Motion {
         if !(frames_per_second > 0.0 && frames_per_second <= MAX_FRAMES_PER_SECOND) {
             return None;
         }
-        let vectors = rotation_vectors(humanoid);
+        let vectors: Vec<usize> = humanoid.rotation_vectors().collect();
         // The small allowance keeps the last frame where both rates meet it but for rounding.
         let last = libm::floor(self.duration_s() * frames_per_second + 1e-6) as usize;
         let ratio = self.frames_per_second / frames_per_second;
@@ -71,31 +71,20 @@ impl Motion {
     /// world (m), 3 components of the root's rotation in its own frame (rad), then one per degree of freedom. The
     /// annealed particle filter's first covariance (S2 section 4; Balan et al. 2005). All zero below two frames.
     pub fn inter_frame_std(&self, humanoid: &Humanoid) -> Vec<f64> {
-        let vectors = rotation_vectors(humanoid);
-        let steps: Vec<Vec<f64>> = self.poses.windows(2).map(|w| pose_difference(&w[0], &w[1], &vectors)).collect();
+        let between = |pair: &[Pose]| {
+            let mut step = vec![0.0; humanoid.step_len()];
+            humanoid.difference(&pair[0], &pair[1], &mut step);
+            step
+        };
+        let steps: Vec<Vec<f64>> = self.poses.windows(2).map(between).collect();
         let count = steps.len().max(1) as f64;
-        (0..6 + humanoid.degrees_of_freedom.len())
+        (0..humanoid.step_len())
             .map(|i| {
                 let mean = steps.iter().map(|s| s[i]).sum::<f64>() / count;
                 libm::sqrt(steps.iter().map(|s| (s[i] - mean) * (s[i] - mean)).sum::<f64>() / count)
             })
             .collect()
     }
-}
-
-/// The way from one pose to the next: world translation, rotation vector in the root's frame, then every degree of
-/// freedom (rotation vectors as the vector of the rotation between).
-fn pose_difference(from: &Pose, to: &Pose, vectors: &[usize]) -> Vec<f64> {
-    let moved = to.world_from_root.translation.vector - from.world_from_root.translation.vector;
-    let turned = from.world_from_root.rotation.inverse() * to.world_from_root.rotation;
-    let angles = &to.joint_angles - &from.joint_angles;
-    let mut difference: Vec<f64> =
-        moved.iter().chain(turned.scaled_axis().iter()).chain(angles.iter()).copied().collect();
-    for &first in vectors {
-        let turned = rotation_at(from, first).inverse() * rotation_at(to, first);
-        difference[6 + first..9 + first].copy_from_slice(turned.scaled_axis().as_slice());
-    }
-    difference
 }
 
 fn between(from: &Pose, to: &Pose, share: f64, vectors: &[usize]) -> Pose {
@@ -128,16 +117,6 @@ fn turning_degrees_of_freedom(humanoid: &Humanoid) -> Vec<usize> {
         .collect()
 }
 
-/// Index of the first of each three degrees of freedom that are a rotation vector.
-fn rotation_vectors(humanoid: &Humanoid) -> Vec<usize> {
-    let firsts = humanoid.joints.iter().filter_map(|joint| match joint.kind {
-        JointKind::Spherical { first } => Some(first),
-        JointKind::Floating { first } => Some(first + 3),
-        _ => None,
-    });
-    firsts.collect()
-}
-
 fn vector_of(pose: &Pose, first: usize) -> Vector3<f64> {
     pose.joint_angles.fixed_rows::<3>(first).into_owned()
 }
@@ -158,40 +137,9 @@ fn nearest_equivalent(vector: &Vector3<f64>, reference: &Vector3<f64>) -> Vector
 
 #[cfg(test)]
 mod tests {
-    use super::super::{DegreeOfFreedom, Drive, Joint, Link};
     use super::*;
+    use crate::body::tangent::tests::hinge_and_ball;
     use nalgebra::{DVector, Translation3};
-
-    fn free(name: &str) -> DegreeOfFreedom {
-        DegreeOfFreedom {
-            name: name.into(),
-            lower: f64::NEG_INFINITY,
-            upper: f64::INFINITY,
-            max_velocity: f64::INFINITY,
-            max_effort: f64::INFINITY,
-        }
-    }
-
-    /// A hinge without limits (degree of freedom 0) and a ball joint (1..4).
-    fn hinge_and_ball() -> Humanoid {
-        let link = |name: &str| Link { name: name.into(), flesh: vec![], inertia: None };
-        let joint = |name: &str, parent, kind| Joint {
-            name: name.into(),
-            parent,
-            parent_from_joint: Isometry3::identity(),
-            kind,
-        };
-        Humanoid {
-            name: "probe".into(),
-            links: vec![link("root"), link("hinged"), link("balled")],
-            joints: vec![
-                joint("hinge", 0, JointKind::Revolute { axis: Vector3::z_axis(), drive: Drive::direct(0) }),
-                joint("ball", 1, JointKind::Spherical { first: 1 }),
-            ],
-            degrees_of_freedom: ["hinge", "ball.x", "ball.y", "ball.z"].map(free).into(),
-            markers: Default::default(),
-        }
-    }
 
     fn pose(x: f64, yaw: f64, angles: [f64; 4]) -> Pose {
         let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);

@@ -75,7 +75,7 @@ impl Humanoid {
     }
 
     /// Where in the joint angles three consecutive numbers are a rotation vector.
-    fn rotation_vectors(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn rotation_vectors(&self) -> impl Iterator<Item = usize> + '_ {
         self.joints.iter().filter_map(|joint| match joint.kind {
             JointKind::Spherical { first } => Some(first),
             JointKind::Floating { first } => Some(first + 3),
@@ -101,7 +101,7 @@ fn renormalised(rotation: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use approx::assert_relative_eq;
     use nalgebra::DVector;
     use proptest::prelude::*;
@@ -109,8 +109,8 @@ mod tests {
     use super::*;
     use crate::body::{DegreeOfFreedom, Drive, Joint, Link};
 
-    /// A hinge and a ball joint in a row.
-    fn hinge_and_ball() -> Humanoid {
+    /// A hinge without limits (degree of freedom 0) and a ball joint (1..4) in a row.
+    pub(in crate::body) fn hinge_and_ball() -> Humanoid {
         let link = |name: &str| Link { name: name.into(), flesh: Vec::new(), inertia: None };
         let joint = |name: &str, parent, kind| Joint {
             name: name.into(),

@@ -174,8 +174,10 @@ mod tests {
         fn effective_sample_size_never_rises_with_lambda(
             energies in proptest::collection::vec(0.0_f64..5.0, 2..60), lambda in 1e-3_f64..1e3, factor in 1.0_f64..10.0,
         ) {
-            let shifted = effective_sample_size(&energies, lambda * factor);
-            prop_assert!(shifted <= effective_sample_size(&energies, lambda) * (1.0 + 1e-12));
+            let least = energies.iter().copied().fold(f64::MAX, f64::min);
+            let excess: Vec<f64> = energies.iter().map(|e| e - least).collect();
+            let sharper = effective_sample_size(&excess, lambda * factor);
+            prop_assert!(sharper <= effective_sample_size(&excess, lambda) * (1.0 + 1e-12));
         }
 
         #[test]
