@@ -9,11 +9,15 @@ mod kinematics;
 mod landmark;
 mod motion;
 mod pose;
+mod shipped;
 mod tangent;
+mod urdf;
 
 pub use flesh::Flesh;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
 pub use landmark::{LANDMARKS, Landmark, LinkPoint, Markers};
 pub use pose::{Motion, Pose};
+pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use tangent::ROOT_STEP;
+pub use urdf::UrdfError;
