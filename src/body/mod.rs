@@ -5,6 +5,7 @@
 
 mod flesh;
 mod humanoid;
+mod jacobian;
 mod kinematics;
 mod landmark;
 mod motion;
