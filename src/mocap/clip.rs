@@ -29,11 +29,13 @@ pub struct Clip {
     pub skeleton: Skeleton,
     /// Frames a second, > 0.
     pub frames_per_second: f64,
-    /// Per frame and joint: `parent_from_joint` (`world_from_joint` for the root).
+    /// Per frame and joint: `parent_from_joint` (`world_from_joint` for the root). With every rotation but the root's the
+    /// identity, the skeleton is in its file's rest pose, in all three formats.
     pub frames: Vec<Vec<Isometry3<f64>>>,
     /// What a reader should be told: units guessed, dropout frames interpolated, header and rows that disagree.
     pub notes: Vec<String>,
-    /// Whether the recording is one cycle of a motion meant to repeat (DeepMimic's `Loop: wrap`).
+    /// Whether the recording is one cycle of a motion meant to repeat (DeepMimic's `Loop: wrap`): its last frame is then
+    /// its first frame again, one cycle later, up to a step on the ground and a small misfit.
     pub cyclic: bool,
 }
 
@@ -42,17 +44,26 @@ impl Skeleton {
     pub fn find(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|j| j.name == name)
     }
-}
 
-impl Clip {
-    /// `world_from_joint` of every joint at frame `frame`.
-    pub fn joint_frames(&self, frame: usize) -> Vec<Isometry3<f64>> {
-        let local = &self.frames[frame];
-        let mut world: Vec<Isometry3<f64>> = Vec::with_capacity(local.len());
-        for (joint, parent_from_joint) in self.skeleton.joints.iter().zip(local) {
+    /// `world_from_joint` of every joint for one frame's `parent_from_joint`.
+    pub fn joint_frames(&self, frame: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
+        let mut world: Vec<Isometry3<f64>> = Vec::with_capacity(frame.len());
+        for (joint, parent_from_joint) in self.joints.iter().zip(frame) {
             world.push(joint.parent.map_or(*parent_from_joint, |p| world[p] * parent_from_joint));
         }
         world
+    }
+}
+
+impl Clip {
+    /// From the first frame to the last, seconds.
+    pub fn duration(&self) -> f64 {
+        self.frames.len().saturating_sub(1) as f64 / self.frames_per_second
+    }
+
+    /// `world_from_joint` of every joint at frame `frame`.
+    pub fn joint_frames(&self, frame: usize) -> Vec<Isometry3<f64>> {
+        self.skeleton.joint_frames(&self.frames[frame])
     }
 
     /// Position of every joint in the world at frame `frame`, metres.

@@ -1,7 +1,34 @@
 //! Recordings as their files say them: BVH, ASF/AMC and DeepMimic become one [`Clip`].
 //!
-//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, radians as unit quaternions.
+//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose sign
+//! does not jump from frame to frame. What a reader had to guess or mend stands in [`Clip::notes`].
+//!
+//! ```no_run
+//! use skiagraph::mocap::{ReadOptions, read};
+//! let walk = read("walk.bvh".as_ref(), &ReadOptions::default())?.crop(0..480)?.resampled(60.0)?;
+//! println!("{} frames at {} Hz", walk.frames.len(), walk.frames_per_second);
+//! # Ok::<(), skiagraph::mocap::MocapError>(())
+//! ```
 
+mod amc;
+mod asf;
+mod bvh;
 mod clip;
+mod deepmimic;
+mod editing;
+mod error;
+mod looping;
+mod read;
+mod recording;
+mod rest_pose;
+mod rotation;
+mod stature;
+mod text_cursor;
 
+pub use amc::parse_amc;
+pub use asf::{AcclaimSkeleton, parse_asf};
+pub use bvh::parse_bvh;
 pub use clip::{Clip, Skeleton, SkeletonJoint};
+pub use deepmimic::parse_deepmimic;
+pub use error::MocapError;
+pub use read::{ReadOptions, UpAxis, read};

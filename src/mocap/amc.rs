@@ -1,0 +1,178 @@
+//! AMC: the motion of an Acclaim skeleton. A frame is its number on a line, then a line of angles for each bone that moves.
+
+use std::collections::HashMap;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
+use super::asf::{AcclaimChannel, AcclaimJoint, AcclaimSkeleton};
+use super::read::{ReadOptions, clip_name};
+use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording};
+use super::text_cursor::TextCursor;
+use super::{Clip, MocapError};
+
+/// CMU's rate; AMC files do not have one, save some that say `:SAMPLES-PER-SECOND`.
+const USUAL_RATE: f64 = 120.0;
+
+/// Reads an AMC file's text with the skeleton that it moves; `file` is its name, for messages and the clip's name.
+///
+/// Frames must be numbered without a gap, and each must move every bone that the skeleton lets move.
+pub fn parse_amc(
+    text: &str,
+    file: &str,
+    skeleton: &AcclaimSkeleton,
+    options: &ReadOptions,
+) -> Result<Clip, MocapError> {
+    options.check()?;
+    let mut motion = Motion::new(text, file, skeleton);
+    motion.run()?;
+    let mut notes = Vec::new();
+    let frames_per_second = options.frames_per_second.or(motion.frames_per_second).unwrap_or_else(|| {
+        notes.push(format!("the file has no rate: {USUAL_RATE} frames a second taken"));
+        USUAL_RATE
+    });
+    let clip = Clip {
+        name: clip_name(file),
+        skeleton: skeleton.skeleton.clone(),
+        frames_per_second,
+        frames: motion.frames,
+        notes,
+        cyclic: false,
+    };
+    let recording = Recording {
+        clip,
+        rest_offsets: skeleton.joints.iter().map(|joint| joint.offset).collect(),
+        empty_frames: motion.empty_frames,
+        metres_per_unit: skeleton.metres_per_unit(),
+        up: None,
+    };
+    recording.into_clip(file, options)
+}
+
+struct Motion<'a> {
+    cursor: TextCursor<'a>,
+    skeleton: &'a AcclaimSkeleton,
+    joint_by_name: HashMap<&'a str, usize>,
+    degrees: bool,
+    frames_per_second: Option<f64>,
+    frames: Vec<Vec<Isometry3<f64>>>,
+    empty_frames: Vec<usize>,
+}
+
+/// The frame whose lines are being read.
+struct OpenFrame {
+    number: u64,
+    frame: Vec<Isometry3<f64>>,
+    is_set: Vec<bool>,
+    is_empty: bool,
+}
+
+impl<'a> Motion<'a> {
+    fn new(text: &'a str, file: &'a str, skeleton: &'a AcclaimSkeleton) -> Self {
+        let joints = skeleton.skeleton.joints.iter();
+        Self {
+            cursor: TextCursor::new(text, file),
+            skeleton,
+            joint_by_name: joints.enumerate().map(|(index, joint)| (joint.name.as_str(), index)).collect(),
+            degrees: skeleton.degrees,
+            frames_per_second: None,
+            frames: Vec::new(),
+            empty_frames: Vec::new(),
+        }
+    }
+
+    fn run(&mut self) -> Result<(), MocapError> {
+        let mut open: Option<OpenFrame> = None;
+        while let Some(line) = self.cursor.next_line() {
+            if let Ok(number) = line.parse::<u64>() {
+                if let Some(open) = &open
+                    && Some(number) != open.number.checked_add(1)
+                {
+                    let expected = format!("the frame after {}, or a bone and its angles", open.number);
+                    return Err(self.cursor.unexpected(&expected, Some(line)));
+                }
+                self.close(open.take())?;
+                open = Some(self.open(number));
+                continue;
+            }
+            match &mut open {
+                Some(open) => self.bone_line(open)?,
+                None if line.starts_with(':') => self.header_line()?,
+                None => return Err(self.cursor.unexpected("the first frame's number", Some(line))),
+            }
+        }
+        self.close(open)
+    }
+
+    fn header_line(&mut self) -> Result<(), MocapError> {
+        match self.cursor.word_in_line().map(str::to_ascii_uppercase).as_deref() {
+            Some(":DEGREES") => self.degrees = true,
+            Some(":RADIANS") => self.degrees = false,
+            Some(":SAMPLES-PER-SECOND") => {
+                let rate = self.cursor.number_in_line("frames a second")?;
+                if !(1e-3..=GREATEST_RATE).contains(&rate) {
+                    return Err(self.cursor.error("frames a second > 0", rate));
+                }
+                self.frames_per_second = Some(rate);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// A new frame, every joint at rest.
+    fn open(&self, number: u64) -> OpenFrame {
+        let rest = |joint: &AcclaimJoint| Isometry3::translation(joint.offset.x, joint.offset.y, joint.offset.z);
+        OpenFrame {
+            number,
+            frame: self.skeleton.joints.iter().map(rest).collect(),
+            is_set: self.skeleton.joints.iter().map(|joint| joint.channels.is_empty()).collect(),
+            is_empty: true,
+        }
+    }
+
+    fn bone_line(&mut self, open: &mut OpenFrame) -> Result<(), MocapError> {
+        let name = self.cursor.word_in_line();
+        let Some(&index) = name.and_then(|name| self.joint_by_name.get(name)) else {
+            return Err(self.cursor.unexpected("the name of a bone of the skeleton file", name));
+        };
+        let joint = &self.skeleton.joints[index];
+        if std::mem::replace(&mut open.is_set[index], true) {
+            return Err(self.cursor.unexpected("a bone that moves, once a frame", name));
+        }
+        let mut translation = joint.offset;
+        let mut motion = UnitQuaternion::identity();
+        for channel in &joint.channels {
+            let value = self.cursor.number_in_line("one value for each degree of freedom of the bone")?;
+            open.is_empty &= value == 0.0;
+            match channel {
+                AcclaimChannel::Translation(axis) => translation[axis.index()] += value,
+                AcclaimChannel::Rotation(axis) => {
+                    motion = axis.turn(if self.degrees { value.to_radians() } else { value }) * motion;
+                }
+            }
+        }
+        if let Some(extra) = self.cursor.word_in_line() {
+            let expected = format!("{} values, as the skeleton file says", joint.channels.len());
+            return Err(self.cursor.unexpected(&expected, Some(extra)));
+        }
+        let rotation = joint.parent_from_axis * motion * joint.parent_from_axis.inverse();
+        open.frame[index] = Isometry3::from_parts(Translation3::from(translation), rotation);
+        Ok(())
+    }
+
+    fn close(&mut self, open: Option<OpenFrame>) -> Result<(), MocapError> {
+        let Some(open) = open else { return Ok(()) };
+        if let Some(missing) = open.is_set.iter().position(|is_set| !is_set) {
+            let name = &self.skeleton.skeleton.joints[missing].name;
+            return Err(self.cursor.error(format!("`{name}` in frame {}", open.number), "the frame's end"));
+        }
+        if (self.frames.len() + 1) * open.frame.len() > MOST_JOINT_FRAMES {
+            return Err(self.cursor.error(format!("at most {MOST_JOINT_FRAMES} joints times frames"), "more"));
+        }
+        if open.is_empty {
+            self.empty_frames.push(self.frames.len());
+        }
+        self.frames.push(open.frame);
+        Ok(())
+    }
+}

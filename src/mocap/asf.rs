@@ -1,0 +1,317 @@
+//! ASF: an Acclaim skeleton. Bones with a direction and a length at rest, each with the axes in which it turns.
+//!
+//! A bone becomes a joint at the bone's start, that is, at its parent's end (Lander, "Working with Motion Capture File
+//! Formats", Game Developer, January 1998). At rest every joint's frame is parallel to the world; a bone's turn is
+//! `C M C^-1` with `C` its `axis` and `M` the motion file's angles.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::rotation::Axis;
+use super::text_cursor::TextCursor;
+use super::{MocapError, Skeleton, SkeletonJoint};
+
+/// Bones that a skeleton may have.
+const MOST_BONES: usize = 10_000;
+
+/// A skeleton from an ASF file, in file units. Joint 0 is the root, the others are named as their bones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AcclaimSkeleton {
+    pub(super) skeleton: Skeleton,
+    /// Per joint.
+    pub(super) joints: Vec<AcclaimJoint>,
+    /// The file's `length`, see [`Self::metres_per_unit`].
+    pub(super) length: Option<f64>,
+    /// Whether angles are degrees, here and in motion files that do not say.
+    pub(super) degrees: bool,
+}
+
+/// How an Acclaim joint sits at rest and moves.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct AcclaimJoint {
+    /// From the parent's start, file units; the root's own position.
+    pub(super) offset: Vector3<f64>,
+    /// The frame in which the motion's angles turn it.
+    pub(super) parent_from_axis: UnitQuaternion<f64>,
+    /// Meaning of the motion file's numbers, in its order.
+    pub(super) channels: Vec<AcclaimChannel>,
+}
+
+/// One number of a motion file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum AcclaimChannel {
+    /// `tx`, `ty`, `tz`.
+    Translation(Axis),
+    /// `rx`, `ry`, `rz`.
+    Rotation(Axis),
+}
+
+impl AcclaimSkeleton {
+    /// 0.0254 / `length`: Acclaim's files count in scaled inches (0.45 in CMU's: 0.05644 m).
+    pub fn metres_per_unit(&self) -> Option<f64> {
+        self.length.map(|length| 0.0254 / length)
+    }
+}
+
+/// Reads an ASF file's text; `file` is its name, for messages.
+pub fn parse_asf(text: &str, file: &str) -> Result<AcclaimSkeleton, MocapError> {
+    let mut parser = Parser::new(text, file);
+    parser.run()?;
+    parser.into_skeleton()
+}
+
+/// A bone as its `begin … end` block has it.
+struct Bone {
+    name: String,
+    line: usize,
+    start_to_end: Vector3<f64>,
+    parent_from_axis: UnitQuaternion<f64>,
+    channels: Vec<AcclaimChannel>,
+    /// Index of the parent bone; the inner `None` is the root. Unset until the hierarchy says.
+    parent: Option<Option<usize>>,
+}
+
+struct Parser<'a> {
+    cursor: TextCursor<'a>,
+    /// The line that opens the next section.
+    section: Option<&'a str>,
+    length: Option<f64>,
+    degrees: bool,
+    root: Option<AcclaimJoint>,
+    bones: Vec<Bone>,
+}
+
+impl<'a> Parser<'a> {
+    fn new(text: &'a str, file: &'a str) -> Self {
+        let cursor = TextCursor::new(text, file);
+        Self { cursor, section: None, length: None, degrees: true, root: None, bones: Vec::new() }
+    }
+
+    fn run(&mut self) -> Result<(), MocapError> {
+        if let Some(line) = self.line_in_section() {
+            return Err(self.cursor.unexpected("a section such as `:version`", Some(line)));
+        }
+        while let Some(section) = self.section.take() {
+            match section.to_ascii_lowercase().split_whitespace().next() {
+                Some(":units") => self.units()?,
+                Some(":root") => self.root()?,
+                Some(":bonedata") => self.bones()?,
+                Some(":hierarchy") => self.hierarchy()?,
+                _ => while self.line_in_section().is_some() {},
+            }
+        }
+        Ok(())
+    }
+
+    /// The next line, unless it opens another section.
+    fn line_in_section(&mut self) -> Option<&'a str> {
+        let line = self.cursor.next_line()?;
+        if line.starts_with(':') {
+            self.section = Some(line);
+            return None;
+        }
+        Some(line)
+    }
+
+    fn units(&mut self) -> Result<(), MocapError> {
+        while self.line_in_section().is_some() {
+            match self.key().as_str() {
+                "length" => {
+                    let length = self.cursor.number_in_line("the unit of length")?;
+                    if !(1e-6..=1e6).contains(&length) {
+                        return Err(self.cursor.error("a unit of length > 0", length));
+                    }
+                    self.length = Some(length);
+                }
+                "angle" => {
+                    let word = self.cursor.word_in_line();
+                    self.degrees = match word.map(str::to_ascii_lowercase).as_deref() {
+                        Some("deg") => true,
+                        Some("rad") => false,
+                        _ => return Err(self.cursor.unexpected("`deg` or `rad`", word)),
+                    };
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn root(&mut self) -> Result<(), MocapError> {
+        let mut offset = Vector3::zeros();
+        let mut angles = Vector3::zeros();
+        let mut order = [Axis::X, Axis::Y, Axis::Z];
+        let mut channels = Vec::new();
+        while self.line_in_section().is_some() {
+            match self.key().as_str() {
+                "order" => channels = self.channels()?,
+                "axis" => order = self.axis_order()?,
+                "position" => offset = self.cursor.vector_in_line("the root's position")?,
+                "orientation" => angles = self.cursor.vector_in_line("the root's orientation")?,
+                _ => {}
+            }
+        }
+        self.root = Some(AcclaimJoint { offset, parent_from_axis: self.rotation(&angles, order), channels });
+        Ok(())
+    }
+
+    fn bones(&mut self) -> Result<(), MocapError> {
+        while let Some(line) = self.line_in_section() {
+            if !line.eq_ignore_ascii_case("begin") {
+                return Err(self.cursor.unexpected("`begin` of a bone", Some(line)));
+            }
+            let bone = self.bone()?;
+            if bone.name == "root" || self.bones.iter().any(|other| other.name == bone.name) {
+                return Err(self.cursor.error("a name that no other bone has", format!("a second `{}`", bone.name)));
+            }
+            self.bones.push(bone);
+            if self.bones.len() > MOST_BONES {
+                return Err(self.cursor.error(format!("at most {MOST_BONES} bones"), "more"));
+            }
+        }
+        Ok(())
+    }
+
+    fn bone(&mut self) -> Result<Bone, MocapError> {
+        let line = self.cursor.line();
+        let (mut name, mut direction, mut length) = (None, None, None);
+        let mut parent_from_axis = UnitQuaternion::identity();
+        let mut channels = Vec::new();
+        loop {
+            if self.line_in_section().is_none() {
+                return Err(self.cursor.error("`end` of the bone", "the end of the section"));
+            }
+            match self.key().as_str() {
+                "end" => break,
+                "name" => name = self.cursor.word_in_line().map(str::to_owned),
+                "direction" => direction = Some(self.cursor.vector_in_line("a direction")?),
+                "length" => length = Some(self.cursor.number_in_line("a bone's length")?),
+                "axis" => {
+                    let angles = self.cursor.vector_in_line("an axis' angle")?;
+                    let order = self.axis_order()?;
+                    parent_from_axis = self.rotation(&angles, order);
+                }
+                "dof" => channels = self.channels()?,
+                _ => {}
+            }
+        }
+        let missing = |what: &str| self.cursor.error(format!("the bone's {what} before its `end`"), "none");
+        let name = name.ok_or_else(|| missing("name"))?;
+        let direction: Vector3<f64> = direction.ok_or_else(|| missing("direction"))?;
+        let length: f64 = length.ok_or_else(|| missing("length"))?;
+        let start_to_end = match direction.try_normalize(1e-12) {
+            Some(unit) => unit * length,
+            None if length == 0.0 => Vector3::zeros(),
+            None => return Err(missing("direction, a vector other than zero,")),
+        };
+        Ok(Bone { name, line, start_to_end, parent_from_axis, channels, parent: None })
+    }
+
+    fn hierarchy(&mut self) -> Result<(), MocapError> {
+        while let Some(line) = self.line_in_section() {
+            let Some(parent) = self.cursor.word_in_line() else { continue };
+            if line.eq_ignore_ascii_case("begin") || line.eq_ignore_ascii_case("end") {
+                continue;
+            }
+            let parent = if parent.eq_ignore_ascii_case("root") { None } else { Some(self.bone_index(parent)?) };
+            while let Some(child) = self.cursor.word_in_line() {
+                let child = self.bone_index(child)?;
+                let bone = &mut self.bones[child];
+                if bone.parent.replace(parent).is_some() {
+                    let found = format!("another for `{}`", bone.name);
+                    return Err(self.cursor.error("one parent for each bone", found));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn bone_index(&self, name: &str) -> Result<usize, MocapError> {
+        let index = self.bones.iter().position(|bone| bone.name == name);
+        index.ok_or_else(|| self.cursor.unexpected("the name of a bone in `:bonedata`", Some(name)))
+    }
+
+    /// The first word of the current line, in lower case.
+    fn key(&mut self) -> String {
+        self.cursor.word_in_line().unwrap_or_default().to_ascii_lowercase()
+    }
+
+    /// The rest of the line as channels.
+    fn channels(&mut self) -> Result<Vec<AcclaimChannel>, MocapError> {
+        let mut channels = Vec::new();
+        while let Some(word) = self.cursor.word_in_line() {
+            match AcclaimChannel::from_name(word).filter(|channel| !channels.contains(channel)) {
+                Some(channel) => channels.push(channel),
+                None => return Err(self.cursor.unexpected("rx, ry, rz, tx, ty or tz, each once", Some(word))),
+            }
+        }
+        Ok(channels)
+    }
+
+    /// The next word as three different letters.
+    fn axis_order(&mut self) -> Result<[Axis; 3], MocapError> {
+        let word = self.cursor.word_in_line();
+        let axes: Option<Vec<Axis>> = word.unwrap_or_default().chars().map(Axis::from_letter).collect();
+        match axes.as_deref() {
+            Some(&[a, b, c]) if a != b && b != c && a != c => Ok([a, b, c]),
+            _ => Err(self.cursor.unexpected("an order of axes such as XYZ", word)),
+        }
+    }
+
+    /// Turns about fixed axes, the first of `order` first.
+    fn rotation(&self, angles: &Vector3<f64>, order: [Axis; 3]) -> UnitQuaternion<f64> {
+        let radians = if self.degrees { angles.map(f64::to_radians) } else { *angles };
+        order.iter().zip(radians.iter()).fold(UnitQuaternion::identity(), |turned, (axis, &a)| axis.turn(a) * turned)
+    }
+
+    /// Parents first, siblings as the file lists them.
+    fn into_skeleton(self) -> Result<AcclaimSkeleton, MocapError> {
+        let Some(root) = self.root else { return Err(self.cursor.error("a section `:root`", "none")) };
+        let mut children: Vec<Vec<usize>> = vec![Vec::new(); self.bones.len()];
+        let mut waiting = Vec::new();
+        for (index, bone) in self.bones.iter().enumerate().rev() {
+            match bone.parent {
+                Some(Some(parent)) => children[parent].push(index),
+                Some(None) => waiting.push((index, 0)),
+                None => {}
+            }
+        }
+        let mut skeleton =
+            Skeleton { joints: vec![SkeletonJoint { name: "root".to_owned(), parent: None, tip: None }] };
+        let mut joints = vec![root];
+        let mut is_placed = vec![false; self.bones.len()];
+        while let Some((index, parent)) = waiting.pop() {
+            let bone = &self.bones[index];
+            let offset = match bone.parent {
+                Some(Some(parent)) => self.bones[parent].start_to_end,
+                _ => Vector3::zeros(),
+            };
+            let tip = children[index].is_empty().then_some(bone.start_to_end);
+            let joint = skeleton.joints.len();
+            waiting.extend(children[index].iter().map(|&child| (child, joint)));
+            skeleton.joints.push(SkeletonJoint { name: bone.name.clone(), parent: Some(parent), tip });
+            let (parent_from_axis, channels) = (bone.parent_from_axis, bone.channels.clone());
+            joints.push(AcclaimJoint { offset, parent_from_axis, channels });
+            is_placed[index] = true;
+        }
+        match self.bones.iter().zip(is_placed).find(|(_, is_placed)| !is_placed) {
+            Some((bone, _)) => Err(self.cursor.error(
+                "every bone to hang on the root in `:hierarchy`",
+                format!("`{}` (line {}) that does not", bone.name, bone.line),
+            )),
+            None => Ok(AcclaimSkeleton { skeleton, joints, length: self.length, degrees: self.degrees }),
+        }
+    }
+}
+
+impl AcclaimChannel {
+    fn from_name(name: &str) -> Option<Self> {
+        let mut letters = name.chars();
+        let kind = letters.next()?.to_ascii_lowercase();
+        let axis = Axis::from_letter(letters.next()?)?;
+        match (kind, letters.next()) {
+            ('t', None) => Some(Self::Translation(axis)),
+            ('r', None) => Some(Self::Rotation(axis)),
+            _ => None,
+        }
+    }
+}

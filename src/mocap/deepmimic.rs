@@ -1,0 +1,240 @@
+//! DeepMimic's clips: JSON rows of a duration, the root's position and rotation, and the humanoid's joints.
+//!
+//! A row has 44 numbers: seconds to the next row; root position (metres, Y up, facing +X); root quaternion w x y z; then
+//! chest, neck, and for the right and after it the left side hip, knee, ankle, shoulder, elbow: quaternions w x y z, but
+//! knees and elbows one angle about the joint's z axis (radians; knees bend negative, elbows positive). Peng et al.,
+//! "DeepMimic", ACM Transactions on Graphics 37(4), 2018; segment lengths as in the humanoid that comes with it.
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use serde::Deserialize;
+
+use super::read::{ReadOptions, UpAxis, clip_name};
+use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording, pose_between, rate_from_frame_time};
+use super::rotation::Axis;
+use super::text_cursor::is_sane;
+use super::{Clip, MocapError, Skeleton, SkeletonJoint};
+
+/// Numbers in a row.
+const COLUMNS: usize = 44;
+
+/// How far a written quaternion's length may be from 1.
+const LENGTH_TOLERANCE: f64 = 0.02;
+
+#[derive(Clone, Copy)]
+enum Kind {
+    /// Position and quaternion.
+    Root,
+    /// Quaternion.
+    Ball,
+    /// Angle about z.
+    Hinge,
+    /// Nothing.
+    Fixed,
+}
+
+/// Name, parent, offset from the parent (metres, Y up), what its numbers mean, and the end of a leaf.
+type JointRow = (&'static str, Option<usize>, [f64; 3], Kind, Option<[f64; 3]>);
+
+/// Offsets are the joints' of the humanoid; tips the far ends of its head and hand balls and foot boxes.
+#[rustfmt::skip]
+const JOINTS: [JointRow; 15] = [
+    ("root",           None,     [0.0, 0.0, 0.0],             Kind::Root,  None),
+    ("chest",          Some(0),  [0.0, 0.236151, 0.0],        Kind::Ball,  None),
+    ("neck",           Some(1),  [0.0, 0.223894, 0.0],        Kind::Ball,  Some([0.0, 0.2775, 0.0])),
+    ("right_hip",      Some(0),  [0.0, 0.0, 0.084887],        Kind::Ball,  None),
+    ("right_knee",     Some(3),  [0.0, -0.421546, 0.0],       Kind::Hinge, None),
+    ("right_ankle",    Some(4),  [0.0, -0.40987, 0.0],        Kind::Ball,  Some([0.1335, -0.0225, 0.0])),
+    ("right_shoulder", Some(1),  [-0.02405, 0.2435, 0.18311], Kind::Ball,  None),
+    ("right_elbow",    Some(6),  [0.0, -0.274788, 0.0],       Kind::Hinge, None),
+    ("right_wrist",    Some(7),  [0.0, -0.258947, 0.0],       Kind::Fixed, Some([0.0, -0.04, 0.0])),
+    ("left_hip",       Some(0),  [0.0, 0.0, -0.084887],       Kind::Ball,  None),
+    ("left_knee",      Some(9),  [0.0, -0.421546, 0.0],       Kind::Hinge, None),
+    ("left_ankle",     Some(10), [0.0, -0.40987, 0.0],        Kind::Ball,  Some([0.1335, -0.0225, 0.0])),
+    ("left_shoulder",  Some(1),  [-0.02405, 0.2435, -0.18311], Kind::Ball, None),
+    ("left_elbow",     Some(12), [0.0, -0.274788, 0.0],       Kind::Hinge, None),
+    ("left_wrist",     Some(13), [0.0, -0.258947, 0.0],       Kind::Fixed, Some([0.0, -0.04, 0.0])),
+];
+
+#[derive(Deserialize)]
+struct File {
+    #[serde(rename = "Loop", default)]
+    looping: String,
+    #[serde(rename = "Frames")]
+    frames: Vec<Vec<f64>>,
+}
+
+/// Reads a DeepMimic clip's text; `file` is its name, for messages and the clip's name.
+///
+/// The last row's duration means nothing. Where the others differ, the clip is resampled to their median, and says so.
+pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
+    options.check()?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let content: File = serde_json::from_str(text).map_err(|error| MocapError::Line {
+        file: file.to_owned(),
+        line: error.line().max(1),
+        expected: "a DeepMimic clip (JSON with `Loop` and `Frames`)".to_owned(),
+        found: error.to_string(),
+    })?;
+    if content.frames.len() < 2 {
+        return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: content.frames.len() });
+    }
+    let mut durations = Vec::with_capacity(content.frames.len());
+    let mut frames = Vec::with_capacity(content.frames.len());
+    let mut empty_frames = Vec::new();
+    for (index, numbers) in content.frames.iter().enumerate() {
+        let row = Row { numbers, file, frame: index + 1 };
+        row.check()?;
+        if index + 1 < content.frames.len() {
+            durations.push(row.duration()?);
+        }
+        if row.is_empty() {
+            empty_frames.push(index);
+        }
+        frames.push(row.pose()?);
+    }
+    let clip = Clip {
+        name: clip_name(file),
+        skeleton: skeleton(),
+        frames_per_second: 1.0,
+        frames,
+        notes: Vec::new(),
+        cyclic: content.looping.eq_ignore_ascii_case("wrap"),
+    };
+    let rest_offsets = JOINTS.iter().map(|(_, _, offset, ..)| Vector3::from(*offset)).collect();
+    let mut recording = Recording { clip, rest_offsets, empty_frames, metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };
+    let kept = recording.fill_empty_frames();
+    set_rate(&mut recording.clip, &durations[kept.start..kept.end.saturating_sub(1).max(kept.start)], file)?;
+    if let Some(rate) = options.frames_per_second {
+        recording.clip.frames_per_second = rate;
+    }
+    recording.into_clip(file, options)
+}
+
+fn skeleton() -> Skeleton {
+    let joint = |(name, parent, _, _, tip): &JointRow| SkeletonJoint {
+        name: (*name).to_owned(),
+        parent: *parent,
+        tip: tip.map(Vector3::from),
+    };
+    Skeleton { joints: JOINTS.iter().map(joint).collect() }
+}
+
+struct Row<'a> {
+    numbers: &'a [f64],
+    file: &'a str,
+    /// Counted from 1.
+    frame: usize,
+}
+
+impl Row<'_> {
+    fn check(&self) -> Result<(), MocapError> {
+        if self.numbers.len() != COLUMNS {
+            return Err(self.error(format!("{COLUMNS} numbers"), self.numbers.len()));
+        }
+        match self.numbers.iter().position(|&number| !is_sane(number)) {
+            Some(column) => {
+                let expected = format!("a length or angle in column {}", column + 1);
+                Err(self.error(expected, format!("{:e}", self.numbers[column])))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn duration(&self) -> Result<f64, MocapError> {
+        let seconds = self.numbers[0];
+        if (1.0 / GREATEST_RATE..=1e3).contains(&seconds) {
+            return Ok(seconds);
+        }
+        Err(self.error("seconds to the next frame, > 0, in column 1", seconds))
+    }
+
+    /// Whether all but the duration is zero.
+    fn is_empty(&self) -> bool {
+        self.numbers[1..].iter().all(|&number| number == 0.0)
+    }
+
+    fn pose(&self) -> Result<Vec<Isometry3<f64>>, MocapError> {
+        let mut column = 1;
+        let mut frame = Vec::with_capacity(JOINTS.len());
+        for (_, _, offset, kind, _) in &JOINTS {
+            let mut translation = Vector3::from(*offset);
+            if let Kind::Root = kind {
+                translation += Vector3::from_column_slice(&self.numbers[column..column + 3]);
+                column += 3;
+            }
+            let rotation = match kind {
+                Kind::Root | Kind::Ball => self.quaternion(column)?,
+                Kind::Hinge => Axis::Z.turn(self.numbers[column]),
+                Kind::Fixed => UnitQuaternion::identity(),
+            };
+            column += match kind {
+                Kind::Root | Kind::Ball => 4,
+                Kind::Hinge => 1,
+                Kind::Fixed => 0,
+            };
+            frame.push(Isometry3::from_parts(Translation3::from(translation), rotation));
+        }
+        Ok(frame)
+    }
+
+    /// The rotation that starts in that column; none in an empty row.
+    fn quaternion(&self, column: usize) -> Result<UnitQuaternion<f64>, MocapError> {
+        let [w, x, y, z] = std::array::from_fn(|i| self.numbers[column + i]);
+        let quaternion = Quaternion::new(w, x, y, z);
+        if (quaternion.norm() - 1.0).abs() <= LENGTH_TOLERANCE {
+            return Ok(UnitQuaternion::from_quaternion(quaternion));
+        }
+        if self.is_empty() {
+            return Ok(UnitQuaternion::identity());
+        }
+        let expected = format!("a unit quaternion w x y z in columns {} to {}", column + 1, column + 4);
+        Err(self.error(expected, format!("one of length {}", quaternion.norm())))
+    }
+
+    fn error(&self, expected: impl Into<String>, found: impl ToString) -> MocapError {
+        let (expected, found) = (expected.into(), found.to_string());
+        MocapError::Frame { file: self.file.to_owned(), frame: self.frame, expected, found }
+    }
+}
+
+/// Gives the clip the rate of its durations (one fewer than frames), after resampling where these differ. The last frame
+/// stays the last, so that a cycle stays a cycle.
+fn set_rate(clip: &mut Clip, durations: &[f64], file: &str) -> Result<(), MocapError> {
+    let mut sorted = durations.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (Some(&shortest), Some(&longest)) = (sorted.first(), sorted.last()) else { return Ok(()) };
+    let median = sorted[sorted.len() / 2];
+    if longest - shortest <= 1e-6 * median {
+        clip.frames_per_second = rate_from_frame_time(median, &mut clip.notes);
+        return Ok(());
+    }
+    let total: f64 = durations.iter().sum();
+    let steps = (total / median).round().max(1.0);
+    if steps * JOINTS.len() as f64 > MOST_JOINT_FRAMES as f64 {
+        return Err(MocapError::Frame {
+            file: file.to_owned(),
+            frame: 1,
+            expected: "durations of one order of magnitude".to_owned(),
+            found: format!("{shortest} s to {longest} s"),
+        });
+    }
+    let steps = steps as usize;
+    let (mut index, mut start) = (0, 0.0);
+    let mut frames = Vec::with_capacity(steps + 1);
+    for step in 0..=steps {
+        let time = total * step as f64 / steps as f64;
+        while index + 1 < durations.len() && time >= start + durations[index] {
+            start += durations[index];
+            index += 1;
+        }
+        let share = (time - start) / durations[index];
+        frames.push(pose_between(&clip.frames[index], &clip.frames[index + 1], share));
+    }
+    clip.frames = frames;
+    clip.frames_per_second = steps as f64 / total;
+    clip.notes.push(format!(
+        "frames last from {shortest} s to {longest} s: resampled to {:.4} frames a second",
+        clip.frames_per_second
+    ));
+    Ok(())
+}

@@ -1,0 +1,123 @@
+//! From a file to a [`Clip`].
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::recording::GREATEST_RATE;
+use super::{Clip, MocapError, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+
+/// The axis of a file's world that points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UpAxis {
+    /// Second axis.
+    Y,
+    /// Third axis.
+    Z,
+}
+
+/// What a file may leave open, or get wrong. Everything unset is taken from the file, or guessed and said in
+/// [`Clip::notes`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Frames a second. AMC files do not say; 120 is taken there.
+    pub frames_per_second: Option<f64>,
+    /// Length of the file's unit, metres.
+    pub metres_per_unit: Option<f64>,
+    /// The file's up axis.
+    pub up: Option<UpAxis>,
+    /// The `.asf` file of an `.amc` file; unset: `SUBJECT.asf` beside `SUBJECT_TAKE.amc`, else the only one there.
+    pub skeleton: Option<PathBuf>,
+    /// Keep a rest pose that was put before the motion ([`Clip::has_inserted_rest_pose`]).
+    pub keep_rest_pose: bool,
+}
+
+impl ReadOptions {
+    /// Refuses rates and units that nothing can have.
+    pub(super) fn check(&self) -> Result<(), MocapError> {
+        check_within("frames_per_second", self.frames_per_second, 1e-3..=GREATEST_RATE)?;
+        check_within("metres_per_unit", self.metres_per_unit, 1e-6..=1e3)
+    }
+}
+
+fn check_within(
+    setting: &'static str,
+    value: Option<f64>,
+    allowed: std::ops::RangeInclusive<f64>,
+) -> Result<(), MocapError> {
+    match value {
+        Some(value) if !allowed.contains(&value) => Err(MocapError::Setting {
+            setting,
+            expected: format!("a number from {} to {}", allowed.start(), allowed.end()),
+            found: value.to_string(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Reads a recording by its extension: `.bvh`, `.amc` with its `.asf`, DeepMimic's `.txt` or `.json` (upper or lower case).
+///
+/// An inserted rest pose in front is left out unless [`ReadOptions::keep_rest_pose`].
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
+    let file = path.display().to_string();
+    let clip = match extension(path).as_str() {
+        "bvh" => parse_bvh(&text(path)?, &file, options),
+        "amc" => {
+            let skeleton_path = match &options.skeleton {
+                Some(path) => path.clone(),
+                None => find_skeleton(path)?,
+            };
+            let skeleton = parse_asf(&text(&skeleton_path)?, &skeleton_path.display().to_string())?;
+            parse_amc(&text(path)?, &file, &skeleton, options)
+        }
+        "txt" | "json" => parse_deepmimic(&text(path)?, &file, options),
+        _ => Err(MocapError::UnknownFormat { path: path.to_owned() }),
+    }?;
+    Ok(if options.keep_rest_pose { clip } else { clip.without_inserted_rest_pose() })
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase()
+}
+
+/// The file as text; bytes that are not UTF-8 (joint names in old code pages) become U+FFFD.
+fn text(path: &Path) -> Result<String, MocapError> {
+    let bytes = fs::read(path).map_err(|source| MocapError::Unreadable { path: path.to_owned(), source })?;
+    Ok(match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => String::from_utf8_lossy(error.as_bytes()).into_owned(),
+    })
+}
+
+/// The skeleton of `01_07.amc`: `01.asf` beside it, else the only `.asf` there.
+fn find_skeleton(amc: &Path) -> Result<PathBuf, MocapError> {
+    let folder = match amc.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let stem = amc.file_stem().and_then(OsStr::to_str).unwrap_or_default();
+    let subject = stem.split_once('_').map_or(stem, |(subject, _)| subject);
+    let unreadable = |source| MocapError::Unreadable { path: folder.to_owned(), source };
+    let mut skeletons = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        if extension(&path) == "asf" {
+            skeletons.push(path);
+        }
+    }
+    let is_subjects = |path: &&PathBuf| path.file_stem().and_then(OsStr::to_str) == Some(subject);
+    match (skeletons.iter().find(is_subjects), skeletons.as_slice()) {
+        (Some(path), _) => Ok(path.clone()),
+        (None, [only]) => Ok(only.clone()),
+        (None, others) => Err(MocapError::NoSkeleton {
+            path: amc.to_owned(),
+            wanted: format!("{subject}.asf"),
+            found: format!("{} other .asf files", others.len()),
+        }),
+    }
+}
+
+/// For people: the stem of a file's name.
+pub(super) fn clip_name(file: &str) -> String {
+    Path::new(file).file_stem().map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}

@@ -1,0 +1,138 @@
+//! A recording between its file and the [`Clip`]: still in the file's units and axes, holes not yet mended.
+
+use std::ops::Range;
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::read::{ReadOptions, UpAxis};
+use super::rotation::{Axis, between, make_signs_continuous};
+use super::stature::Stature;
+use super::{Clip, MocapError};
+
+/// Joints times frames that a clip may have (an hour and a half of 31 joints at 120 Hz); more is a broken or hostile file.
+pub(super) const MOST_JOINT_FRAMES: usize = 20_000_000;
+
+/// A rate that nobody records at.
+pub(super) const GREATEST_RATE: f64 = 1e5;
+
+/// A parsed file. `clip` is in file units and file axes.
+pub(super) struct Recording {
+    /// What the file said.
+    pub(super) clip: Clip,
+    /// Each joint's offset from its parent in the rest pose, file units.
+    pub(super) rest_offsets: Vec<Vector3<f64>>,
+    /// Frames in which every channel was exactly zero, ascending: the recorder lost the subject.
+    pub(super) empty_frames: Vec<usize>,
+    /// What the format itself fixes.
+    pub(super) metres_per_unit: Option<f64>,
+    /// What the format itself fixes.
+    pub(super) up: Option<UpAxis>,
+}
+
+impl Recording {
+    /// Mends the holes, then turns and scales to metres, Z up. Options come before the format's own word, and that
+    /// before a guess.
+    pub(super) fn into_clip(mut self, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
+        self.fill_empty_frames();
+        if self.clip.frames.len() < 2 {
+            return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: self.clip.frames.len() });
+        }
+        let stature = Stature::measure(&self.clip, &self.rest_offsets);
+        let up = options.up.or(self.up).unwrap_or_else(|| stature.guess_up(&mut self.clip.notes));
+        let metres_per_unit = match options.metres_per_unit.or(self.metres_per_unit) {
+            Some(unit) => stature.accept_unit(up, unit, &mut self.clip.notes),
+            None => stature.guess_unit(up, &mut self.clip.notes),
+        };
+        scale(&mut self.clip, metres_per_unit);
+        if up == UpAxis::Y {
+            turn_y_up_to_z_up(&mut self.clip);
+        }
+        make_signs_continuous(&mut self.clip.frames);
+        if self.clip.has_inserted_rest_pose() {
+            self.clip.notes.push("the first frame is a rest pose put before the motion".to_owned());
+        }
+        Ok(self.clip)
+    }
+
+    /// Cuts off empty frames at both ends and interpolates those between. A single empty first frame stays: it is the
+    /// rest pose that some converters put there. Returns which frames are left.
+    pub(super) fn fill_empty_frames(&mut self) -> Range<usize> {
+        let clip = &mut self.clip;
+        let total = clip.frames.len();
+        let empty = std::mem::take(&mut self.empty_frames);
+        let mut is_seen = vec![true; total];
+        empty.iter().for_each(|&index| is_seen[index] = false);
+        if is_seen.get(1) == Some(&true) {
+            is_seen[0] = true;
+        }
+        let seen: Vec<usize> = (0..total).filter(|&index| is_seen[index]).collect();
+        let (Some(&first), Some(&last)) = (seen.first(), seen.last()) else {
+            return 0..total; // At rest throughout: nothing was lost.
+        };
+        let mut runs = Vec::new();
+        for pair in seen.windows(2) {
+            let (before, after) = (pair[0], pair[1]);
+            for index in before + 1..after {
+                let share = (index - before) as f64 / (after - before) as f64;
+                clip.frames[index] = pose_between(&clip.frames[before], &clip.frames[after], share);
+            }
+            if after > before + 1 {
+                runs.push(frame_range(before + 1, after - 1));
+            }
+        }
+        if !runs.is_empty() {
+            clip.notes.push(format!(
+                "all channels were zero in {} of the file (frames counted from 1): interpolated",
+                runs.join(", ")
+            ));
+        }
+        if first > 0 || last + 1 < total {
+            clip.notes.push(format!(
+                "all channels were zero in the first {first} and the last {} frames of the file: left out",
+                total - 1 - last
+            ));
+            clip.frames = clip.frames.drain(first..=last).collect();
+        }
+        first..last + 1
+    }
+}
+
+fn frame_range(first: usize, last: usize) -> String {
+    if first == last { format!("frame {}", first + 1) } else { format!("frames {}-{}", first + 1, last + 1) }
+}
+
+/// Every joint between two frames, see [`between`].
+pub(super) fn pose_between(a: &[Isometry3<f64>], b: &[Isometry3<f64>], share: f64) -> Vec<Isometry3<f64>> {
+    a.iter().zip(b).map(|(a, b)| between(a, b, share)).collect()
+}
+
+fn scale(clip: &mut Clip, metres_per_unit: f64) {
+    for tip in clip.skeleton.joints.iter_mut().filter_map(|joint| joint.tip.as_mut()) {
+        *tip *= metres_per_unit;
+    }
+    for transform in clip.frames.iter_mut().flatten() {
+        transform.translation.vector *= metres_per_unit;
+    }
+}
+
+/// Turns the root, and with it the world, by a quarter turn about X: Y becomes Z, Z becomes -Y.
+fn turn_y_up_to_z_up(clip: &mut Clip) {
+    let turn = Axis::X.turn(core::f64::consts::FRAC_PI_2);
+    for root in clip.frames.iter_mut().filter_map(|frame| frame.first_mut()) {
+        let position = root.translation.vector;
+        root.translation.vector = Vector3::new(position.x, -position.z, position.y);
+        root.rotation = turn * root.rotation;
+    }
+}
+
+/// The rate whose frames last `seconds`: the whole number of frames a second that lies within 0.05 %, since files write
+/// rounded frame times (0.0083333 for 1/120), else the quotient as it is. 29.97 and 30 stay apart.
+pub(super) fn rate_from_frame_time(seconds: f64, notes: &mut Vec<String>) -> f64 {
+    let rate = 1.0 / seconds;
+    let whole = rate.round();
+    if whole != rate && (rate / whole - 1.0).abs() < 5e-4 {
+        notes.push(format!("frame time {seconds} s taken as {whole} frames a second"));
+        return whole;
+    }
+    rate
+}

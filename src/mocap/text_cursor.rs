@@ -1,0 +1,156 @@
+//! A cursor through a text file that knows on which line it stands.
+
+use std::fmt::Display;
+use std::iter::Enumerate;
+use std::str::{Lines, SplitWhitespace};
+
+use super::MocapError;
+
+/// No length or angle in a real recording is greater, in any unit.
+const GREATEST_NUMBER: f64 = 1e7;
+
+/// Reads words, numbers and lines. Blank lines and lines that start with `#` are passed over.
+pub(super) struct TextCursor<'a> {
+    file: &'a str,
+    lines: Enumerate<Lines<'a>>,
+    line: usize,
+    rest_of_line: SplitWhitespace<'a>,
+    ended: bool,
+}
+
+impl<'a> TextCursor<'a> {
+    pub(super) fn new(text: &'a str, file: &'a str) -> Self {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        Self { file, lines: text.lines().enumerate(), line: 1, rest_of_line: "".split_whitespace(), ended: false }
+    }
+
+    /// The line on which the cursor stands, counted from 1.
+    pub(super) fn line(&self) -> usize {
+        self.line
+    }
+
+    /// Moves to the next line and returns it, trimmed; what was left of the current line is dropped.
+    pub(super) fn next_line(&mut self) -> Option<&'a str> {
+        for (index, line) in self.lines.by_ref() {
+            self.line = index + 1;
+            let line = line.trim();
+            if !line.is_empty() && !line.starts_with('#') {
+                self.rest_of_line = line.split_whitespace();
+                return Some(line);
+            }
+        }
+        self.rest_of_line = "".split_whitespace();
+        self.ended = true;
+        None
+    }
+
+    /// The next word of this line.
+    pub(super) fn word_in_line(&mut self) -> Option<&'a str> {
+        self.rest_of_line.next()
+    }
+
+    /// The next word, on this line or a later one.
+    pub(super) fn word(&mut self, expected: &str) -> Result<&'a str, MocapError> {
+        loop {
+            if let Some(word) = self.rest_of_line.next() {
+                return Ok(word);
+            }
+            if self.next_line().is_none() {
+                return Err(self.unexpected(expected, None));
+            }
+        }
+    }
+
+    /// The next word, which must be `keyword` in upper or lower case.
+    pub(super) fn keyword(&mut self, keyword: &str) -> Result<(), MocapError> {
+        let expected = format!("`{keyword}`");
+        let word = self.word(&expected)?;
+        if word.eq_ignore_ascii_case(keyword) { Ok(()) } else { Err(self.unexpected(&expected, Some(word))) }
+    }
+
+    /// The next word of this line as a number; `meaning` is for the message.
+    pub(super) fn number_in_line(&mut self, meaning: &str) -> Result<f64, MocapError> {
+        let word = self.rest_of_line.next();
+        word.and_then(finite_number).ok_or_else(|| {
+            let expected = format!("{meaning} (a number of at most {GREATEST_NUMBER:e})");
+            match word {
+                Some(word) => self.unexpected(&expected, Some(word)),
+                None => self.error(expected, "the end of the line"),
+            }
+        })
+    }
+
+    /// Three numbers of this line.
+    pub(super) fn vector_in_line(&mut self, meaning: &str) -> Result<nalgebra::Vector3<f64>, MocapError> {
+        let mut vector = nalgebra::Vector3::zeros();
+        for component in &mut vector {
+            *component = self.number_in_line(meaning)?;
+        }
+        Ok(vector)
+    }
+
+    /// An error at the current line about a word, or about its absence.
+    pub(super) fn unexpected(&self, expected: &str, found: Option<&str>) -> MocapError {
+        match found {
+            Some(word) => self.error(expected, quoted(word)),
+            None if self.ended => self.error(expected, "the end of the file"),
+            None => self.error(expected, "the end of the line"),
+        }
+    }
+
+    /// An error at the current line.
+    pub(super) fn error(&self, expected: impl Into<String>, found: impl Display) -> MocapError {
+        MocapError::Line {
+            file: self.file.to_owned(),
+            line: self.line,
+            expected: expected.into(),
+            found: found.to_string(),
+        }
+    }
+}
+
+/// A number that a recording can hold: neither NaN nor infinite nor absurdly great.
+pub(super) fn finite_number(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|&number| is_sane(number))
+}
+
+/// Whether a recording can hold this number.
+pub(super) fn is_sane(number: f64) -> bool {
+    number.abs() <= GREATEST_NUMBER
+}
+
+/// A word of a file, safe and short enough to show.
+pub(super) fn quoted(word: &str) -> String {
+    let shown: String = word.chars().take(40).flat_map(char::escape_debug).collect();
+    if word.chars().nth(40).is_some() { format!("`{shown}…`") } else { format!("`{shown}`") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_run_over_line_ends_and_the_line_number_follows() {
+        let mut cursor = TextCursor::new("\u{feff}one two\r\n\n# note\n\tthree", "f");
+        assert_eq!(cursor.word("x").unwrap(), "one");
+        assert_eq!(cursor.word_in_line(), Some("two"));
+        assert_eq!(cursor.word_in_line(), None);
+        assert_eq!(cursor.word("x").unwrap(), "three");
+        assert_eq!(cursor.line(), 4);
+        assert_eq!(cursor.word("a word").unwrap_err().to_string(), "f:4: expected a word, found the end of the file");
+    }
+
+    #[test]
+    fn numbers_that_no_recording_holds_are_refused() {
+        for word in ["nan", "inf", "-inf", "1e300", "1e999", "1,5", "0x1", "--1", ""] {
+            assert_eq!(finite_number(word), None, "{word}");
+        }
+        assert_eq!(finite_number("-.5e1"), Some(-5.0));
+    }
+
+    #[test]
+    fn a_shown_word_is_short_and_has_no_control_characters() {
+        assert_eq!(quoted("a\u{7}b"), "`a\\u{7}b`");
+        assert_eq!(quoted(&"x".repeat(1000)).chars().count(), 43);
+    }
+}
