@@ -3,22 +3,21 @@
 //! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is where its root is and one number per
 //! degree of freedom; [`Humanoid::link_frames`] says where every link then is.
 
+#[cfg(test)]
+pub(crate) mod fixture;
 mod flesh;
 mod humanoid;
-mod jacobian;
 mod kinematics;
 mod landmark;
 mod motion;
 mod pose;
-mod shipped;
+mod ray;
 mod tangent;
-mod urdf;
 
 pub use flesh::Flesh;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
 pub use landmark::{LANDMARKS, Landmark, LinkPoint, Markers};
 pub use pose::{Motion, Pose};
-pub use shipped::{SHIPPED_ROBOTS, shipped};
+pub use ray::Ray;
 pub use tangent::ROOT_STEP;
-pub use urdf::UrdfError;

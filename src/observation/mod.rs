@@ -1,5 +1,9 @@
 //! What the cameras saw: one silhouette per view and instant.
 
+mod observe;
+
+pub use observe::{observe, observe_frame};
+
 use crate::raster::Mask;
 
 /// What all cameras of a rig saw at one instant. This, the cameras, a body and a start pose are all a tracker gets.

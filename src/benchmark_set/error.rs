@@ -1,0 +1,82 @@
+//! What can be wrong with a set on disk.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a set could not be written, read or believed.
+#[derive(Debug, thiserror::Error)]
+pub enum SetError {
+    /// The operating system said no: read-only directory, full disk, missing file.
+    #[error("{path}: cannot {action}: {source}")]
+    Io {
+        /// The file or directory.
+        path: PathBuf,
+        /// What was tried, as in "cannot ...".
+        action: &'static str,
+        /// What the operating system answered.
+        source: io::Error,
+    },
+    /// The target is already there.
+    #[error("{path} exists; choose another directory, or force its replacement")]
+    Exists {
+        /// The target.
+        path: PathBuf,
+    },
+    /// Replacement was forced, but what stands there was not written by us.
+    #[error("{path} exists and is no benchmark set (it has no set.toml); it is not replaced, remove it yourself")]
+    NotOurs {
+        /// The target.
+        path: PathBuf,
+    },
+    /// The directory is not a whole set.
+    #[error("{path} is not a benchmark set: {detail}")]
+    NotASet {
+        /// The directory.
+        path: PathBuf,
+        /// What is missing.
+        detail: String,
+    },
+    /// A file is not the one that was written.
+    #[error("{file} was changed or cut short: its SHA-256 is {found}, the set lists {listed}; get the set again")]
+    Tampered {
+        /// Path inside the set.
+        file: String,
+        /// What it should be.
+        listed: String,
+        /// What it is.
+        found: String,
+    },
+    /// A file that the set lists is gone, or lists nowhere and is there.
+    #[error("{file} {detail}; get the set again")]
+    Listing {
+        /// Path inside the set.
+        file: String,
+        /// What is wrong.
+        detail: &'static str,
+    },
+    /// A file does not hold what its format says.
+    #[error("{file}: {detail}")]
+    Malformed {
+        /// Path inside the set, or of the file itself.
+        file: String,
+        /// What was expected and what was found.
+        detail: String,
+    },
+    /// The parts of a set do not fit together.
+    #[error("these parts make no set: {detail}")]
+    Inconsistent {
+        /// What does not fit.
+        detail: String,
+    },
+}
+
+impl SetError {
+    pub(super) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |source| Self::Io { path, action, source }
+    }
+
+    pub(super) fn malformed(file: &str, detail: impl Into<String>) -> Self {
+        Self::Malformed { file: file.to_string(), detail: detail.into() }
+    }
+}

@@ -1,0 +1,220 @@
+//! Everything that is known exactly, because we made it.
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use super::visibility;
+use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose};
+use crate::camera::CameraRig;
+
+/// What really happened: the actor's body and, for every frame, everything that is known about it exactly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroundTruth {
+    /// The actor's body.
+    pub actor: Humanoid,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// One entry a frame.
+    pub frames: Vec<TruthFrame>,
+}
+
+/// The truth of one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TruthFrame {
+    /// Seconds from the first frame.
+    pub time_s: f64,
+    /// The actor's pose.
+    pub pose: Pose,
+    /// `world_from_link` of every link of the actor.
+    pub link_frames: LinkFrames,
+    /// Where each joint of the actor is in the world (origin of the link that it moves), metres.
+    pub joint_positions: Vec<Point3<f64>>,
+    /// HumanEva's markers on the actor.
+    pub markers: Markers,
+    /// `[camera][marker]`: whether the camera sees the marker inside its image and before the near plane.
+    pub in_view: Vec<[bool; LANDMARKS.len()]>,
+    /// `[camera][marker]`: whether the marker is in view and no flesh hides it. Markers lie inside the body, so neither
+    /// the flesh of a marker's own link nor flesh that holds the marker counts; all other flesh between the camera's
+    /// centre and the marker does.
+    pub visible: Vec<[bool; LANDMARKS.len()]>,
+}
+
+/// Why there is no truth.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// The motion has no pose, or no rate.
+    #[error(
+        "the motion has {poses} poses at {frames_per_second} frames a second; expected at least one, and a rate above zero"
+    )]
+    EmptyMotion {
+        /// Number of poses.
+        poses: usize,
+        /// The rate.
+        frames_per_second: f64,
+    },
+    /// A pose belongs to another body.
+    #[error("frame {frame}: the pose has {found} joint angles, the actor {actor:?} has {expected} degrees of freedom")]
+    WrongBody {
+        /// Frame number.
+        frame: usize,
+        /// Angles of the pose.
+        found: usize,
+        /// The actor's name.
+        actor: String,
+        /// Its degrees of freedom.
+        expected: usize,
+    },
+    /// A link has no place.
+    #[error(
+        "frame {frame}: the pose puts link {link:?} at a place that is not finite; look for NaN or huge numbers in the recording"
+    )]
+    NotFinite {
+        /// Frame number.
+        frame: usize,
+        /// The link's name.
+        link: String,
+    },
+    /// Nobody would see anything.
+    #[error(
+        "the subject is outside all views in all {frames} frames (it begins at {start:?} m); move the cameras or the motion"
+    )]
+    OutOfView {
+        /// Number of frames.
+        frames: usize,
+        /// The actor's root in the first frame, world, metres.
+        start: [f64; 3],
+    },
+}
+
+impl GroundTruth {
+    /// The truth of an actor moved by `motion` before the cameras of `rig`. The same bits for any number of threads.
+    ///
+    /// # Errors
+    /// [`SceneError`] when the motion is empty, belongs to another body, is not finite, or nowhere in view.
+    pub fn from_motion(actor: Humanoid, motion: &Motion, rig: &CameraRig) -> Result<Self, SceneError> {
+        let frames_per_second = motion.frames_per_second;
+        let positive_rate = frames_per_second > 0.0 && frames_per_second.is_finite();
+        if motion.poses.is_empty() || !positive_rate {
+            return Err(SceneError::EmptyMotion { poses: motion.poses.len(), frames_per_second });
+        }
+        let frames: Vec<TruthFrame> = (0..motion.poses.len())
+            .into_par_iter()
+            .map(|frame| TruthFrame::new(&actor, frame, frames_per_second, &motion.poses[frame], rig))
+            .collect::<Result<_, _>>()?;
+        let truth = Self { actor, frames_per_second, frames };
+        if truth.unseen_frames(rig).len() == truth.frames.len() {
+            let start = motion.poses[0].world_from_root.translation.vector.into();
+            return Err(SceneError::OutOfView { frames: truth.frames.len(), start });
+        }
+        Ok(truth)
+    }
+
+    /// Numbers of the frames in which no camera has any joint or marker in its image.
+    pub fn unseen_frames(&self, rig: &CameraRig) -> Vec<usize> {
+        let seen = |p: &Point3<f64>| rig.cameras.iter().any(|camera| camera.sees(p));
+        let unseen = |frame: &TruthFrame| !frame.joint_positions.iter().chain(frame.markers.iter().flatten()).any(seen);
+        (0..self.frames.len()).filter(|&frame| unseen(&self.frames[frame])).collect()
+    }
+
+    /// The actor's poses.
+    pub fn motion(&self) -> Motion {
+        let poses = self.frames.iter().map(|frame| frame.pose.clone()).collect();
+        Motion { frames_per_second: self.frames_per_second, poses }
+    }
+}
+
+impl TruthFrame {
+    fn new(
+        actor: &Humanoid,
+        frame: usize,
+        frames_per_second: f64,
+        pose: &Pose,
+        rig: &CameraRig,
+    ) -> Result<Self, SceneError> {
+        let expected = actor.degrees_of_freedom.len();
+        if pose.joint_angles.len() != expected {
+            let (found, actor) = (pose.joint_angles.len(), actor.name.clone());
+            return Err(SceneError::WrongBody { frame, found, actor, expected });
+        }
+        let link_frames = actor.link_frames(pose);
+        let finite = |f: &nalgebra::Isometry3<f64>| {
+            f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
+        };
+        if let Some(lost) = link_frames.0.iter().position(|f| !finite(f)) {
+            return Err(SceneError::NotFinite { frame, link: actor.links[lost].name.clone() });
+        }
+        let markers = actor.markers(&link_frames);
+        let in_view: Vec<_> =
+            rig.cameras.iter().map(|camera| markers.map(|m| m.is_some_and(|m| camera.sees(&m)))).collect();
+        let mut visible = in_view.clone();
+        for (camera, visible) in rig.cameras.iter().zip(&mut visible) {
+            visibility::clear_hidden(actor, &link_frames, &markers, camera, visible);
+        }
+        Ok(Self {
+            time_s: frame as f64 / frames_per_second,
+            pose: pose.clone(),
+            joint_positions: link_frames.0.iter().skip(1).map(|f| f.translation.vector.into()).collect(),
+            link_frames,
+            markers,
+            in_view,
+            visible,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::{person, walk};
+    use crate::scene::fixture::rig;
+    use approx::assert_relative_eq;
+    use nalgebra::Isometry3;
+
+    #[test]
+    fn truth_is_what_kinematics_and_projection_say() {
+        let truth = GroundTruth::from_motion(person(), &walk(5), &rig()).unwrap();
+        assert_eq!(truth.motion(), walk(5));
+        assert_relative_eq!(truth.frames[3].time_s, 3.0 / 60.0);
+        for frame in &truth.frames {
+            assert_eq!(frame.link_frames, person().link_frames(&frame.pose));
+            assert_eq!(frame.joint_positions.len(), person().joints.len());
+            assert_eq!(frame.joint_positions[1], Point3::from(frame.link_frames[2].translation.vector));
+            assert_eq!(frame.in_view.len(), rig().cameras.len());
+        }
+    }
+
+    #[test]
+    fn the_same_truth_comes_from_any_number_of_threads() {
+        let with_threads = |n| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+            pool.install(|| GroundTruth::from_motion(person(), &walk(40), &rig()).unwrap())
+        };
+        assert_eq!(with_threads(1), with_threads(3));
+    }
+
+    #[test]
+    fn motions_that_make_no_truth_are_refused_with_the_frame() {
+        let refused = |motion: &Motion| GroundTruth::from_motion(person(), motion, &rig()).unwrap_err();
+        let mut motion = walk(3);
+        motion.poses[2].joint_angles[0] = f64::NAN;
+        assert!(matches!(refused(&motion), SceneError::NotFinite { frame: 2, .. }));
+        let mut motion = walk(3);
+        motion.poses[1].joint_angles = nalgebra::DVector::zeros(9);
+        assert!(matches!(refused(&motion), SceneError::WrongBody { frame: 1, found: 9, .. }));
+        assert!(matches!(refused(&walk(0)), SceneError::EmptyMotion { .. }));
+        assert!(matches!(refused(&Motion { frames_per_second: 0.0, ..walk(1) }), SceneError::EmptyMotion { .. }));
+    }
+
+    #[test]
+    fn a_subject_that_no_camera_sees_is_an_error_and_one_that_leaves_is_reported() {
+        let mut motion = walk(4);
+        motion.poses[3].world_from_root = Isometry3::translation(300.0, 0.0, 0.0);
+        let truth = GroundTruth::from_motion(person(), &motion, &rig()).unwrap();
+        assert_eq!(truth.unseen_frames(&rig()), [3]);
+        for pose in &mut motion.poses {
+            pose.world_from_root = Isometry3::translation(1e300, 0.0, 0.0);
+        }
+        let error = GroundTruth::from_motion(person(), &motion, &rig()).unwrap_err();
+        assert!(error.to_string().contains("outside all views in all 4 frames"), "{error}");
+    }
+}
