@@ -1,7 +1,23 @@
 //! Bit-packed silhouettes and what is measured on them.
+//!
+//! [`CapsulePainter`] draws what a [`crate::camera::Pinhole`] sees of [`TaperedCapsule`]s into a [`Mask`];
+//! [`SilhouetteComparer`] does the same thousands of times a frame against one observed mask. Everything is in the ideal
+//! (undistorted) pixels of a pinhole.
 
+mod bounds;
+mod capsules;
+mod contour;
+mod distance;
 mod mask;
+mod outline;
+mod overlap;
+mod strips;
 mod tapered_capsule;
 
+pub use bounds::PixelBounds;
+pub use capsules::{CapsulePainter, SilhouetteScratch};
+pub use contour::contour;
+pub use distance::DistanceMap;
 pub use mask::Mask;
+pub use overlap::{Overlap, overlap};
 pub use tapered_capsule::TaperedCapsule;

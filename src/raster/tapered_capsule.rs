@@ -1,6 +1,6 @@
 //! The solid that bodies are mostly made of.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Convex hull of two balls: a capsule where the radii are equal, a ball where the centres are (or one holds the other).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,5 +19,107 @@ impl TaperedCapsule {
     /// The same solid in another frame.
     pub fn transformed(&self, to_from_here: &Isometry3<f64>) -> Self {
         Self { a: to_from_here * self.a, b: to_from_here * self.b, ..*self }
+    }
+
+    /// Where the line `t * direction` through the origin leaves the solid: the greatest such `t`, negative where the solid
+    /// lies behind; `None` where the line misses it.
+    ///
+    /// The solid is the union over `s` in `[0, 1]` of the balls about `a + s (b - a)` of radius
+    /// `radius_a + s (radius_b - radius_a)`. A point belongs to one of them iff a quadratic in `s` is not positive
+    /// somewhere on `[0, 1]`: at an end (an end ball) or at its lowest point (the cone that touches both balls). Every
+    /// root found belongs to the solid and the exit is among them.
+    pub fn exit_along(&self, direction: &Vector3<f64>) -> Option<f64> {
+        let ends = [(self.a, self.radius_a), (self.b, self.radius_b)].into_iter().filter_map(|(centre, radius)| {
+            let roots = roots(
+                direction.norm_squared(),
+                direction.dot(&centre.coords),
+                centre.coords.norm_squared() - radius * radius,
+            )?;
+            Some(roots[1])
+        });
+        ends.chain(self.cone_roots(direction).into_iter().flatten()).reduce(f64::max)
+    }
+
+    /// Where the line crosses the cone's side between the two balls' circles of contact.
+    fn cone_roots(&self, direction: &Vector3<f64>) -> [Option<f64>; 2] {
+        let axis = self.b - self.a;
+        let taper = self.radius_b - self.radius_a;
+        let gap = axis.norm_squared() - taper * taper;
+        if gap <= 0.0 {
+            return [None; 2];
+        }
+        // Lowest point of the quadratic in s: s(t) = slope * t + start.
+        let slope = direction.dot(&axis) / gap;
+        let start = (self.radius_a * taper - self.a.coords.dot(&axis)) / gap;
+        let roots = roots(
+            direction.norm_squared() - gap * slope * slope,
+            direction.dot(&self.a.coords) + gap * slope * start,
+            self.a.coords.norm_squared() - self.radius_a * self.radius_a - gap * start * start,
+        );
+        let Some(roots) = roots else { return [None; 2] };
+        roots.map(|t| (0.0..=1.0).contains(&(slope * t + start)).then_some(t))
+    }
+}
+
+/// Roots of `a t^2 - 2 b t + c`, the lower first if `a > 0`; `None` where they are not real.
+fn roots(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
+    let discriminant = b * b - a * c;
+    if discriminant < 0.0 {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    Some([(b - root) / a, (b + root) / a])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Signed distance by minimising over the balls, the second road.
+    fn signed_distance(solid: &TaperedCapsule, point: Point3<f64>) -> f64 {
+        let ball = |s: f64| {
+            let centre = solid.a + s * (solid.b - solid.a);
+            (point - centre).norm() - (solid.radius_a + s * (solid.radius_b - solid.radius_a))
+        };
+        (0..=2000).map(|i| ball(f64::from(i) / 2000.0)).fold(f64::INFINITY, f64::min)
+    }
+
+    fn coordinate() -> impl Strategy<Value = f64> {
+        -1.0..1.0_f64
+    }
+
+    proptest! {
+        #[test]
+        fn the_exit_lies_on_the_surface_and_beyond_it_is_nothing(
+            ax in coordinate(), ay in coordinate(), az in 1.0..3.0_f64,
+            bx in coordinate(), by in coordinate(), bz in 1.0..3.0_f64,
+            radius_a in 0.05..0.6_f64, radius_b in 0.05..0.6_f64,
+            dx in -0.7..0.7_f64, dy in -0.7..0.7_f64,
+        ) {
+            let solid = TaperedCapsule { a: Point3::new(ax, ay, az), b: Point3::new(bx, by, bz), radius_a, radius_b };
+            let direction = Vector3::new(dx, dy, 1.0);
+            let at = |t: f64| signed_distance(&solid, Point3::from(direction * t));
+            match solid.exit_along(&direction) {
+                Some(t) => {
+                    prop_assert!(at(t).abs() < 1e-5, "surface missed by {}", at(t));
+                    prop_assert!((1..40).all(|i| at(t + 0.1 * f64::from(i)) > 0.0));
+                }
+                None => prop_assert!((-40..80).all(|i| at(0.1 * f64::from(i)) > -1e-9)),
+            }
+        }
+    }
+
+    #[test]
+    fn a_ball_within_a_ball_is_the_larger_ball() {
+        let solid = TaperedCapsule {
+            a: Point3::new(0.0, 0.0, 5.0),
+            b: Point3::new(0.0, 0.1, 5.0),
+            radius_a: 1.0,
+            radius_b: 0.2,
+        };
+        assert_eq!(solid.exit_along(&Vector3::z()), Some(6.0));
+        assert_eq!(solid.exit_along(&-Vector3::z()), Some(-4.0));
+        assert_eq!(solid.exit_along(&Vector3::x()), None);
     }
 }

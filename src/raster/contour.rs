@@ -1,0 +1,65 @@
+//! The outermost pixels of a silhouette.
+
+use super::Mask;
+
+/// The set pixels that have an unset neighbour above, below, left or right *inside the image*: where a silhouette is cut by
+/// the image's border it has no contour, for there nothing is seen to end.
+pub fn contour(mask: &Mask) -> Mask {
+    let (width, height) = (mask.width(), mask.height());
+    let mut contour = Mask::new(width, height);
+    let outside = vec![u64::MAX; (width as usize).div_ceil(64)];
+    for y in 0..height {
+        let row = mask.row(y);
+        let above = if y > 0 { mask.row(y - 1) } else { &outside };
+        let below = if y + 1 < height { mask.row(y + 1) } else { &outside };
+        for (index, word) in contour.row_mut(y).iter_mut().enumerate() {
+            let before = if index > 0 { row[index - 1] } else { u64::MAX };
+            let after = row.get(index + 1).copied().unwrap_or(u64::MAX);
+            let left = row[index] << 1 | before >> 63;
+            let mut right = row[index] >> 1 | after << 63;
+            if index + 1 == row.len() {
+                right |= 1 << ((width - 1) % 64);
+            }
+            *word = row[index] & !(left & right & above[index] & below[index]);
+        }
+    }
+    contour
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn by_pixel(mask: &Mask) -> Mask {
+        Mask::from_fn(mask.width(), mask.height(), |x, y| {
+            let ends = |x: i64, y: i64| {
+                let inside = (0..i64::from(mask.width())).contains(&x) && (0..i64::from(mask.height())).contains(&y);
+                inside && !mask.get(x as u32, y as u32)
+            };
+            let (i, j) = (i64::from(x), i64::from(y));
+            mask.get(x, y) && (ends(i - 1, j) || ends(i + 1, j) || ends(i, j - 1) || ends(i, j + 1))
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn the_contour_of_any_mask_is_what_its_definition_says(
+            width in 1..150_u32, height in 1..6_u32, seed in any::<u64>(),
+        ) {
+            let mut state = seed | 1;
+            let mask = Mask::from_fn(width, height, |_, _| {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                !(state >> 33).is_multiple_of(6)
+            });
+            prop_assert_eq!(contour(&mask), by_pixel(&mask));
+        }
+    }
+
+    #[test]
+    fn a_rectangle_has_its_four_sides_and_a_full_image_none() {
+        let mask = Mask::from_fn(200, 60, |x, y| (60..140).contains(&x) && (10..30).contains(&y));
+        assert_eq!(contour(&mask).count(), 2 * 80 + 2 * 18);
+        assert!(contour(&Mask::from_fn(130, 7, |_, _| true)).is_empty());
+    }
+}

@@ -1,0 +1,166 @@
+//! The exact Euclidean distance transform.
+
+use super::{Mask, PixelBounds};
+
+/// For every pixel of an image, or of a window in it, the distance from its centre to the centre of the nearest set pixel of
+/// a mask.
+///
+/// Exact, in integers: squared distances by the lower envelope of parabolas (Felzenszwalb and Huttenlocher, *Distance
+/// Transforms of Sampled Functions*, 2012, algorithm 1), rows after columns, O(width * height).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DistanceMap {
+    window: PixelBounds,
+    squared: Vec<u32>,
+}
+
+/// Squared distance where no pixel is set.
+const NOWHERE: u32 = u32::MAX;
+
+impl DistanceMap {
+    /// Distances to the set pixels of `mask`, over its whole image. O(width * height).
+    pub fn new(mask: &Mask) -> Self {
+        Self::within(mask, PixelBounds { left: 0, top: 0, right: mask.width(), bottom: mask.height() })
+    }
+
+    /// Distances to the set pixels of `mask` *inside `window`*, for the pixels of the window only; what lies outside the
+    /// image is cut off.
+    pub fn within(mask: &Mask, window: PixelBounds) -> Self {
+        let window = window.grown(0, mask.width(), mask.height());
+        let width = (window.right - window.left) as usize;
+        let mut squared = columns(mask, &window);
+        let mut envelope = Envelope::default();
+        for row in squared.chunks_exact_mut(width.max(1)) {
+            envelope.replace(row);
+        }
+        Self { window, squared }
+    }
+
+    /// The pixels for which there are distances.
+    pub fn window(&self) -> PixelBounds {
+        self.window
+    }
+
+    /// Squared distance in pixels at `(x, y)`; `None` outside the window and where the mask has no pixel in it.
+    pub fn squared(&self, x: u32, y: u32) -> Option<u32> {
+        let w = &self.window;
+        let inside = (w.left..w.right).contains(&x) && (w.top..w.bottom).contains(&y);
+        let index = || (y - w.top) as usize * (w.right - w.left) as usize + (x - w.left) as usize;
+        inside.then(|| self.squared[index()]).filter(|&squared| squared != NOWHERE)
+    }
+
+    /// Distance in pixels at `(x, y)`; infinite outside the window and where the mask has no pixel in it.
+    pub fn distance(&self, x: u32, y: u32) -> f64 {
+        self.squared(x, y).map_or(f64::INFINITY, |squared| f64::from(squared).sqrt())
+    }
+}
+
+/// Per pixel of the window the distance to the nearest set pixel of its column, not squared; [`NOWHERE`] in empty columns.
+fn columns(mask: &Mask, window: &PixelBounds) -> Vec<u32> {
+    let width = (window.right - window.left) as usize;
+    let height = (window.bottom - window.top) as usize;
+    let mut distances = vec![NOWHERE; width * height];
+    for (y, row) in (window.top..).zip(distances.chunks_exact_mut(width.max(1))) {
+        for run in mask.runs(y) {
+            let clip = |x: u32| (x.clamp(window.left, window.right) - window.left) as usize;
+            row[clip(run.start)..clip(run.end)].fill(0);
+        }
+    }
+    let mut pull = |to: usize, from: usize| {
+        for x in 0..width {
+            let along = distances[from * width + x].saturating_add(1);
+            let here = &mut distances[to * width + x];
+            *here = (*here).min(along);
+        }
+    };
+    (1..height).for_each(|y| pull(y, y - 1));
+    (1..height).rev().for_each(|y| pull(y - 1, y));
+    distances
+}
+
+/// Lower envelope of the parabolas `(x - at)^2 + height` of one row.
+#[derive(Default)]
+struct Envelope {
+    /// `(at, height, first x where this parabola is the lowest)`, from left to right.
+    parabolas: Vec<(i64, i64, i64)>,
+}
+
+impl Envelope {
+    /// Replaces column distances by squared Euclidean distances.
+    fn replace(&mut self, row: &mut [u32]) {
+        self.parabolas.clear();
+        for (at, &distance) in (0..).zip(row.iter()).filter(|(_, distance)| **distance != NOWHERE) {
+            let height = i64::from(distance) * i64::from(distance);
+            let mut from = 0;
+            while let Some(&(last_at, last_height, last_from)) = self.parabolas.last() {
+                // The new parabola is lower than the last one beyond x = numerator / (2 (at - last_at)).
+                let numerator = height + at * at - last_height - last_at * last_at;
+                from = numerator.div_euclid(2 * (at - last_at)) + 1;
+                if from > last_from {
+                    break;
+                }
+                self.parabolas.pop();
+                from = 0;
+            }
+            if from < row.len() as i64 {
+                self.parabolas.push((at, height, from.max(0)));
+            }
+        }
+        for (index, &(at, height, from)) in self.parabolas.iter().enumerate() {
+            let to = self.parabolas.get(index + 1).map_or(row.len() as i64, |next| next.2);
+            for (x, squared) in (from..to).zip(&mut row[from as usize..to as usize]) {
+                *squared = ((x - at) * (x - at) + height) as u32;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn brute_force(mask: &Mask, x: u32, y: u32) -> Option<u32> {
+        mask.pixels().map(|(i, j)| i.abs_diff(x).pow(2) + j.abs_diff(y).pow(2)).min()
+    }
+
+    proptest! {
+        #[test]
+        fn every_distance_equals_brute_force(
+            width in 1..90_u32, height in 1..40_u32, pixels in prop::collection::vec((0..90_u32, 0..40_u32), 0..30),
+        ) {
+            let mut mask = Mask::new(width, height);
+            pixels.iter().for_each(|&(x, y)| mask.set(x, y, true));
+            let map = DistanceMap::new(&mask);
+            for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+                prop_assert_eq!(map.squared(x, y), brute_force(&mask, x, y));
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_that_holds_every_set_pixel_gives_the_same_distances() {
+        let mask = Mask::from_fn(120, 90, |x, y| (40..70).contains(&x) && (30..60).contains(&y) && (x + y) % 7 == 0);
+        let window = mask.bounds().grown(5, 120, 90);
+        let (whole, part) = (DistanceMap::new(&mask), DistanceMap::within(&mask, window));
+        assert_eq!(part.window(), window);
+        for (x, y) in (0..90).flat_map(|y| (0..120).map(move |x| (x, y))) {
+            let inside = (window.left..window.right).contains(&x) && (window.top..window.bottom).contains(&y);
+            assert_eq!(part.squared(x, y), whole.squared(x, y).filter(|_| inside));
+        }
+    }
+
+    #[test]
+    fn an_empty_mask_is_infinitely_far_away() {
+        let map = DistanceMap::new(&Mask::new(20, 10));
+        assert_eq!(map.squared(3, 4), None);
+        assert_eq!(map.distance(3, 4), f64::INFINITY);
+        assert_eq!(DistanceMap::new(&Mask::new(0, 0)).squared(0, 0), None);
+    }
+
+    #[test]
+    fn the_distance_across_the_widest_image_is_exact() {
+        let mut mask = Mask::new(16384, 2);
+        mask.set(0, 0, true);
+        assert_eq!(DistanceMap::new(&mask).squared(16383, 1), Some(16383 * 16383 + 1));
+    }
+}

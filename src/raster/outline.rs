@@ -1,0 +1,330 @@
+//! Silhouettes of tapered capsules in closed form, many at a time.
+//!
+//! Perspective maps convex hulls to convex hulls, so the silhouette of a tapered capsule beyond the near plane is the hull
+//! of the outlines of its two balls. Each outline is an ellipse; where neither holds the other, the hull adds the two
+//! outer tangents: the images of the planes through the camera's centre that touch both balls.
+//!
+//! *Ball* with centre c and radius r: the ray (u, v, 1) meets it iff (c.(u, v, 1))^2 >= (|c|^2 - r^2)(u^2 + v^2 + 1). With
+//! L = cz^2 - r^2, K1 = cy^2 + L and K = cx^2 + K1 (all > 0 before the camera) the solutions in a row v are
+//! u = cx (cy v + cz) / K1 +- sqrt(K L) / K1 sqrt(R^2 - (v - vc)^2), vc = cy cz / L, R = r sqrt(K1) / L.
+//!
+//! *Tangent planes* with unit normal n: n.a = ra and n.b = rb. With w = a x b and q = ra b - rb a they are
+//! n = (q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2; they touch the balls at a - ra n and b - rb n.
+
+use crate::camera::Pinhole;
+
+use super::TaperedCapsule;
+
+/// Capsules whose outlines are found in one go: enough for a body, few enough to stay in the fastest cache.
+pub(super) const BLOCK: usize = 16;
+
+/// One number per capsule of a block.
+type Lane<T> = [T; BLOCK];
+
+/// Up to [`BLOCK`] capsules, number by number, camera frame, metres.
+#[derive(Default)]
+pub(super) struct CapsuleBlock {
+    count: usize,
+    a: [Lane<f64>; 3],
+    b: [Lane<f64>; 3],
+    radius_a: Lane<f64>,
+    radius_b: Lane<f64>,
+}
+
+impl CapsuleBlock {
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.count == BLOCK
+    }
+
+    /// Adds a capsule; a full block takes no more.
+    #[inline(always)]
+    pub(super) fn push(&mut self, capsule: &TaperedCapsule) {
+        let lane = self.count;
+        if lane < BLOCK {
+            for axis in 0..3 {
+                self.a[axis][lane] = capsule.a[axis];
+                self.b[axis][lane] = capsule.b[axis];
+            }
+            self.radius_a[lane] = capsule.radius_a;
+            self.radius_b[lane] = capsule.radius_b;
+            self.count = lane + 1;
+        }
+    }
+
+    /// The capsule in lane `lane < BLOCK`.
+    pub(super) fn get(&self, lane: usize) -> TaperedCapsule {
+        TaperedCapsule {
+            a: self.a.map(|axis| axis[lane]).into(),
+            b: self.b.map(|axis| axis[lane]).into(),
+            radius_a: self.radius_a[lane],
+            radius_b: self.radius_b[lane],
+        }
+    }
+}
+
+/// One ball's outline in pixels: at row centre y, with d = y - centre_y, it spans
+/// `centre_x + shear d -+ half_width sqrt((radius - d)(radius + d))`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arc {
+    pub(super) centre_x: f32,
+    pub(super) centre_y: f32,
+    pub(super) radius: f32,
+    pub(super) shear: f32,
+    pub(super) half_width: f32,
+}
+
+/// One outer tangent between its points of contact, pixels. NaN where there is none.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tangent {
+    pub(super) x_a: f32,
+    pub(super) y_a: f32,
+    pub(super) x_b: f32,
+    pub(super) y_b: f32,
+    /// dx/dy.
+    pub(super) slope: f32,
+}
+
+/// A capsule's silhouette in pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outline {
+    pub(super) arcs: [Arc; 2],
+    pub(super) tangents: [Tangent; 2],
+    pub(super) top: f32,
+    pub(super) bottom: f32,
+    /// A bound of the leftmost point, not always reached.
+    pub(super) left: f32,
+    /// A bound of the rightmost point, not always reached.
+    pub(super) right: f32,
+}
+
+/// Outlines, number by number, so that one instruction works on several capsules.
+#[derive(Default)]
+pub(super) struct OutlineBlock {
+    count: usize,
+    arcs: [ArcLanes; 2],
+    tangents: [TangentLanes; 2],
+    extent: [Lane<f32>; 4],
+}
+
+#[derive(Default)]
+struct ArcLanes {
+    centre_x: Lane<f32>,
+    centre_y: Lane<f32>,
+    radius: Lane<f32>,
+    shear: Lane<f32>,
+    half_width: Lane<f32>,
+}
+
+#[derive(Default)]
+struct TangentLanes {
+    x_a: Lane<f32>,
+    y_a: Lane<f32>,
+    x_b: Lane<f32>,
+    y_b: Lane<f32>,
+    slope: Lane<f32>,
+}
+
+impl OutlineBlock {
+    /// Finds the outlines of a block of capsules, all of them beyond the near plane.
+    #[inline(always)]
+    pub(super) fn project(&mut self, capsules: &CapsuleBlock, pinhole: &Pinhole) {
+        self.count = capsules.count;
+        // Whole vectors: what the spare lanes hold is computed and never read.
+        let lanes = capsules.count.next_multiple_of(4).min(BLOCK);
+        for i in 0..lanes {
+            let a = [capsules.a[0][i], capsules.a[1][i], capsules.a[2][i]];
+            let b = [capsules.b[0][i], capsules.b[1][i], capsules.b[2][i]];
+            let outline = outline(a, capsules.radius_a[i], b, capsules.radius_b[i], pinhole);
+            for (lanes, arc) in self.arcs.iter_mut().zip(outline.arcs) {
+                lanes.centre_x[i] = arc.centre_x;
+                lanes.centre_y[i] = arc.centre_y;
+                lanes.radius[i] = arc.radius;
+                lanes.shear[i] = arc.shear;
+                lanes.half_width[i] = arc.half_width;
+            }
+            for (lanes, tangent) in self.tangents.iter_mut().zip(outline.tangents) {
+                lanes.x_a[i] = tangent.x_a;
+                lanes.y_a[i] = tangent.y_a;
+                lanes.x_b[i] = tangent.x_b;
+                lanes.y_b[i] = tangent.y_b;
+                lanes.slope[i] = tangent.slope;
+            }
+            self.extent[0][i] = outline.left;
+            self.extent[1][i] = outline.top;
+            self.extent[2][i] = outline.right;
+            self.extent[3][i] = outline.bottom;
+        }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = Outline> {
+        (0..self.count.min(BLOCK)).map(|i| self.get(i))
+    }
+
+    #[inline(always)]
+    fn get(&self, i: usize) -> Outline {
+        let arc = |lanes: &ArcLanes| Arc {
+            centre_x: lanes.centre_x[i],
+            centre_y: lanes.centre_y[i],
+            radius: lanes.radius[i],
+            shear: lanes.shear[i],
+            half_width: lanes.half_width[i],
+        };
+        let tangent = |lanes: &TangentLanes| Tangent {
+            x_a: lanes.x_a[i],
+            y_a: lanes.y_a[i],
+            x_b: lanes.x_b[i],
+            y_b: lanes.y_b[i],
+            slope: lanes.slope[i],
+        };
+        let [left, top, right, bottom] = self.extent.each_ref().map(|lane| lane[i]);
+        Outline {
+            arcs: self.arcs.each_ref().map(arc),
+            tangents: self.tangents.each_ref().map(tangent),
+            left,
+            top,
+            right,
+            bottom,
+        }
+    }
+}
+
+/// The outline of one capsule beyond the near plane. Straight-line code, so that it can be done for several at once.
+#[inline(always)]
+fn outline(a: [f64; 3], radius_a: f64, b: [f64; 3], radius_b: f64, pinhole: &Pinhole) -> Outline {
+    let arcs = [arc(a, radius_a, pinhole), arc(b, radius_b, pinhole)];
+    let reach = arcs.map(|arc| arc.radius * (arc.shear.abs() + arc.half_width));
+    let w = cross(a, b);
+    let q = [0, 1, 2].map(|i| radius_a * b[i] - radius_b * a[i]);
+    let across = cross(q, w);
+    let w2 = dot(w, w);
+    let inverse = 1.0 / w2;
+    // NaN, and with it no tangent, where one outline holds the other.
+    let root = (w2 - dot(q, q)).sqrt();
+    let tangent = |sign: f64| {
+        let normal = [0, 1, 2].map(|i| (across[i] + sign * root * w[i]) * inverse);
+        let [x_a, y_a] = contact(a, radius_a, normal, pinhole);
+        let [x_b, y_b] = contact(b, radius_b, normal, pinhole);
+        Tangent { x_a, y_a, x_b, y_b, slope: (x_b - x_a) / (y_b - y_a) }
+    };
+    Outline {
+        arcs,
+        tangents: [tangent(1.0), tangent(-1.0)],
+        left: lower(arcs[0].centre_x - reach[0], arcs[1].centre_x - reach[1]),
+        top: lower(arcs[0].centre_y - arcs[0].radius, arcs[1].centre_y - arcs[1].radius),
+        right: upper(arcs[0].centre_x + reach[0], arcs[1].centre_x + reach[1]),
+        bottom: upper(arcs[0].centre_y + arcs[0].radius, arcs[1].centre_y + arcs[1].radius),
+    }
+}
+
+#[inline(always)]
+fn arc([x, y, z]: [f64; 3], radius: f64, pinhole: &Pinhole) -> Arc {
+    let ([fx, fy], [cx, cy]) = (pinhole.focal, pinhole.principal_point);
+    let l = (z - radius) * (z + radius);
+    let k1 = y * y + l;
+    let k = x * x + k1;
+    let inverse = 1.0 / (l * k1);
+    let (over_l, over_k1) = (k1 * inverse, l * inverse);
+    let aspect = fx / fy;
+    Arc {
+        centre_x: (fx * (x * z * over_l) + cx) as f32,
+        centre_y: (fy * (y * z * over_l) + cy) as f32,
+        radius: (fy * radius * k1.sqrt() * over_l) as f32,
+        shear: (aspect * x * y * over_k1) as f32,
+        half_width: (aspect * (k * l).sqrt() * over_k1) as f32,
+    }
+}
+
+/// Pixel where the plane of unit normal `normal` touches a ball.
+#[inline(always)]
+fn contact(centre: [f64; 3], radius: f64, normal: [f64; 3], pinhole: &Pinhole) -> [f32; 2] {
+    let ([fx, fy], [cx, cy]) = (pinhole.focal, pinhole.principal_point);
+    let point = [0, 1, 2].map(|i| centre[i] - radius * normal[i]);
+    let inverse = 1.0 / point[2];
+    [(fx * (point[0] * inverse) + cx) as f32, (fy * (point[1] * inverse) + cy) as f32]
+}
+
+#[inline(always)]
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The lower of two numbers, `b` where they cannot be compared. (`f32::min` costs two instructions more.)
+#[inline(always)]
+pub(super) fn lower(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The upper of two numbers, `b` where they cannot be compared.
+#[inline(always)]
+pub(super) fn upper(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// Start and end (pixels set are `start..end`) of the outline in every row whose centre is in `centres`; empty where it
+/// has none. A pixel whose centre lies exactly on the outline may fall on either side.
+#[inline(always)]
+pub(super) fn row_spans(outline: &Outline, width: f32, centres: &[f32], starts: &mut [u32], ends: &mut [u32]) {
+    let [arc_a, arc_b] = outline.arcs;
+    let [edge_a, edge_b] = outline.tangents.map(Edge::new);
+    for ((&y, start), end) in centres.iter().zip(starts).zip(ends) {
+        let [left_a, right_a] = arc_a.crossings(y);
+        let [left_b, right_b] = arc_b.crossings(y);
+        let (x_a, x_b) = (edge_a.crossing(y), edge_b.crossing(y));
+        // Every crossing lies in the hull, NaN stands for none: the hull is what is between the outermost.
+        let left = lower(x_a, lower(x_b, lower(left_a, lower(left_b, f32::INFINITY))));
+        let right = upper(x_a, upper(x_b, upper(right_a, upper(right_b, f32::NEG_INFINITY))));
+        *start = nearest_integer(lower(upper(left, 0.0), width));
+        *end = nearest_integer(lower(upper(right, 0.0), width));
+    }
+}
+
+impl Arc {
+    #[inline(always)]
+    fn crossings(&self, y: f32) -> [f32; 2] {
+        let d = y - self.centre_y;
+        let half = self.half_width * ((self.radius - d) * (self.radius + d)).sqrt();
+        let middle = self.centre_x + self.shear * d;
+        [middle - half, middle + half]
+    }
+}
+
+/// A tangent made ready for asking where it crosses rows.
+struct Edge {
+    x: f32,
+    y: f32,
+    slope: f32,
+    low: [f32; 2],
+    high: [f32; 2],
+}
+
+impl Edge {
+    #[inline(always)]
+    fn new(tangent: Tangent) -> Self {
+        let Tangent { x_a, y_a, x_b, y_b, slope } = tangent;
+        let low = [lower(x_a, x_b), lower(y_a, y_b)];
+        Self { x: x_a, y: y_a, slope, low, high: [upper(x_a, x_b), upper(y_a, y_b)] }
+    }
+
+    #[inline(always)]
+    fn crossing(&self, y: f32) -> f32 {
+        // Level tangents have an infinite slope: the ends bound what comes of it.
+        let x = upper(lower(self.x + self.slope * (y - self.y), self.high[0]), self.low[0]);
+        if (y - self.low[1]) * (self.high[1] - y) >= 0.0 { x } else { f32::NAN }
+    }
+}
+
+/// Rounds a number in `0.0..=2^22` to the nearest integer. In the sum's mantissa the integer stands as it is.
+#[inline(always)]
+fn nearest_integer(x: f32) -> u32 {
+    const SHIFT: f32 = 8_388_608.0;
+    (x + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits())
+}

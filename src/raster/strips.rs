@@ -1,0 +1,169 @@
+//! A binary image laid out for drawing rows in parallel.
+
+use super::{Mask, PixelBounds};
+
+/// Width of a strip: one word a row.
+pub(super) const STRIP: u32 = 32;
+
+/// Rows of a strip are padded to a multiple of this, so that vectors of rows never straddle an end.
+pub(super) const ROWS: usize = 8;
+
+/// How an image is cut into vertical strips 32 pixels wide. A strip's rows lie one after another, one `u32` each, so that one
+/// instruction fills a word of eight rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct StripLayout {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    /// Rows of a strip in memory.
+    pub(super) rows: usize,
+    pub(super) strips: usize,
+}
+
+impl StripLayout {
+    pub(super) fn new(width: u32, height: u32) -> Self {
+        let rows = (height as usize).next_multiple_of(ROWS);
+        Self { width, height, rows, strips: width.div_ceil(STRIP) as usize }
+    }
+
+    /// Words of the whole image.
+    pub(super) fn words(&self) -> usize {
+        self.rows * self.strips
+    }
+}
+
+/// A binary image in strips that remembers where it was drawn on; everything else is zero.
+#[derive(Clone, Debug, Default)]
+pub(super) struct StripImage {
+    layout: StripLayout,
+    words: Vec<u32>,
+    /// Per strip the rows `first..last` that may hold set pixels, multiples of [`ROWS`].
+    drawn: Vec<(usize, usize)>,
+}
+
+impl StripImage {
+    /// Copies a mask.
+    pub(super) fn from_mask(mask: &Mask) -> Self {
+        let mut image = Self::default();
+        image.reshape(StripLayout::new(mask.width(), mask.height()));
+        let layout = image.layout;
+        for y in 0..mask.height() {
+            for (index, &word) in mask.row(y).iter().enumerate() {
+                for (half, bits) in [(2 * index, word as u32), (2 * index + 1, (word >> 32) as u32)] {
+                    if bits != 0 {
+                        image.words[half * layout.rows + y as usize] = bits;
+                        image.mark(half, y as usize, y as usize + 1);
+                    }
+                }
+            }
+        }
+        image
+    }
+
+    /// Makes the image empty and of this layout.
+    #[inline(always)]
+    pub(super) fn reshape(&mut self, layout: StripLayout) {
+        self.clear();
+        if self.layout != layout {
+            self.layout = layout;
+            self.words.resize(layout.words(), 0);
+            self.drawn.clear();
+            self.drawn.resize(layout.strips, (layout.rows, 0));
+        }
+    }
+
+    /// Clears what was drawn on.
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        let rows = self.layout.rows;
+        for (strip, drawn) in self.words.chunks_exact_mut(rows.max(1)).zip(&mut self.drawn) {
+            if drawn.0 < drawn.1 {
+                strip[drawn.0..drawn.1].fill(0);
+                *drawn = (rows, 0);
+            }
+        }
+    }
+
+    pub(super) fn layout(&self) -> StripLayout {
+        self.layout
+    }
+
+    pub(super) fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// Rows of a strip, for drawing; afterwards they count as drawn on.
+    #[inline(always)]
+    pub(super) fn draw(&mut self, strip: usize, first: usize, last: usize) -> &mut [u32] {
+        self.mark(strip, first, last);
+        let start = strip * self.layout.rows;
+        &mut self.words[start + first..start + last]
+    }
+
+    /// Strip index and rows `first..last` of what was drawn on.
+    #[inline(always)]
+    pub(super) fn drawn(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+        self.drawn.iter().enumerate().filter(|(_, (first, last))| first < last).map(|(strip, &(a, b))| (strip, a, b))
+    }
+
+    #[inline(always)]
+    fn mark(&mut self, strip: usize, first: usize, last: usize) {
+        let (top, bottom) = self.drawn[strip];
+        let first = first / ROWS * ROWS;
+        self.drawn[strip] = (top.min(first), bottom.max(last.next_multiple_of(ROWS)));
+    }
+
+    /// Sets pixel `(x, y)`; outside the image nothing happens.
+    pub(super) fn set(&mut self, x: u32, y: u32) {
+        if x < self.layout.width && y < self.layout.height {
+            let row = y as usize;
+            self.draw((x / STRIP) as usize, row, row + 1)[0] |= 1 << (x % STRIP);
+        }
+    }
+
+    /// Sets in `mask`, an image of the same size, what is set here; returns the bounds of what is set here.
+    pub(super) fn merge_into(&self, mask: &mut Mask) -> PixelBounds {
+        let mut bounds = PixelBounds::default();
+        for (strip, first, last) in self.drawn() {
+            let words = &self.words[strip * self.layout.rows..][..self.layout.rows];
+            let last = last.min(self.layout.height as usize);
+            for (y, &word) in (first as u32..).zip(&words[first..last]).filter(|(_, word)| **word != 0) {
+                mask.row_mut(y)[strip / 2] |= u64::from(word) << (STRIP * (strip as u32 % 2));
+                let left = STRIP * strip as u32;
+                bounds = bounds.union(&PixelBounds {
+                    left: left + word.trailing_zeros(),
+                    top: y,
+                    right: left + STRIP - word.leading_zeros(),
+                    bottom: y + 1,
+                });
+            }
+        }
+        bounds
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mask_comes_back_from_its_strips() {
+        for (width, height) in [(1, 1), (31, 9), (64, 8), (65, 17), (200, 33)] {
+            let mask = Mask::from_fn(width, height, |x, y| (x * 7 + y * 3) % 5 == 0);
+            let mut back = Mask::new(width, height);
+            let bounds = StripImage::from_mask(&mask).merge_into(&mut back);
+            assert_eq!(back, mask);
+            assert_eq!(bounds, mask.bounds());
+        }
+    }
+
+    #[test]
+    fn a_cleared_image_is_zero_everywhere_whatever_its_layout_becomes() {
+        let mut image = StripImage::from_mask(&Mask::from_fn(100, 40, |x, y| x > y));
+        image.reshape(StripLayout::new(70, 90));
+        assert!(image.words().iter().all(|&w| w == 0));
+        assert_eq!(image.drawn().count(), 0);
+        image.set(69, 89);
+        image.set(70, 89);
+        assert_eq!(image.drawn().collect::<Vec<_>>(), [(2, 88, 96)]);
+    }
+}
