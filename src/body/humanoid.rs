@@ -18,6 +18,8 @@ pub struct Humanoid {
     pub degrees_of_freedom: Vec<DegreeOfFreedom>,
     /// Where the virtual markers sit, in the order of [`LANDMARKS`]; `None` where this body does not say.
     pub markers: [Option<LinkPoint>; LANDMARKS.len()],
+    /// What a reader should be told about its file: limits that were assumed, joints that are locked.
+    pub notes: Vec<String>,
 }
 
 /// A rigid part of the body. Links without mass or flesh stand between the axes of a compound joint.

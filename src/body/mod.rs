@@ -7,12 +7,15 @@
 pub(crate) mod fixture;
 mod flesh;
 mod humanoid;
+mod jacobian;
 mod kinematics;
 mod landmark;
 mod motion;
 mod pose;
 mod ray;
+mod shipped;
 mod tangent;
+mod urdf;
 
 pub use flesh::Flesh;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
@@ -20,4 +23,6 @@ pub use kinematics::LinkFrames;
 pub use landmark::{LANDMARKS, Landmark, LinkPoint, Markers};
 pub use pose::{Motion, Pose};
 pub use ray::Ray;
+pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use tangent::ROOT_STEP;
+pub use urdf::UrdfError;

@@ -1,0 +1,238 @@
+//! The XML behind a robot: where its elements stand, and the checks that make `urdf-rs` safe to call.
+//!
+//! `urdf-rs` accepts NaN, skips words that are no numbers, and names neither line nor element in its errors.
+
+use roxmltree::Node;
+
+use super::UrdfError;
+
+/// Deeper XML than this is not a URDF.
+const MAX_DEPTH: usize = 32;
+/// Greatest magnitude of any number but a limit.
+const MAX_NUMBER: f64 = 1e6;
+
+/// Element, attribute, how many numbers it holds, whether it must be there, whether infinity is allowed.
+const NUMBERS: &[(&str, &str, usize, bool, bool)] = &[
+    ("origin", "xyz", 3, false, false),
+    ("origin", "rpy", 3, false, false),
+    ("origin", "quat_xyzw", 4, false, false),
+    ("axis", "xyz", 3, true, false),
+    ("limit", "lower", 1, false, true),
+    ("limit", "upper", 1, false, true),
+    ("limit", "effort", 1, false, true),
+    ("limit", "velocity", 1, false, true),
+    ("mimic", "multiplier", 1, false, false),
+    ("mimic", "offset", 1, false, false),
+    ("dynamics", "damping", 1, false, false),
+    ("dynamics", "friction", 1, false, false),
+    ("calibration", "rising", 1, false, false),
+    ("calibration", "falling", 1, false, false),
+    ("safety_controller", "soft_lower_limit", 1, false, true),
+    ("safety_controller", "soft_upper_limit", 1, false, true),
+    ("safety_controller", "k_position", 1, false, true),
+    ("safety_controller", "k_velocity", 1, true, true),
+    ("mass", "value", 1, true, false),
+    ("inertia", "ixx", 1, true, false),
+    ("inertia", "ixy", 1, true, false),
+    ("inertia", "ixz", 1, true, false),
+    ("inertia", "iyy", 1, true, false),
+    ("inertia", "iyz", 1, true, false),
+    ("inertia", "izz", 1, true, false),
+    ("box", "size", 3, true, false),
+    ("sphere", "radius", 1, true, false),
+    ("cylinder", "radius", 1, true, false),
+    ("cylinder", "length", 1, true, false),
+    ("capsule", "radius", 1, true, false),
+    ("capsule", "length", 1, true, false),
+    ("mesh", "scale", 3, false, false),
+];
+
+/// Parent element, child element, attribute: the words that must be there.
+const WORDS: &[(&str, &str, &str)] = &[
+    ("robot", "link", "name"),
+    ("robot", "joint", "name"),
+    ("robot", "joint", "type"),
+    ("joint", "parent", "link"),
+    ("joint", "child", "link"),
+    ("joint", "mimic", "joint"),
+    ("geometry", "mesh", "filename"),
+];
+
+const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "spherical"];
+const SHAPES: [&str; 5] = ["sphere", "cylinder", "capsule", "box", "mesh"];
+
+/// A URDF's XML. Links and joints are counted in the order in which `urdf-rs` lists them.
+pub(super) struct Document<'t> {
+    file: &'t str,
+    xml: roxmltree::Document<'t>,
+    links: Vec<roxmltree::NodeId>,
+    joints: Vec<roxmltree::NodeId>,
+}
+
+impl<'t> Document<'t> {
+    pub(super) fn parse(text: &'t str, file: &'t str) -> Result<Self, UrdfError> {
+        let xml = roxmltree::Document::parse(text).map_err(|e| UrdfError::NotXml {
+            file: file.to_owned(),
+            line: e.pos().row,
+            reason: e.to_string(),
+        })?;
+        let robot = xml.root_element();
+        let ids = |tag: &str| robot.children().filter(|n| n.has_tag_name(tag)).map(|n| n.id()).collect();
+        let (links, joints) = (ids("link"), ids("joint"));
+        Ok(Self { file, xml, links, joints })
+    }
+
+    /// The `<link>` of that index.
+    pub(super) fn link(&self, index: usize) -> Node<'_, 't> {
+        self.node(self.links.get(index))
+    }
+
+    /// The `<joint>` of that index.
+    pub(super) fn joint(&self, index: usize) -> Node<'_, 't> {
+        self.node(self.joints.get(index))
+    }
+
+    fn node(&self, id: Option<&roxmltree::NodeId>) -> Node<'_, 't> {
+        id.and_then(|&id| self.xml.get_node(id)).unwrap_or(self.xml.root_element())
+    }
+
+    /// The error that `problem` at `node` is.
+    pub(super) fn refuse(&self, node: Node<'_, '_>, problem: impl Into<String>) -> UrdfError {
+        let owner = node.ancestors().find(|n| n.has_tag_name("link") || n.has_tag_name("joint")).unwrap_or(node);
+        let element = match owner.attribute("name") {
+            Some(name) => format!("{} `{name}`", owner.tag_name().name()),
+            None => format!("<{}>", owner.tag_name().name()),
+        };
+        UrdfError::Refused {
+            file: self.file.to_owned(),
+            line: self.xml.text_pos_at(node.range().start).row,
+            element,
+            problem: problem.into(),
+        }
+    }
+
+    /// Checks every element that `urdf-rs` will read, then lets it read.
+    pub(super) fn check_and_read(&self, text: &str) -> Result<urdf_rs::Robot, UrdfError> {
+        let robot = self.xml.root_element();
+        if !robot.has_tag_name("robot") {
+            return Err(self.refuse(robot, "expected <robot> as the outermost element; is this a URDF?"));
+        }
+        if self.links.is_empty() {
+            return Err(self.refuse(robot, "no <link>; expected at least one"));
+        }
+        if let Some(deep) = robot.descendants().find(|n| n.ancestors().nth(MAX_DEPTH).is_some()) {
+            return Err(self.refuse(deep, format!("elements nested deeper than {MAX_DEPTH}")));
+        }
+        for part in robot.children().filter(|n| n.has_tag_name("link") || n.has_tag_name("joint")) {
+            for node in part.descendants().filter(Node::is_element) {
+                self.check_words(node)?;
+                self.check_numbers(node)?;
+            }
+            self.check_joint(part)?;
+            self.check_geometries(part)?;
+        }
+        let read = urdf_rs::read_from_string(text)
+            .map_err(|e| self.refuse(robot, format!("urdf-rs cannot read this URDF: {e}")))?;
+        if read.links.len() != self.links.len() || read.joints.len() != self.joints.len() {
+            return Err(self.refuse(robot, "urdf-rs read another number of links and joints than the text has"));
+        }
+        Ok(read)
+    }
+
+    fn check_words(&self, node: Node<'_, '_>) -> Result<(), UrdfError> {
+        let parent = node.parent_element().map_or("", |p| p.tag_name().name());
+        for &(_, tag, attribute) in WORDS.iter().filter(|w| w.0 == parent && node.has_tag_name(w.1)) {
+            if node.attribute(attribute).is_none_or(|value| value.trim().is_empty()) {
+                return Err(self.refuse(node, format!("<{tag}> needs the attribute `{attribute}`")));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_numbers(&self, node: Node<'_, '_>) -> Result<(), UrdfError> {
+        for &(tag, attribute, count, required, infinite) in NUMBERS.iter().filter(|n| node.has_tag_name(n.0)) {
+            let expected = if count == 1 { "a number".to_owned() } else { format!("{count} numbers") };
+            let Some(value) = node.attribute(attribute) else {
+                if required {
+                    return Err(self.refuse(node, format!("<{tag}> needs `{attribute}` with {expected}")));
+                }
+                continue;
+            };
+            let numbers: Vec<Option<f64>> = value.split_whitespace().map(|w| w.parse().ok()).collect();
+            let sound = |n: &Option<f64>| n.is_some_and(|n| n.abs() <= MAX_NUMBER || (infinite && !n.is_nan()));
+            if numbers.len() != count || !numbers.iter().all(sound) {
+                return Err(self.refuse(
+                    node,
+                    format!("<{tag} {attribute}=\"{value}\">: expected {expected}, finite and at most {MAX_NUMBER}"),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_joint(&self, joint: Node<'_, '_>) -> Result<(), UrdfError> {
+        if !joint.has_tag_name("joint") {
+            return Ok(());
+        }
+        let kind = joint.attribute("type").unwrap_or_default();
+        if kind == "planar" {
+            return Err(self.refuse(joint, "planar joints are not supported; write two prismatic and one continuous"));
+        }
+        if !JOINT_TYPES.contains(&kind) {
+            return Err(self.refuse(joint, format!("unknown joint type `{kind}`; expected {}", JOINT_TYPES.join(", "))));
+        }
+        for end in ["parent", "child"] {
+            if child(joint, end).is_none() {
+                return Err(self.refuse(joint, format!("needs <{end} link=\"...\"/>")));
+            }
+        }
+        let Some(limit) = child(joint, "limit") else { return Ok(()) };
+        let number = |attribute| limit.attribute(attribute).and_then(|v: &str| v.trim().parse::<f64>().ok());
+        if let (Some(lower), Some(upper)) = (number("lower"), number("upper"))
+            && lower > upper
+        {
+            return Err(self.refuse(limit, format!("lower limit {lower} is above upper limit {upper}; swap them")));
+        }
+        let early = self.version() < (1, 2);
+        if early && limit.attribute("velocity").is_none() {
+            return Err(self.refuse(limit, "<limit> needs `velocity` (greatest speed, rad/s or m/s) and `effort`"));
+        }
+        Ok(())
+    }
+
+    fn check_geometries(&self, link: Node<'_, '_>) -> Result<(), UrdfError> {
+        if !link.has_tag_name("link") {
+            return Ok(());
+        }
+        for solid in link.children().filter(|n| n.has_tag_name("visual") || n.has_tag_name("collision")) {
+            let shape = child(solid, "geometry").and_then(|g| g.children().find(Node::is_element));
+            if !shape.is_some_and(|s| SHAPES.contains(&s.tag_name().name())) {
+                let tag = solid.tag_name().name();
+                return Err(self.refuse(solid, format!("<{tag}> needs a <geometry> with one of {}", SHAPES.join(", "))));
+            }
+        }
+        if let Some(inertial) = child(link, "inertial") {
+            for part in ["mass", "inertia"] {
+                if child(inertial, part).is_none() {
+                    return Err(self.refuse(inertial, format!("<inertial> needs <{part}>")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The version of URDF that the text claims; 1.0 where it says none.
+    fn version(&self) -> (u32, u32) {
+        self.xml
+            .root_element()
+            .attribute("version")
+            .and_then(|v| v.trim().split_once('.'))
+            .and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)))
+            .unwrap_or((1, 0))
+    }
+}
+
+/// The first child element of that name.
+pub(super) fn child<'a, 't>(node: Node<'a, 't>, tag: &str) -> Option<Node<'a, 't>> {
+    node.children().find(|n| n.has_tag_name(tag))
+}

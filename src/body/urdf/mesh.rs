@@ -1,0 +1,139 @@
+//! Triangle meshes: STL (binary and text) and Wavefront OBJ, positions and faces only.
+
+use std::collections::HashMap;
+
+use nalgebra::Point3;
+
+/// Vertices, and triangles that index them.
+pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
+
+/// Reads a mesh by the ending of its name.
+///
+/// # Errors
+/// What is wrong, for a message that already names the mesh.
+pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
+    let ending = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
+    let mesh = match ending.as_str() {
+        "stl" => stl(bytes)?,
+        "obj" => obj(&String::from_utf8_lossy(bytes))?,
+        _ => return Err(format!("ending `.{ending}` is not supported; convert it to .stl or .obj")),
+    };
+    if mesh.1.is_empty() {
+        return Err("has no triangles".to_owned());
+    }
+    Ok(mesh)
+}
+
+/// Collects triangles, giving equal corners one vertex.
+#[derive(Default)]
+struct Welder {
+    seen: HashMap<[u64; 3], u32>,
+    mesh: Mesh,
+}
+
+impl Welder {
+    fn corner(&mut self, [x, y, z]: [f64; 3]) -> Result<u32, String> {
+        if !(x.is_finite() && y.is_finite() && z.is_finite()) {
+            return Err(format!("vertex ({x}, {y}, {z}) is not finite"));
+        }
+        let next = u32::try_from(self.mesh.0.len()).map_err(|_| "too many vertices".to_owned())?;
+        let index = *self.seen.entry([x, y, z].map(f64::to_bits)).or_insert(next);
+        if index == next {
+            self.mesh.0.push(Point3::new(x, y, z));
+        }
+        Ok(index)
+    }
+
+    fn triangle(&mut self, corners: [[f64; 3]; 3]) -> Result<(), String> {
+        let [a, b, c] = corners;
+        let triangle = [self.corner(a)?, self.corner(b)?, self.corner(c)?];
+        self.mesh.1.push(triangle);
+        Ok(())
+    }
+}
+
+/// Binary where the length says so (84 bytes and 50 for each triangle), else text.
+fn stl(bytes: &[u8]) -> Result<Mesh, String> {
+    let mut welder = Welder::default();
+    if let Some(records) = binary_records(bytes) {
+        for record in records.chunks_exact(50) {
+            let number = |i: usize| {
+                let at = 12 + 4 * i;
+                f64::from(f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]))
+            };
+            welder.triangle([0, 3, 6].map(|i| [number(i), number(i + 1), number(i + 2)]))?;
+        }
+        return Ok(welder.mesh);
+    }
+    let text = std::str::from_utf8(bytes)
+        .ok()
+        .filter(|t| t.trim_start().starts_with("solid"))
+        .ok_or("is neither a binary STL of the length its header gives nor a text STL")?;
+    let mut corners = Vec::with_capacity(3);
+    for (line, words) in text.lines().enumerate().map(|(i, l)| (i + 1, l.split_whitespace())) {
+        let mut words = words;
+        match words.next() {
+            Some("vertex") => corners.push(three(words, line)?),
+            Some("endfacet") => {
+                let &[a, b, c] = corners.as_slice() else {
+                    return Err(format!("line {line}: a facet of {} vertices; expected 3", corners.len()));
+                };
+                welder.triangle([a, b, c])?;
+                corners.clear();
+            }
+            _ => {}
+        }
+    }
+    Ok(welder.mesh)
+}
+
+fn binary_records(bytes: &[u8]) -> Option<&[u8]> {
+    let count = bytes.get(80..84).and_then(|c| c.try_into().ok()).map(u32::from_le_bytes)?;
+    let records = &bytes[84..];
+    (records.len() as u64 == 50 * u64::from(count)).then_some(records)
+}
+
+/// Faces of any number of corners become fans; negative indices count from the latest vertex.
+fn obj(text: &str) -> Result<Mesh, String> {
+    let mut mesh = Mesh::default();
+    for (line, words) in text.lines().enumerate().map(|(i, l)| (i + 1, l.split_whitespace())) {
+        let mut words = words;
+        match words.next() {
+            Some("v") => {
+                let vertex = three(words, line)?;
+                if vertex.iter().any(|c| !c.is_finite()) {
+                    return Err(format!("line {line}: a vertex that is not finite"));
+                }
+                mesh.0.push(Point3::from(vertex));
+            }
+            Some("f") => {
+                let corners: Result<Vec<u32>, String> = words.map(|w| obj_index(w, mesh.0.len(), line)).collect();
+                let corners = corners?;
+                if corners.len() < 3 {
+                    return Err(format!("line {line}: a face of {} corners; expected at least 3", corners.len()));
+                }
+                mesh.1.extend(corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]));
+            }
+            _ => {}
+        }
+    }
+    Ok(mesh)
+}
+
+fn obj_index(word: &str, vertices: usize, line: usize) -> Result<u32, String> {
+    let index: Option<i64> = word.split('/').next().and_then(|i| i.parse().ok());
+    let index = match index {
+        Some(i) if i < 0 => i.checked_add_unsigned(vertices as u64),
+        Some(i) => i.checked_sub(1),
+        None => None,
+    };
+    index
+        .filter(|&i| i >= 0 && (i as u64) < vertices as u64)
+        .and_then(|i| u32::try_from(i).ok())
+        .ok_or_else(|| format!("line {line}: corner `{word}` names no vertex above it (there are {vertices})"))
+}
+
+fn three<'a>(words: impl Iterator<Item = &'a str>, line: usize) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> = words.take(3).filter_map(|w| w.parse().ok()).collect();
+    numbers.try_into().map_err(|_| format!("line {line}: expected 3 numbers"))
+}

@@ -1,0 +1,122 @@
+//! Humanoids from URDF: `urdf-rs` reads the values, this room checks what it does not and says where a fault stands.
+//!
+//! What casts the shadow is a link's `<visual>` elements, or its `<collision>` elements where it has no visual. Two
+//! visual balls named `taper:NAME:a` and `taper:NAME:b` on one link are the ends of one tapered capsule; any other
+//! URDF tool shows the two balls. A fixed, empty link `marker_NAME` with [`super::Landmark::name`] places a marker and
+//! is not kept as a link; bodies without such links get the markers that [`markers`] recognises by their link names.
+
+mod axes;
+mod document;
+mod error;
+mod geometry;
+mod markers;
+mod mesh;
+mod package;
+mod tree;
+
+use std::io;
+use std::path::Path;
+
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+
+use document::Document;
+pub use error::UrdfError;
+
+use super::{Humanoid, Inertia, Link};
+
+/// Greatest size of a URDF text, bytes.
+const MAX_TEXT: usize = 1 << 24;
+/// Greatest mass of a link, kilograms.
+const MAX_MASS: f64 = 1e5;
+
+impl Humanoid {
+    /// Builds a humanoid from the text of a URDF; `file` is its name in messages, `meshes` fetches the bytes of a mesh
+    /// by the URI the text gives. A byte-order mark, CRLF line ends and NUL bytes at the end are accepted.
+    ///
+    /// # Errors
+    /// [`UrdfError`] names the line and the link or joint at fault, what was expected and what to do.
+    pub fn from_urdf(text: &str, file: &str, meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Self, UrdfError> {
+        let text = text.trim_start_matches('\u{feff}').trim_end_matches(|c: char| c == '\0' || c.is_whitespace());
+        if text.len() > MAX_TEXT {
+            return Err(UrdfError::TooLong { file: file.to_owned(), limit: MAX_TEXT });
+        }
+        let document = Document::parse(text, file)?;
+        let robot = document.check_and_read(text)?;
+        let tree = tree::order(&document, &robot)?;
+        let mut notes = Vec::new();
+        let axes = axes::read(&document, &robot, &tree, &mut notes)?;
+
+        let mut builder = markers::Builder::default();
+        for &link in &tree.links {
+            let node = document.link(link);
+            let converted = Link {
+                name: robot.links[link].name.clone(),
+                flesh: geometry::flesh(&document, node, &robot.links[link], meshes)?,
+                inertia: inertia(&document, node, &robot.links[link].inertial)?,
+            };
+            match tree.joint_above[link] {
+                None => builder.root(link, converted),
+                Some(joint) => builder.link(&document, &tree, link, converted, joint, &robot, axes.kind(joint))?,
+            }
+        }
+        let (links, joints, markers) = builder.finish();
+        Ok(Self { name: robot.name, links, joints, degrees_of_freedom: axes.degrees_of_freedom, markers, notes })
+    }
+
+    /// Reads a URDF file. Meshes are looked for beside it, `package://` ones upwards from its directory.
+    ///
+    /// # Errors
+    /// As [`Self::from_urdf`], and where the file or a mesh cannot be read.
+    pub fn load(path: &Path) -> Result<Self, UrdfError> {
+        let file = path.display().to_string();
+        let unreadable = |source| UrdfError::Unreadable { file: file.clone(), source };
+        let length = std::fs::metadata(path).map_err(unreadable)?.len();
+        if length > MAX_TEXT as u64 {
+            return Err(UrdfError::TooLong { file, limit: MAX_TEXT });
+        }
+        let bytes = std::fs::read(path).map_err(unreadable)?;
+        let text = String::from_utf8(bytes).map_err(|e| UrdfError::NotXml {
+            file: file.clone(),
+            line: 1,
+            reason: format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()),
+        })?;
+        let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+        Self::from_urdf(&text, &file, &|uri| package::read(&directory, uri))
+    }
+}
+
+/// A URDF `<origin>`: fixed-axis roll, pitch, yaw and a translation.
+fn isometry(origin: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [roll, pitch, yaw] = origin.rpy.0;
+    Isometry3::from_parts(
+        Translation3::from(Vector3::from(origin.xyz.0)),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}
+
+fn inertia(
+    document: &Document<'_>,
+    link: roxmltree::Node<'_, '_>,
+    inertial: &urdf_rs::Inertial,
+) -> Result<Option<Inertia>, UrdfError> {
+    let mass = inertial.mass.value;
+    let place = document::child(link, "inertial").unwrap_or(link);
+    if !(0.0..=MAX_MASS).contains(&mass) {
+        return Err(document.refuse(place, format!("a mass of {mass} kg; expected 0 to {MAX_MASS} kg")));
+    }
+    if mass == 0.0 {
+        return Ok(None);
+    }
+    let link_from_inertia = isometry(&inertial.origin);
+    let i = &inertial.inertia;
+    if i.ixx < 0.0 || i.iyy < 0.0 || i.izz < 0.0 {
+        return Err(document.refuse(place, "a negative moment of inertia; ixx, iyy and izz must be 0 or more"));
+    }
+    let rotation = link_from_inertia.rotation.to_rotation_matrix();
+    let tensor = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+    Ok(Some(Inertia {
+        mass,
+        centre_of_mass: link_from_inertia.translation.vector.into(),
+        tensor: rotation * tensor * rotation.inverse(),
+    }))
+}

@@ -1,0 +1,111 @@
+//! The order of links: one root, no cycle, every parent before its children.
+
+use std::collections::HashMap;
+
+use super::UrdfError;
+use super::document::{Document, child};
+
+/// The links of a URDF, parents first.
+pub(super) struct Tree {
+    /// Indices into the file's links, depth first, children in the order of the file's joints.
+    pub(super) links: Vec<usize>,
+    /// Per link of the file, the index of the joint that carries it.
+    pub(super) joint_above: Vec<Option<usize>>,
+    /// Per joint of the file, the index of its parent link.
+    pub(super) parent_link: Vec<usize>,
+    /// Per link of the file, the joints that hang from it.
+    pub(super) joints_below: Vec<Vec<usize>>,
+}
+
+/// Orders the links, or says why they are no tree.
+pub(super) fn order(document: &Document<'_>, robot: &urdf_rs::Robot) -> Result<Tree, UrdfError> {
+    let links = unique(robot.links.iter().map(|l| l.name.as_str()), |i, name| {
+        document.refuse(document.link(i), format!("a second link named `{name}`; names must be unique"))
+    })?;
+    unique(robot.joints.iter().map(|j| j.name.as_str()), |i, name| {
+        document.refuse(document.joint(i), format!("a second joint named `{name}`; names must be unique"))
+    })?;
+
+    let mut tree = Tree {
+        links: Vec::with_capacity(robot.links.len()),
+        joint_above: vec![None; robot.links.len()],
+        parent_link: Vec::with_capacity(robot.joints.len()),
+        joints_below: vec![Vec::new(); robot.links.len()],
+    };
+    for (index, joint) in robot.joints.iter().enumerate() {
+        let node = document.joint(index);
+        let find = |end: &str, name: &str| {
+            links.get(name).copied().ok_or_else(|| {
+                let place = child(node, end).unwrap_or(node);
+                document.refuse(place, format!("{end} link `{name}` does not exist; add <link name=\"{name}\"/>"))
+            })
+        };
+        let (parent, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
+        if let Some(other) = tree.joint_above[below].replace(index) {
+            let problem = format!(
+                "link `{}` already hangs from joint `{}`; a link has one parent",
+                joint.child.link, robot.joints[other].name
+            );
+            return Err(document.refuse(node, problem));
+        }
+        tree.parent_link.push(parent);
+        tree.joints_below[parent].push(index);
+    }
+    let root = root(document, robot, &tree)?;
+    let mut waiting = vec![root];
+    while let Some(link) = waiting.pop() {
+        tree.links.push(link);
+        waiting.extend(tree.joints_below[link].iter().rev().map(|&j| links[robot.joints[j].child.link.as_str()]));
+    }
+    if tree.links.len() < robot.links.len() {
+        let outside = (0..robot.links.len()).find(|l| !tree.links.contains(l)).unwrap_or(root);
+        return Err(cycle(document, robot, &tree, outside));
+    }
+    Ok(tree)
+}
+
+fn unique<'a>(
+    names: impl Iterator<Item = &'a str>,
+    refuse: impl Fn(usize, &str) -> UrdfError,
+) -> Result<HashMap<&'a str, usize>, UrdfError> {
+    let mut indices = HashMap::new();
+    for (index, name) in names.enumerate() {
+        if indices.insert(name, index).is_some() {
+            return Err(refuse(index, name));
+        }
+    }
+    Ok(indices)
+}
+
+fn root(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree) -> Result<usize, UrdfError> {
+    let mut roots = (0..robot.links.len()).filter(|&l| tree.joint_above[l].is_none());
+    match (roots.next(), roots.next()) {
+        (Some(root), None) => Ok(root),
+        (Some(first), Some(second)) => Err(document.refuse(
+            document.link(second),
+            format!(
+                "hangs from no joint, and neither does `{}`; a humanoid has one root: join them",
+                robot.links[first].name
+            ),
+        )),
+        (None, _) => Err(cycle(document, robot, tree, 0)),
+    }
+}
+
+/// Follows parents from a link that no root reaches until a link comes again.
+fn cycle(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree, start: usize) -> UrdfError {
+    let mut path = vec![start];
+    let mut link = start;
+    while let Some(joint) = tree.joint_above[link] {
+        link = tree.parent_link[joint];
+        if let Some(again) = path.iter().position(|&l| l == link) {
+            path.drain(..again);
+            break;
+        }
+        path.push(link);
+    }
+    path.push(link);
+    let names: Vec<&str> = path.iter().rev().map(|&l| robot.links[l].name.as_str()).collect();
+    let place = tree.joint_above[link].map_or(document.link(link), |j| document.joint(j));
+    document.refuse(place, format!("the links form a cycle ({}); cut one joint", names.join(" -> ")))
+}
