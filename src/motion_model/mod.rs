@@ -4,6 +4,8 @@
 //! nudged. [`Diffusion`] carries a pose and lets it wander.
 
 mod diffusion;
+pub mod gpdm;
+mod lbfgs;
 mod proposal;
 
 use rand_chacha::ChaCha8Rng;

@@ -1,0 +1,52 @@
+//! One loss with its gradient, one training, and 1000 predictions of a GPDM with D = 60 observed and d = 3 latent
+//! dimensions, on one thread. `cargo bench --bench gpdm`
+
+use faer::Mat;
+use skiagraph::motion_model::gpdm::{
+    DynamicsKernel, DynamicsOrder, MapKernel, Objective, Parameters, SequenceLayout, TrainingOptions, train,
+};
+
+fn main() {
+    divan::main();
+}
+
+const DIMENSIONS: usize = 60;
+
+/// A motion of slowly drifting cycles of 65 frames, as of a walk at 60 Hz.
+fn motion(frames: usize) -> Mat<f64> {
+    Mat::from_fn(frames, DIMENSIONS, |i, j| {
+        let phase = i as f64 * std::f64::consts::TAU / 65.0;
+        let drift = 1.0 + 0.2 * (i as f64 * 0.013 + j as f64).sin();
+        drift * (phase + 0.7 * j as f64).sin() * (0.1 + 0.005 * j as f64) + 0.05 * (2.0 * phase + 0.3 * j as f64).cos()
+    })
+}
+
+#[divan::bench(args = [60, 150, 480])]
+fn loss_and_gradient(bencher: divan::Bencher<'_, '_>, frames: usize) {
+    let observations = motion(frames);
+    let scales = vec![1.0; DIMENSIONS];
+    let layout = SequenceLayout { order: DynamicsOrder::First, delta: false, lengths: vec![frames] };
+    let objective = Objective::new(observations.as_ref(), &scales, &layout, 1.0);
+    let theta = Parameters {
+        latents: Mat::from_fn(frames, 3, |i, c| ((i as f64) * 0.0967 + c as f64 * 1.6).sin() * 1.4),
+        map: MapKernel { inverse_width: 1.0, noise_precision: 50.0 },
+        dynamics: DynamicsKernel { amplitude: 0.1, inverse_width: 1.0, linear: 0.9, noise_precision: 50.0 },
+    }
+    .pack();
+    let mut gradient = vec![0.0; theta.len()];
+    bencher.bench_local(move || objective.value_and_gradient(divan::black_box(&theta), 3, &mut gradient));
+}
+
+#[divan::bench(args = [150, 480], sample_count = 3, sample_size = 1)]
+fn training(bencher: divan::Bencher<'_, '_>, frames: usize) {
+    let observations = motion(frames);
+    bencher.bench_local(|| train(observations.as_ref(), &[frames], &TrainingOptions::default()));
+}
+
+#[divan::bench(args = [150, 480], sample_count = 20)]
+fn predict_1000_particles_mean_and_variance(bencher: divan::Bencher<'_, '_>, frames: usize) {
+    let options = TrainingOptions { rounds: 1, iterations: 5, ..TrainingOptions::default() };
+    let Ok(model) = train(motion(frames).as_ref(), &[frames], &options) else { return };
+    let particles = Mat::from_fn(1000, 3, |i, c| ((i * (c + 2)) as f64 * 0.37).sin());
+    bencher.bench_local(|| model.map_moments(divan::black_box(particles.as_ref())));
+}

@@ -1,0 +1,26 @@
+//! The Gaussian process dynamical model (GPDM): poses as a smooth function of a point that moves in a low-dimensional
+//! latent space by a smooth, noisy first- or second-order dynamics (S1 Eqs. 1 to 6, after Wang, Fleet and Hertzmann).
+//!
+//! | paper | here |
+//! |---|---|
+//! | `X`, N x D observations | [`Gpdm::observations`], one row a frame |
+//! | `Z`, N x d latents | [`Gpdm::latents`] |
+//! | `k_X` with beta | [`MapKernel`] |
+//! | `k_Z` with alpha | [`DynamicsKernel`] |
+//! | `W` | [`Gpdm::scales`] |
+//!
+//! S1's Eqs. 3 to 6 survive only in part; the kernels are Wang's. Learning minimises the negative log posterior by
+//! alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms ([`train`]).
+
+mod kernel;
+mod layout;
+mod model;
+mod objective;
+mod positive_definite;
+mod train;
+
+pub use kernel::{DynamicsKernel, MapKernel};
+pub use layout::{DynamicsOrder, SequenceLayout};
+pub use model::{Gpdm, Moments};
+pub use objective::{Objective, Parameters};
+pub use train::{GpdmError, TrainingOptions, train};

@@ -1,0 +1,404 @@
+//! What learning minimises, and its gradient.
+//!
+//! ```text
+//! L = D/2 ln|K_X| + 1/2 tr(K_X^-1 X W^2 X^T) - N ln|W|
+//!   + balance [ d/2 ln|K_Z| + 1/2 tr(K_Z^-1 V V^T) + 1/2 |z_1|^2 (+ 1/2 |z_2 - z_1|^2, second order) ]
+//!   + sum ln beta + sum ln alpha + 1/2 kappa^-2 tr W^2
+//! ```
+//! (negative logarithms of S1 Eqs. 3 and 4 with Wang's priors; constants left out). `balance` = 1 is the plain GPDM,
+//! `D/d` the balanced one.
+
+use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
+use faer::{Accum, Mat, MatRef, Par};
+
+use super::kernel::{DynamicsKernel, MapKernel};
+use super::layout::{DynamicsOrder, SequenceLayout};
+use super::positive_definite::PositiveDefinite;
+
+/// Variance of the prior on the scales `W`, kappa^2.
+pub(super) const SCALE_PRIOR_VARIANCE: f64 = 1e6;
+
+/// Everything that learning changes, apart from `W`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// Latents, N x d, one row a frame.
+    pub latents: Mat<f64>,
+    /// Kernel from latents to poses.
+    pub map: MapKernel,
+    /// Kernel of the dynamics.
+    pub dynamics: DynamicsKernel,
+}
+
+impl Parameters {
+    /// Number of kernel parameters behind the latents in a packed vector.
+    pub const KERNEL_PARAMETERS: usize = 6;
+
+    /// Latents column by column, then `ln beta2, ln beta3, ln alpha1, ln alpha2, ln alpha3, ln alpha4`.
+    pub fn pack(&self) -> Vec<f64> {
+        let mut theta: Vec<f64> = (0..self.latents.ncols()).flat_map(|c| self.latents.col(c).iter().copied()).collect();
+        let (map, dynamics) = (&self.map, &self.dynamics);
+        theta.extend(
+            [
+                map.inverse_width,
+                map.noise_precision,
+                dynamics.amplitude,
+                dynamics.inverse_width,
+                dynamics.linear,
+                dynamics.noise_precision,
+            ]
+            .map(f64::ln),
+        );
+        theta
+    }
+
+    /// The inverse of [`Self::pack`] for `d` latent dimensions.
+    pub fn unpack(theta: &[f64], d: usize) -> Self {
+        let (latents, logarithms) = theta.split_at(theta.len() - Self::KERNEL_PARAMETERS);
+        let frames = latents.len() / d;
+        let value = |i: usize| logarithms[i].exp();
+        Self {
+            latents: Mat::from_fn(frames, d, |i, c| latents[c * frames + i]),
+            map: MapKernel { inverse_width: value(0), noise_precision: value(1) },
+            dynamics: DynamicsKernel {
+                amplitude: value(2),
+                inverse_width: value(3),
+                linear: value(4),
+                noise_precision: value(5),
+            },
+        }
+    }
+}
+
+/// The negative log posterior of a GPDM for fixed scales `W`.
+pub struct Objective<'a> {
+    layout: &'a SequenceLayout,
+    predicted: Vec<usize>,
+    /// `X W`.
+    scaled: Mat<f64>,
+    scales: &'a [f64],
+    balance: f64,
+}
+
+/// A loss term's value, with gradients by its inputs and by the logarithms of its kernel's parameters.
+struct Term<const K: usize> {
+    value: f64,
+    inputs: Mat<f64>,
+    logarithms: [f64; K],
+}
+
+impl<'a> Objective<'a> {
+    /// For centred observations `X` (N x D), scales `W` (D) and the weight of the dynamics.
+    pub fn new(observations: MatRef<'_, f64>, scales: &'a [f64], layout: &'a SequenceLayout, balance: f64) -> Self {
+        let scaled = Mat::from_fn(observations.nrows(), observations.ncols(), |i, j| observations[(i, j)] * scales[j]);
+        Self { layout, predicted: layout.predicted(), scaled, scales, balance }
+    }
+
+    /// The loss at packed parameters, its gradient written to `gradient`; infinite where a kernel is singular.
+    pub fn value_and_gradient(&self, theta: &[f64], latent_dimensions: usize, gradient: &mut [f64]) -> f64 {
+        let parameters = Parameters::unpack(theta, latent_dimensions);
+        let Some((map, dynamics, targets)) = self.terms(&parameters) else {
+            gradient.fill(0.0);
+            return f64::INFINITY;
+        };
+        let mut latents = map.inputs;
+        self.layout.scatter(&self.predicted, dynamics.inputs.as_ref(), targets.as_ref(), &mut latents);
+        let start = self.start_prior(&parameters.latents, &mut latents);
+        for (target, value) in gradient.iter_mut().zip((0..latents.ncols()).flat_map(|c| latents.col(c).iter())) {
+            *target = *value;
+        }
+        let logarithms = map.logarithms.into_iter().chain(dynamics.logarithms);
+        let kernels = theta.len() - Parameters::KERNEL_PARAMETERS;
+        for (target, value) in gradient[kernels..].iter_mut().zip(logarithms) {
+            *target = value + 1.0;
+        }
+        map.value + dynamics.value + start + self.scale_prior() + theta[kernels..].iter().sum::<f64>()
+    }
+
+    fn terms(&self, parameters: &Parameters) -> Option<(Term<2>, Term<4>, Mat<f64>)> {
+        let latents = parameters.latents.as_ref();
+        let map = map_term(&parameters.latents, &parameters.map, self.scaled.as_ref())?;
+        let inputs = self.layout.inputs(latents, &self.predicted);
+        let targets = self.layout.targets(latents, &self.predicted);
+        let (dynamics, by_targets) = dynamics_term(&inputs, &parameters.dynamics, targets.as_ref(), self.balance)?;
+        Some((map, dynamics, by_targets))
+    }
+
+    fn scale_prior(&self) -> f64 {
+        let frames = self.scaled.nrows() as f64;
+        self.scales.iter().map(|w| 0.5 * w * w / SCALE_PRIOR_VARIANCE - frames * w.ln()).sum()
+    }
+
+    /// The prior on the first latents of every sequence.
+    fn start_prior(&self, z: &Mat<f64>, gradient: &mut Mat<f64>) -> f64 {
+        let mut value = 0.0;
+        for start in self.layout.starts() {
+            for c in 0..z.ncols() {
+                let first = z[(start, c)];
+                value += 0.5 * self.balance * first * first;
+                gradient[(start, c)] += self.balance * first;
+                if self.layout.order == DynamicsOrder::Second {
+                    let step = z[(start + 1, c)] - first;
+                    value += 0.5 * self.balance * step * step;
+                    gradient[(start + 1, c)] += self.balance * step;
+                    gradient[(start, c)] -= self.balance * step;
+                }
+            }
+        }
+        value
+    }
+}
+
+/// `D/2 ln|K_X| + 1/2 tr(K_X^-1 Y Y^T)` for `Y = X W`.
+fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>) -> Option<Term<2>> {
+    let (frames, dimensions) = (z.nrows(), scaled.ncols() as f64);
+    let radial = radial_lower(1.0, kernel.inverse_width, z);
+    let mut covariance = radial.clone();
+    add_to_diagonal(&mut covariance, 1.0 / kernel.noise_precision);
+    let factor = PositiveDefinite::factor(covariance.as_ref())?;
+    let a = factor.solve(scaled);
+    let value = 0.5 * dimensions * factor.log_determinant() + 0.5 * inner_product(scaled, a.as_ref());
+    // G = dL/dK, lower triangle
+    let mut g = factor.inverse_lower();
+    subtract_gram(&mut g, 0.5 * dimensions, 0.5, a.as_ref());
+    let trace: f64 = (0..frames).map(|i| g[(i, i)]).sum();
+    multiply_lower(&mut g, &radial);
+    let (inputs, by_width) = radial_gradient(&g, kernel.inverse_width, z);
+    Some(Term { value, inputs, logarithms: [by_width, -trace / kernel.noise_precision] })
+}
+
+/// `balance (d/2 ln|K_Z| + 1/2 tr(K_Z^-1 V V^T))`, and its gradient by the targets `V`.
+fn dynamics_term(
+    u: &Mat<f64>,
+    kernel: &DynamicsKernel,
+    targets: MatRef<'_, f64>,
+    balance: f64,
+) -> Option<(Term<4>, Mat<f64>)> {
+    let (steps, d) = (u.nrows(), targets.ncols() as f64);
+    let radial = radial_lower(kernel.amplitude, kernel.inverse_width, u);
+    let mut covariance = radial.clone();
+    triangular_matmul(
+        covariance.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        u.as_ref(),
+        BlockStructure::Rectangular,
+        u.transpose(),
+        BlockStructure::Rectangular,
+        kernel.linear,
+        Par::Seq,
+    );
+    add_to_diagonal(&mut covariance, 1.0 / kernel.noise_precision);
+    let factor = PositiveDefinite::factor(covariance.as_ref())?;
+    let mut b = factor.solve(targets);
+    let value = balance * (0.5 * d * factor.log_determinant() + 0.5 * inner_product(targets, b.as_ref()));
+    let mut h = factor.inverse_lower();
+    subtract_gram(&mut h, 0.5 * balance * d, 0.5 * balance, b.as_ref());
+    let trace: f64 = (0..steps).map(|i| h[(i, i)]).sum();
+    let hu = symmetric_times(&h, u.as_ref());
+    let by_linear = kernel.linear * inner_product(u.as_ref(), hu.as_ref());
+    multiply_lower(&mut h, &radial);
+    let by_amplitude = symmetric_sum(&h);
+    let (mut inputs, by_width) = radial_gradient(&h, kernel.inverse_width, u);
+    for c in 0..inputs.ncols() {
+        for (gradient, value) in inputs.col_mut(c).iter_mut().zip(hu.col(c).iter()) {
+            *gradient += 2.0 * kernel.linear * value;
+        }
+        if c < b.ncols() {
+            b.col_mut(c).iter_mut().for_each(|value| *value *= balance);
+        }
+    }
+    let logarithms = [by_amplitude, by_width, by_linear, -trace / kernel.noise_precision];
+    Some((Term { value, inputs, logarithms }, b))
+}
+
+/// Lower triangle of `amplitude exp(-width/2 |x_i - x_j|^2)`.
+fn radial_lower(amplitude: f64, inverse_width: f64, x: &Mat<f64>) -> Mat<f64> {
+    let n = x.nrows();
+    let mut k = Mat::zeros(n, n);
+    for j in 0..n {
+        let column = &mut k.col_as_slice_mut(j)[j..];
+        for c in 0..x.ncols() {
+            let coordinates = &x.col_as_slice(c)[j..];
+            let centre = coordinates[0];
+            for (value, x) in column.iter_mut().zip(coordinates) {
+                *value += (x - centre) * (x - centre);
+            }
+        }
+        for value in column.iter_mut() {
+            *value = amplitude * f64::exp(-0.5 * inverse_width * *value);
+        }
+    }
+    k
+}
+
+fn add_to_diagonal(matrix: &mut Mat<f64>, value: f64) {
+    for i in 0..matrix.nrows() {
+        matrix[(i, i)] += value;
+    }
+}
+
+/// Lower triangle of `inverse_weight M - gram_weight A A^T`, in place of `M`.
+fn subtract_gram(matrix: &mut Mat<f64>, inverse_weight: f64, gram_weight: f64, a: MatRef<'_, f64>) {
+    let n = matrix.nrows();
+    for j in 0..n {
+        matrix.col_as_slice_mut(j)[j..].iter_mut().for_each(|value| *value *= inverse_weight);
+    }
+    triangular_matmul(
+        matrix.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        a,
+        BlockStructure::Rectangular,
+        a.transpose(),
+        BlockStructure::Rectangular,
+        -gram_weight,
+        Par::Seq,
+    );
+}
+
+/// Lower triangle of the elementwise product, in place of `a`.
+fn multiply_lower(a: &mut Mat<f64>, b: &Mat<f64>) {
+    let n = a.nrows();
+    for j in 0..n {
+        let factors = &b.col_as_slice(j)[j..];
+        a.col_as_slice_mut(j)[j..].iter_mut().zip(factors).for_each(|(value, factor)| *value *= factor);
+    }
+}
+
+/// `S X` for the symmetric `S` of which the lower triangle is given.
+fn symmetric_times(lower: &Mat<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
+    let mut product = Mat::zeros(x.nrows(), x.ncols());
+    let mut add = |matrix: MatRef<'_, f64>, structure: BlockStructure| {
+        triangular_matmul(
+            product.as_mut(),
+            BlockStructure::Rectangular,
+            Accum::Add,
+            matrix,
+            structure,
+            x,
+            BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+    };
+    add(lower.as_ref(), BlockStructure::TriangularLower);
+    add(lower.transpose(), BlockStructure::StrictTriangularUpper);
+    product
+}
+
+fn symmetric_sum(lower: &Mat<f64>) -> f64 {
+    let n = lower.nrows();
+    (0..n).map(|j| 2.0 * lower.col_as_slice(j)[j..].iter().sum::<f64>() - lower[(j, j)]).sum()
+}
+
+/// Gradients by the inputs, `-2 width (diag(S 1) X - S X)`, and by `ln width`, `-width/2 sum(S o dist^2)`, of a loss
+/// whose derivative by the radial kernel, times the kernel, is the symmetric `S` (lower triangle given).
+fn radial_gradient(s: &Mat<f64>, inverse_width: f64, x: &Mat<f64>) -> (Mat<f64>, f64) {
+    let d = x.ncols();
+    let with_ones = Mat::from_fn(x.nrows(), d + 1, |i, c| if c < d { x[(i, c)] } else { 1.0 });
+    let product = symmetric_times(s, with_ones.as_ref());
+    let gradient =
+        Mat::from_fn(x.nrows(), d, |i, c| -2.0 * inverse_width * (product[(i, d)] * x[(i, c)] - product[(i, c)]));
+    // sum(S o dist^2) = 2 tr(X^T (diag(S 1) X - S X))
+    let by_width = 0.5 * inner_product(x.as_ref(), gradient.as_ref());
+    (gradient, by_width)
+}
+
+fn inner_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
+    (0..a.ncols()).map(|c| a.col(c).iter().zip(b.col(c).iter()).map(|(x, y)| x * y).sum::<f64>()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wave(i: usize, j: usize) -> f64 {
+        ((i as f64) * 0.37 + 1.3 * j as f64).sin() + 0.1 * ((i * (j + 2)) as f64 * 0.11).cos()
+    }
+
+    fn example(frames: usize) -> Parameters {
+        Parameters {
+            latents: Mat::from_fn(frames, 3, |i, c| 0.8 * wave(i, c) - 0.05 * c as f64),
+            map: MapKernel { inverse_width: 1.3, noise_precision: 40.0 },
+            dynamics: DynamicsKernel { amplitude: 0.3, inverse_width: 0.7, linear: 0.8, noise_precision: 25.0 },
+        }
+    }
+
+    #[test]
+    fn gradients_equal_central_differences_for_every_kind_of_dynamics() {
+        let observations = Mat::from_fn(20, 5, |i, j| wave(i, j + 3));
+        let scales = [0.9, 1.1, 0.7, 1.4, 1.0];
+        for order in [DynamicsOrder::First, DynamicsOrder::Second] {
+            for delta in [false, true] {
+                for balance in [1.0, 13.0] {
+                    for lengths in [vec![20], vec![9, 11]] {
+                        let layout = SequenceLayout { order, delta, lengths };
+                        let objective = Objective::new(observations.as_ref(), &scales, &layout, balance);
+                        let worst = worst_gradient_error(&objective, &example(20).pack());
+                        assert!(worst < 1e-6, "{layout:?} balance {balance}: relative error {worst:e}");
+                    }
+                }
+            }
+        }
+    }
+
+    fn worst_gradient_error(objective: &Objective<'_>, theta: &[f64]) -> f64 {
+        let mut gradient = vec![0.0; theta.len()];
+        let mut ignored = gradient.clone();
+        objective.value_and_gradient(theta, 3, &mut gradient);
+        let scale = gradient.iter().map(|g| g.abs()).fold(0.0, f64::max);
+        (0..theta.len())
+            .map(|k| {
+                let h = 1e-5;
+                let mut at = |delta: f64| {
+                    let mut moved = theta.to_vec();
+                    moved[k] += delta;
+                    objective.value_and_gradient(&moved, 3, &mut ignored)
+                };
+                // fourth-order central difference
+                let numeric = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+                (numeric - gradient[k]).abs() / gradient[k].abs().max(1e-3 * scale)
+            })
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_loss_equals_its_formula_written_with_dense_matrices() {
+        let (n, parameters) = (6, example(6));
+        let observations = Mat::from_fn(n, 2, wave);
+        let scales = [0.5, 2.0];
+        let layout = SequenceLayout { order: DynamicsOrder::First, delta: false, lengths: vec![n] };
+        let theta = parameters.pack();
+        let mut gradient = vec![0.0; theta.len()];
+        let value =
+            Objective::new(observations.as_ref(), &scales, &layout, 2.0).value_and_gradient(&theta, 3, &mut gradient);
+        let z = &parameters.latents;
+        let squared = |a: usize, b: usize| (0..3).map(|c| (z[(a, c)] - z[(b, c)]).powi(2)).sum::<f64>();
+        let dot = |a: usize, b: usize| (0..3).map(|c| z[(a, c)] * z[(b, c)]).sum::<f64>();
+        let unit = |a: usize, b: usize| f64::from(u8::from(a == b));
+        let kx = Mat::from_fn(n, n, |a, b| (-0.65 * squared(a, b)).exp() + unit(a, b) / 40.0);
+        let kz = Mat::from_fn(n - 1, n - 1, |a, b| {
+            0.3 * (-0.35 * squared(a, b)).exp() + 0.8 * dot(a, b) + unit(a, b) / 25.0
+        });
+        let xw = Mat::from_fn(n, 2, |i, j| observations[(i, j)] * scales[j]);
+        let v = Mat::from_fn(n - 1, 3, |i, c| z[(i + 1, c)]);
+        let expected = gaussian(&kx, &xw) + 2.0 * gaussian(&kz, &v) + 2.0 * 0.5 * dot(0, 0)
+            - n as f64 * (0.5_f64.ln() + 2.0_f64.ln())
+            + 0.5e-6 * (0.25 + 4.0)
+            + [1.3, 40.0, 0.3, 0.7, 0.8, 25.0_f64].iter().map(|p| p.ln()).sum::<f64>();
+        assert!((value - expected).abs() < 1e-10 * expected.abs(), "{value} against {expected}");
+    }
+
+    /// `D/2 ln|K| + 1/2 tr(K^-1 Y Y^T)` through an eigendecomposition: another road than Cholesky.
+    fn gaussian(k: &Mat<f64>, y: &Mat<f64>) -> f64 {
+        let eigen = k.self_adjoint_eigen(faer::Side::Lower).unwrap();
+        let projected = eigen.U().transpose() * y;
+        (0..k.nrows())
+            .map(|i| {
+                let value = eigen.S().column_vector()[i];
+                let row: f64 = (0..y.ncols()).map(|j| projected[(i, j)].powi(2)).sum();
+                0.5 * y.ncols() as f64 * value.ln() + 0.5 * row / value
+            })
+            .sum()
+    }
+}

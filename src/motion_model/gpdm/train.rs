@@ -1,0 +1,283 @@
+//! Learning a GPDM: whitened principal components as first latents, then `W` in closed form and L-BFGS in turn.
+
+use faer::{Mat, MatRef};
+
+use super::kernel::{DynamicsKernel, MapKernel};
+use super::layout::{DynamicsOrder, SequenceLayout};
+use super::model::Gpdm;
+use super::objective::{Objective, Parameters, SCALE_PRIOR_VARIANCE};
+use super::positive_definite::PositiveDefinite;
+use crate::motion_model::lbfgs::{LbfgsOptions, minimise};
+
+/// Bounds on every kernel parameter: the 1/theta prior alone would let an amplitude run to zero for ever.
+const KERNEL_BOUNDS: [f64; 2] = [1e-6, 1e6];
+
+/// How a GPDM is learned.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct TrainingOptions {
+    /// Dimensions of the latent space, d. 3 in all of the literature that this follows.
+    pub latent_dimensions: usize,
+    /// Order of the dynamics. S1 assumes the first.
+    pub order: DynamicsOrder,
+    /// Whether the dynamics predicts steps in place of points.
+    pub delta: bool,
+    /// Weight of the dynamics in the loss: 1 is the plain GPDM; `None` is the balanced GPDM's D/d.
+    pub balance: Option<f64>,
+    /// Rounds of (scales in closed form, then L-BFGS).
+    pub rounds: usize,
+    /// L-BFGS iterations a round.
+    pub iterations: usize,
+}
+
+impl Default for TrainingOptions {
+    fn default() -> Self {
+        Self {
+            latent_dimensions: 3,
+            order: DynamicsOrder::First,
+            delta: false,
+            balance: Some(1.0),
+            rounds: 10,
+            iterations: 20,
+        }
+    }
+}
+
+/// Why a GPDM could not be learned.
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum GpdmError {
+    /// A sequence is too short for the dynamics.
+    #[error("a training sequence of {frames} frames is too short: give at least {needed}")]
+    TooShort {
+        /// Its length.
+        frames: usize,
+        /// The least length.
+        needed: usize,
+    },
+    /// The rows of the observations are not those of the sequences.
+    #[error("{rows} rows of observations for sequences of {frames} frames in all")]
+    Rows {
+        /// Rows.
+        rows: usize,
+        /// Frames.
+        frames: usize,
+    },
+    /// NaN or infinity among the observations.
+    #[error("frame {frame}, dimension {dimension} of the training observations is not a finite number")]
+    NotFinite {
+        /// Row.
+        frame: usize,
+        /// Column.
+        dimension: usize,
+    },
+    /// Fewer dimensions vary than the latent space has.
+    #[error(
+        "only {varying} dimensions of the training motion vary, fewer than the {latent} latent ones: give a motion that moves"
+    )]
+    Constant {
+        /// Dimensions that vary.
+        varying: usize,
+        /// Latent dimensions.
+        latent: usize,
+    },
+    /// A kernel matrix could not be factored however much jitter was added.
+    #[error("the kernel matrix of the training motion is singular: are many frames the same?")]
+    Singular,
+}
+
+/// Learns a GPDM of `observations` (N x D, rows of all sequences one after another).
+///
+/// # Errors
+/// [`GpdmError`] where the sequences are too short, not finite or hardly vary.
+pub fn train(observations: MatRef<'_, f64>, lengths: &[usize], options: &TrainingOptions) -> Result<Gpdm, GpdmError> {
+    let layout = SequenceLayout { order: options.order, delta: options.delta, lengths: lengths.to_vec() };
+    let mean = checked_mean(observations, &layout, options.latent_dimensions)?;
+    let centred = Mat::from_fn(observations.nrows(), observations.ncols(), |i, j| observations[(i, j)] - mean[j]);
+    let start = Parameters {
+        latents: whitened_components(&centred, options.latent_dimensions)?,
+        map: MapKernel { inverse_width: 1.0, noise_precision: std::f64::consts::E },
+        dynamics: DynamicsKernel {
+            amplitude: 0.1,
+            inverse_width: 1.0,
+            linear: 0.9,
+            noise_precision: std::f64::consts::E,
+        },
+    };
+    let (parameters, scales) = descend(centred.as_ref(), &layout, start, options)?;
+    Gpdm::assemble(mean, centred, scales, parameters, layout).ok_or(GpdmError::Singular)
+}
+
+fn descend(
+    centred: MatRef<'_, f64>,
+    layout: &SequenceLayout,
+    start: Parameters,
+    options: &TrainingOptions,
+) -> Result<(Parameters, Vec<f64>), GpdmError> {
+    let d = options.latent_dimensions;
+    let balance = options.balance.unwrap_or(centred.ncols() as f64 / d as f64);
+    let lbfgs = LbfgsOptions { memory: 20, iterations: options.iterations, relative_decrease: 1e-6 };
+    let mut parameters = start;
+    let mut theta = parameters.pack();
+    let (mut lower, mut upper) = (vec![f64::NEG_INFINITY; theta.len()], vec![f64::INFINITY; theta.len()]);
+    let kernels = theta.len() - Parameters::KERNEL_PARAMETERS;
+    lower[kernels..].fill(KERNEL_BOUNDS[0].ln());
+    upper[kernels..].fill(KERNEL_BOUNDS[1].ln());
+    let mut previous = f64::INFINITY;
+    for _ in 0..options.rounds {
+        let scales = closed_form_scales(centred, &parameters)?;
+        let objective = Objective::new(centred, &scales, layout, balance);
+        let value = minimise(
+            |theta, gradient| objective.value_and_gradient(theta, d, gradient),
+            &mut theta,
+            &lower,
+            &upper,
+            &lbfgs,
+        );
+        parameters = Parameters::unpack(&theta, d);
+        if (previous - value).abs() < 1e-4 * value.abs() {
+            break;
+        }
+        previous = value;
+    }
+    let scales = closed_form_scales(centred, &parameters)?;
+    Ok((parameters, scales))
+}
+
+/// `w_d^2 = N / (x_d^T K_X^-1 x_d + kappa^-2)`: where the loss is least for given latents.
+fn closed_form_scales(centred: MatRef<'_, f64>, parameters: &Parameters) -> Result<Vec<f64>, GpdmError> {
+    let z = parameters.latents.as_ref();
+    let mut covariance = parameters.map.cross(z, z);
+    for i in 0..covariance.nrows() {
+        covariance[(i, i)] += 1.0 / parameters.map.noise_precision;
+    }
+    let factor = PositiveDefinite::factor(covariance.as_ref()).ok_or(GpdmError::Singular)?;
+    let frames = centred.nrows() as f64;
+    let forms = factor.quadratic_forms(centred.to_owned());
+    Ok(forms.into_iter().map(|form| (frames / (form + 1.0 / SCALE_PRIOR_VARIANCE)).sqrt()).collect())
+}
+
+fn checked_mean(observations: MatRef<'_, f64>, layout: &SequenceLayout, latent: usize) -> Result<Vec<f64>, GpdmError> {
+    let needed = (layout.order.lag() + 2).max(latent + 1);
+    if let Some(&frames) = layout.lengths.iter().find(|frames| **frames < needed) {
+        return Err(GpdmError::TooShort { frames, needed });
+    }
+    let (rows, frames) = (observations.nrows(), layout.frames());
+    if rows != frames || frames == 0 {
+        return Err(GpdmError::Rows { rows, frames });
+    }
+    for dimension in 0..observations.ncols() {
+        if let Some(frame) = observations.col(dimension).iter().position(|x| !x.is_finite()) {
+            return Err(GpdmError::NotFinite { frame, dimension });
+        }
+    }
+    let mean: Vec<f64> =
+        (0..observations.ncols()).map(|j| observations.col(j).iter().sum::<f64>() / rows as f64).collect();
+    let varies = |j: usize| observations.col(j).iter().any(|x| (x - mean[j]).abs() > 1e-9);
+    let varying = (0..mean.len()).filter(|j| varies(*j)).count();
+    if varying < latent {
+        return Err(GpdmError::Constant { varying, latent });
+    }
+    Ok(mean)
+}
+
+/// The first principal components, each scaled to unit variance, signs fixed so that the largest entry is positive.
+fn whitened_components(centred: &Mat<f64>, d: usize) -> Result<Mat<f64>, GpdmError> {
+    let (rows, columns) = (centred.nrows(), centred.ncols());
+    let svd = centred.thin_svd().map_err(|_| GpdmError::Singular)?;
+    let values = svd.S().column_vector();
+    let varying = (0..rows.min(columns)).filter(|i| values[*i] > 1e-9 * values[0]).count();
+    if varying < d {
+        return Err(GpdmError::Constant { varying, latent: d });
+    }
+    let u = svd.U();
+    let sign = |c: usize| {
+        let largest = u.col(c).iter().copied().fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
+        if largest < 0.0 { -1.0 } else { 1.0 }
+    };
+    let signs: Vec<f64> = (0..d).map(sign).collect();
+    Ok(Mat::from_fn(rows, d, |i, c| signs[c] * u[(i, c)] * (rows as f64).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two cycles of a motion whose twelve channels follow a loop.
+    pub(super) fn cycles(frames: usize) -> Mat<f64> {
+        Mat::from_fn(frames, 12, |i, j| {
+            let phase = i as f64 * std::f64::consts::TAU / 30.0;
+            (phase + 0.6 * j as f64).sin() * (0.2 + 0.03 * j as f64) + 0.05 * (2.0 * phase + j as f64).cos()
+        })
+    }
+
+    #[test]
+    fn a_cyclic_motion_is_reconstructed_from_its_latents() {
+        let x = cycles(60);
+        let model = train(x.as_ref(), &[60], &TrainingOptions::default()).unwrap();
+        let mapped = model.map_mean(model.latents());
+        let worst = (0..60)
+            .flat_map(|i| (0..12).map(move |j| (i, j)))
+            .map(|(i, j)| (mapped[(i, j)] - x[(i, j)]).abs())
+            .fold(0.0, f64::max);
+        assert!(worst < 0.02, "worst error {worst}");
+    }
+
+    #[test]
+    fn learning_is_deterministic() {
+        let x = cycles(40);
+        let options = TrainingOptions { rounds: 2, ..TrainingOptions::default() };
+        let once = train(x.as_ref(), &[40], &options).unwrap();
+        let again = train(x.as_ref(), &[40], &options).unwrap();
+        assert_eq!(once, again);
+    }
+
+    #[test]
+    fn the_closed_form_of_the_scales_is_where_the_loss_is_least() {
+        let x = cycles(20);
+        let parameters = Parameters {
+            latents: whitened_components(&x, 3).unwrap(),
+            map: MapKernel { inverse_width: 1.0, noise_precision: 30.0 },
+            dynamics: DynamicsKernel { amplitude: 0.1, inverse_width: 1.0, linear: 0.9, noise_precision: 3.0 },
+        };
+        let layout = SequenceLayout { order: DynamicsOrder::First, delta: false, lengths: vec![20] };
+        let scales = closed_form_scales(x.as_ref(), &parameters).unwrap();
+        let theta = parameters.pack();
+        let mut gradient = vec![0.0; theta.len()];
+        let mut loss = |scales: &[f64]| {
+            Objective::new(x.as_ref(), scales, &layout, 1.0).value_and_gradient(&theta, 3, &mut gradient)
+        };
+        let least = loss(&scales);
+        for j in 0..scales.len() {
+            for factor in [0.99, 1.01] {
+                let mut moved = scales.clone();
+                moved[j] *= factor;
+                assert!(loss(&moved) > least);
+            }
+        }
+    }
+
+    #[test]
+    fn motions_that_cannot_be_learned_are_refused_with_the_reason() {
+        let options = TrainingOptions::default();
+        let x = cycles(40);
+        assert_eq!(
+            train(x.as_ref().subrows(0, 2), &[2], &options).unwrap_err(),
+            GpdmError::TooShort { frames: 2, needed: 4 }
+        );
+        assert_eq!(train(x.as_ref(), &[39], &options).unwrap_err(), GpdmError::Rows { rows: 40, frames: 39 });
+        let still = Mat::from_fn(40, 12, |i, j| if j == 0 { i as f64 } else { 1.0 });
+        assert_eq!(train(still.as_ref(), &[40], &options).unwrap_err(), GpdmError::Constant { varying: 1, latent: 3 });
+        let mut broken = x.clone();
+        broken[(7, 3)] = f64::NAN;
+        assert_eq!(
+            train(broken.as_ref(), &[40], &options).unwrap_err(),
+            GpdmError::NotFinite { frame: 7, dimension: 3 }
+        );
+    }
+
+    #[test]
+    fn duplicate_frames_are_learned_all_the_same() {
+        let x = cycles(30);
+        let doubled = Mat::from_fn(60, 12, |i, j| x[(i / 2, j)]);
+        train(doubled.as_ref(), &[60], &TrainingOptions { rounds: 2, ..TrainingOptions::default() }).unwrap();
+    }
+}
