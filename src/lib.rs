@@ -1,5 +1,19 @@
 //! Skiagraph makes the truth for markerless human motion trackers, and measures them against it.
 
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::todo,
+        clippy::unimplemented,
+        clippy::dbg_macro,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+
 pub mod benchmark_set;
 pub mod body;
 pub mod camera;

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 /// `relative` below the test data, or `None` (said on stderr) where there is none; on CI (`CI=true`) it must be there.
-pub fn test_data(relative: &str) -> Option<PathBuf> {
+pub(crate) fn test_data(relative: &str) -> Option<PathBuf> {
     let root = std::env::var_os("SKIAGRAPH_TEST_DATA")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
     let path = root.join(relative);
