@@ -1,10 +1,10 @@
 //! Repeating one cycle of a motion without a seam.
 //!
-//! Each cycle is the first one moved over the ground: by the turn about the vertical and the shift that bring the joints of
-//! the first frame nearest to those of the last. What misfit remains (height, tilt, every joint) is taken up over the last
-//! frames of each cycle by a cubic that also removes the jump in velocity.
+//! Each cycle is the first one moved over the ground: by the horizontal shift, and the turn about the vertical if it is one,
+//! that take the root of the first frame to that of the last. What misfit remains (height, tilt, every joint) is taken up
+//! over the last frames of each cycle by a cubic that also removes the jump in velocity.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::recording::MOST_JOINT_FRAMES;
 use super::rotation::{Axis, make_signs_continuous};
@@ -15,6 +15,10 @@ const BLEND_TIME: f64 = 0.25;
 
 /// ... and the greatest share of the cycle that this may be.
 const BLEND_SHARE: f64 = 1.0 / 3.0;
+
+/// A heading that changes by less over a cycle is no turn but part of the misfit: recorded strides never close exactly, and
+/// a straight walk must stay straight. Radians.
+const LEAST_TURN: f64 = 15.0 * core::f64::consts::PI / 180.0;
 
 impl Clip {
     /// A cyclic clip repeated until it lasts `duration` seconds or, by less than a frame, more. The root's way over the ground
@@ -58,22 +62,16 @@ impl Clip {
         })
     }
 
-    /// The turn about Z and horizontal shift that take the joints of frame 0 nearest to those of the last frame, by least
-    /// squares (the planar case of Kabsch's problem, closed form).
+    /// What one cycle adds to the root's way: the turn about Z and the horizontal shift from frame 0 to the last.
     fn step_over_ground(&self) -> Isometry3<f64> {
-        let first = self.joint_positions(0);
-        let last = self.joint_positions(self.frames.len() - 1);
-        let centre =
-            |points: &[Point3<f64>]| points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
-        let (first_centre, last_centre) = (centre(&first), centre(&last));
-        let (mut cosine, mut sine) = (0.0, 0.0);
-        for (a, b) in first.iter().zip(&last) {
-            let (a, b) = (a.coords - first_centre, b.coords - last_centre);
-            cosine += a.x * b.x + a.y * b.y;
-            sine += a.x * b.y - a.y * b.x;
-        }
-        let turn = Axis::Z.turn(libm::atan2(sine, cosine));
-        let mut shift = last_centre - turn * first_centre;
+        let (Some(&first), Some(&last)) = (self.frames[0].first(), self.frames[self.frames.len() - 1].first()) else {
+            return Isometry3::identity();
+        };
+        let change = last.rotation * first.rotation.inverse();
+        let heading = 2.0 * libm::atan2(change.k, change.w);
+        let heading = libm::remainder(heading, core::f64::consts::TAU);
+        let turn = if heading.abs() < LEAST_TURN { UnitQuaternion::identity() } else { Axis::Z.turn(heading) };
+        let mut shift = last.translation.vector - turn * first.translation.vector;
         shift.z = 0.0;
         Isometry3::from_parts(Translation3::from(shift), turn)
     }

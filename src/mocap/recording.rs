@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{Isometry3, Vector3};
 
 use super::read::{ReadOptions, UpAxis};
+use super::rest_pose::REST_POSE_NOTE;
 use super::rotation::{Axis, between, make_signs_continuous};
 use super::stature::Stature;
 use super::{Clip, MocapError};
@@ -49,7 +50,7 @@ impl Recording {
         }
         make_signs_continuous(&mut self.clip.frames);
         if self.clip.has_inserted_rest_pose() {
-            self.clip.notes.push("the first frame is a rest pose put before the motion".to_owned());
+            self.clip.notes.push(REST_POSE_NOTE.to_owned());
         }
         Ok(self.clip)
     }

@@ -13,6 +13,9 @@ const JUMP: f64 = 5.0;
 /// Steps after the first to compare with.
 const STEPS: usize = 60;
 
+/// What a clip with such a frame notes.
+pub(super) const REST_POSE_NOTE: &str = "the first frame is a rest pose that was put before the motion";
+
 impl Clip {
     /// Whether frame 0 is a rest pose that does not belong to the motion: nearly all joints that move are exactly
     /// unrotated in it, and from it to frame 1 the body jumps.
@@ -33,7 +36,8 @@ impl Clip {
     pub fn without_inserted_rest_pose(mut self) -> Self {
         if self.has_inserted_rest_pose() {
             self.frames.remove(0);
-            self.notes.push("left out: the rest pose in the file's first frame".to_owned());
+            self.notes.retain(|note| note != REST_POSE_NOTE);
+            self.notes.push("left out: a rest pose that was put before the motion".to_owned());
         }
         self
     }
