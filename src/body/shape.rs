@@ -173,7 +173,9 @@ mod tests {
         for (a, b) in same.links.iter().zip(&body.links) {
             assert_eq!(a.flesh, b.flesh);
             let tensors = a.inertia.as_ref().zip(b.inertia.as_ref());
-            assert!(tensors.is_none_or(|(a, b)| (a.tensor - b.tensor).norm() < 1e-12 && (a.mass - b.mass).abs() < 1e-12));
+            assert!(
+                tensors.is_none_or(|(a, b)| (a.tensor - b.tensor).norm() < 1e-12 && (a.mass - b.mass).abs() < 1e-12)
+            );
         }
         let (first, second) =
             (BodyShape::random_mismatch(&body, 1, 0.03, 0.1), BodyShape::random_mismatch(&body, 2, 0.03, 0.1));
