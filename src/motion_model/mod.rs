@@ -5,7 +5,9 @@
 
 mod diffusion;
 pub mod gpdm;
+pub mod gpdm_graph;
 mod lbfgs;
+pub mod pose_chart;
 mod proposal;
 
 use rand_chacha::ChaCha8Rng;

@@ -1,0 +1,192 @@
+//! Where a motion may turn into another: turning points of the body, found without labels.
+
+use nalgebra::{DMatrix, Point3};
+
+/// Finds inter-transition candidates in a motion.
+pub trait CandidateDetector {
+    /// Frames at which the motion turns, in order. `positions[t]` are the joints at frame `t` in the root's frame, metres.
+    fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize>;
+}
+
+/// The detector of that name: `short_term_pca` or `speed_minima`.
+pub fn detector(name: &str) -> Option<Box<dyn CandidateDetector>> {
+    match name {
+        "short_term_pca" => Some(Box::new(ShortTermPca::default())),
+        "speed_minima" => Some(Box::new(SpeedMinima::default())),
+        _ => None,
+    }
+}
+
+/// Peaks and valleys of the first principal component in a sliding window (short-term PCA, as S1 section 3.2 sketches).
+///
+/// S1 leaves window and smoothing open. Here: within each window the leading right singular vector, its sign kept from
+/// window to window; the coordinates, centred per window, averaged where windows overlap; smoothed; local extrema at
+/// least [`Self::separation_s`] apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShortTermPca {
+    /// Length of a window, seconds.
+    pub window_s: f64,
+    /// From one window's start to the next's, seconds.
+    pub hop_s: f64,
+    /// Least time between candidates, and from the ends of the motion, seconds.
+    pub separation_s: f64,
+}
+
+impl Default for ShortTermPca {
+    fn default() -> Self {
+        Self { window_s: 1.0, hop_s: 0.25, separation_s: 0.1 }
+    }
+}
+
+/// Local minima of the mean speed of the joints: moments of rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedMinima {
+    /// Least time between candidates, and from the ends of the motion, seconds.
+    pub separation_s: f64,
+}
+
+impl Default for SpeedMinima {
+    fn default() -> Self {
+        Self { separation_s: 0.1 }
+    }
+}
+
+impl CandidateDetector for ShortTermPca {
+    fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize> {
+        let coordinate = smoothed(&self.coordinate(positions, frames_per_second));
+        let turns = |t: usize| {
+            let (before, after) = (coordinate[t] - coordinate[t - 1], coordinate[t + 1] - coordinate[t]);
+            before * after < 0.0 || (before != 0.0 && after == 0.0)
+        };
+        spaced(
+            (1..coordinate.len().saturating_sub(1)).filter(|t| turns(*t)),
+            &coordinate,
+            self.separation_s,
+            frames_per_second,
+        )
+    }
+}
+
+impl ShortTermPca {
+    /// The coordinate along each window's first component, averaged over windows.
+    fn coordinate(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<f64> {
+        let frames = positions.len();
+        let window = ((self.window_s * frames_per_second).round() as usize).clamp(2, frames.max(2));
+        let hop = ((self.hop_s * frames_per_second).round() as usize).max(1);
+        let (mut sum, mut count) = (vec![0.0; frames], vec![0_u32; frames]);
+        let mut previous: Option<Vec<f64>> = None;
+        let mut start = 0;
+        while start < frames {
+            let first = start.min(frames.saturating_sub(window));
+            let end = (first + window).min(frames);
+            let (component, coordinates) = leading_component(&positions[first..end], previous.as_deref());
+            for (t, value) in (first..end).zip(coordinates) {
+                sum[t] += value;
+                count[t] += 1;
+            }
+            previous = Some(component);
+            if end == frames {
+                break;
+            }
+            start += hop;
+        }
+        sum.iter().zip(&count).map(|(s, n)| s / f64::from((*n).max(1))).collect()
+    }
+}
+
+impl CandidateDetector for SpeedMinima {
+    fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize> {
+        let frames = positions.len();
+        if frames < 3 {
+            return Vec::new();
+        }
+        let speed: Vec<f64> = (0..frames)
+            .map(|t| {
+                let (a, b) = (&positions[t.saturating_sub(1)], &positions[(t + 1).min(frames - 1)]);
+                a.iter().zip(b).map(|(a, b)| (b - a).norm()).sum::<f64>() / a.len().max(1) as f64
+            })
+            .collect();
+        let speed = smoothed(&speed);
+        let rests = |t: usize| speed[t] < speed[t - 1] && speed[t] <= speed[t + 1];
+        spaced((1..frames - 1).filter(|t| rests(*t)), &speed, self.separation_s, frames_per_second)
+    }
+}
+
+/// First principal component of a window of positions and the coordinates along it; its sign is that of `previous`.
+fn leading_component(window: &[Vec<Point3<f64>>], previous: Option<&[f64]>) -> (Vec<f64>, Vec<f64>) {
+    let columns = 3 * window[0].len();
+    let mut matrix = DMatrix::from_fn(window.len(), columns, |t, c| window[t][c / 3][c % 3]);
+    for mut column in matrix.column_iter_mut() {
+        let mean = column.mean();
+        column.add_scalar_mut(-mean);
+    }
+    let svd = matrix.clone().svd(false, true);
+    let mut component: Vec<f64> = match &svd.v_t {
+        Some(v) => v.row(svd.singular_values.imax()).iter().copied().collect(),
+        None => vec![0.0; columns],
+    };
+    let agreement: f64 = match previous {
+        Some(previous) => component.iter().zip(previous).map(|(a, b)| a * b).sum(),
+        None => component.iter().copied().fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a }),
+    };
+    if agreement < 0.0 {
+        component.iter_mut().for_each(|value| *value = -*value);
+    }
+    let coordinates = matrix.row_iter().map(|row| row.iter().zip(&component).map(|(a, b)| a * b).sum()).collect();
+    (component, coordinates)
+}
+
+/// Five-tap Hann smoothing, the ends repeated.
+fn smoothed(values: &[f64]) -> Vec<f64> {
+    const TAPS: [f64; 5] = [1.0 / 12.0, 3.0 / 12.0, 4.0 / 12.0, 3.0 / 12.0, 1.0 / 12.0];
+    let at = |t: isize| values[t.clamp(0, values.len() as isize - 1) as usize];
+    (0..values.len() as isize).map(|t| TAPS.iter().zip(-2..).map(|(tap, lag)| tap * at(t + lag)).sum()).collect()
+}
+
+/// Drops candidates nearer than the separation to the ends of the motion or to an earlier kept one.
+fn spaced(found: impl Iterator<Item = usize>, values: &[f64], separation_s: f64, frames_per_second: f64) -> Vec<usize> {
+    let separation = ((separation_s * frames_per_second).round() as usize).max(1);
+    let mut kept: Vec<usize> = Vec::new();
+    for t in found.filter(|t| *t >= separation && *t + separation < values.len()) {
+        if kept.last().is_none_or(|last| t - last >= separation) {
+            kept.push(t);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two joints that swing along a line with a period of 60 frames: it turns at 15, 45, 75, ...
+    fn swing(frames: usize) -> Vec<Vec<Point3<f64>>> {
+        (0..frames)
+            .map(|t| {
+                let s = (t as f64 * std::f64::consts::TAU / 60.0).sin();
+                vec![Point3::new(0.3 * s, 0.1 * s, 0.0), Point3::new(-0.2 * s, 0.0, 0.05 * s)]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn both_detectors_find_where_a_swing_turns() {
+        for name in ["short_term_pca", "speed_minima"] {
+            let found = detector(name).unwrap().detect(&swing(240), 60.0);
+            let expected: Vec<usize> = (0..8).map(|k| 15 + 30 * k).collect();
+            assert_eq!(found.len(), expected.len(), "{name}: {found:?}");
+            assert!(found.iter().zip(&expected).all(|(a, b)| a.abs_diff(*b) <= 1), "{name}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_motion_at_rest_or_of_a_few_frames_has_no_candidates() {
+        let rest = vec![vec![Point3::new(0.1, 0.2, 0.3)]; 120];
+        for name in ["short_term_pca", "speed_minima"] {
+            let detector = detector(name).unwrap();
+            assert!(detector.detect(&rest, 60.0).is_empty(), "{name}");
+            assert!(detector.detect(&swing(2), 60.0).is_empty(), "{name}");
+        }
+        assert!(detector("unknown").is_none());
+    }
+}

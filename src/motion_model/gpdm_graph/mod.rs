@@ -1,0 +1,14 @@
+//! The GPDM graph (S1): one GPDM per segment of a motion, joined where poses are alike.
+//!
+//! Learning needs no labels: a segment grows clip by clip as long as the model's own simulation of it stays close to the
+//! recording (S1 Table 1, [`GpdmGraph::learn`]); inter-transition candidates are turning points of the motion
+//! ([`CandidateDetector`]). Tracking moves particles within a model by its dynamics and between models by the
+//! similarity of poses (S1 section 3.3; [`super::LatentModel`]).
+
+mod candidates;
+mod graph;
+mod segmentation;
+
+pub use candidates::{CandidateDetector, ShortTermPca, SpeedMinima, detector};
+pub use graph::{Candidate, GpdmGraph, GraphError, GraphSettings, Segment};
+pub use segmentation::SegmentRange;

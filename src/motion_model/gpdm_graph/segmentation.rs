@@ -1,0 +1,92 @@
+//! S1's Table 1: where one model ends and the next begins.
+
+use faer::{Mat, MatRef};
+use nalgebra::UnitQuaternion;
+
+use super::super::gpdm::{Gpdm, GpdmError, TrainingOptions, train};
+use super::super::pose_chart::{PoseChart, distance};
+
+/// Frames `first .. end` of one training motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct SegmentRange {
+    /// Index of the training motion.
+    pub motion: usize,
+    /// First frame.
+    pub first: usize,
+    /// One past the last frame.
+    pub end: usize,
+}
+
+/// Observation vectors and joint rotations of one training motion.
+pub(super) struct TrainingMotion {
+    pub(super) index: usize,
+    pub(super) observations: Mat<f64>,
+    pub(super) rotations: Vec<Vec<UnitQuaternion<f64>>>,
+}
+
+/// A model of one segment and how far its simulation strays from the recording, per frame (S1 Eq. 9, rad^2).
+pub(super) struct Learned {
+    pub(super) range: SegmentRange,
+    pub(super) gpdm: Gpdm,
+    pub(super) errors: Vec<f64>,
+}
+
+/// The longest model from frame `first` on, grown by `clip` frames at a time, whose simulation stays within `threshold`
+/// of the recording in *all* frames. The first clip is accepted as it is; what would be left over behind the last whole
+/// clip belongs to that clip.
+///
+/// Errors do not grow steadily with length, so the last passing model is kept; nothing is bisected.
+pub(super) fn grow_segment(
+    motion: &TrainingMotion,
+    chart: &PoseChart,
+    first: usize,
+    clip: usize,
+    threshold: f64,
+    options: &TrainingOptions,
+) -> Result<Learned, GpdmError> {
+    let frames = motion.observations.nrows();
+    // a remainder shorter than a clip could not stand alone
+    let end_after = |end: usize| if frames - end < clip { frames } else { end };
+    let mut best = learn(motion, chart, first, end_after((first + clip).min(frames)), options)?;
+    while best.range.end < frames {
+        let longer = learn(motion, chart, first, end_after((best.range.end + clip).min(frames)), options)?;
+        if longer.errors.iter().any(|error| *error >= threshold || error.is_nan()) {
+            break;
+        }
+        best = longer;
+    }
+    Ok(best)
+}
+
+/// One model of frames `first .. end`.
+pub(super) fn learn(
+    motion: &TrainingMotion,
+    chart: &PoseChart,
+    first: usize,
+    end: usize,
+    options: &TrainingOptions,
+) -> Result<Learned, GpdmError> {
+    let rows = motion.observations.as_ref().subrows(first, end - first);
+    let gpdm = train(rows, &[end - first], options)?;
+    let simulated = gpdm.simulate(0).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
+    let errors = reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations[first..end]);
+    Ok(Learned { range: SegmentRange { motion: motion.index, first, end }, gpdm, errors })
+}
+
+/// S1 Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.
+pub(super) fn reconstruction_errors(
+    gpdm: &Gpdm,
+    chart: &PoseChart,
+    latents: MatRef<'_, f64>,
+    recording: &[Vec<UnitQuaternion<f64>>],
+) -> Vec<f64> {
+    let mapped = gpdm.map_mean(latents);
+    recording
+        .iter()
+        .enumerate()
+        .map(|(t, truth)| {
+            let row: Vec<f64> = mapped.row(t).iter().copied().collect();
+            distance(&chart.rotations_of(&row), truth)
+        })
+        .collect()
+}

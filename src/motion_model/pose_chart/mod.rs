@@ -1,0 +1,292 @@
+//! Poses as points of a vector space in which a latent model can be learned.
+//!
+//! Per anatomical joint the exponential map about its mean rotation, then the root's tilt and height, then its velocity in
+//! its own heading frame. Where the root is on the ground and where it heads to is left out: a latent model learns *how* a
+//! body moves, wherever it does.
+
+mod joint_group;
+
+use faer::Mat;
+use nalgebra::{Isometry3, Matrix4, Quaternion, SymmetricEigen, Unit, UnitQuaternion, Vector3};
+
+pub use joint_group::{Ball, JointGroup};
+
+use crate::body::{Humanoid, Motion, Pose, rotation_about, rotation_from_vector, rotation_vector};
+
+/// How many numbers of an observation vector describe the root: roll, pitch, height, forward and sideways velocity, yaw rate.
+pub const ROOT_DIMENSIONS: usize = 6;
+
+/// Where a body stands on the ground and where it heads to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarRoot {
+    /// Metres, world.
+    pub x: f64,
+    /// Metres, world.
+    pub y: f64,
+    /// Heading about the world's z axis, radians.
+    pub yaw: f64,
+}
+
+/// What a motion does to the [`PlanarRoot`] from one frame to the next, in the heading frame of the former.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarStep {
+    /// Metres along the heading.
+    pub forward: f64,
+    /// Metres to the left of the heading.
+    pub left: f64,
+    /// Radians.
+    pub turn: f64,
+}
+
+/// A map between poses of one body and observation vectors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseChart {
+    groups: Vec<JointGroup>,
+    means: Vec<UnitQuaternion<f64>>,
+    /// Divisors that give the root's six numbers the mean spread of the joints'.
+    root_units: [f64; ROOT_DIMENSIONS],
+    angles: usize,
+}
+
+impl PoseChart {
+    /// The chart of `body` whose mean rotations and units are those of the training motions.
+    pub fn learn(body: &Humanoid, motions: &[Motion]) -> Self {
+        let groups = JointGroup::all_of(body);
+        let poses = || motions.iter().flat_map(|motion| &motion.poses);
+        let means = groups
+            .iter()
+            .map(|group| match group {
+                JointGroup::Ball(_) => mean_rotation(poses().map(|p| group.rotation(p.joint_angles.as_slice()))),
+                JointGroup::Hinges(_) | JointGroup::Slide(_) => UnitQuaternion::identity(),
+            })
+            .collect();
+        let angles = body.degrees_of_freedom.len();
+        let mut chart = Self { groups, means, root_units: [1.0; ROOT_DIMENSIONS], angles };
+        chart.set_root_units(motions);
+        chart
+    }
+
+    /// Length D of an observation vector.
+    pub fn dimensions(&self) -> usize {
+        self.joint_dimensions() + ROOT_DIMENSIONS
+    }
+
+    /// The anatomical joints, in the order of an observation vector.
+    pub fn groups(&self) -> &[JointGroup] {
+        &self.groups
+    }
+
+    /// One row a frame (T x D). The velocities of a motion's first frame are those of its second.
+    pub fn observe(&self, motion: &Motion) -> Mat<f64> {
+        let poses = &motion.poses;
+        let rows: Vec<Vec<f64>> = (0..poses.len())
+            .map(|t| {
+                let last = t.max(1).min(poses.len().saturating_sub(1));
+                let step = PlanarRoot::of(&poses[last.saturating_sub(1)]).step_to(&PlanarRoot::of(&poses[last]));
+                self.observe_pose(&poses[t], &step)
+            })
+            .collect();
+        Mat::from_fn(rows.len(), self.dimensions(), |t, d| rows[t][d])
+    }
+
+    /// The observation vector of a pose reached by a planar step.
+    pub fn observe_pose(&self, pose: &Pose, step: &PlanarStep) -> Vec<f64> {
+        let angles = pose.joint_angles.as_slice();
+        let mut observation = Vec::with_capacity(self.dimensions());
+        for (group, mean) in self.groups.iter().zip(&self.means) {
+            match group {
+                JointGroup::Ball(_) => {
+                    observation
+                        .extend_from_slice(rotation_vector(&(mean.inverse() * group.rotation(angles))).as_slice());
+                }
+                JointGroup::Hinges(hinges) => observation.extend(hinges.iter().map(|(_, dof)| angles[*dof])),
+                JointGroup::Slide(dof) => observation.push(angles[*dof]),
+            }
+        }
+        let tilt = rotation_vector(&tilt_of(pose));
+        let height = pose.world_from_root.translation.z;
+        let root = [tilt.x, tilt.y, height, step.forward, step.left, step.turn];
+        observation.extend(root.iter().zip(&self.root_units).map(|(value, unit)| value / unit));
+        observation
+    }
+
+    /// How an observation vector moves the planar root.
+    pub fn planar_step(&self, observation: &[f64]) -> PlanarStep {
+        let at = |i: usize| observation[self.joint_dimensions() + i] * self.root_units[i];
+        PlanarStep { forward: at(3), left: at(4), turn: at(5) }
+    }
+
+    /// The pose that an observation vector means, standing at `root`.
+    pub fn place(&self, observation: &[f64], root: &PlanarRoot) -> Pose {
+        let mut joint_angles = nalgebra::DVector::zeros(self.angles);
+        let mut values = observation;
+        for (group, mean) in self.groups.iter().zip(&self.means) {
+            let (own, rest) = values.split_at(group.dimensions());
+            values = rest;
+            match group {
+                JointGroup::Ball(ball) => {
+                    let rotation = mean * rotation_from_vector(&Vector3::new(own[0], own[1], own[2]));
+                    ball.write(&rotation, joint_angles.as_mut_slice());
+                }
+                JointGroup::Hinges(hinges) => hinges.iter().zip(own).for_each(|((_, dof), a)| joint_angles[*dof] = *a),
+                JointGroup::Slide(dof) => joint_angles[*dof] = own[0],
+            }
+        }
+        let at = |i: usize| values[i] * self.root_units[i];
+        let tilt = rotation_from_vector(&Vector3::new(at(0), at(1), 0.0));
+        let heading = rotation_about(&Vector3::z_axis(), root.yaw);
+        let position = Vector3::new(root.x, root.y, at(2));
+        Pose { world_from_root: Isometry3::from_parts(position.into(), heading * tilt), joint_angles }
+    }
+
+    /// Rotations of all anatomical joints, for [`distance`].
+    pub fn rotations(&self, pose: &Pose) -> Vec<UnitQuaternion<f64>> {
+        self.groups.iter().map(|group| group.rotation(pose.joint_angles.as_slice())).collect()
+    }
+
+    /// As [`Self::rotations`], of an observation vector.
+    pub fn rotations_of(&self, observation: &[f64]) -> Vec<UnitQuaternion<f64>> {
+        self.rotations(&self.place(observation, &PlanarRoot { x: 0.0, y: 0.0, yaw: 0.0 }))
+    }
+
+    fn joint_dimensions(&self) -> usize {
+        self.groups.iter().map(JointGroup::dimensions).sum()
+    }
+
+    fn set_root_units(&mut self, motions: &[Motion]) {
+        let rows: Vec<Mat<f64>> = motions.iter().map(|motion| self.observe(motion)).collect();
+        let deviation = |d: usize| {
+            let values = || rows.iter().flat_map(|m| m.col(d).iter().copied());
+            let count = values().count().max(1) as f64;
+            let mean = values().sum::<f64>() / count;
+            (values().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count).sqrt()
+        };
+        let joints = self.joint_dimensions();
+        let spread = (0..joints).map(deviation).sum::<f64>() / joints.max(1) as f64;
+        for (i, unit) in self.root_units.iter_mut().enumerate() {
+            let own = deviation(joints + i);
+            *unit = if own > 1e-6 && spread > 1e-6 { own / spread } else { 1.0 };
+        }
+    }
+}
+
+impl PlanarRoot {
+    /// Of a pose.
+    pub fn of(pose: &Pose) -> Self {
+        let translation = &pose.world_from_root.translation;
+        let q = pose.world_from_root.rotation;
+        Self { x: translation.x, y: translation.y, yaw: 2.0 * libm::atan2(q.k, q.w) }
+    }
+
+    /// What leads from here to `next`.
+    pub fn step_to(&self, next: &Self) -> PlanarStep {
+        let (sin, cos) = libm::sincos(self.yaw);
+        let (dx, dy) = (next.x - self.x, next.y - self.y);
+        PlanarStep { forward: cos * dx + sin * dy, left: cos * dy - sin * dx, turn: wrapped(next.yaw - self.yaw) }
+    }
+
+    /// Where `step` leads from here.
+    pub fn after(&self, step: &PlanarStep) -> Self {
+        let (sin, cos) = libm::sincos(self.yaw);
+        Self {
+            x: self.x + cos * step.forward - sin * step.left,
+            y: self.y + sin * step.forward + cos * step.left,
+            yaw: wrapped(self.yaw + step.turn),
+        }
+    }
+}
+
+/// Squared geodesic angles between the rotations of corresponding joints, summed over all joints with weight 1 (S1 Eq. 8,
+/// rad^2). The angle is the full one, twice the norm of the quaternion's logarithm.
+pub fn distance(a: &[UnitQuaternion<f64>], b: &[UnitQuaternion<f64>]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| {
+            let (sin, cos) = ((b.inverse() * a).imag().norm(), a.coords.dot(&b.coords).abs());
+            let angle = 2.0 * libm::atan2(sin, cos);
+            angle * angle
+        })
+        .sum()
+}
+
+/// `(-pi, pi]` of an angle.
+fn wrapped(angle: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    angle - turn * libm::round(angle / turn)
+}
+
+/// The root's rotation without its heading.
+fn tilt_of(pose: &Pose) -> UnitQuaternion<f64> {
+    let yaw = PlanarRoot::of(pose).yaw;
+    rotation_about(&Vector3::z_axis(), -yaw) * pose.world_from_root.rotation
+}
+
+/// The rotation nearest to all in the least-squares sense: the leading eigenvector of sum q q^T (Markley et al. 2007).
+fn mean_rotation(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> UnitQuaternion<f64> {
+    let sum = rotations.fold(Matrix4::zeros(), |sum, q| sum + q.coords * q.coords.transpose());
+    let eigen = SymmetricEigen::new(sum);
+    let leading = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
+    let q = Unit::new_normalize(Quaternion::from_vector(leading));
+    if q.w < 0.0 { UnitQuaternion::new_unchecked(-q.into_inner()) } else { q }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn walk(body: &Humanoid) -> Motion {
+        let poses = (0..40)
+            .map(|t| {
+                let phase = t as f64 * 0.2;
+                let mut pose = body.zero_pose();
+                for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
+                    let dof = &body.degrees_of_freedom[i];
+                    *angle = (0.3 * (phase + i as f64).sin()).clamp(dof.lower, dof.upper);
+                }
+                let heading = rotation_about(&Vector3::z_axis(), 3.0 + 0.02 * t as f64);
+                let tilt = rotation_from_vector(&Vector3::new(0.05 * phase.sin(), 0.1, 0.0));
+                let position = Vector3::new(0.02 * t as f64, -0.01 * t as f64, 0.95 + 0.02 * phase.cos());
+                pose.world_from_root = Isometry3::from_parts(position.into(), heading * tilt);
+                pose
+            })
+            .collect();
+        Motion { frames_per_second: 60.0, poses }
+    }
+
+    #[test]
+    fn a_motion_is_rebuilt_from_its_observation_vectors_and_first_root() {
+        let body = Humanoid::tracker25().unwrap();
+        let motion = walk(&body);
+        let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
+        let observations = chart.observe(&motion);
+        assert_eq!(observations.ncols(), 25);
+        let mut root = PlanarRoot::of(&motion.poses[0]);
+        for (t, pose) in motion.poses.iter().enumerate() {
+            let row: Vec<f64> = observations.row(t).iter().copied().collect();
+            if t > 0 {
+                root = root.after(&chart.planar_step(&row));
+            }
+            let rebuilt = chart.place(&row, &root);
+            assert!((rebuilt.joint_angles - &pose.joint_angles).amax() < 1e-9);
+            let (a, b) = (rebuilt.world_from_root, pose.world_from_root);
+            assert!((a.translation.vector - b.translation.vector).norm() < 1e-9);
+            assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
+        }
+    }
+
+    #[test]
+    fn distance_is_the_squared_angle_whatever_the_sign_of_the_quaternion() {
+        let turn = |angle: f64| rotation_about(&Vector3::y_axis(), angle);
+        let negated = UnitQuaternion::new_unchecked(-turn(0.7).into_inner());
+        assert!((distance(&[turn(0.2)], &[turn(0.7)]) - 0.25).abs() < 1e-12);
+        assert!((distance(&[turn(0.2)], &[negated]) - 0.25).abs() < 1e-12);
+        assert_eq!(distance(&[turn(0.2)], &[turn(0.2)]), 0.0);
+    }
+
+    #[test]
+    fn the_mean_of_rotations_about_half_a_turn_is_half_a_turn() {
+        let turns = [179.0_f64, -179.0].map(|deg| rotation_about(&Vector3::z_axis(), deg.to_radians()));
+        let mean = mean_rotation(turns.into_iter());
+        assert!((mean.angle() - std::f64::consts::PI).abs() < 1e-9);
+    }
+}
