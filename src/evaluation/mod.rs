@@ -43,5 +43,5 @@ pub use procrustes::Similarity;
 pub use sequence::{Energies, EvaluationError, RootRotations, Sequence};
 pub use silhouette::intersection_over_union;
 pub use statistics::{Spread, mean, quantile};
-pub use summary::{MetricSummary, Run, RunKey, Summary, summarise};
+pub use summary::{JointSummary, MetricSummary, Run, RunKey, Summary, summarise};
 pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};

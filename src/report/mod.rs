@@ -1,1 +1,22 @@
 //! Pictures, plots and one self-contained HTML page.
+//!
+//! [`render`] turns a [`ReportInput`] into a page that needs no network. Its parts serve others too: [`overlay`] draws
+//! skeletons through a camera, [`contact_sheet`] puts views and frames into one picture, [`plots`] makes SVG.
+
+mod base64;
+mod cell;
+mod contact_sheet;
+mod figures;
+#[cfg(test)]
+mod fixture;
+mod input;
+mod lettering;
+pub mod overlay;
+mod page;
+pub mod plots;
+mod verdict;
+
+pub use cell::{CELL_HEIGHT, CELL_WIDTH};
+pub use contact_sheet::contact_sheet;
+pub use input::{FactGroup, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
+pub use page::render;

@@ -1,0 +1,123 @@
+//! All views of some frames in one picture.
+
+use tiny_skia::{Pixmap, PixmapPaint, Transform};
+
+use crate::evaluation::intersection_over_union;
+
+use super::cell::{CELL_HEIGHT, CELL_WIDTH, Extent, View, colour, new_picture, png};
+use super::lettering::{draw_text, text_width};
+use super::{ReportError, Sheet, SheetFrame};
+
+/// Paper of the sheet.
+const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
+const WORDS: [u8; 3] = [0xe6, 0xec, 0xf2];
+const GAP: u32 = 8;
+const HEAD: u32 = 44;
+const LETTER_HEIGHT: f32 = 18.0;
+
+/// One view of one frame, ready to be shown.
+pub(super) struct Cell {
+    /// The picture.
+    pub(super) picture: Pixmap,
+    /// Overlap of the two silhouettes.
+    pub(super) overlap: Option<f64>,
+}
+
+/// A PNG of the sheet: a row for every camera, a column for every frame; observed silhouette light, model silhouette
+/// where it differs amber (missed) and blue (too much), truth green, estimate red and dashed.
+///
+/// # Errors
+/// [`ReportError`] where a frame lacks a view or there is nothing to draw.
+pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
+    let columns = cells(sheet)?;
+    let (across, down) = (sheet.frames.len() as u32, sheet.rig.cameras.len() as u32);
+    let width = GAP + across * (CELL_WIDTH + GAP);
+    let mut picture = new_picture(width, HEAD + down * (CELL_HEIGHT + GAP))?;
+    picture.fill(colour(PAPER));
+    for ((column, frame), left) in columns.iter().zip(&sheet.frames).zip((GAP..).step_by((CELL_WIDTH + GAP) as usize)) {
+        let head = format!("FRAME {}  {:.2} S{}", frame.frame, seconds(sheet, frame), error_in_words(frame));
+        draw_text(&mut picture, &head, [left as f32 + 4.0, 13.0], LETTER_HEIGHT, WORDS);
+        for ((cell, camera), top) in
+            column.iter().zip(&sheet.rig.cameras).zip((HEAD..).step_by((CELL_HEIGHT + GAP) as usize))
+        {
+            let paint = PixmapPaint::default();
+            picture.draw_pixmap(left as i32, top as i32, cell.picture.as_ref(), &paint, Transform::identity(), None);
+            let (x, y) = (left as f32 + 10.0, top as f32 + 10.0);
+            draw_text(&mut picture, &camera.name.to_uppercase(), [x, y], LETTER_HEIGHT, WORDS);
+            let overlap = cell.overlap.map_or("IOU -".into(), |overlap| format!("IOU {overlap:.2}"));
+            let right = left as f32 + CELL_WIDTH as f32 - 10.0 - text_width(&overlap, LETTER_HEIGHT);
+            draw_text(&mut picture, &overlap, [right, y], LETTER_HEIGHT, WORDS);
+        }
+    }
+    png(&picture)
+}
+
+/// `[frame][camera]`. Every camera keeps one scale over all frames, and follows the body.
+pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<Cell>>, ReportError> {
+    let views: Vec<Vec<View<'_>>> = sheet.frames.iter().map(|frame| views(sheet, frame)).collect::<Result<_, _>>()?;
+    let extents: Vec<Vec<Extent>> = views.iter().map(|frame| frame.iter().map(View::extent).collect()).collect();
+    let span_of = |camera: usize| extents.iter().map(|frame| frame[camera].span()).fold(1.0, f64::max);
+    let spans: Vec<f64> = (0..sheet.rig.cameras.len()).map(span_of).collect();
+    let cell = |((view, extent), span): ((&View<'_>, &Extent), &f64)| {
+        let overlap = intersection_over_union(view.observed, view.estimated);
+        Ok(Cell { picture: view.draw(extent, *span)?, overlap })
+    };
+    let column =
+        |(frame, extents): (&Vec<View<'_>>, &Vec<Extent>)| frame.iter().zip(extents).zip(&spans).map(cell).collect();
+    views.iter().zip(&extents).map(column).collect()
+}
+
+fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<View<'a>>, ReportError> {
+    let cameras = sheet.rig.cameras.len();
+    for found in [frame.observed.len(), frame.estimated.len()] {
+        if found != cameras {
+            return Err(ReportError::Views { frame: frame.frame, found, cameras });
+        }
+    }
+    let (truth, estimate) = (&frame.truth, &frame.estimate);
+    let masks = frame.observed.iter().zip(&frame.estimated).zip(&sheet.rig.cameras);
+    Ok(masks.map(|((observed, estimated), camera)| View { camera, observed, estimated, truth, estimate }).collect())
+}
+
+/// When the frame was.
+pub(super) fn seconds(sheet: &Sheet<'_>, frame: &SheetFrame) -> f64 {
+    frame.frame as f64 / sheet.frames_per_second
+}
+
+fn error_in_words(frame: &SheetFrame) -> String {
+    frame.error_mm().map_or(String::new(), |error| format!("  {error:.0} MM"))
+}
+
+impl SheetFrame {
+    /// Mean distance of the markers that truth and estimate share, millimetres.
+    pub(super) fn error_mm(&self) -> Option<f64> {
+        let pairs = self.truth.iter().zip(&self.estimate);
+        let distances: Vec<f64> =
+            pairs.filter_map(|(truth, estimate)| Some(1000.0 * ((*estimate)? - (*truth)?).norm())).collect();
+        crate::evaluation::mean(&distances)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::fixture::walking_sheet;
+
+    #[test]
+    fn the_sheet_has_a_row_a_camera_and_a_column_a_frame() {
+        let rig = crate::report::fixture::rig(2);
+        let sheet = walking_sheet(&rig, &[1, 20, 40]);
+        let picture = Pixmap::decode_png(&contact_sheet(&sheet).unwrap()).unwrap();
+        assert_eq!(picture.width(), GAP + 3 * (CELL_WIDTH + GAP));
+        assert_eq!(picture.height(), HEAD + 2 * (CELL_HEIGHT + GAP));
+    }
+
+    #[test]
+    fn a_missing_view_is_an_error_that_names_the_frame() {
+        let rig = crate::report::fixture::rig(2);
+        let mut sheet = walking_sheet(&rig, &[1, 20]);
+        sheet.frames[1].estimated.pop();
+        let message = contact_sheet(&sheet).unwrap_err().to_string();
+        assert_eq!(message, "frame 20: 1 silhouettes for 2 cameras; give one for every camera");
+    }
+}

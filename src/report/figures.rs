@@ -1,0 +1,255 @@
+//! The page's plots, each with a sentence that says how to read it.
+
+use serde::Serialize;
+
+use crate::body::LANDMARKS;
+use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, quantile};
+use crate::tracker::LayerRecord;
+
+use super::input::worst_frame;
+use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, Stroke, Svg};
+use super::{ReportError, ReportInput, ReportRun};
+
+/// A plot at two widths: the page shows the one that fits.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Figure {
+    /// Fragment of the address.
+    pub(super) id: &'static str,
+    title: &'static str,
+    how_to_read: String,
+    wide: String,
+    narrow: String,
+}
+
+const WIDE: u32 = 760;
+const NARROW: u32 = 350;
+
+/// All figures that the input allows. `typical` is the run that stands for the others where only one can be shown.
+pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Vec<Figure>, ReportError> {
+    let made = [
+        error_over_frames(input, typical)?,
+        per_joint(input)?,
+        pck_curve(input)?,
+        energies(typical)?,
+        effective_sample_size(typical)?,
+        annealing(typical)?,
+    ];
+    Ok(made.into_iter().flatten().collect())
+}
+
+fn lines(
+    id: &'static str,
+    title: &'static str,
+    how_to_read: String,
+    plot: &LinePlot,
+) -> Result<Option<Figure>, ReportError> {
+    if plot.lines.iter().all(|line| line.points.iter().all(|(_, value)| value.is_none())) {
+        return Ok(None);
+    }
+    let Svg(wide) = plot.svg(Size { width: WIDE, height: 300 })?;
+    let Svg(narrow) = plot.svg(Size { width: NARROW, height: 270 })?;
+    Ok(Some(Figure { id, title, how_to_read, wide, narrow }))
+}
+
+fn error_over_frames(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
+    let errors: Vec<&[Option<f64>]> =
+        input.runs.iter().map(|run| per_frame(run.run.evaluation, "humaneva_mm")).collect();
+    let mut tracker = Line::new("tracker", Stroke::solid(Colour::Blue), vec![]);
+    for frame in 0..errors.iter().map(|run| run.len()).max().unwrap_or(0) {
+        let mut present: Vec<f64> = errors.iter().filter_map(|run| run.get(frame).copied().flatten()).collect();
+        present.sort_by(f64::total_cmp);
+        let ends = present.first().zip(present.last()).map(|(low, high)| [*low, *high]);
+        tracker.points.push((frame as f64, quantile(&present, 0.5)));
+        tracker.band.push((frame as f64, ends));
+    }
+    let several = input.runs.len() > 1;
+    if several {
+        tracker.name = format!("tracker: median of {} seeds, band from best to worst", input.runs.len());
+    } else {
+        tracker.band.clear();
+    }
+    let greatest = errors.iter().copied().flatten().flatten().fold(0.0_f64, |a, b| a.max(*b));
+    let frozen = input.frozen.map(|frozen| per_frame(frozen, "humaneva_mm"));
+    let frozen_greatest = frozen.into_iter().flatten().flatten().fold(0.0_f64, |a, b| a.max(*b));
+    let top = 1.08 * greatest.max(frozen_greatest.min(2.0 * greatest)).max(10.0);
+    let mut all = vec![tracker];
+    all.extend(frozen.map(|f| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), indexed(f))));
+    let worst = worst_frame(typical.run.evaluation).map(|frame| (frame as f64, format!("worst: {frame}")));
+    let plot = LinePlot {
+        x_label: "frame".into(),
+        y_label: "mean marker error, mm".into(),
+        lines: all,
+        y_from: Some(0.0),
+        y_to: Some(top),
+        marks: worst.into_iter().collect(),
+        ..LinePlot::default()
+    };
+    let mut how =
+        "Lower is better: how far, on average, the fifteen body markers are from where they really were.".to_owned();
+    if several {
+        how += " A wide band means that luck decides.";
+    }
+    if frozen_greatest > top {
+        how += " The dashed line leaves the plot at the top.";
+    }
+    if greatest > LOSS_THRESHOLD_MM {
+        how += " Above 150 mm for fifteen frames in a row, the body counts as lost.";
+    }
+    lines("error", "Error over the clip", how, &plot)
+}
+
+fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
+    let find = |name: &str| input.summary.per_joint.iter().find(|joint| joint.joint == name);
+    let bar = |joint: &JointSummary, colour| Bar {
+        value: joint.mean_mm,
+        interval: joint.ci95.map(|interval| [interval.low, interval.high]),
+        colour,
+    };
+    let mut groups: Vec<BarGroup> = Vec::new();
+    for landmark in LANDMARKS.iter().map(|landmark| landmark.name()) {
+        let (part, bars) = if let Some(part) = landmark.strip_prefix("left_") {
+            let right = find(&format!("right_{part}")).map(|joint| bar(joint, Colour::Orange));
+            (part, find(landmark).map(|joint| bar(joint, Colour::Blue)).into_iter().chain(right).collect())
+        } else if landmark.starts_with("right_") {
+            continue;
+        } else {
+            (landmark, find(landmark).map(|joint| bar(joint, Colour::Grey)).into_iter().collect())
+        };
+        groups.push(BarGroup { name: part.replace('_', " "), bars });
+    }
+    groups.retain(|group| !group.bars.is_empty());
+    if groups.is_empty() {
+        return Ok(None);
+    }
+    let legend = [("left", Colour::Blue), ("right", Colour::Orange), ("middle of the body", Colour::Grey)];
+    let plot = BarPlot {
+        title: None,
+        value_label: "mean error, mm".into(),
+        legend: legend.map(|(name, colour)| (name.to_owned(), colour)).into(),
+        groups,
+    };
+    let (Svg(wide), Svg(narrow)) = (plot.svg(WIDE)?, plot.svg(NARROW)?);
+    let mut how =
+        "Shorter is better. Hands and feet are usually worst, because little of the silhouette holds them; a left \
+                   and a right that differ much may have been swapped."
+            .to_owned();
+    if input.summary.per_joint.iter().any(|joint| joint.ci95.is_some()) {
+        how += " The thin line is the 95 % interval over seeds.";
+    }
+    Ok(Some(Figure { id: "joints", title: "Error of every joint", how_to_read: how, wide, narrow }))
+}
+
+fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
+    let curve = |evaluation: &Evaluation| -> Vec<(f64, Option<f64>)> {
+        evaluation.pck_curve.iter().map(|point| (point.threshold_mm, Some(100.0 * point.fraction))).collect()
+    };
+    let curves: Vec<_> = input.runs.iter().map(|run| curve(run.run.evaluation)).collect();
+    let thresholds = curves.first().map_or(0, Vec::len);
+    let mut tracker = Line::new("tracker", Stroke::solid(Colour::Blue), vec![]);
+    for index in 0..thresholds {
+        let mut present: Vec<f64> = curves.iter().filter_map(|c| c.get(index)?.1).collect();
+        present.sort_by(f64::total_cmp);
+        let x = curves[0][index].0;
+        tracker.points.push((x, quantile(&present, 0.5)));
+        tracker.band.push((x, present.first().zip(present.last()).map(|(low, high)| [*low, *high])));
+    }
+    let mut all = vec![tracker];
+    let frozen = input.frozen.map(curve);
+    all.extend(frozen.map(|points| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), points)));
+    let plot = LinePlot {
+        x_label: "allowed distance from the truth, mm".into(),
+        y_label: "markers within it, %".into(),
+        lines: all,
+        y_from: Some(0.0),
+        y_to: Some(100.0),
+        ..LinePlot::default()
+    };
+    let how = "Higher and further left is better: the share of markers that are no further off than the distance below \
+               (PCK). The area under the curve is the score AUC.";
+    lines("pck", "How many markers are near enough", how.into(), &plot)
+}
+
+fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
+    let plot = LinePlot {
+        x_label: "frame".into(),
+        y_label: "energy: how badly the images fit".into(),
+        lines: vec![
+            Line::new("at the true pose", Stroke::solid(Colour::Green), indexed(run.truth_energy)),
+            Line::new("at the estimate", Stroke::dashed(Colour::Red), indexed(run.estimate_energy)),
+        ],
+        ..LinePlot::default()
+    };
+    let how = "Search or model? Where the dashed line runs below the other, the images prefer a wrong pose, and only a \
+               better likelihood or body helps; where it runs above, the search missed a better pose that was there.";
+    lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), &plot)
+}
+
+fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
+    let plot = LinePlot {
+        x_label: "frame".into(),
+        y_label: "particles that still count".into(),
+        lines: of_layers(run, |layer| layer.effective_sample_size),
+        y_from: Some(0.0),
+        ..LinePlot::default()
+    };
+    let how = "How many particles carry the weight after each layer (effective sample size). A level line is a search under \
+               control; a line that falls to the bottom has bet everything on one guess.";
+    lines("survival", "Effective sample size by layer", format!("{how}{}", seed_note(run)), &plot)
+}
+
+fn annealing(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
+    let plot = LinePlot {
+        x_label: "frame".into(),
+        y_label: "λ, sharpness of the weights".into(),
+        lines: of_layers(run, |layer| layer.lambda),
+        y_from: Some(0.0),
+        ..LinePlot::default()
+    };
+    let how = "From layer to layer the weights get sharper, so that the search moves from looking around to settling down. λ \
+               is found anew in every frame, so that the wanted share of particles survives.";
+    lines("annealing", "Annealing λ by layer", format!("{how}{}", seed_note(run)), &plot)
+}
+
+fn of_layers(run: &ReportRun<'_>, value: fn(&LayerRecord) -> f64) -> Vec<Line> {
+    let count = run.layers.iter().map(Vec::len).max().unwrap_or(0);
+    let of_layer = |layer: usize| {
+        let finite = |frame: &Vec<LayerRecord>| frame.get(layer).map(value).filter(|value| value.is_finite());
+        let points = run.layers.iter().enumerate().map(|(frame, layers)| (frame as f64, finite(layers))).collect();
+        Line::new(&format!("layer {}", layer + 1), Stroke::solid(Colour::of_rank(layer, count)), points)
+    };
+    (0..count).map(of_layer).collect()
+}
+
+fn seed_note(run: &ReportRun<'_>) -> String {
+    format!(" Seed {}.", run.run.seed)
+}
+
+/// The values of a metric frame by frame; empty where it was not measured.
+pub(super) fn per_frame<'a>(evaluation: &'a Evaluation, metric: &str) -> &'a [Option<f64>] {
+    evaluation.metrics.get(metric).map_or(&[], |value| &value.per_frame)
+}
+
+fn indexed(values: &[Option<f64>]) -> Vec<(f64, Option<f64>)> {
+    values.iter().enumerate().map(|(frame, value)| (frame as f64, *value)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::fixture::{Story, told};
+
+    fn ids(story: &Story) -> Vec<&'static str> {
+        told(story, |input| figures(input, &input.runs[0]).unwrap().iter().map(|figure| figure.id).collect())
+    }
+
+    #[test]
+    fn a_full_run_has_every_figure() {
+        let all = ["error", "joints", "pck", "energy", "survival", "annealing"];
+        assert_eq!(ids(&Story { seeds: 2, ..Story::default() }), all);
+    }
+
+    #[test]
+    fn a_tracker_without_layers_and_energies_has_no_figures_of_them() {
+        assert_eq!(ids(&Story { layers: 0, energies: false, ..Story::default() }), ["error", "joints", "pck"]);
+    }
+}

@@ -1,0 +1,268 @@
+//! A stick figure that walks, and trackers that follow it more or less: input for tests and for looking at the page.
+
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::body::{Landmark, Markers};
+use crate::camera::{Camera, CameraRig, Distortion, Pinhole};
+use crate::evaluation::fixture::{standing, translated};
+use crate::evaluation::{
+    Energies, Evaluation, RootRotations, Run, Sequence, evaluate, intersection_over_union, summarise,
+};
+use crate::raster::Mask;
+use crate::rng::{Purpose, stream};
+use crate::tracker::LayerRecord;
+
+use super::overlay::marker_bones;
+use super::{FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
+
+const FRAMES: usize = 121;
+const FPS: f64 = 60.0;
+
+/// What a told run is like.
+pub(super) struct Story {
+    pub(super) title: &'static str,
+    pub(super) seeds: u64,
+    pub(super) matched: bool,
+    pub(super) frozen: bool,
+    pub(super) layers: usize,
+    pub(super) energies: bool,
+    /// Energy of the truth minus energy of the estimate.
+    pub(super) gap: f64,
+    /// The frame from which on the body is lost.
+    pub(super) lost_from: Option<usize>,
+    /// Frames on the sheet; the worst is added. None, no sheet.
+    pub(super) shown: &'static [usize],
+}
+
+impl Default for Story {
+    fn default() -> Self {
+        Self {
+            title: "Walk",
+            seeds: 1,
+            matched: false,
+            frozen: true,
+            layers: 5,
+            energies: true,
+            gap: -0.02,
+            lost_from: None,
+            shown: &[],
+        }
+    }
+}
+
+/// Builds the input and hands it to `read`.
+pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -> T {
+    let rig = rig(4);
+    let truth: Vec<Markers> = (0..FRAMES).map(walking).collect();
+    let estimates: Vec<Vec<Markers>> = (0..story.seeds).map(|seed| estimate(&truth, story, seed)).collect();
+    let energies: Vec<[Vec<Option<f64>>; 2]> = (0..story.seeds).map(|seed| energies(story, seed)).collect();
+    let evaluations: Vec<Evaluation> =
+        estimates.iter().zip(&energies).map(|(estimate, energies)| measured(&truth, estimate, energies)).collect();
+    let runs: Vec<Run<'_>> =
+        evaluations.iter().zip(0..).map(|(evaluation, seed)| Run { clip: "walk", seed, evaluation }).collect();
+    let layers: Vec<Vec<Vec<LayerRecord>>> = (0..story.seeds).map(|seed| layers(story, seed)).collect();
+    let report_runs: Vec<ReportRun<'_>> = runs
+        .iter()
+        .zip(&energies)
+        .zip(&layers)
+        .map(|((run, [truth_energy, estimate_energy]), layers)| ReportRun {
+            run: *run,
+            truth_energy,
+            estimate_energy,
+            layers,
+        })
+        .collect();
+    let still = vec![truth[0]; FRAMES];
+    let frozen = evaluate(&Sequence::of_markers(FPS, &truth, &still)).unwrap();
+    let typical = typical_run(&runs).unwrap();
+    let mut shown = story.shown.to_vec();
+    shown.extend(frames_to_show(&evaluations[typical], 0));
+    let sheet = sheet(&rig, typical as u64, &shown, &truth, &estimates[typical]);
+    read(&ReportInput {
+        title: story.title,
+        tracker: "annealed particle filter, 200 particles x 5 layers",
+        matched: story.matched,
+        facts: &facts(),
+        runs: &report_runs,
+        summary: &summarise(&runs).unwrap(),
+        frozen: story.frozen.then_some(&frozen),
+        sheet: (!story.shown.is_empty()).then_some(&sheet),
+    })
+}
+
+/// A camera 4 m before the figure, on the +X side, looking back at it.
+pub(super) fn camera_in_front() -> Camera {
+    rig(1).cameras.remove(0)
+}
+
+/// Cameras on a circle around the place where the figure walks.
+pub(super) fn rig(count: usize) -> CameraRig {
+    let cameras = (0..count).map(|index| {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * index as f64 / count as f64);
+        let eye = Point3::new(4.2 * cos, 4.2 * sin, 1.4);
+        let forward = (Point3::new(0.0, 0.0, 0.9) - eye).normalize();
+        let right = forward.cross(&Vector3::z()).normalize();
+        let down = forward.cross(&right);
+        let world_from_camera = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, down, forward]));
+        let rotation = UnitQuaternion::from_rotation_matrix(&world_from_camera);
+        Camera {
+            name: format!("cam{index:02}"),
+            pinhole: Pinhole { focal: [260.0; 2], principal_point: [160.0, 120.0], width: 320, height: 240, near: 0.1 },
+            distortion: Distortion::default(),
+            camera_from_world: Isometry3::from_parts(eye.coords.into(), rotation).inverse(),
+        }
+    });
+    CameraRig { cameras: cameras.collect() }
+}
+
+/// A sheet of the walking figure with an estimate 3 cm beside it.
+pub(super) fn walking_sheet<'a>(rig: &'a CameraRig, frames: &[usize]) -> Sheet<'a> {
+    let truth: Vec<Markers> = (0..FRAMES).map(walking).collect();
+    let beside: Vec<Markers> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.03, 0.0))).collect();
+    sheet(rig, 0, frames, &truth, &beside)
+}
+
+fn sheet<'a>(rig: &'a CameraRig, seed: u64, frames: &[usize], truth: &[Markers], estimate: &[Markers]) -> Sheet<'a> {
+    let mut frames = frames.to_vec();
+    frames.sort_unstable();
+    frames.dedup();
+    let of_frame = |frame: usize| SheetFrame {
+        frame,
+        observed: rig.cameras.iter().map(|camera| shadow(camera, &truth[frame], 0.065)).collect(),
+        estimated: rig.cameras.iter().map(|camera| shadow(camera, &estimate[frame], 0.060)).collect(),
+        truth: truth[frame],
+        estimate: estimate[frame],
+    };
+    Sheet { seed, rig, frames_per_second: FPS, frames: frames.into_iter().map(of_frame).collect() }
+}
+
+/// Every pixel within `radius` metres (at the bone's distance) of a bone.
+fn shadow(camera: &Camera, markers: &Markers, radius: f64) -> Mask {
+    let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+    for bone in marker_bones(markers) {
+        for step in 0..=40 {
+            let point = bone[0] + (bone[1] - bone[0]) * (f64::from(step) / 40.0);
+            let Some(centre) = camera.project(&point) else { continue };
+            let depth = (camera.camera_from_world * point).z;
+            fill_disc(&mut mask, centre, radius * camera.pinhole.focal[0] / depth);
+        }
+    }
+    mask
+}
+
+fn fill_disc(mask: &mut Mask, centre: Point2<f64>, radius: f64) {
+    for y in (centre.y - radius).max(0.0) as u32..(centre.y + radius + 1.0).max(0.0) as u32 {
+        for x in (centre.x - radius).max(0.0) as u32..(centre.x + radius + 1.0).max(0.0) as u32 {
+            if (Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) - centre).norm() <= radius {
+                mask.set(x, y, true);
+            }
+        }
+    }
+}
+
+fn walking(frame: usize) -> Markers {
+    let phase = std::f64::consts::TAU * frame as f64 / 60.0;
+    let mut markers = translated(&standing(), Vector3::new(0.012 * frame as f64 - 0.7, 0.0, 0.0));
+    let mut swing = |landmark: Landmark, metres: f64| {
+        let marker = &mut markers[landmark as usize];
+        *marker = marker.map(|p| p + Vector3::new(metres * libm::sin(phase), 0.0, 0.05 * libm::fabs(libm::sin(phase))));
+    };
+    for (landmark, metres) in [
+        (Landmark::LeftKnee, 0.16),
+        (Landmark::LeftAnkle, 0.32),
+        (Landmark::RightKnee, -0.16),
+        (Landmark::RightAnkle, -0.32),
+        (Landmark::LeftWrist, -0.22),
+        (Landmark::LeftElbow, -0.10),
+        (Landmark::RightWrist, 0.22),
+        (Landmark::RightElbow, 0.10),
+    ] {
+        swing(landmark, metres);
+    }
+    markers
+}
+
+/// The truth with an error that wanders, most at the hands.
+fn estimate(truth: &[Markers], story: &Story, seed: u64) -> Vec<Markers> {
+    let mut rng = stream(seed, Purpose::Oracle, 0, 0, 0);
+    let mut wander = [Vector3::zeros(); 15];
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut frames = Vec::new();
+    for (frame, markers) in truth.iter().enumerate() {
+        let mut estimate = *markers;
+        for (index, marker) in estimate.iter_mut().enumerate() {
+            let size = if [4, 7, 10, 13].contains(&index) { 0.012 } else { 0.005 };
+            wander[index] = 0.93 * wander[index] + size * Vector3::new(normal(), normal(), normal());
+            let lost =
+                story.lost_from.filter(|from| frame >= *from).map_or(0.0, |from| 0.02 * (frame - from + 10) as f64);
+            *marker = marker.map(|p| p + wander[index] + Vector3::new(0.0, lost, 0.0));
+        }
+        frames.push(if frame == 0 { *markers } else { estimate });
+    }
+    frames
+}
+
+fn measured(truth: &[Markers], estimate: &[Markers], [at_truth, at_estimate]: &[Vec<Option<f64>>; 2]) -> Evaluation {
+    let camera = camera_in_front();
+    let overlaps: Vec<Vec<Option<f64>>> = (0..FRAMES)
+        .map(|f| {
+            let [a, b] = [&truth[f], &estimate[f]].map(|markers| shadow(&camera, markers, 0.06));
+            vec![intersection_over_union(&a, &b)]
+        })
+        .collect();
+    let roots = vec![UnitQuaternion::identity(); FRAMES];
+    let turned: Vec<_> = (0..FRAMES)
+        .map(|f| Some(UnitQuaternion::from_euler_angles(0.02, 0.03 * libm::sin(f as f64 / 9.0), 0.05)))
+        .collect();
+    let mut sequence = Sequence::of_markers(FPS, truth, estimate);
+    sequence.view_overlaps = Some(&overlaps);
+    sequence.roots = Some(RootRotations { truth: &roots, estimate: &turned });
+    sequence.energies = (!at_truth.is_empty()).then_some(Energies { truth: at_truth, estimate: at_estimate });
+    evaluate(&sequence).unwrap()
+}
+
+/// Energy at the truth and at the estimate.
+fn energies(story: &Story, seed: u64) -> [Vec<Option<f64>>; 2] {
+    if !story.energies {
+        return [vec![], vec![]];
+    }
+    let at_estimate = |f: usize| 0.16 + 0.02 * libm::sin((f as f64 + 3.0 * seed as f64) / 7.0);
+    let estimate: Vec<_> = (0..FRAMES).map(|f| Some(at_estimate(f))).collect();
+    let wiggle = |f: usize| 0.4 * story.gap * libm::cos(f as f64 / 5.0);
+    [(0..FRAMES).map(|f| Some(at_estimate(f) + story.gap + wiggle(f))).collect(), estimate]
+}
+
+fn layers(story: &Story, seed: u64) -> Vec<Vec<LayerRecord>> {
+    let record = |frame: usize, layer: usize| {
+        let wave = libm::sin((frame + 5 * layer + seed as usize) as f64 / 8.0);
+        LayerRecord {
+            lambda: 4.0 * libm::pow(1.7, layer as f64) * (1.0 + 0.15 * wave),
+            effective_sample_size: 100.0 - 14.0 * layer as f64 + 3.0 * wave,
+            energy_min: 0.1,
+            energy_mean: 0.2,
+            energy_std: 0.02,
+            degenerate: false,
+        }
+    };
+    (0..FRAMES).map(|f| (0..if f == 0 { 0 } else { story.layers }).map(|layer| record(f, layer)).collect()).collect()
+}
+
+fn facts() -> Vec<FactGroup> {
+    let group = |title: &str, facts: &[(&str, &str)]| FactGroup {
+        title: title.into(),
+        facts: facts.iter().map(|(name, value)| (name.to_string(), value.to_string())).collect(),
+    };
+    vec![
+        group(
+            "Bodies",
+            &[
+                ("Actor", "actor, 36 degrees of freedom, skin"),
+                ("Tracker", "tracker25, 25 degrees of freedom, tapered capsules"),
+                ("Difference", "limb lengths ±3 %, girths ±10 %"),
+            ],
+        ),
+        group("Cameras", &[("Rig", "ring of 4, radius 4.2 m"), ("Images", "320 x 240 at 60 fps"), ("Noise", "none")]),
+        group("Tracker", &[("Particles", "200"), ("Layers", "5"), ("Survival rate", "0.5")]),
+    ]
+}

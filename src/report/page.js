@@ -1,0 +1,18 @@
+const dialog = document.querySelector("dialog");
+const cells = [...document.querySelectorAll(".column button")];
+let shown = 0;
+const show = (index) => {
+  shown = (index + cells.length) % cells.length;
+  const image = dialog.querySelector("img");
+  image.src = cells[shown].querySelector("img").src;
+  image.alt = cells[shown].querySelector("img").alt;
+  dialog.querySelector("p").textContent = cells[shown].dataset.caption;
+  if (!dialog.open) dialog.showModal();
+};
+cells.forEach((cell, index) => cell.addEventListener("click", () => show(index)));
+dialog.addEventListener("click", () => dialog.close());
+dialog.addEventListener("keydown", (event) => {
+  const cameras = cells[0].parentElement.querySelectorAll("button").length;
+  const step = { ArrowUp: -1, ArrowDown: 1, ArrowLeft: -cameras, ArrowRight: cameras }[event.key];
+  if (step) { event.preventDefault(); show(shown + step); }
+});

@@ -1,0 +1,221 @@
+//! Lines over a common axis, each with a band if it has one.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::style::{FINE, draw_legend, draw_svg, failed, legend_places, short, text_style};
+use super::{Colour, Size, Stroke, Svg};
+use crate::report::ReportError;
+
+/// Some lines, their axes and their marks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LinePlot {
+    /// Drawn above the plot where there is one.
+    pub title: Option<String>,
+    /// What the horizontal axis is, with its unit.
+    pub x_label: String,
+    /// What the vertical axis is, with its unit.
+    pub y_label: String,
+    /// The lines.
+    pub lines: Vec<Line>,
+    /// The lowest value shown; the least one if `None`.
+    pub y_from: Option<f64>,
+    /// The highest value shown; the greatest one if `None`. Lines leave the plot above it.
+    pub y_to: Option<f64>,
+    /// Places on the horizontal axis to point out: position and name.
+    pub marks: Vec<(f64, String)>,
+}
+
+/// One line; it breaks where a value is missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Name in the legend; nameless lines are not listed there.
+    pub name: String,
+    /// How it is drawn.
+    pub stroke: Stroke,
+    /// Positions and values.
+    pub points: Vec<(f64, Option<f64>)>,
+    /// Positions, lower and upper end of the band around it; empty for none.
+    pub band: Vec<(f64, Option<[f64; 2]>)>,
+}
+
+impl Line {
+    /// A line without a band.
+    pub fn new(name: &str, stroke: Stroke, points: Vec<(f64, Option<f64>)>) -> Self {
+        Self { name: name.to_owned(), stroke, points, band: vec![] }
+    }
+
+    fn values(&self) -> impl Iterator<Item = f64> {
+        let of_band = self.band.iter().filter_map(|(_, band)| *band).flatten();
+        self.points.iter().filter_map(|(_, value)| *value).chain(of_band)
+    }
+
+    fn positions(&self) -> impl Iterator<Item = f64> {
+        self.points.iter().map(|(x, _)| *x).chain(self.band.iter().map(|(x, _)| *x))
+    }
+}
+
+impl LinePlot {
+    /// Draws the plot.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000, or when plotters fails.
+    pub fn svg(&self, size: Size) -> Result<Svg, ReportError> {
+        let entries: Vec<(&str, Stroke)> =
+            self.lines.iter().filter(|l| !l.name.is_empty()).map(|l| (l.name.as_str(), l.stroke)).collect();
+        let names: Vec<&str> = entries.iter().map(|(name, _)| *name).collect();
+        let (places, legend_height) = legend_places(&names, size.width);
+        let title_height = if self.title.is_some() { 28 } else { 0 };
+        let label = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
+        draw_svg(size, &label, |canvas| {
+            if let Some(title) = &self.title {
+                let style = text_style(16.0, Colour::Ink, HPos::Left, VPos::Top);
+                canvas.draw_text(title, &style, (0, 2 * FINE)).map_err(failed)?;
+            }
+            draw_legend(canvas, &entries, &places, title_height)?;
+            let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);
+            let above = title_height + legend_height;
+            canvas.draw_text(&self.y_label, &unit, (0, (above + 4) * FINE)).map_err(failed)?;
+            let [x, y] = self.ranges();
+            let mut chart = ChartBuilder::on(canvas)
+                .margin_top((above + 26) * FINE)
+                .margin_right(14 * FINE)
+                .x_label_area_size(40 * FINE)
+                .y_label_area_size(46 * FINE)
+                .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
+                .map_err(failed)?;
+            chart
+                .configure_mesh()
+                .disable_x_mesh()
+                .x_labels((size.width / 90) as usize)
+                .y_labels((size.height / 45) as usize)
+                .max_light_lines(1)
+                .bold_line_style(Stroke::solid(Colour::Grid).shape(1.0))
+                .light_line_style(TRANSPARENT)
+                .axis_style(Stroke::solid(Colour::Faint).shape(1.0))
+                .set_all_tick_mark_size(4 * FINE)
+                .label_style(text_style(12.0, Colour::Faint, HPos::Center, VPos::Center))
+                .axis_desc_style(text_style(12.0, Colour::Faint, HPos::Center, VPos::Center))
+                .x_label_formatter(&|value| short(*value))
+                .y_label_formatter(&|value| short(*value))
+                .x_desc(self.x_label.as_str())
+                .draw()
+                .map_err(failed)?;
+            for line in &self.lines {
+                let wash = line.stroke.colour.rgb().mix(0.22).filled();
+                for run in present_runs(&line.band) {
+                    let upper = run.iter().map(|(x, [_, high])| (*x, high.clamp(y[0], y[1])));
+                    let lower = run.iter().rev().map(|(x, [low, _])| (*x, low.clamp(y[0], y[1])));
+                    let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
+                    chart.draw_series([Polygon::new(outline, wash)]).map_err(failed)?;
+                }
+                for run in present_runs(&line.points).into_iter().flat_map(|run| clip(&run, y[1])) {
+                    chart.draw_series(LineSeries::new(run, line.stroke.shape(2.0))).map_err(failed)?;
+                }
+            }
+            for (at, name) in self.marks.iter().filter(|(at, _)| (x[0]..=x[1]).contains(at)) {
+                let mark = Stroke::dashed(Colour::Faint).shape(1.0);
+                chart.draw_series(LineSeries::new([(*at, y[0]), (*at, y[1])], mark)).map_err(failed)?;
+                let (left, top) = chart.backend_coord(&(*at, y[1]));
+                let near_right_end = (at - x[0]) > 0.7 * (x[1] - x[0]);
+                let (side, offset) = if near_right_end { (HPos::Right, -5) } else { (HPos::Left, 5) };
+                let style = text_style(12.0, Colour::Faint, side, VPos::Top);
+                canvas.draw_text(name, &style, (left + offset * FINE, top + 2 * FINE)).map_err(failed)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Horizontal and vertical range; never empty.
+    fn ranges(&self) -> [[f64; 2]; 2] {
+        let positions = self.lines.iter().flat_map(Line::positions);
+        let [least, greatest] = extent(self.lines.iter().flat_map(Line::values));
+        let margin = 0.06 * (greatest - least);
+        let y = [self.y_from.unwrap_or(least - margin), self.y_to.unwrap_or(greatest + margin)];
+        [extent(positions), extent(y.into_iter())]
+    }
+}
+
+/// Least and greatest; a range of one around a single value, `[0, 1]` for none.
+fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let range = values
+        .filter(|v| v.is_finite())
+        .fold(None, |range: Option<[f64; 2]>, v| Some(range.map_or([v, v], |[low, high]| [low.min(v), high.max(v)])));
+    match range {
+        Some([low, high]) if high > low => [low, high],
+        Some([low, _]) => [low, low + 1.0],
+        None => [0.0, 1.0],
+    }
+}
+
+/// The stretches without a gap.
+fn present_runs<T: Copy>(points: &[(f64, Option<T>)]) -> Vec<Vec<(f64, T)>> {
+    let stretches = points.split(|(_, value)| value.is_none());
+    let runs = stretches.map(|run| run.iter().filter_map(|(x, value)| Some((*x, (*value)?))).collect());
+    runs.filter(|run: &Vec<_>| !run.is_empty()).collect()
+}
+
+/// The parts of a line at or below `top`, cut where it crosses.
+fn clip(run: &[(f64, f64)], top: f64) -> Vec<Vec<(f64, f64)>> {
+    let mut parts = vec![vec![]];
+    for (index, (x, y)) in run.iter().copied().enumerate() {
+        let before = index.checked_sub(1).map(|i| run[i]);
+        if let Some((x0, y0)) = before.filter(|(_, y0)| (*y0 > top) != (y > top)) {
+            let crossing = (x0 + (x - x0) * (top - y0) / (y - y0), top);
+            parts.last_mut().into_iter().for_each(|part| part.push(crossing));
+        }
+        if y <= top {
+            parts.last_mut().into_iter().for_each(|part| part.push((x, y)));
+        } else if parts.last().is_some_and(|part| !part.is_empty()) {
+            parts.push(vec![]);
+        }
+    }
+    parts.retain(|part| part.len() > 1);
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_cut_where_it_leaves_the_plot_and_where_it_returns() {
+        let run = [(0.0, 0.0), (1.0, 2.0), (2.0, 2.0), (3.0, 0.0)];
+        let parts = clip(&run, 1.0);
+        assert_eq!(parts, [vec![(0.0, 0.0), (0.5, 1.0)], vec![(2.5, 1.0), (3.0, 0.0)]]);
+        assert_eq!(clip(&run, 5.0), [run.to_vec()]);
+    }
+
+    #[test]
+    fn a_missing_value_breaks_the_line() {
+        let runs = present_runs(&[(0.0, Some(1)), (1.0, None), (2.0, Some(3)), (3.0, Some(4))]);
+        assert_eq!(runs, [vec![(0.0, 1)], vec![(2.0, 3), (3.0, 4)]]);
+    }
+
+    #[test]
+    fn a_plot_names_its_lines_follows_the_theme_and_dashes_what_is_dashed() {
+        let points: Vec<_> = (0..50).map(|i| (f64::from(i), Some(f64::from(i * i)))).collect();
+        let mut line = Line::new("error <mm>", Stroke::solid(Colour::Blue), points.clone());
+        line.band = points.iter().map(|(x, y)| (*x, y.map(|y| [y - 5.0, y + 5.0]))).collect();
+        let plot = LinePlot {
+            title: Some("Error & time".into()),
+            x_label: "frame".into(),
+            y_label: "mm".into(),
+            lines: vec![line, Line::new("", Stroke::dashed(Colour::Red), points)],
+            marks: vec![(20.0, "worst".into())],
+            ..LinePlot::default()
+        };
+        let Svg(svg) = plot.svg(Size { width: 700, height: 300 }).unwrap();
+        assert!(svg.contains("error &lt;mm&gt;") && svg.contains("aria-label=\"Error &amp; time\""));
+        assert!(svg.contains("stroke=\"var(--plot-blue,#0068B0)\""));
+        assert!(svg.contains("stroke=\"var(--plot-red,#D11F3C)\" stroke-dasharray="));
+        assert!(svg.contains("<polygon ") && svg.contains("worst"));
+        assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
+    }
+
+    #[test]
+    fn a_plot_of_nothing_is_empty_axes_and_one_of_no_size_an_error() {
+        assert!(LinePlot::default().svg(Size { width: 400, height: 200 }).is_ok());
+        assert!(matches!(LinePlot::default().svg(Size { width: 0, height: 200 }), Err(ReportError::Size { .. })));
+    }
+}

@@ -1,0 +1,21 @@
+//! Plots as SVG: lines with bands, and bars.
+//!
+//! Colours are CSS variables with a fallback, so that a plot inside a page follows the page's light or dark theme
+//! ([`css_variables`]) and a plot in a file of its own brings its theme along ([`Svg::standalone`]).
+
+mod bars;
+mod lines;
+mod style;
+
+pub use bars::{Bar, BarGroup, BarPlot};
+pub use lines::{Line, LinePlot};
+pub use style::{Colour, Stroke, Svg, css_variables};
+
+/// Size of a plot in CSS pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Width.
+    pub width: u32,
+    /// Height.
+    pub height: u32,
+}

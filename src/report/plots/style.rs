@@ -1,0 +1,250 @@
+//! Colours, strokes, text and what turns plotters' SVG into ours.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::Size;
+use crate::report::ReportError;
+
+/// Plotters draws on whole pixels; drawing this many times larger keeps lines smooth.
+pub(super) const FINE: i32 = 8;
+
+/// A colour with a value for light and one for dark paper. All are distinct for the common forms of colour blindness
+/// (Okabe and Ito 2008) in lightness or hue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum Colour {
+    Ink,
+    Faint,
+    Grid,
+    Blue,
+    Orange,
+    Green,
+    Red,
+    Purple,
+    Amber,
+    Grey,
+    /// Steps of a ramp from light to deep, for things that have an order; `0..6`.
+    Ramp(u8),
+}
+
+const ALL: [Colour; 16] = [
+    Colour::Ink,
+    Colour::Faint,
+    Colour::Grid,
+    Colour::Blue,
+    Colour::Orange,
+    Colour::Green,
+    Colour::Red,
+    Colour::Purple,
+    Colour::Amber,
+    Colour::Grey,
+    Colour::Ramp(0),
+    Colour::Ramp(1),
+    Colour::Ramp(2),
+    Colour::Ramp(3),
+    Colour::Ramp(4),
+    Colour::Ramp(5),
+];
+
+impl Colour {
+    /// Name of the CSS variable, value on light paper, value on dark paper.
+    fn entry(self) -> (&'static str, [u8; 3], [u8; 3]) {
+        match self {
+            Self::Ink => ("plot-ink", [0x1c, 0x27, 0x32], [0xe8, 0xed, 0xf2]),
+            Self::Faint => ("plot-faint", [0x5c, 0x6b, 0x7a], [0x9f, 0xad, 0xbb]),
+            Self::Grid => ("plot-grid", [0xe0, 0xe5, 0xea], [0x2e, 0x3a, 0x46]),
+            Self::Blue => ("plot-blue", [0x00, 0x68, 0xb0], [0x5a, 0xb4, 0xf0]),
+            Self::Orange => ("plot-orange", [0xcc, 0x5a, 0x00], [0xff, 0x9d, 0x52]),
+            Self::Green => ("plot-green", [0x00, 0x8a, 0x62], [0x2f, 0xd6, 0x9c]),
+            Self::Red => ("plot-red", [0xd1, 0x1f, 0x3c], [0xff, 0x6b, 0x7c]),
+            Self::Purple => ("plot-purple", [0x95, 0x4a, 0x8c], [0xe0, 0x9a, 0xd4]),
+            Self::Amber => ("plot-amber", [0x9a, 0x6c, 0x00], [0xf0, 0xc0, 0x4a]),
+            Self::Grey => ("plot-grey", [0x78, 0x86, 0x94], [0x8d, 0x9b, 0xa9]),
+            Self::Ramp(0) => ("plot-ramp0", [0x9b, 0xc8, 0xe8], [0x2c, 0x53, 0x75]),
+            Self::Ramp(1) => ("plot-ramp1", [0x63, 0xa6, 0xd8], [0x39, 0x71, 0xa0]),
+            Self::Ramp(2) => ("plot-ramp2", [0x2f, 0x86, 0xc4], [0x4a, 0x90, 0xc8]),
+            Self::Ramp(3) => ("plot-ramp3", [0x14, 0x66, 0xa6], [0x68, 0xae, 0xe2]),
+            Self::Ramp(4) => ("plot-ramp4", [0x0d, 0x48, 0x80], [0x9c, 0xcc, 0xf0]),
+            Self::Ramp(_) => ("plot-ramp5", [0x0a, 0x2a, 0x54], [0xd4, 0xe9, 0xfb]),
+        }
+    }
+
+    /// Step `index` of `count` on the ramp.
+    pub fn of_rank(index: usize, count: usize) -> Self {
+        if count > 1 { Self::Ramp((5 * index / (count - 1)).min(5) as u8) } else { Self::Blue }
+    }
+
+    pub(super) fn rgb(self) -> RGBColor {
+        let (_, [red, green, blue], _) = self.entry();
+        RGBColor(red, green, blue)
+    }
+
+    /// A colour that stands for this one in a dashed line until the SVG is finished.
+    fn rgb_when_dashed(self) -> RGBColor {
+        let RGBColor(red, green, blue) = self.rgb();
+        RGBColor(red, green, blue ^ 1)
+    }
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stroke {
+    /// Its colour.
+    pub colour: Colour,
+    /// Whether it is dashed.
+    pub dashed: bool,
+}
+
+impl Stroke {
+    /// An unbroken line.
+    pub fn solid(colour: Colour) -> Self {
+        Self { colour, dashed: false }
+    }
+
+    /// A dashed line.
+    pub fn dashed(colour: Colour) -> Self {
+        Self { colour, dashed: true }
+    }
+
+    pub(super) fn shape(self, width: f64) -> ShapeStyle {
+        let colour = if self.dashed { self.colour.rgb_when_dashed() } else { self.colour.rgb() };
+        colour.stroke_width((width * f64::from(FINE)) as u32)
+    }
+}
+
+/// `:root` declarations of every plot colour for light or dark paper.
+pub fn css_variables(dark: bool) -> String {
+    let declare = |colour: Colour| {
+        let (name, on_light, on_dark) = colour.entry();
+        format!("--{name}:{};", hex(if dark { on_dark } else { on_light }))
+    };
+    ALL.into_iter().map(declare).collect()
+}
+
+fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02X}{green:02X}{blue:02X}")
+}
+
+/// A finished plot, to be put into a page as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Svg(pub String);
+
+impl Svg {
+    /// The same as a file of its own, which follows the reader's light or dark theme.
+    pub fn standalone(&self) -> String {
+        let style = format!("<style>@media (prefers-color-scheme:dark){{svg{{{}}}}}</style>", css_variables(true));
+        self.0.replacen('>', &format!(">{style}"), 1)
+    }
+}
+
+type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// Runs `draw` on an empty canvas of `size`, then makes the SVG scale, follows the theme and dashes what is dashed.
+pub(super) fn draw_svg(
+    size: Size,
+    label: &str,
+    draw: impl FnOnce(&Canvas<'_>) -> Result<(), ReportError>,
+) -> Result<Svg, ReportError> {
+    let Size { width, height } = size;
+    if !(160..=10_000).contains(&width) || !(120..=10_000).contains(&height) {
+        return Err(ReportError::Size { width, height });
+    }
+    let (fine_width, fine_height) = (width * FINE as u32, height * FINE as u32);
+    let mut text = String::new();
+    {
+        let canvas = SVGBackend::with_string(&mut text, (fine_width, fine_height)).into_drawing_area();
+        draw(&canvas)?;
+        canvas.present().map_err(|error| ReportError::Plot(error.to_string()))?;
+    }
+    let head_end = text.find('>').ok_or_else(|| ReportError::Plot("an SVG without a head".into()))?;
+    let mut body = text[head_end..].replace("<polyline ", "<polyline stroke-linejoin=\"round\" ");
+    for colour in ALL {
+        let (name, rgb, _) = colour.entry();
+        let [red, green, blue] = rgb;
+        let (plain, as_dashed) = (hex(rgb), hex([red, green, blue ^ 1]));
+        let dashes = format!("stroke=\"{plain}\" stroke-dasharray=\"{} {}\"", 6 * FINE, 4 * FINE);
+        body = body.replace(&format!("stroke=\"{as_dashed}\""), &dashes);
+        body = body.replace(&format!("\"{plain}\""), &format!("\"var(--{name},{plain})\""));
+    }
+    let label = label.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    Ok(Svg(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {fine_width} {fine_height}\" role=\"img\" aria-label=\"{label}\"{body}"
+    )))
+}
+
+pub(super) fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> ReportError {
+    ReportError::Plot(error.to_string())
+}
+
+/// Text of `pixels` CSS pixels.
+pub(super) fn text_style(pixels: f64, colour: Colour, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
+    // Plotters divides sizes by 1.24 on their way into SVG.
+    let size = pixels * 1.24 * f64::from(FINE);
+    let mut style = TextStyle::from(("system-ui, sans-serif", size).into_font());
+    style.color = colour.rgb().to_backend_color();
+    style.pos(Pos::new(horizontal, vertical))
+}
+
+/// Height of one row of [`draw_legend`].
+const LEGEND_ROW: i32 = 20;
+
+/// Where each entry of a legend goes in a row of `width` CSS pixels, and how high the whole is.
+pub(super) fn legend_places(names: &[&str], width: u32) -> (Vec<[i32; 2]>, i32) {
+    let mut at = [0, 0];
+    let mut places = Vec::new();
+    for name in names {
+        let needed = 34 + (6.6 * name.chars().count() as f64) as i32;
+        if at[0] > 0 && at[0] + needed > width as i32 {
+            at = [0, at[1] + LEGEND_ROW];
+        }
+        places.push(at);
+        at[0] += needed + 10;
+    }
+    (places, if names.is_empty() { 0 } else { at[1] + LEGEND_ROW })
+}
+
+/// Swatches and names at the top left of the canvas, from `top` CSS pixels on.
+pub(super) fn draw_legend(
+    canvas: &Canvas<'_>,
+    entries: &[(&str, Stroke)],
+    places: &[[i32; 2]],
+    top: i32,
+) -> Result<(), ReportError> {
+    for ((name, stroke), [x, y]) in entries.iter().zip(places) {
+        let (x, y) = (x * FINE, (top + y + LEGEND_ROW / 2) * FINE);
+        let swatch = vec![(x, y), (x + 24 * FINE, y)];
+        canvas.draw(&PathElement::new(swatch, stroke.shape(3.0))).map_err(failed)?;
+        let style = text_style(12.5, Colour::Ink, HPos::Left, VPos::Center);
+        canvas.draw_text(name, &style, (x + 30 * FINE, y)).map_err(failed)?;
+    }
+    Ok(())
+}
+
+/// A number as short as it can be read.
+pub(super) fn short(value: f64) -> String {
+    let rounded = (value * 1000.0).round() / 1000.0;
+    if rounded == 0.0 { "0".into() } else { format!("{rounded}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_colours_can_be_mistaken_for_each_other_while_they_stand_for_themselves() {
+        let mut values: Vec<RGBColor> = ALL.iter().flat_map(|c| [c.rgb(), c.rgb_when_dashed()]).collect();
+        values.sort_by_key(|c| (c.0, c.1, c.2));
+        assert!(values.windows(2).all(|pair| pair[0] != pair[1]));
+    }
+
+    #[test]
+    fn a_legend_that_is_too_long_wraps() {
+        let (places, height) = legend_places(&["one", "two", "a rather long name"], 150);
+        assert_eq!(places[0], [0, 0]);
+        assert!(places[2][0] == 0 && places[2][1] > 0);
+        assert_eq!(height, places[2][1] + LEGEND_ROW);
+        assert_eq!(legend_places(&[], 150).1, 0);
+    }
+}
