@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn a_run_that_follows_is_good_and_says_how_sure_it_is() {
-        let verdict = told(&Story { seeds: 3, ..Story::default() }, |input| verdict(input));
+        let verdict = told(&Story { seeds: 3, ..Story::default() }, verdict);
         assert_eq!(verdict.level, "good");
         assert!(verdict.line.starts_with("The tracker follows the body through the whole clip; its markers are "));
         assert!(verdict.line.contains("95 % interval") && verdict.line.ends_with("over 3 seeds)."), "{}", verdict.line);
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn one_seed_has_no_interval_and_a_lost_body_is_bad() {
-        let verdict = told(&Story { seeds: 1, lost_from: Some(60), ..Story::default() }, |input| verdict(input));
+        let verdict = told(&Story { seeds: 1, lost_from: Some(60), ..Story::default() }, verdict);
         assert_eq!(verdict.level, "bad");
         assert!(verdict.line.contains("loses the body in 5") && verdict.line.contains("one seed, so no interval"));
     }
@@ -105,7 +105,7 @@ mod tests {
     fn the_sign_of_the_gap_says_who_is_at_fault() {
         for (gap, words) in [(0.1, "In 100 % of the frames the images fit the estimate"), (-0.1, "the search stopped")]
         {
-            let verdict = told(&Story { gap, ..Story::default() }, |input| verdict(input));
+            let verdict = told(&Story { gap, ..Story::default() }, verdict);
             assert!(verdict.cause.is_some_and(|cause| cause.contains(words)));
         }
     }
