@@ -67,6 +67,8 @@ pub struct SilhouetteScratch {
     centres: Vec<f32>,
     starts: Vec<u32>,
     ends: Vec<u32>,
+    /// A strip's contour.
+    pub(super) edge: Vec<u32>,
 }
 
 impl SilhouetteScratch {
@@ -107,6 +109,7 @@ impl SilhouetteScratch {
             self.centres = (0..layout.rows as u32).map(|row| row as f32 + 0.5).collect();
             self.starts.resize(layout.rows, 0);
             self.ends.resize(layout.rows, 0);
+            self.edge.resize(layout.rows, 0);
         }
     }
 

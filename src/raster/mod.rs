@@ -6,7 +6,9 @@
 
 mod bounds;
 mod capsules;
+mod comparer;
 mod contour;
+mod contour_distance;
 mod distance;
 mod mask;
 mod outline;
@@ -16,6 +18,7 @@ mod tapered_capsule;
 
 pub use bounds::PixelBounds;
 pub use capsules::{CapsulePainter, SilhouetteScratch};
+pub use comparer::{Comparison, SilhouetteComparer};
 pub use contour::contour;
 pub use distance::DistanceMap;
 pub use mask::Mask;

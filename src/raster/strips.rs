@@ -87,6 +87,7 @@ impl StripImage {
         self.layout
     }
 
+    #[cfg(test)]
     pub(super) fn words(&self) -> &[u32] {
         &self.words
     }
@@ -118,6 +119,51 @@ impl StripImage {
             let row = y as usize;
             self.draw((x / STRIP) as usize, row, row + 1)[0] |= 1 << (x % STRIP);
         }
+    }
+
+    /// Counts the pixels `[set in both, set here]`, where `other` has the same layout, and clears this image.
+    #[inline(always)]
+    pub(super) fn count_and_clear(&mut self, other: &Self) -> [u64; 2] {
+        let rows = self.layout.rows;
+        let mut counts = [0; 2];
+        let strips = self.words.chunks_exact_mut(rows.max(1)).zip(other.words.chunks_exact(rows.max(1)));
+        for ((words, others), drawn) in strips.zip(&mut self.drawn).filter(|(_, (first, last))| first < last) {
+            let (first, last) = *drawn;
+            let (mut both, mut here) = (0, 0);
+            for (word, other) in words[first..last].iter_mut().zip(&others[first..last]) {
+                both += (*word & other).count_ones();
+                here += word.count_ones();
+                *word = 0;
+            }
+            *drawn = (rows, 0);
+            counts = [counts[0] + u64::from(both), counts[1] + u64::from(here)];
+        }
+        counts
+    }
+
+    /// Per row from `first` on, the pixels of a strip that have an unset neighbour inside the image (as
+    /// [`super::contour`]); `edge` has as many rows as are asked.
+    #[inline(always)]
+    pub(super) fn contour_of_strip(&self, strip: usize, first: usize, edge: &mut [u32]) {
+        let StripLayout { width, height, rows, strips } = self.layout;
+        let column = |strip: usize| &self.words[strip * rows..][..rows];
+        let here = column(strip);
+        // What lies beyond a side: the neighbouring strip, or the image's border, which counts as set.
+        let (before, before_bit) = if strip > 0 { (column(strip - 1), 1) } else { (here, 0) };
+        let left_border = 1 - before_bit;
+        let is_last = strip + 1 == strips;
+        let (after, after_bit) = if is_last { (here, 0) } else { (column(strip + 1), 1) };
+        let right_border = if is_last { 1 << ((width - 1) % STRIP) } else { 0 };
+        let sides = here[first..].iter().zip(&before[first..]).zip(&after[first..]);
+        for (edge, ((here, before), after)) in edge.iter_mut().zip(sides) {
+            let left = here << 1 | (before >> 31) & before_bit | left_border;
+            let right = here >> 1 | (after & after_bit) << 31 | right_border;
+            *edge = left & right;
+        }
+        let top = usize::from(first == 0);
+        edge[top..].iter_mut().zip(&here[first + top - 1..]).for_each(|(edge, above)| *edge &= above);
+        edge.iter_mut().zip(&here[first + 1..height as usize]).for_each(|(edge, below)| *edge &= below);
+        edge.iter_mut().zip(&here[first..]).for_each(|(edge, here)| *edge = here & !*edge);
     }
 
     /// Sets in `mask`, an image of the same size, what is set here; returns the bounds of what is set here.

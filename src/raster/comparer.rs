@@ -1,0 +1,167 @@
+//! One observed silhouette against thousands of modelled ones.
+
+use crate::camera::Pinhole;
+
+use super::contour_distance::ContourDistance;
+use super::strips::StripImage;
+use super::{Mask, Overlap, SilhouetteScratch, TaperedCapsule};
+
+/// What an observed silhouette says about a model's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// Pixel counts of the two masks laid over each other, exact.
+    pub overlap: Overlap,
+    /// Mean over all pixels of the model's contour ([`super::contour`]) of `min(d, tau) / tau`, where `d` is the distance to
+    /// the nearest pixel of the observed contour; in `[0, 1]`. A model without contour scores 0 against an observation
+    /// without one, else 1. `None` where the comparer was made without `tau`.
+    pub contour: Option<f64>,
+}
+
+/// Compares silhouettes of tapered capsules with one observed mask: made once per view and frame, asked once per particle.
+///
+/// A comparison draws the model as [`super::CapsulePainter`] does and counts only the words it drew: what both masks share
+/// and how many pixels the model has; the observed mask was counted once. With a [`SilhouetteScratch`] per thread it does
+/// not allocate. Results do not depend on the processor or on what the scratch was used for before.
+///
+/// ```
+/// use skiagraph::camera::Pinhole;
+/// use skiagraph::raster::{CapsulePainter, Mask, SilhouetteComparer, SilhouetteScratch, TaperedCapsule};
+/// use nalgebra::Point3;
+/// let pinhole = Pinhole { focal: [200.0; 2], principal_point: [80.0, 60.0], width: 160, height: 120, near: 0.05 };
+/// let (a, b) = (Point3::new(-0.2, 0.0, 2.0), Point3::new(0.3, 0.1, 2.2));
+/// let limb = TaperedCapsule { a, b, radius_a: 0.1, radius_b: 0.05 };
+/// let mut observed = Mask::new(160, 120);
+/// CapsulePainter::new(&pinhole).paint(&[limb], &mut observed);
+/// let comparer = SilhouetteComparer::new(&pinhole, &observed, Some(20.0));
+/// let comparison = comparer.compare(&mut SilhouetteScratch::default(), &[limb]);
+/// assert_eq!(comparison.overlap.iou(), 1.0);
+/// assert_eq!(comparison.contour, Some(0.0));
+/// ```
+#[derive(Clone, Debug)]
+pub struct SilhouetteComparer {
+    pinhole: Pinhole,
+    observed: StripImage,
+    observed_count: u64,
+    contour: Option<ContourDistance>,
+}
+
+impl SilhouetteComparer {
+    /// A comparer for one view. `observed` has the camera's size and is in its ideal pixels (what lies beyond the camera's
+    /// image is ignored); `contour_tau` is the distance in pixels, > 0, beyond which a contour pixel counts as missed, or
+    /// `None` to leave the contour out, which halves the time.
+    pub fn new(pinhole: &Pinhole, observed: &Mask, contour_tau: Option<f64>) -> Self {
+        let mut inside = Mask::new(pinhole.width, pinhole.height);
+        inside |= observed;
+        Self {
+            pinhole: *pinhole,
+            observed: StripImage::from_mask(&inside),
+            observed_count: inside.count(),
+            contour: contour_tau.map(|tau| ContourDistance::new(&inside, tau)),
+        }
+    }
+
+    /// Number of pixels of the observed mask.
+    pub fn observed_count(&self) -> u64 {
+        self.observed_count
+    }
+
+    /// Compares the silhouette of `capsules_in_camera` (camera frame, metres) with the observed one.
+    pub fn compare(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> Comparison {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || self.compare_here(scratch, capsules_in_camera),
+        )
+    }
+
+    /// As [`Self::compare`], with the instructions that the caller was compiled for.
+    #[inline(always)]
+    fn compare_here(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> Comparison {
+        scratch.draw_here(&self.pinhole, capsules_in_camera);
+        let contour = self.contour.as_ref().map(|contour| contour.mean(&scratch.image, &mut scratch.edge));
+        let [both, model] = scratch.image.count_and_clear(&self.observed);
+        Comparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::{CapsulePainter, DistanceMap, contour, overlap};
+    use crate::rng::{Purpose, stream};
+    use nalgebra::{Point3, Vector3};
+    use rand::RngExt;
+
+    const TAU: f64 = 12.5;
+
+    fn pinhole(width: u32, height: u32) -> Pinhole {
+        let principal_point = [0.5 * f64::from(width), 0.5 * f64::from(height)];
+        Pinhole { focal: [f64::from(width); 2], principal_point, width, height, near: 0.05 }
+    }
+
+    fn body(seed: u64) -> Vec<TaperedCapsule> {
+        let mut random = stream(seed, Purpose::Corruption, 0, 0, 0);
+        let middle = Point3::new(0.0, 0.0, if seed.is_multiple_of(7) { 0.3 } else { 2.5 });
+        let mut point = move || middle + Vector3::from_fn(|_, _| random.random_range(-0.9..0.9));
+        let mut capsule = || TaperedCapsule { a: point(), b: point(), radius_a: 0.12, radius_b: 0.05 };
+        (0..18).map(|_| capsule()).collect()
+    }
+
+    fn painted(pinhole: &Pinhole, body: &[TaperedCapsule]) -> Mask {
+        let mut mask = Mask::new(pinhole.width, pinhole.height);
+        CapsulePainter::new(pinhole).paint(body, &mut mask);
+        mask
+    }
+
+    fn mean_by_pixel(model: &Mask, observed: &Mask) -> f64 {
+        let map = DistanceMap::new(&contour(observed));
+        let edge = contour(model);
+        edge.pixels().map(|(x, y)| map.distance(x, y).min(TAU) / TAU).sum::<f64>() / edge.count() as f64
+    }
+
+    #[test]
+    fn a_comparison_equals_masks_compared_pixel_by_pixel_whatever_the_scratch_was_used_for() {
+        let mut scratch = SilhouetteScratch::default();
+        for (width, height) in [(160, 120), (64, 64), (33, 50), (200, 31)] {
+            let pinhole = pinhole(width, height);
+            for seed in 0..20 {
+                let (model, observed) = (body(seed), painted(&pinhole, &body(seed + 1)));
+                let comparison = SilhouetteComparer::new(&pinhole, &observed, Some(TAU)).compare(&mut scratch, &model);
+                let model = painted(&pinhole, &model);
+                assert_eq!(comparison.overlap, overlap(&model, &observed));
+                let (mean, expected) = (comparison.contour.unwrap(), mean_by_pixel(&model, &observed));
+                assert!((mean - expected).abs() < 1e-5, "{mean} against {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        let (mut here, mut best) = (SilhouetteScratch::default(), SilhouetteScratch::default());
+        for (width, height) in [(640, 480), (160, 120), (97, 61)] {
+            let pinhole = pinhole(width, height);
+            let comparer = SilhouetteComparer::new(&pinhole, &painted(&pinhole, &body(3)), Some(TAU));
+            for seed in 0..60 {
+                let body = body(seed);
+                here.draw_here(&pinhole, &body);
+                best.draw(&pinhole, &body);
+                assert_eq!(here.image.words(), best.image.words());
+                assert_eq!(comparer.compare_here(&mut here, &body), comparer.compare(&mut best, &body));
+            }
+        }
+    }
+
+    #[test]
+    fn a_model_out_of_sight_overlaps_nothing() {
+        let pinhole = pinhole(160, 120);
+        let observed = painted(&pinhole, &body(1));
+        let away = Vector3::new(100.0, 0.0, 0.0);
+        let gone: Vec<_> = body(2).iter().map(|c| TaperedCapsule { a: c.a + away, b: c.b + away, ..*c }).collect();
+        let mut scratch = SilhouetteScratch::default();
+        let missed = SilhouetteComparer::new(&pinhole, &observed, Some(TAU)).compare(&mut scratch, &gone);
+        assert_eq!(missed.overlap, Overlap { both: 0, only_model: 0, only_observed: observed.count() });
+        assert_eq!(missed.contour, Some(1.0));
+        let nothing = SilhouetteComparer::new(&pinhole, &Mask::new(160, 120), Some(TAU)).compare(&mut scratch, &[]);
+        assert_eq!(nothing, Comparison { overlap: Overlap::default(), contour: Some(0.0) });
+        assert_eq!(SilhouetteComparer::new(&pinhole, &observed, None).compare(&mut scratch, &gone).contour, None);
+    }
+}

@@ -1,0 +1,64 @@
+//! How far a drawn silhouette's contour lies from an observed one.
+
+use super::strips::{STRIP, StripImage, StripLayout};
+use super::{DistanceMap, Mask, contour};
+
+/// What [`ContourDistance`] stores for a distance of tau or more.
+const FAR: u16 = u16::MAX;
+
+/// Truncated distances to the contour of an observed mask, in fixed point, so that sums do not depend on their order.
+#[derive(Clone, Debug)]
+pub(super) struct ContourDistance {
+    layout: StripLayout,
+    /// Per word of a [`StripImage`] of this layout, `min(d, tau) / tau` of its pixels in units of `1 / FAR`.
+    words: Vec<[u16; STRIP as usize]>,
+    /// Whether the observed mask has no contour.
+    nothing_observed: bool,
+}
+
+impl ContourDistance {
+    /// Distances to the contour of `observed`, cut off at `tau` pixels.
+    pub(super) fn new(observed: &Mask, tau: f64) -> Self {
+        let layout = StripLayout::new(observed.width(), observed.height());
+        let mut words = vec![[FAR; STRIP as usize]; layout.words()];
+        let edge = contour(observed);
+        let bounds = edge.bounds();
+        let map = DistanceMap::within(&edge, bounds.grown(tau.ceil() as u32, observed.width(), observed.height()));
+        let window = map.window();
+        for y in window.top..window.bottom {
+            for x in window.left..window.right {
+                let distance = map.distance(x, y);
+                if distance < tau {
+                    let word = (x / STRIP) as usize * layout.rows + y as usize;
+                    words[word][(x % STRIP) as usize] = (distance / tau * f64::from(FAR)).round() as u16;
+                }
+            }
+        }
+        Self { layout, words, nothing_observed: bounds.is_empty() }
+    }
+
+    /// Mean over the contour of `model`, an image of the same layout; see [`super::Comparison::contour`]. `edge` is memory
+    /// for a strip's rows.
+    #[inline(always)]
+    pub(super) fn mean(&self, model: &StripImage, edge: &mut [u32]) -> f64 {
+        let (mut sum, mut count) = (0_u64, 0_u64);
+        for (strip, first, last) in model.drawn() {
+            let edge = &mut edge[first..last];
+            model.contour_of_strip(strip, first, edge);
+            let rows = &self.words[strip * self.layout.rows + first..][..edge.len()];
+            for (&word, distances) in edge.iter().zip(rows) {
+                let mut rest = word;
+                while rest != 0 {
+                    sum += u64::from(distances[(rest.trailing_zeros() % STRIP) as usize]);
+                    rest &= rest - 1;
+                }
+                count += u64::from(word.count_ones());
+            }
+        }
+        match (count, self.nothing_observed) {
+            (0, true) => 0.0,
+            (0, false) => 1.0,
+            _ => sum as f64 / (count as f64 * f64::from(FAR)),
+        }
+    }
+}
