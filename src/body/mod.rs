@@ -18,6 +18,7 @@ mod pose;
 mod ray;
 mod shape;
 mod shipped;
+mod silhouette;
 mod tangent;
 mod urdf;
 
@@ -31,6 +32,7 @@ pub use pose::{Motion, Pose};
 pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
 pub use shipped::{SHIPPED_ROBOTS, shipped};
+pub use silhouette::{SilhouettePainter, capsules_in_camera, draw_silhouette};
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;
 pub use urdf::UrdfError;
