@@ -1,0 +1,142 @@
+//! How the recorded joints' frames stand to the body's links: a constant rotation for each segment.
+//!
+//! Formats choose the axes of their joints freely. What turns with a segment, however, turns with it in every frame, so one
+//! rotation per segment, averaged over poses found from positions alone, says how. Positions do not tell how a head or a
+//! hand is turned about its own length: there the average means that the subject on the whole looks ahead and holds its
+//! hands untwisted. Feet are flat when they are lowest.
+
+use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+
+use super::anatomy::{SEGMENTS, Segment, SubjectFrame};
+use super::solver::OrientationGoal;
+use crate::body::{Humanoid, Landmark, Pose, rotation_from_vector, rotation_vector};
+
+/// Share of the frames, those in which ankle and ball of the foot are lowest, that show the foot flat on the ground.
+const FLAT_SHARE: f64 = 0.1;
+
+/// Distance in metres that one radian of a segment's orientation amounts to beside the distances of landmarks.
+fn metres_per_radian(segment: Segment) -> f64 {
+    match segment {
+        Segment::Pelvis | Segment::Thorax => 0.05,
+        Segment::Head => 0.1,
+        Segment::LeftHand | Segment::RightHand => 0.03,
+        Segment::LeftFoot | Segment::RightFoot => 0.1,
+        Segment::LeftToes | Segment::RightToes => 0.05,
+    }
+}
+
+/// The link that is the segment: the carrier of its marker, or the link of that name.
+fn link_of(humanoid: &Humanoid, segment: Segment) -> Option<usize> {
+    let carrier = |landmark: Landmark| humanoid.markers[landmark as usize].map(|m| m.link);
+    match segment {
+        Segment::Pelvis => carrier(Landmark::Pelvis),
+        Segment::Thorax => carrier(Landmark::Thorax).filter(|link| Some(*link) != carrier(Landmark::Pelvis)),
+        Segment::Head => carrier(Landmark::HeadTop),
+        Segment::LeftHand => humanoid.find_link("left_hand"),
+        Segment::RightHand => humanoid.find_link("right_hand"),
+        Segment::LeftFoot => humanoid.find_link("left_foot"),
+        Segment::RightFoot => humanoid.find_link("right_foot"),
+        Segment::LeftToes => humanoid.find_link("left_toes"),
+        Segment::RightToes => humanoid.find_link("right_toes"),
+    }
+}
+
+/// One segment of a body that follows one joint of a recording.
+#[derive(Clone, Copy, Debug)]
+struct Follower {
+    /// Index into [`SEGMENTS`].
+    segment: usize,
+    link: usize,
+    joint_from_link: UnitQuaternion<f64>,
+}
+
+/// The segments whose orientation a recording tells, with their constant rotations.
+#[derive(Clone, Debug)]
+pub(super) struct Calibration(Vec<Follower>);
+
+impl Calibration {
+    /// From poses that positions alone gave for some frames of the subject.
+    pub(super) fn new(humanoid: &Humanoid, subject: &[SubjectFrame], posed: &[(usize, Pose)]) -> Self {
+        let follow = |(segment, part): (usize, &Segment)| {
+            let link = link_of(humanoid, *part)?;
+            let side = usize::from(matches!(part, Segment::RightFoot | Segment::RightToes));
+            let joint_from_link = match part {
+                Segment::LeftFoot | Segment::RightFoot | Segment::LeftToes | Segment::RightToes => {
+                    let flat = flat_foot(subject, segment, side);
+                    if flat.is_empty() {
+                        mean_rotation(&posed_offsets(humanoid, subject, posed, segment, link))
+                    } else {
+                        mean_rotation(&flat)
+                    }
+                }
+                _ => mean_rotation(&posed_offsets(humanoid, subject, posed, segment, link)),
+            }?;
+            Some(Follower { segment, link, joint_from_link })
+        };
+        Self(SEGMENTS.iter().enumerate().filter_map(follow).collect())
+    }
+
+    /// What the segments shall do at one frame.
+    pub(super) fn goals(&self, frame: &SubjectFrame) -> Vec<OrientationGoal> {
+        let goal = |follower: &Follower| {
+            Some(OrientationGoal {
+                link: follower.link,
+                world_from_link: frame.rotations[follower.segment]? * follower.joint_from_link,
+                metres_per_radian: metres_per_radian(SEGMENTS[follower.segment]),
+            })
+        };
+        self.0.iter().filter_map(goal).collect()
+    }
+}
+
+/// Joint from link in every posed frame.
+fn posed_offsets(
+    humanoid: &Humanoid,
+    subject: &[SubjectFrame],
+    posed: &[(usize, Pose)],
+    segment: usize,
+    link: usize,
+) -> Vec<UnitQuaternion<f64>> {
+    let offset = |(frame, pose): &(usize, Pose)| {
+        Some(subject[*frame].rotations[segment]?.inverse() * humanoid.link_frames(pose)[link].rotation)
+    };
+    posed.iter().filter_map(offset).collect()
+}
+
+/// Joint from foot in the frames in which the foot lies flat: X along the foot over the ground, Z up.
+fn flat_foot(subject: &[SubjectFrame], segment: usize, side: usize) -> Vec<UnitQuaternion<f64>> {
+    let ankle = [Landmark::LeftAnkle, Landmark::RightAnkle][side] as usize;
+    let mut feet: Vec<(f64, UnitQuaternion<f64>)> = subject
+        .iter()
+        .filter_map(|frame| {
+            let (ankle, ball) = (frame.markers[ankle]?, frame.toes[side]?);
+            let flat = heading(&ankle, &ball)?;
+            Some((ankle.z + ball.z, frame.rotations[segment]?.inverse() * flat))
+        })
+        .collect();
+    feet.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let count = ((feet.len() as f64 * FLAT_SHARE) as usize).max(1);
+    feet.into_iter().take(count).map(|(_, offset)| offset).collect()
+}
+
+/// Upright frame whose X points from one place towards another over the ground; `None` where one stands above the other.
+fn heading(from: &Point3<f64>, to: &Point3<f64>) -> Option<UnitQuaternion<f64>> {
+    let ahead = Vector3::new(to.x - from.x, to.y - from.y, 0.0).try_normalize(1e-6)?;
+    Some(from_axes(ahead, Vector3::z().cross(&ahead)))
+}
+
+/// The rotation whose X and Y axes are these perpendicular unit vectors.
+pub(super) fn from_axes(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
+    let axes = Matrix3::from_columns(&[x, y, x.cross(&y)]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
+}
+
+/// The rotation with the least sum of squared angles to all others (Moakher 2002), by fixed-point iteration.
+fn mean_rotation(rotations: &[UnitQuaternion<f64>]) -> Option<UnitQuaternion<f64>> {
+    let mut mean = *rotations.get(rotations.len() / 2)?;
+    for _ in 0..20 {
+        let sum: Vector3<f64> = rotations.iter().map(|r| rotation_vector(&(mean.inverse() * r))).sum();
+        mean *= rotation_from_vector(&(sum / rotations.len() as f64));
+    }
+    Some(mean)
+}

@@ -1,0 +1,144 @@
+//! A body brought to given marker positions: another body's markers, or a subject's.
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use super::calibration::from_axes;
+use super::solver::{AngleGoal, Goals, PointGoal, Solution, Solver};
+use crate::body::{Humanoid, Landmark, Markers, Pose};
+
+/// How a fit weighs what markers leave open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitOptions {
+    /// Metres of marker distance that one radian away from the start pose's angles amounts to. It decides what markers do
+    /// not (how a straight arm or a head is turned about its length) and hardly touches what they do.
+    pub stay_m_per_rad: f64,
+    /// The same for the way from the frame before, in sequences.
+    pub continuity_m_per_rad: f64,
+    /// Most steps of the solver for a frame.
+    pub max_iterations: usize,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { stay_m_per_rad: 0.003, continuity_m_per_rad: 0.01, max_iterations: 60 }
+    }
+}
+
+/// A pose brought to markers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// The pose, inside the joint limits.
+    pub pose: Pose,
+    /// Root mean square distance over the markers that both sides have, metres; 0 without any.
+    pub residual_rms_m: f64,
+    /// Steps of the solver.
+    pub iterations: usize,
+    /// Distance per marker, metres, in the order of [`crate::body::LANDMARKS`]; `None` where either side lacks it.
+    pub per_marker: [Option<f64>; 15],
+}
+
+/// The pose of `humanoid` whose markers come nearest to `targets` in least squares, within the joint limits. Angles that
+/// markers do not determine stay at `start`'s; `start`, a pose of this humanoid, may be far away.
+pub fn fit_to_markers(humanoid: &Humanoid, targets: &Markers, start: &Pose, options: &FitOptions) -> Fit {
+    let mut solver = Solver::new(humanoid);
+    let goals = marker_goals(humanoid, targets, stay(start, options.stay_m_per_rad));
+    let solution = solve_from_afar(&mut solver, humanoid, &goals, targets, start, options.max_iterations);
+    measured(humanoid, targets, solution)
+}
+
+/// [`fit_to_markers`] for every frame of a sequence, each from the frame before and held near it.
+pub fn fit_motion_to_markers(humanoid: &Humanoid, targets: &[Markers], start: &Pose, options: &FitOptions) -> Vec<Fit> {
+    let mut fits: Vec<Fit> = Vec::with_capacity(targets.len());
+    let mut solver = Solver::new(humanoid);
+    for markers in targets {
+        let fit = match fits.last() {
+            None => fit_to_markers(humanoid, markers, start, options),
+            Some(previous) => {
+                let before = stay(&previous.pose, options.continuity_m_per_rad);
+                let rest = stay(start, options.stay_m_per_rad).into_iter();
+                let angles = rest.zip(before).map(|(a, b)| a.and(b)).collect();
+                let goals = marker_goals(humanoid, markers, angles);
+                measured(humanoid, markers, solver.solve(&goals, &previous.pose, options.max_iterations))
+            }
+        };
+        fits.push(fit);
+    }
+    fits
+}
+
+/// Goals that hold every angle where a pose has it.
+pub(super) fn stay(pose: &Pose, metres_per_unit: f64) -> Vec<AngleGoal> {
+    pose.joint_angles.iter().map(|&target| AngleGoal { target, metres_per_unit }).collect()
+}
+
+/// Every marker that both sides have shall be where it is wanted.
+pub(super) fn marker_goals(humanoid: &Humanoid, targets: &Markers, angles: Vec<AngleGoal>) -> Goals {
+    let points = humanoid
+        .markers
+        .iter()
+        .zip(targets)
+        .filter_map(|(on, target)| Some(PointGoal { on: (*on)?, target: (*target)?, weight: 1.0 }));
+    Goals { points: points.collect(), orientations: Vec::new(), angles }
+}
+
+/// The best of several starts: the pose given, and the body set upright on the trunk's markers with its joints at the start's
+/// angles, half-way to the middle of their ranges, and at the middle.
+pub(super) fn solve_from_afar(
+    solver: &mut Solver<'_>,
+    humanoid: &Humanoid,
+    goals: &Goals,
+    targets: &Markers,
+    start: &Pose,
+    max_iterations: usize,
+) -> Solution {
+    let mut best = solver.solve(goals, start, max_iterations);
+    for share in [0.0, 0.5, 1.0] {
+        let mut pose = start.clone();
+        for (angle, limits) in pose.joint_angles.iter_mut().zip(&humanoid.degrees_of_freedom) {
+            let middle = 0.5 * (limits.lower + limits.upper);
+            if middle.is_finite() {
+                *angle += share * (middle - *angle);
+            }
+        }
+        if let Some(world_from_root) = root_on_trunk(humanoid, targets) {
+            pose.world_from_root = world_from_root;
+        }
+        let solution = solver.solve(goals, &pose, max_iterations);
+        let iterations = best.iterations + solution.iterations;
+        if solution.cost < best.cost {
+            best = solution;
+        }
+        best.iterations = iterations;
+    }
+    best
+}
+
+/// Where the root stands when the zero pose's trunk (hips and thorax) is laid upon the targets'.
+fn root_on_trunk(humanoid: &Humanoid, targets: &Markers) -> Option<Isometry3<f64>> {
+    let own = trunk_frame(&humanoid.markers(&humanoid.link_frames(&humanoid.zero_pose())))?;
+    Some(trunk_frame(targets)? * own.inverse())
+}
+
+/// At the middle of the hips, Y towards the left hip, Z as nearly towards the thorax as that allows.
+fn trunk_frame(markers: &Markers) -> Option<Isometry3<f64>> {
+    let place = |landmark: Landmark| markers[landmark as usize];
+    let (left, right, thorax) = (place(Landmark::LeftHip)?, place(Landmark::RightHip)?, place(Landmark::Thorax)?);
+    let middle = nalgebra::center(&left, &right);
+    let y = (left - right).try_normalize(1e-6)?;
+    let x: Vector3<f64> = y.cross(&(thorax - middle)).try_normalize(1e-6)?;
+    let rotation: UnitQuaternion<f64> = from_axes(x, y);
+    Some(Isometry3::from_parts(middle.coords.into(), rotation))
+}
+
+fn measured(humanoid: &Humanoid, targets: &Markers, solution: Solution) -> Fit {
+    let per_marker = marker_distances(humanoid, targets, &solution.pose);
+    let squares: Vec<f64> = per_marker.iter().flatten().map(|d| d * d).collect();
+    let residual_rms_m = libm::sqrt(squares.iter().sum::<f64>() / squares.len().max(1) as f64);
+    Fit { pose: solution.pose, residual_rms_m, iterations: solution.iterations, per_marker }
+}
+
+/// Distance of every marker from where it is wanted, metres.
+pub(super) fn marker_distances(humanoid: &Humanoid, targets: &Markers, pose: &Pose) -> [Option<f64>; 15] {
+    let markers = humanoid.markers(&humanoid.link_frames(pose));
+    std::array::from_fn(|i| Some((markers[i]? - targets[i]?).norm()))
+}
