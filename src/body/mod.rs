@@ -19,6 +19,7 @@ mod ray;
 pub mod retarget;
 mod shape;
 mod shipped;
+mod silhouette;
 mod tangent;
 mod urdf;
 
@@ -32,6 +33,7 @@ pub use pose::{Motion, Pose};
 pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
 pub use shipped::{SHIPPED_ROBOTS, shipped};
+pub use silhouette::{SilhouettePainter, capsules_in_camera, draw_silhouette};
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;
 pub use urdf::UrdfError;

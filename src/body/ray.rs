@@ -84,7 +84,7 @@ fn inside_quadric(a: f64, b: f64, c: f64) -> Inside {
 /// The roots of `a s^2 + 2 b s + c`, `a != 0`, without cancellation.
 fn roots(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
     let discriminant = b * b - a * c;
-    if !(discriminant >= 0.0) {
+    if discriminant.is_nan() || discriminant < 0.0 {
         return None;
     }
     let q = -(b + discriminant.sqrt().copysign(b));

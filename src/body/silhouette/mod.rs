@@ -1,0 +1,82 @@
+//! The silhouette that a camera sees of a body, lens distortion included.
+//!
+//! A pixel belongs to it iff the ray through the pixel's centre meets the part of any solid at or beyond the near plane.
+//! Tapered capsules in a camera with an ideal lens are filled by their outlines ([`CapsulePainter`], thousands a
+//! second); everything else by testing the rays of the pixels in the solid's bounds, which is exact for any lens.
+
+mod pixel_rays;
+mod solid;
+
+use nalgebra::Isometry3;
+
+use super::{Flesh, Humanoid, LinkFrames};
+use crate::camera::Camera;
+use crate::raster::{CapsulePainter, Mask, TaperedCapsule};
+use pixel_rays::PixelRays;
+
+/// Writes every tapered capsule of the body into `capsules` (cleared first), in the camera's frame, metres: what
+/// [`CapsulePainter`] and the trackers' energies draw. Other flesh is left out.
+pub fn capsules_in_camera(
+    humanoid: &Humanoid,
+    frames: &LinkFrames,
+    camera: &Camera,
+    capsules: &mut Vec<TaperedCapsule>,
+) {
+    capsules.clear();
+    for (link, world_from_link) in humanoid.links.iter().zip(&frames.0).filter(|(link, _)| !link.flesh.is_empty()) {
+        let camera_from_link = camera.camera_from_world * world_from_link;
+        capsules.extend(link.flesh.iter().filter_map(|flesh| match flesh {
+            Flesh::TaperedCapsule(capsule) => Some(capsule.transformed(&camera_from_link)),
+            _ => None,
+        }));
+    }
+}
+
+/// Adds the silhouette of a body to `mask`, which has the camera's size. To draw many, keep a [`SilhouettePainter`].
+pub fn draw_silhouette(humanoid: &Humanoid, frames: &LinkFrames, camera: &Camera, mask: &mut Mask) {
+    SilhouettePainter::new(camera).paint(humanoid, frames, mask);
+}
+
+/// Draws silhouettes of bodies for one camera.
+pub struct SilhouettePainter {
+    camera: Camera,
+    outlines: CapsulePainter,
+    capsules: Vec<TaperedCapsule>,
+    /// Made when first needed: undistorting every pixel takes tens of milliseconds.
+    rays: Option<PixelRays>,
+}
+
+impl SilhouettePainter {
+    /// A painter for `camera`.
+    pub fn new(camera: &Camera) -> Self {
+        Self {
+            camera: camera.clone(),
+            outlines: CapsulePainter::new(&camera.pinhole),
+            capsules: Vec::new(),
+            rays: None,
+        }
+    }
+
+    /// Adds the silhouette of a body with its links at `frames` to `mask`, which has the camera's size.
+    pub fn paint(&mut self, humanoid: &Humanoid, frames: &LinkFrames, mask: &mut Mask) {
+        let ideal = self.camera.distortion.is_none();
+        if ideal {
+            capsules_in_camera(humanoid, frames, &self.camera, &mut self.capsules);
+            self.outlines.paint(&self.capsules, mask);
+        }
+        for (link, world_from_link) in humanoid.links.iter().zip(&frames.0) {
+            let camera_from_link = self.camera.camera_from_world * world_from_link;
+            for flesh in link.flesh.iter().filter(|f| !(ideal && matches!(f, Flesh::TaperedCapsule(_)))) {
+                self.paint_by_rays(flesh, &camera_from_link, mask);
+            }
+        }
+    }
+
+    fn paint_by_rays(&mut self, flesh: &Flesh, camera_from_link: &Isometry3<f64>, mask: &mut Mask) {
+        let rays = self.rays.get_or_insert_with(|| PixelRays::new(&self.camera));
+        solid::paint(flesh, camera_from_link, rays, self.camera.pinhole.near, mask);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,125 @@
+//! The ray of every pixel of a camera, and a fast way to the pixels that may see a region.
+
+use nalgebra::{Point2, Point3, Vector3};
+
+use crate::camera::Camera;
+
+/// Side of a tile, pixels.
+const TILE: u32 = 16;
+
+/// A rectangle in ideal image coordinates (x / z, y / z).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+/// A box in the camera's frame around a solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reach {
+    pub(super) low: Point3<f64>,
+    pub(super) high: Point3<f64>,
+}
+
+impl Reach {
+    /// The smallest box around `points`.
+    pub(super) fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
+        let nowhere = Self { low: Vector3::repeat(f64::INFINITY).into(), high: Vector3::repeat(-f64::INFINITY).into() };
+        points.into_iter().fold(nowhere, |reach, p| Self { low: reach.low.inf(&p), high: reach.high.sup(&p) })
+    }
+
+    /// Where the part of the box beyond the plane z = `near` appears; `None` where it does not.
+    pub(super) fn view(&self, near: f64) -> Option<View> {
+        if self.high.z.is_nan() || self.high.z < near {
+            return None;
+        }
+        let (nearest, farthest) = (self.low.z.max(near), self.high.z);
+        let least = |i: usize| self.low[i] / if self.low[i] < 0.0 { nearest } else { farthest };
+        let most = |i: usize| self.high[i] / if self.high[i] > 0.0 { nearest } else { farthest };
+        Some(View { low: [least(0), least(1)], high: [most(0), most(1)] })
+    }
+}
+
+impl View {
+    fn meets(&self, other: &Self) -> bool {
+        (0..2).all(|i| self.low[i] <= other.high[i] && self.high[i] >= other.low[i])
+    }
+
+    /// The smallest rectangle around rays; those without direction (NaN) add nothing.
+    fn around<'a>(rays: impl Iterator<Item = &'a [f64; 2]>) -> Self {
+        let nowhere = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+        rays.fold(nowhere, |view, ray| Self {
+            low: [view.low[0].min(ray[0]), view.low[1].min(ray[1])],
+            high: [view.high[0].max(ray[0]), view.high[1].max(ray[1])],
+        })
+    }
+}
+
+/// The ideal image coordinates of every pixel's centre, in tiles.
+pub(super) struct PixelRays {
+    width: u32,
+    height: u32,
+    /// Row by row; NaN where the lens shows nothing.
+    rays: Vec<[f64; 2]>,
+    tiles: Vec<Tile>,
+}
+
+/// A square of pixels and where it looks.
+struct Tile {
+    left: u32,
+    top: u32,
+    view: View,
+}
+
+/// Tiles that may see something.
+pub(super) struct Tiles<'a> {
+    rays: &'a PixelRays,
+    chosen: Vec<&'a Tile>,
+}
+
+impl PixelRays {
+    pub(super) fn new(camera: &Camera) -> Self {
+        let (width, height) = (camera.pinhole.width, camera.pinhole.height);
+        let mut rays = Vec::with_capacity(width as usize * height as usize);
+        for y in 0..height {
+            for x in 0..width {
+                let (u, v) = camera.pinhole.normalised(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+                rays.push(camera.distortion.undistort(u, v).map_or([f64::NAN; 2], |(u, v)| [u, v]));
+            }
+        }
+        let mut whole = Self { width, height, rays, tiles: Vec::new() };
+        for top in (0..height).step_by(TILE as usize) {
+            for left in (0..width).step_by(TILE as usize) {
+                let view = View::around(whole.pixels(left, top).map(|(_, _, ray)| ray));
+                whole.tiles.push(Tile { left, top, view });
+            }
+        }
+        whole
+    }
+
+    /// The tiles that look at any of `view`.
+    pub(super) fn tiles(&self, view: &View) -> Tiles<'_> {
+        Tiles { rays: self, chosen: self.tiles.iter().filter(|t| t.view.meets(view)).collect() }
+    }
+
+    fn pixels(&self, left: u32, top: u32) -> impl Iterator<Item = (u32, u32, &[f64; 2])> {
+        (top..(top + TILE).min(self.height)).flat_map(move |y| {
+            let row = y as usize * self.width as usize;
+            let columns = left..(left + TILE).min(self.width);
+            columns.map(move |x| (x, y, &self.rays[row + x as usize]))
+        })
+    }
+}
+
+impl Tiles<'_> {
+    /// Calls `visit` with every pixel of these tiles that looks into `view`, and its ray (z = 1).
+    pub(super) fn each_pixel(&self, view: &View, mut visit: impl FnMut(u32, u32, &Vector3<f64>)) {
+        for tile in self.chosen.iter().filter(|t| t.view.meets(view)) {
+            for (x, y, &[u, v]) in self.rays.pixels(tile.left, tile.top) {
+                if view.meets(&View { low: [u, v], high: [u, v] }) {
+                    visit(x, y, &Vector3::new(u, v, 1.0));
+                }
+            }
+        }
+    }
+}

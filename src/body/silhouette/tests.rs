@@ -1,0 +1,152 @@
+use nalgebra::{Isometry3, Point2, Point3, Vector3};
+use rand::RngExt;
+
+use super::*;
+use crate::body::{Link, Ray, shipped};
+use crate::camera::{Distortion, FieldOfView};
+use crate::rng::{Purpose, stream};
+
+/// A camera `distance` metres from the world's origin, looking at it; at yaw 0 it sees the body's front. Beyond the
+/// origin (negative distance) it looks on, away from it.
+fn camera(width: u32, yaw: f64, distance: f64, distortion: Distortion) -> Camera {
+    let outwards = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
+    let eye = Point3::from(outwards * distance);
+    let view = FieldOfView::Horizontal(0.98);
+    let camera = Camera::look_at("test", eye, eye - outwards, Vector3::z(), view, width, width * 3 / 4).unwrap();
+    Camera { distortion, ..camera }
+}
+
+fn lens() -> Distortion {
+    Distortion::from_coefficients([-0.25, 0.09, 0.001, -0.0008, 0.0])
+}
+
+fn mask_of(body: &Humanoid, frames: &LinkFrames, camera: &Camera) -> Mask {
+    let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+    draw_silhouette(body, frames, camera, &mut mask);
+    mask
+}
+
+fn iou(a: &Mask, b: &Mask) -> f64 {
+    let common = a.count_common(b) as f64;
+    common / (a.count() as f64 + b.count() as f64 - common)
+}
+
+/// The second road: every pixel's ray against every solid.
+fn by_every_ray(body: &Humanoid, frames: &LinkFrames, camera: &Camera) -> Mask {
+    let world_from_camera = camera.camera_from_world.inverse();
+    Mask::from_fn(camera.pinhole.width, camera.pinhole.height, |x, y| {
+        let (u, v) = camera.pinhole.normalised(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        let Some((u, v)) = camera.distortion.undistort(u, v) else { return false };
+        let direction = Vector3::new(u, v, 1.0);
+        let ray = Ray { origin: (direction * camera.pinhole.near).into(), direction }.transformed(&world_from_camera);
+        body.links.iter().zip(&frames.0).any(|(link, world_from_link)| {
+            let ray = ray.transformed(&world_from_link.inverse());
+            link.flesh.iter().any(|flesh| flesh.ray_entry(&ray).is_some())
+        })
+    })
+}
+
+fn single(flesh: Flesh) -> Humanoid {
+    let mut body = shipped("tracker25").unwrap();
+    body.links = vec![Link { name: "only".into(), flesh: vec![flesh], inertia: None }];
+    body.joints.clear();
+    body.degrees_of_freedom.clear();
+    body
+}
+
+/// A cube of half edge `h` as a mesh.
+fn cube_mesh(h: f64) -> Flesh {
+    let vertices = (0..8).map(|i| {
+        let side = |bit: u32| if i >> bit & 1 == 1 { h } else { -h };
+        Point3::new(side(0), side(1), side(2))
+    });
+    let quads = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    Flesh::Mesh { vertices: vertices.collect(), triangles }
+}
+
+#[test]
+fn the_two_robots_cast_nearly_the_same_shadow_when_standing() {
+    let (tracker, actor) = (shipped("tracker25").unwrap(), shipped("actor").unwrap());
+    for yaw in [0.0, 0.8, 1.6, 2.5, 3.1] {
+        let camera = camera(640, yaw, 3.5, Distortion::default());
+        let masks = [&tracker, &actor].map(|body| mask_of(body, &body.link_frames(&body.zero_pose()), &camera));
+        assert!(masks[0].count() > 7_000, "the body fills {} pixels", masks[0].count());
+        let bounds = masks[0].bounds();
+        assert!(bounds.top > 0 && bounds.bottom < 480, "upright and within the image: {bounds:?}");
+        let overlap = iou(&masks[0], &masks[1]);
+        assert!(overlap > 0.9, "yaw {yaw}: {overlap}");
+    }
+}
+
+#[test]
+fn solids_of_every_kind_agree_with_every_pixel_ray() {
+    let frame = Isometry3::new(Vector3::new(0.1, 0.2, -0.1), Vector3::new(0.5, 0.3, -0.7));
+    let kinds = [
+        Flesh::Box { link_from_box: frame, half_extents: [0.3, 0.2, 0.5] },
+        Flesh::Cylinder { link_from_cylinder: frame, radius: 0.3, half_length: 0.5 },
+        cube_mesh(0.4),
+        Flesh::TaperedCapsule(TaperedCapsule {
+            a: Point3::new(0.0, 0.3, 0.5),
+            b: Point3::new(0.2, -0.2, -0.3),
+            radius_a: 0.3,
+            radius_b: 0.1,
+        }),
+    ];
+    let mut rng = stream(5, Purpose::Corruption, 0, 0, 0);
+    let mut seen = 0;
+    for body in kinds.map(single) {
+        for round in 0..12 {
+            let mut pose = body.zero_pose();
+            let mut turn = || 3.0 * (rng.random::<f64>() - 0.5);
+            pose.world_from_root =
+                Isometry3::new(Vector3::new(turn(), turn(), turn()), Vector3::new(turn(), turn(), turn()));
+            let distortion = if round % 2 == 0 { lens() } else { Distortion::default() };
+            // From well before the body to inside it.
+            let camera = camera(160, turn(), 0.5 * f64::from(round % 4), distortion);
+            let frames = body.link_frames(&pose);
+            let (drawn, expected) = (mask_of(&body, &frames, &camera), by_every_ray(&body, &frames, &camera));
+            let differing = drawn.count() + expected.count() - 2 * drawn.count_common(&expected);
+            assert!(differing <= 1 + expected.count() / 1000, "{differing} of {}: round {round}", expected.count());
+            seen += expected.count();
+        }
+    }
+    assert!(seen > 30_000, "{seen}");
+}
+
+#[test]
+fn a_lens_bends_the_shadow_as_it_bends_points() {
+    let body = shipped("actor").unwrap();
+    let frames = body.link_frames(&body.zero_pose());
+    let camera = camera(640, 0.4, 2.2, lens());
+    let mask = mask_of(&body, &frames, &camera);
+    for marker in body.markers(&frames).iter().flatten() {
+        let pixel = camera.project(marker).unwrap();
+        if camera.sees(marker) {
+            let near = |dx: i32, dy: i32| mask.get((pixel.x as i32 + dx) as u32, (pixel.y as i32 + dy) as u32);
+            assert!((-3..4).any(|dx| (-3..4).any(|dy| near(dx, dy))), "no shadow at {pixel}");
+        }
+    }
+    let ideal = Camera { distortion: Distortion::default(), ..camera.clone() };
+    assert!(iou(&mask, &mask_of(&body, &frames, &ideal)) < 0.97, "the lens must show");
+}
+
+#[test]
+fn outlines_and_rays_draw_the_same_body() {
+    let body = shipped("actor").unwrap();
+    let frames = body.link_frames(&body.zero_pose());
+    let ideal = camera(320, 0.7, 3.0, Distortion::default());
+    // A lens that is as good as ideal but not declared so is drawn ray by ray.
+    let nearly = Camera { distortion: Distortion { k3: 1e-30, ..Distortion::default() }, ..ideal.clone() };
+    let overlap = iou(&mask_of(&body, &frames, &ideal), &mask_of(&body, &frames, &nearly));
+    assert!(overlap > 0.999, "{overlap}");
+}
+
+#[test]
+fn a_body_behind_the_camera_casts_no_shadow() {
+    let body = shipped("actor").unwrap();
+    let frames = body.link_frames(&body.zero_pose());
+    for distortion in [Distortion::default(), lens()] {
+        assert!(mask_of(&body, &frames, &camera(160, 0.0, -4.0, distortion)).is_empty());
+    }
+}
