@@ -1,48 +1,32 @@
 //! Clean observations: what perfect background subtraction would leave of the truth.
 
-use nalgebra::Point2;
 use rayon::prelude::*;
 
 use super::Observation;
-use crate::body::{Humanoid, LinkFrames, Ray};
-use crate::camera::{Camera, CameraRig};
-use crate::raster::Mask;
+use crate::body::SilhouettePainter;
+use crate::camera::CameraRig;
 use crate::scene::GroundTruth;
 
 /// Clean silhouettes of every frame, lens distortion included; the same bits for any number of threads.
 pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
-    (0..truth.frames.len()).into_par_iter().map(|frame| observe_frame(truth, rig, frame)).collect()
+    let frames = (0..truth.frames.len()).into_par_iter();
+    frames.map_init(|| painters(rig), |painters, frame| observe_with(truth, painters, frame)).collect()
 }
 
 /// Clean silhouettes of one frame of the truth, which must have it.
 pub fn observe_frame(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> Observation {
-    let moment = &truth.frames[frame];
-    let silhouette = |camera: &Camera| {
-        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        cast_silhouette(&truth.actor, &moment.link_frames, camera, &mut mask);
-        mask
-    };
-    Observation { frame, time_s: moment.time_s, silhouettes: rig.cameras.iter().map(silhouette).collect() }
+    observe_with(truth, &mut painters(rig), frame)
 }
 
-/// Sets every pixel whose ray through the centre meets flesh beyond the near plane.
-fn cast_silhouette(body: &Humanoid, frames: &LinkFrames, camera: &Camera, mask: &mut Mask) {
-    for y in 0..camera.pinhole.height {
-        for x in 0..camera.pinhole.width {
-            let pixel = Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let Some(direction) = camera.ray_through(&pixel) else { continue };
-            let forward = (camera.camera_from_world * direction.into_inner()).z;
-            let start = camera.centre() + direction.into_inner() * (camera.pinhole.near / forward);
-            let ray = Ray { origin: start, direction: direction.into_inner() };
-            let hit = body.links.iter().enumerate().any(|(link, part)| {
-                let ray = ray.transformed(&frames[link].inverse());
-                part.flesh.iter().any(|flesh| flesh.ray_entry(&ray).is_some())
-            });
-            if hit {
-                mask.set(x, y, true);
-            }
-        }
-    }
+fn painters(rig: &CameraRig) -> Vec<SilhouettePainter> {
+    rig.cameras.iter().map(SilhouettePainter::new).collect()
+}
+
+fn observe_with(truth: &GroundTruth, painters: &mut [SilhouettePainter], frame: usize) -> Observation {
+    let moment = &truth.frames[frame];
+    let silhouettes =
+        painters.iter_mut().map(|painter| painter.silhouette(&truth.actor, &moment.link_frames)).collect();
+    Observation { frame, time_s: moment.time_s, silhouettes }
 }
 
 #[cfg(test)]

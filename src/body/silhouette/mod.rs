@@ -72,6 +72,13 @@ impl SilhouettePainter {
         }
     }
 
+    /// The silhouette of a body with its links at `frames`, alone on a mask of the camera's size.
+    pub fn silhouette(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> Mask {
+        let mut mask = Mask::new(self.camera.pinhole.width, self.camera.pinhole.height);
+        self.paint(humanoid, frames, &mut mask);
+        mask
+    }
+
     fn paint_by_rays(&mut self, flesh: &Flesh, camera_from_link: &Isometry3<f64>, mask: &mut Mask) {
         let rays = self.rays.get_or_insert_with(|| PixelRays::new(&self.camera));
         solid::paint(flesh, camera_from_link, rays, self.camera.pinhole.near, mask);

@@ -21,9 +21,7 @@ fn lens() -> Distortion {
 }
 
 fn mask_of(body: &Humanoid, frames: &LinkFrames, camera: &Camera) -> Mask {
-    let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
-    draw_silhouette(body, frames, camera, &mut mask);
-    mask
+    SilhouettePainter::new(camera).silhouette(body, frames)
 }
 
 fn iou(a: &Mask, b: &Mask) -> f64 {
