@@ -97,7 +97,7 @@ impl MotionModel for Diffusion {
         &self.body
     }
 
-    fn sample_initial(&self, start: &Pose, rng: &mut ChaCha8Rng) -> Pose {
+    fn sample_initial(&self, start: &Pose, _particle: usize, _particles: usize, rng: &mut ChaCha8Rng) -> Pose {
         self.step(start, &self.noise(rng))
     }
 

@@ -6,6 +6,7 @@
 mod diffusion;
 pub mod gpdm;
 pub mod gpdm_graph;
+mod latent;
 mod lbfgs;
 pub mod pose_chart;
 mod proposal;
@@ -13,6 +14,7 @@ mod proposal;
 use rand_chacha::ChaCha8Rng;
 
 pub use diffusion::{Diffusion, DiffusionSettings, Prediction};
+pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings};
 pub use proposal::ProposalScales;
 
 use crate::body::{Humanoid, Pose};
@@ -28,8 +30,8 @@ pub trait MotionModel: Send + Sync {
     /// The body that moves.
     fn body(&self) -> &Humanoid;
 
-    /// A state at the first frame, drawn around a known start pose.
-    fn sample_initial(&self, start: &Pose, rng: &mut ChaCha8Rng) -> Self::State;
+    /// The state of particle `particle` of `particles` at the first frame, drawn around a known start pose.
+    fn sample_initial(&self, start: &Pose, particle: usize, particles: usize, rng: &mut ChaCha8Rng) -> Self::State;
 
     /// A state of the next frame, drawn from the model. `past` holds the estimates of the frames before, oldest first.
     fn propagate(&self, state: &Self::State, past: &[Pose], rng: &mut ChaCha8Rng) -> Self::State;
@@ -45,6 +47,21 @@ pub trait MotionModel: Send + Sync {
 
     /// The step from one state to another, written into `step`.
     fn difference(&self, from: &Self::State, to: &Self::State, step: &mut [f64]);
+
+    /// How many models a state can be in (the K latent spaces of S1); 1 where there is but one.
+    fn models(&self) -> usize {
+        1
+    }
+
+    /// Which of the models a state is in, `0 .. models()`.
+    fn occupied(&self, _state: &Self::State) -> usize {
+        0
+    }
+
+    /// Whether the state had left the region that the model knows and was brought back.
+    fn was_recovered(&self, _state: &Self::State) -> bool {
+        false
+    }
 }
 
 /// What a motion model cannot be made from.

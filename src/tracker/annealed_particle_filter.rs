@@ -6,7 +6,10 @@ use rayon::prelude::*;
 
 use super::annealing::{Selection, select};
 use super::resampling::systematic;
-use super::{Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, SettingError, TrackError, Tracker};
+use super::{
+    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, SettingError, TrackError,
+    Tracker,
+};
 use crate::body::Pose;
 use crate::motion_model::MotionModel;
 use crate::observation::Observation;
@@ -58,9 +61,15 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             return Err(TrackError::StartMismatch { expected, found });
         }
         if self.particles.is_empty() {
-            let draw =
-                |i| self.model.sample_initial(start, &mut stream(self.seed, Purpose::Initialisation, frame, 0, i));
-            return Ok((0..self.settings.particles as u64).into_par_iter().map(draw).collect());
+            let draw = |i| {
+                self.model.sample_initial(
+                    start,
+                    i,
+                    self.settings.particles,
+                    &mut stream(self.seed, Purpose::Initialisation, frame, 0, i as u64),
+                )
+            };
+            return Ok((0..self.settings.particles).into_par_iter().map(draw).collect());
         }
         let propagate = |(i, state): (usize, &M::State)| {
             let mut rng = stream(self.seed, Purpose::Perturbation, frame, 0, i as u64);
@@ -145,6 +154,20 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         }
     }
 
+    /// How the weighted particles are spread over the motion model's latent spaces; empty where there is but one.
+    fn occupancy(&self, particles: &[M::State], weights: &[f64]) -> Vec<ModelOccupancy> {
+        let models = self.model.models();
+        let mut occupancy = vec![ModelOccupancy::default(); if models > 1 { models } else { 0 }];
+        for (state, weight) in particles.iter().zip(weights) {
+            if let Some(model) = occupancy.get_mut(self.model.occupied(state)) {
+                model.particles += 1;
+                model.weight += weight;
+                model.recovered += u32::from(self.model.was_recovered(state));
+            }
+        }
+        occupancy
+    }
+
     fn remember(&mut self, estimate: &Pose) {
         if self.past.len() == 2 {
             self.past.remove(0);
@@ -184,10 +207,11 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let selection = select(&energies, survival_rate).ok_or(TrackError::NoValidParticle { frame })?;
         records.push(record(&energies, &selection));
         let pose = self.estimate(&particles, &selection.weights).ok_or(TrackError::NoValidParticle { frame })?;
+        let occupancy = self.occupancy(&particles, &selection.weights);
         self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
         self.remember(&pose);
         let energy = Some(self.likelihood.energy(&pose, &mut self.likelihood.scratch()));
-        Ok(Estimate { frame, pose, energy, layers: records, evaluations: (count * layers + 1) as u64 })
+        Ok(Estimate { frame, pose, energy, layers: records, evaluations: (count * layers + 1) as u64, occupancy })
     }
 }
 

@@ -15,6 +15,26 @@ pub struct Estimate {
     pub layers: Vec<LayerRecord>,
     /// How many energies were evaluated for this frame.
     pub evaluations: u64,
+    /// Where the weighted particles were, for motion models of several latent spaces; empty for all others.
+    pub occupancy: Vec<ModelOccupancy>,
+}
+
+impl Estimate {
+    /// The answer of a tracker that evaluates no energies.
+    pub fn without_search(frame: usize, pose: Pose) -> Self {
+        Self { frame, pose, energy: None, layers: Vec::new(), evaluations: 0, occupancy: Vec::new() }
+    }
+}
+
+/// One latent space's part in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ModelOccupancy {
+    /// Particles in it, before resampling.
+    pub particles: u32,
+    /// Their share of the weight.
+    pub weight: f64,
+    /// Of those particles, how many had left the region that the model knows and were brought back in this frame.
+    pub recovered: u32,
 }
 
 /// What happened in one annealing layer of one frame.

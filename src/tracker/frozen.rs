@@ -22,7 +22,7 @@ impl Tracker for Frozen {
     fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError> {
         let frame = observation.frame;
         let pose = self.start.clone().ok_or(TrackError::NotStarted { frame })?;
-        Ok(Estimate { frame, pose, energy: None, layers: Vec::new(), evaluations: 0 })
+        Ok(Estimate::without_search(frame, pose))
     }
 }
 

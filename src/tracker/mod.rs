@@ -12,7 +12,7 @@ mod settings;
 
 pub use annealed_particle_filter::AnnealedParticleFilter;
 pub use annealing::{Selection, select};
-pub use estimate::{Estimate, LayerRecord, TrackError};
+pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
 pub use resampling::systematic;

@@ -71,6 +71,11 @@ impl PoseChart {
         self.joint_dimensions() + ROOT_DIMENSIONS
     }
 
+    /// Degrees of freedom of the body that it charts.
+    pub fn angles(&self) -> usize {
+        self.angles
+    }
+
     /// The anatomical joints, in the order of an observation vector.
     pub fn groups(&self) -> &[JointGroup] {
         &self.groups

@@ -1,0 +1,13 @@
+//! Motion in the latent spaces of a GPDM, a switching GPDM or a GPDM graph: the same particles, other transitions.
+//!
+//! Per frame and particle, in S1's order (section 3.3): inter-transition, intra-transition, mapping to a pose. Weighting and
+//! resampling are the filter's. A particle carries, beside its latent point, where the body stands and heads to: S1 does
+//! not say how the root moves, here it follows the velocities that the model maps to, with noise.
+
+mod initialisation;
+mod model;
+mod settings;
+mod transition;
+
+pub use model::{LatentModel, LatentParticle};
+pub use settings::{Initialisation, InterTransition, JumpRule, LatentSettings};

@@ -1,0 +1,115 @@
+//! Settings of latent motion models. Distances are per anatomical joint, so that they mean the same for other bodies.
+
+use serde::{Deserialize, Serialize};
+
+use super::super::MotionModelError;
+
+/// How particles move in and between latent spaces.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LatentSettings {
+    /// How particles change from one model to another.
+    pub transition: InterTransition,
+    /// How particles are spread over the training poses that resemble the start pose.
+    pub initialisation: Initialisation,
+    /// Least standard deviation of the process noise, as a share of the latents' spread. A model learned from much motion
+    /// is so sure of itself that particles would not spread at all.
+    pub noise_floor: f64,
+    /// Standard deviation of the first latents about their seeds, as a share of the latents' spread.
+    pub start_jitter: f64,
+}
+
+/// How particles change from one model to another.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum InterTransition {
+    /// Not at all: the original GPDM, which has one model.
+    None,
+    /// With a constant probability per frame to any other model, to that model's most similar pose: S1's switching GPDM.
+    Switching {
+        /// Probability of leaving a model in one frame.
+        probability: f64,
+    },
+    /// To candidates whose poses are similar: the GPDM graph.
+    Graph {
+        /// Who jumps.
+        rule: JumpRule,
+        /// Greatest distance of a jump, rad^2 per anatomical joint.
+        threshold: f64,
+        /// Distance at which a jump is 1/e as likely, rad^2 per anatomical joint ([`JumpRule::StayWeighted`]).
+        width: f64,
+        /// Weight of the squared difference of joint velocities (rad/s)^2 beside that of poses, s^2. Poses alone do not tell
+        /// a step from its mirror image in time.
+        velocity_weight: f64,
+    },
+}
+
+/// Which particles near candidates jump.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JumpRule {
+    /// Every particle within the threshold, shared among candidates by S1 Eqs. 12 and 13 as printed.
+    Literal,
+    /// Jumping weighs `exp(-distance / width)` per candidate against 1 for staying.
+    #[default]
+    StayWeighted,
+}
+
+/// How particles are shared among the training poses that resemble the start pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Initialisation {
+    /// S1 Eqs. 12 to 14 as printed: nearly equal shares, whatever the distances.
+    Literal,
+    /// `exp(-distance / width)`, the width 0.25/13 rad^2 per anatomical joint.
+    #[default]
+    Softmax,
+}
+
+impl Default for InterTransition {
+    /// S1's jump threshold, and the stay-weighted rule with widths chosen on walks other than the benchmark's.
+    fn default() -> Self {
+        Self::Graph { rule: JumpRule::StayWeighted, threshold: 1.0 / 13.0, width: 0.25 / 13.0, velocity_weight: 0.02 }
+    }
+}
+
+impl Default for LatentSettings {
+    fn default() -> Self {
+        Self {
+            transition: InterTransition::default(),
+            initialisation: Initialisation::Softmax,
+            noise_floor: 0.03,
+            start_jitter: 0.1,
+        }
+    }
+}
+
+impl LatentSettings {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`MotionModelError::Setting`] names the first setting that is out of its range.
+    pub fn validate(&self) -> Result<(), MotionModelError> {
+        let (one, any) = ([0.0, 1.0], [0.0, f64::MAX]);
+        let mut checks = vec![("noise_floor", self.noise_floor, one), ("start_jitter", self.start_jitter, any)];
+        match self.transition {
+            InterTransition::None => {}
+            InterTransition::Switching { probability } => {
+                checks.push(("transition.switching.probability", probability, one));
+            }
+            InterTransition::Graph { threshold, width, velocity_weight, .. } => checks.extend([
+                ("transition.graph.threshold", threshold, any),
+                ("transition.graph.width", width, [f64::MIN_POSITIVE, f64::MAX]),
+                ("transition.graph.velocity_weight", velocity_weight, any),
+            ]),
+        }
+        match checks.into_iter().find(|(_, value, [low, high])| !(low..=high).contains(&value)) {
+            None => Ok(()),
+            Some((key, value, [low, high])) => Err(MotionModelError::Setting {
+                key,
+                expected: if high == f64::MAX { format!("a number >= {low:e}") } else { format!("{low} to {high}") },
+                found: value.to_string(),
+            }),
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Between models: where a particle may jump to, and how likely (S1 Eq. 7 and step 3 of section 3.3).
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::super::gpdm_graph::{Candidate, GpdmGraph};
+use super::super::pose_chart::distance;
+use super::initialisation::literal_shares;
+use super::settings::{InterTransition, JumpRule};
+use crate::body::rotation_vector;
+
+/// Frames before the end of a segment from which a particle walks on into the next.
+const FRAMES_TO_THE_END: usize = 2;
+
+/// A pose and how it moves, as jumps compare them.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Moving {
+    pub(super) rotations: Vec<UnitQuaternion<f64>>,
+    /// Angular velocity of every joint, rad/s.
+    pub(super) velocities: Vec<Vector3<f64>>,
+}
+
+impl Moving {
+    /// From the rotations of this frame and of the one before.
+    pub(super) fn between(
+        before: &[UnitQuaternion<f64>],
+        now: Vec<UnitQuaternion<f64>>,
+        frames_per_second: f64,
+    ) -> Self {
+        let velocity = |(a, b): (&UnitQuaternion<f64>, &UnitQuaternion<f64>)| {
+            rotation_vector(&(a.inverse() * b)) * frames_per_second
+        };
+        let velocities = before.iter().zip(&now).map(velocity).collect();
+        Self { rotations: now, velocities }
+    }
+
+    fn distance(&self, other: &Self, velocity_weight: f64) -> f64 {
+        let velocity = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - b).norm_squared();
+        let velocities: f64 = self.velocities.iter().zip(&other.velocities).map(velocity).sum();
+        distance(&self.rotations, &other.rotations) + velocity_weight * velocities
+    }
+}
+
+/// A candidate as a destination.
+#[derive(Clone, Debug)]
+pub(super) struct Destination {
+    pub(super) at: Candidate,
+    moving: Moving,
+}
+
+/// All destinations of a graph, its natural edges apart.
+pub(super) fn destinations(graph: &GpdmGraph) -> Vec<Destination> {
+    graph
+        .candidates
+        .iter()
+        .map(|at| {
+            let rotations = &graph.segments[at.segment].rotations;
+            // at a segment's first row the velocity is that of the next
+            let last = at.row.max(1).min(rotations.len() - 1);
+            let velocity = Moving::between(&rotations[last - 1], rotations[last].clone(), graph.frames_per_second);
+            Destination { at: *at, moving: Moving { rotations: rotations[at.row].clone(), ..velocity } }
+        })
+        .collect()
+}
+
+/// Where a particle in `segment`, nearest to training row `row` there, jumps to; `None` to stay.
+pub(super) fn jump(
+    graph: &GpdmGraph,
+    destinations: &[Destination],
+    rule: &InterTransition,
+    (segment, row): (usize, usize),
+    moving: &Moving,
+    rng: &mut ChaCha8Rng,
+) -> Option<Candidate> {
+    match *rule {
+        InterTransition::None => None,
+        InterTransition::Switching { probability } => {
+            let others = graph.segments.len().checked_sub(1).filter(|others| *others > 0)?;
+            if rng.random::<f64>() >= probability {
+                return None;
+            }
+            let drawn = rng.random_range(0..others);
+            let target = if drawn < segment { drawn } else { drawn + 1 };
+            nearest_row(graph, target, &moving.rotations).map(|row| Candidate { segment: target, row })
+        }
+        InterTransition::Graph { rule, threshold, width, velocity_weight } => {
+            if row + FRAMES_TO_THE_END >= graph.segments[segment].rotations.len()
+                && let Some(next) = graph.successor(segment)
+            {
+                return Some(Candidate { segment: next, row: 0 });
+            }
+            let joints = moving.rotations.len() as f64;
+            let near: Vec<(Candidate, f64)> = destinations
+                .iter()
+                .filter(|d| d.at.segment != segment)
+                .map(|d| (d.at, d.moving.distance(moving, velocity_weight)))
+                .filter(|(_, distance)| *distance < threshold * joints)
+                .collect();
+            choose(&near, rule, width * joints, rng)
+        }
+    }
+}
+
+fn choose(near: &[(Candidate, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {
+    let drawn: f64 = rng.random();
+    let shares: Vec<f64> = match rule {
+        JumpRule::Literal => literal_shares(&near.iter().map(|n| n.1).collect::<Vec<_>>()),
+        JumpRule::StayWeighted => {
+            let weights: Vec<f64> = near.iter().map(|n| libm::exp(-n.1 / width)).collect();
+            let total = 1.0 + weights.iter().sum::<f64>();
+            weights.into_iter().map(|weight| weight / total).collect()
+        }
+    };
+    let mut passed = 0.0;
+    near.iter().zip(shares).find_map(|((at, _), share)| {
+        passed += share;
+        (drawn < passed).then_some(*at)
+    })
+}
+
+/// The training frame of a model whose pose is most similar.
+fn nearest_row(graph: &GpdmGraph, segment: usize, rotations: &[UnitQuaternion<f64>]) -> Option<usize> {
+    let rows = graph.segments[segment].rotations.iter().enumerate();
+    rows.map(|(row, r)| (row, distance(rotations, r))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(row, _)| row)
+}
