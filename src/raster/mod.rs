@@ -1,7 +1,8 @@
 //! Bit-packed silhouettes and what is measured on them.
 //!
 //! [`CapsulePainter`] draws what a [`crate::camera::Pinhole`] sees of [`TaperedCapsule`]s into a [`Mask`];
-//! [`SilhouetteComparer`] does the same thousands of times a frame against one observed mask. Everything is in the ideal
+//! [`SilhouetteComparer`] does the same thousands of times a frame against one observed mask. [`paint_polygon`] and
+//! [`paint_triangles`] fill everything else. Everything is in the ideal
 //! (undistorted) pixels of a pinhole.
 
 mod bounds;
@@ -13,8 +14,10 @@ mod distance;
 mod mask;
 mod outline;
 mod overlap;
+mod polygon;
 mod strips;
 mod tapered_capsule;
+mod triangles;
 
 pub use bounds::PixelBounds;
 pub use capsules::{CapsulePainter, SilhouetteScratch};
@@ -23,4 +26,6 @@ pub use contour::contour;
 pub use distance::DistanceMap;
 pub use mask::Mask;
 pub use overlap::{Overlap, overlap};
+pub use polygon::paint_polygon;
 pub use tapered_capsule::TaperedCapsule;
+pub use triangles::paint_triangles;
