@@ -142,7 +142,7 @@ fn interval_in_words(runs: &[Run<'_>]) -> String {
     let clips = by_clip(runs, &vec![Some(0.0); runs.len()]);
     let seeds = clips.iter().map(Vec::len).min().unwrap_or(0);
     if seeds < 2 {
-        return "no interval: a clip was run with one seed only, and one seed says nothing about the next".into();
+        return "No interval: a clip was run with one seed only, and one seed says nothing about the next".into();
     }
     format!(
         "95 % interval of the mean by bootstrap over runs ({} runs: {} {}, at least {seeds} seeds each; {RESAMPLES} \

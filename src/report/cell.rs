@@ -76,7 +76,7 @@ impl View<'_> {
         );
         picture.draw_pixmap(0, 0, self.silhouettes()?.as_ref(), &paint, place, None);
         for (markers, whose) in [(self.truth, Whose::Truth), (self.estimate, Whose::Estimate)] {
-            draw_bones(&mut picture, self.camera, &window, &marker_bones(markers), whose, 2.6);
+            draw_bones(&mut picture, self.camera, &window, &marker_bones(markers), whose, 3.2);
         }
         Ok(picture)
     }

@@ -10,19 +10,31 @@ use super::input::worst_frame;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, Stroke, Svg};
 use super::{ReportError, ReportInput, ReportRun};
 
-/// A plot at two widths: the page shows the one that fits.
+/// A plot at several widths: the page shows the one that fits.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Figure {
     /// Fragment of the address.
     pub(super) id: &'static str,
     title: &'static str,
     how_to_read: String,
+    /// For the whole width of a page; plots over frames only.
+    broad: Option<String>,
+    /// For half of it.
     wide: String,
+    /// For a phone.
     narrow: String,
 }
 
-const WIDE: u32 = 760;
+const BROAD: u32 = 1160;
+const WIDE: u32 = 560;
 const NARROW: u32 = 350;
+
+/// How much of the page's width a figure takes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Span {
+    Half,
+    Whole,
+}
 
 /// All figures that the input allows. `typical` is the run that stands for the others where only one can be shown.
 pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Vec<Figure>, ReportError> {
@@ -41,14 +53,15 @@ fn lines(
     id: &'static str,
     title: &'static str,
     how_to_read: String,
+    span: Span,
     plot: &LinePlot,
 ) -> Result<Option<Figure>, ReportError> {
     if plot.lines.iter().all(|line| line.points.iter().all(|(_, value)| value.is_none())) {
         return Ok(None);
     }
-    let Svg(wide) = plot.svg(Size { width: WIDE, height: 300 })?;
-    let Svg(narrow) = plot.svg(Size { width: NARROW, height: 270 })?;
-    Ok(Some(Figure { id, title, how_to_read, wide, narrow }))
+    let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
+    let broad = (span == Span::Whole).then(|| draw(BROAD, 330)).transpose()?;
+    Ok(Some(Figure { id, title, how_to_read, broad, wide: draw(WIDE, 300)?, narrow: draw(NARROW, 270)? }))
 }
 
 fn error_over_frames(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
@@ -64,7 +77,7 @@ fn error_over_frames(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result
     }
     let several = input.runs.len() > 1;
     if several {
-        tracker.name = format!("tracker: median of {} seeds, band from best to worst", input.runs.len());
+        tracker.name = format!("tracker, median and range of {} seeds", input.runs.len());
     } else {
         tracker.band.clear();
     }
@@ -95,7 +108,7 @@ fn error_over_frames(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result
     if greatest > LOSS_THRESHOLD_MM {
         how += " Above 150 mm for fifteen frames in a row, the body counts as lost.";
     }
-    lines("error", "Error over the clip", how, &plot)
+    lines("error", "Error over the clip", how, Span::Whole, &plot)
 }
 
 fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
@@ -136,7 +149,7 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     if input.summary.per_joint.iter().any(|joint| joint.ci95.is_some()) {
         how += " The thin line is the 95 % interval over seeds.";
     }
-    Ok(Some(Figure { id: "joints", title: "Error of every joint", how_to_read: how, wide, narrow }))
+    Ok(Some(Figure { id: "joints", title: "Error of every joint", how_to_read: how, broad: None, wide, narrow }))
 }
 
 fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
@@ -166,7 +179,7 @@ fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     };
     let how = "Higher and further left is better: the share of markers that are no further off than the distance below \
                (PCK). The area under the curve is the score AUC.";
-    lines("pck", "How many markers are near enough", how.into(), &plot)
+    lines("pck", "How many markers are near enough", how.into(), Span::Half, &plot)
 }
 
 fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
@@ -181,7 +194,7 @@ fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     };
     let how = "Search or model? Where the dashed line runs below the other, the images prefer a wrong pose, and only a \
                better likelihood or body helps; where it runs above, the search missed a better pose that was there.";
-    lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), &plot)
+    lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), Span::Whole, &plot)
 }
 
 fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
@@ -194,20 +207,20 @@ fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportEr
     };
     let how = "How many particles carry the weight after each layer (effective sample size). A level line is a search under \
                control; a line that falls to the bottom has bet everything on one guess.";
-    lines("survival", "Effective sample size by layer", format!("{how}{}", seed_note(run)), &plot)
+    lines("survival", "Effective sample size by layer", format!("{how}{}", seed_note(run)), Span::Half, &plot)
 }
 
 fn annealing(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
         x_label: "frame".into(),
-        y_label: "λ, sharpness of the weights".into(),
+        y_label: "λ, sharpness of the weights (steps of ten times)".into(),
         lines: of_layers(run, |layer| layer.lambda),
-        y_from: Some(0.0),
+        logarithmic: true,
         ..LinePlot::default()
     };
     let how = "From layer to layer the weights get sharper, so that the search moves from looking around to settling down. λ \
                is found anew in every frame, so that the wanted share of particles survives.";
-    lines("annealing", "Annealing λ by layer", format!("{how}{}", seed_note(run)), &plot)
+    lines("annealing", "Annealing λ by layer", format!("{how}{}", seed_note(run)), Span::Half, &plot)
 }
 
 fn of_layers(run: &ReportRun<'_>, value: fn(&LayerRecord) -> f64) -> Vec<Line> {

@@ -74,15 +74,17 @@ pub fn draw_bones(picture: &mut Pixmap, camera: &Camera, window: &Window, bones:
         (at.norm() < 1e6).then_some((at.x as f32, at.y as f32))
     };
     let Some(lines) = bones_path(bones, to_picture) else { return };
-    let mut stroke =
-        Stroke { width: 2.2 * width, line_cap: LineCap::Round, line_join: LineJoin::Round, ..Stroke::default() };
-    picture.stroke_path(&lines, &paint(EDGE), &stroke, Transform::identity(), None);
-    stroke.width = width;
-    if whose == Whose::Estimate {
-        stroke.line_cap = LineCap::Butt;
-        stroke.dash = StrokeDash::new(vec![3.0 * width, 1.6 * width], 0.0);
+    let dash = match whose {
+        Whose::Truth => None,
+        // Through the gaps the truth below stays visible.
+        Whose::Estimate => StrokeDash::new(vec![3.4 * width, 2.6 * width], 0.0),
+    };
+    let cap = if dash.is_some() { LineCap::Butt } else { LineCap::Round };
+    for (width, colour) in [(1.9 * width, EDGE), (width, whose.colour())] {
+        let stroke =
+            Stroke { width, line_cap: cap, line_join: LineJoin::Round, dash: dash.clone(), ..Stroke::default() };
+        picture.stroke_path(&lines, &paint(colour), &stroke, Transform::identity(), None);
     }
-    picture.stroke_path(&lines, &paint(whose.colour()), &stroke, Transform::identity(), None);
     for (size, colour) in [(1.7 * width, EDGE), (1.2 * width, whose.colour())] {
         if let Some(joints) = joints_path(bones, to_picture, whose, size) {
             picture.fill_path(&joints, &paint(colour), FillRule::Winding, Transform::identity(), None);

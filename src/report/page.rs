@@ -301,7 +301,7 @@ mod tests {
     #[test]
     fn the_least_that_can_be_reported_is_one_seed_without_pictures() {
         let html = page(&Story { layers: 0, energies: false, frozen: false, shown: &[], ..Story::default() });
-        assert!(html.contains("no interval") && !html.contains("data:image/png"));
+        assert!(html.contains("No interval") && !html.contains("data:image/png"));
     }
 
     #[test]

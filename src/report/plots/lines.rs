@@ -22,6 +22,8 @@ pub struct LinePlot {
     pub y_from: Option<f64>,
     /// The highest value shown; the greatest one if `None`. Lines leave the plot above it.
     pub y_to: Option<f64>,
+    /// Whether the vertical axis counts in powers of ten; values at or below zero are then missing.
+    pub logarithmic: bool,
     /// Places on the horizontal axis to point out: position and name.
     pub marks: Vec<(f64, String)>,
 }
@@ -45,6 +47,15 @@ impl Line {
         Self { name: name.to_owned(), stroke, points, band: vec![] }
     }
 
+    /// The same with the decimal logarithm of every value.
+    fn logarithm(&self) -> Self {
+        let log = |value: f64| (value > 0.0).then(|| libm::log10(value));
+        let points = self.points.iter().map(|(x, value)| (*x, value.and_then(log))).collect();
+        let log_band = |[low, high]: [f64; 2]| Some([log(low)?, log(high)?]);
+        let band = self.band.iter().map(|(x, band)| (*x, band.and_then(log_band))).collect();
+        Self { name: self.name.clone(), stroke: self.stroke, points, band }
+    }
+
     fn values(&self) -> impl Iterator<Item = f64> {
         let of_band = self.band.iter().filter_map(|(_, band)| *band).flatten();
         self.points.iter().filter_map(|(_, value)| *value).chain(of_band)
@@ -61,6 +72,16 @@ impl LinePlot {
     /// # Errors
     /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000, or when plotters fails.
     pub fn svg(&self, size: Size) -> Result<Svg, ReportError> {
+        if self.logarithmic {
+            let log = |limit: Option<f64>| limit.filter(|limit| *limit > 0.0).map(libm::log10);
+            let lines = self.lines.iter().map(Line::logarithm).collect();
+            let plot = Self { lines, y_from: log(self.y_from), y_to: log(self.y_to), ..self.clone() };
+            return plot.draw(size, &|exponent| two_digits(libm::pow(10.0, *exponent)));
+        }
+        self.draw(size, &|value| short(*value))
+    }
+
+    fn draw(&self, size: Size, y_tick: &dyn Fn(&f64) -> String) -> Result<Svg, ReportError> {
         let entries: Vec<(&str, Stroke)> =
             self.lines.iter().filter(|l| !l.name.is_empty()).map(|l| (l.name.as_str(), l.stroke)).collect();
         let names: Vec<&str> = entries.iter().map(|(name, _)| *name).collect();
@@ -87,7 +108,7 @@ impl LinePlot {
             chart
                 .configure_mesh()
                 .disable_x_mesh()
-                .x_labels((size.width / 90) as usize)
+                .x_labels((size.width / 70) as usize)
                 .y_labels((size.height / 45) as usize)
                 .max_light_lines(1)
                 .bold_line_style(Stroke::solid(Colour::Grid).shape(1.0))
@@ -97,7 +118,7 @@ impl LinePlot {
                 .label_style(text_style(12.0, Colour::Faint, HPos::Center, VPos::Center))
                 .axis_desc_style(text_style(12.0, Colour::Faint, HPos::Center, VPos::Center))
                 .x_label_formatter(&|value| short(*value))
-                .y_label_formatter(&|value| short(*value))
+                .y_label_formatter(y_tick)
                 .x_desc(self.x_label.as_str())
                 .draw()
                 .map_err(failed)?;
@@ -134,6 +155,12 @@ impl LinePlot {
         let y = [self.y_from.unwrap_or(least - margin), self.y_to.unwrap_or(greatest + margin)];
         [extent(positions), extent(y.into_iter())]
     }
+}
+
+/// A positive number with two significant digits.
+fn two_digits(value: f64) -> String {
+    let step = libm::pow(10.0, libm::floor(libm::log10(value)) - 1.0);
+    short((value / step).round() * step)
 }
 
 /// Least and greatest; a range of one around a single value, `[0, 1]` for none.
@@ -184,6 +211,17 @@ mod tests {
         let parts = clip(&run, 1.0);
         assert_eq!(parts, [vec![(0.0, 0.0), (0.5, 1.0)], vec![(2.5, 1.0), (3.0, 0.0)]]);
         assert_eq!(clip(&run, 5.0), [run.to_vec()]);
+    }
+
+    #[test]
+    fn a_logarithmic_axis_spaces_powers_of_ten_evenly_and_names_them() {
+        let points = vec![(0.0, Some(1.0)), (1.0, Some(10.0)), (2.0, Some(100.0)), (3.0, Some(0.0))];
+        let line = Line::new("", Stroke::solid(Colour::Blue), points);
+        assert_eq!(line.logarithm().points, [(0.0, Some(0.0)), (1.0, Some(1.0)), (2.0, Some(2.0)), (3.0, None)]);
+        let plot = LinePlot { lines: vec![line], logarithmic: true, ..LinePlot::default() };
+        let Svg(svg) = plot.svg(Size { width: 400, height: 300 }).unwrap();
+        assert!(svg.contains(">\n10\n<") && svg.contains(">\n100\n<"));
+        assert_eq!([3.1623, 31.623, 1000.0].map(two_digits), ["3.2", "32", "1000"]);
     }
 
     #[test]
