@@ -1,13 +1,13 @@
-//! What can be wrong with a set on disk.
+//! What can be wrong with a set.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a set could not be written, read or believed.
+/// Why a set could not be made, written, read or believed.
 #[derive(Debug, thiserror::Error)]
 pub enum SetError {
     /// The operating system said no: read-only directory, full disk, missing file.
-    #[error("{path}: cannot {action}: {source}")]
+    #[error("{}: cannot {action}: {source}", path.display())]
     Io {
         /// The file or directory.
         path: PathBuf,
@@ -16,20 +16,8 @@ pub enum SetError {
         /// What the operating system answered.
         source: io::Error,
     },
-    /// The target is already there.
-    #[error("{path} exists; choose another directory, or force its replacement")]
-    Exists {
-        /// The target.
-        path: PathBuf,
-    },
-    /// Replacement was forced, but what stands there was not written by us.
-    #[error("{path} exists and is no benchmark set (it has no set.toml); it is not replaced, remove it yourself")]
-    NotOurs {
-        /// The target.
-        path: PathBuf,
-    },
     /// The directory is not a whole set.
-    #[error("{path} is not a benchmark set: {detail}")]
+    #[error("{} is not a whole benchmark set: {detail}", path.display())]
     NotASet {
         /// The directory.
         path: PathBuf,
@@ -46,13 +34,11 @@ pub enum SetError {
         /// What it is.
         found: String,
     },
-    /// A file that the set lists is gone, or lists nowhere and is there.
-    #[error("{file} {detail}; get the set again")]
-    Listing {
+    /// A file lies in the set that the set does not list.
+    #[error("{file} is not one of the set's files (files.sha256 does not list it); remove it or get the set again")]
+    Unlisted {
         /// Path inside the set.
         file: String,
-        /// What is wrong.
-        detail: &'static str,
     },
     /// A file does not hold what its format says.
     #[error("{file}: {detail}")]
@@ -78,5 +64,9 @@ impl SetError {
 
     pub(super) fn malformed(file: &str, detail: impl Into<String>) -> Self {
         Self::Malformed { file: file.to_string(), detail: detail.into() }
+    }
+
+    pub(super) fn inconsistent(detail: impl Into<String>) -> Self {
+        Self::Inconsistent { detail: detail.into() }
     }
 }

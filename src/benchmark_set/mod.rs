@@ -1,9 +1,32 @@
-//! A set on disk: manifest, writer, reader.
+//! A benchmark set: cameras, observations and a start for trackers; the truth for whoever measures them.
+//!
+//! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that trackers
+//! may see, [`TruthSet`] the other. Files are known by their SHA-256; a file that is not what was written is refused by
+//! name, and the whole set has one hash. `readme.txt`, which lies in every set as `README.txt`, says what is where.
 
+mod blind;
+mod body_file;
+mod cameras_file;
 mod error;
+mod files;
+#[cfg(test)]
+mod fixture;
+mod json;
+mod manifest;
 mod npy;
 mod npz;
+mod rigid;
+mod run_poses;
+mod set;
+mod silhouette_png;
+mod start_file;
+mod truth_file;
 
+pub use blind::BlindSet;
 pub use error::SetError;
+pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;
+pub use run_poses::RunPoses;
+pub use set::{BenchmarkSet, SetParts, TruthSet, verify_hashes};
+pub use start_file::Start;

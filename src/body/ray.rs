@@ -19,10 +19,6 @@ impl Ray {
     pub fn transformed(&self, to_from_here: &Isometry3<f64>) -> Self {
         Self { origin: to_from_here * self.origin, direction: to_from_here * self.direction }
     }
-
-    fn at(&self, s: f64) -> Point3<f64> {
-        self.origin + self.direction * s
-    }
 }
 
 impl Flesh {
@@ -193,7 +189,7 @@ mod tests {
         let speed = ray.direction.norm();
         let mut s = 0.0;
         while s * speed < 10.0 {
-            let distance = distance_by_search(capsule, &ray.at(s));
+            let distance = distance_by_search(capsule, &(ray.origin + ray.direction * s));
             if distance < 1e-9 {
                 return Some(s);
             }

@@ -2,7 +2,7 @@
 
 mod observe;
 
-pub use observe::{observe, observe_frame};
+pub use observe::{Observer, observe, observe_frame};
 
 use crate::raster::Mask;
 

@@ -1,5 +1,7 @@
 //! Clean observations: what perfect background subtraction would leave of the truth.
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
 use super::Observation;
@@ -9,24 +11,40 @@ use crate::scene::GroundTruth;
 
 /// Clean silhouettes of every frame, lens distortion included; the same bits for any number of threads.
 pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
-    let frames = (0..truth.frames.len()).into_par_iter();
-    frames.map_init(|| painters(rig), |painters, frame| observe_with(truth, painters, frame)).collect()
+    let observer = Observer::new(truth, rig);
+    (0..truth.frames.len()).into_par_iter().map(|frame| observer.observe(frame)).collect()
 }
 
-/// Clean silhouettes of one frame of the truth, which must have it.
+/// Clean silhouettes of one frame, which the truth must have. For many frames keep an [`Observer`].
 pub fn observe_frame(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> Observation {
-    observe_with(truth, &mut painters(rig), frame)
+    Observer::new(truth, rig).observe(frame)
 }
 
-fn painters(rig: &CameraRig) -> Vec<SilhouettePainter> {
-    rig.cameras.iter().map(SilhouettePainter::new).collect()
+/// Sees any frame of the truth, from any thread. What cameras need to be ready (the rays of all pixels behind a lens)
+/// is worked out once for every thread that looks at the same time, not once a frame.
+pub struct Observer<'a> {
+    truth: &'a GroundTruth,
+    rig: &'a CameraRig,
+    idle: Mutex<Vec<Vec<SilhouettePainter>>>,
 }
 
-fn observe_with(truth: &GroundTruth, painters: &mut [SilhouettePainter], frame: usize) -> Observation {
-    let moment = &truth.frames[frame];
-    let silhouettes =
-        painters.iter_mut().map(|painter| painter.silhouette(&truth.actor, &moment.link_frames)).collect();
-    Observation { frame, time_s: moment.time_s, silhouettes }
+impl<'a> Observer<'a> {
+    /// An observer of `truth` through the cameras of `rig`.
+    pub fn new(truth: &'a GroundTruth, rig: &'a CameraRig) -> Self {
+        Self { truth, rig, idle: Mutex::default() }
+    }
+
+    /// Clean silhouettes of one frame, which the truth must have.
+    pub fn observe(&self, frame: usize) -> Observation {
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let painters = idle().pop();
+        let mut painters = painters.unwrap_or_else(|| self.rig.cameras.iter().map(SilhouettePainter::new).collect());
+        let moment = &self.truth.frames[frame];
+        let silhouettes =
+            painters.iter_mut().map(|painter| painter.silhouette(&self.truth.actor, &moment.link_frames)).collect();
+        idle().push(painters);
+        Observation { frame, time_s: moment.time_s, silhouettes }
+    }
 }
 
 #[cfg(test)]
@@ -34,6 +52,18 @@ mod tests {
     use super::*;
     use crate::body::fixture::{person, walk};
     use crate::scene::fixture::rig;
+
+    #[test]
+    fn a_frame_looks_the_same_whoever_sees_it_and_whatever_was_seen_before() {
+        let truth = GroundTruth::from_motion(person(), &walk(6), &rig()).unwrap();
+        let with_threads = |n| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+            pool.install(|| observe(&truth, &rig()))
+        };
+        let one_by_one: Vec<_> = (0..6).map(|frame| Observer::new(&truth, &rig()).observe(frame)).collect();
+        assert_eq!(with_threads(1), one_by_one);
+        assert_eq!(with_threads(3), one_by_one);
+    }
 
     #[test]
     fn markers_in_view_project_into_the_silhouette() {

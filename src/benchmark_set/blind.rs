@@ -1,0 +1,84 @@
+//! The blind side of a set: all that a tracker's maker may read.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::files::SetFiles;
+use super::manifest::{self, BlindManifest};
+use super::start_file::{self, Start};
+use super::{SetError, cameras_file, silhouette_png};
+use crate::camera::CameraRig;
+use crate::observation::Observation;
+
+/// Cameras, observations and a start: `set.toml` (without its `[truth]`), `cameras.json`, `observations/` and `start/`.
+/// Nothing below `truth/` is ever opened, and none of it need be there.
+#[derive(Clone, Debug)]
+pub struct BlindSet {
+    /// The set's name.
+    pub name: String,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// Number of frames, at least 1.
+    pub frame_count: usize,
+    /// The cameras.
+    pub rig: CameraRig,
+    /// What the tracker is told before the first frame.
+    pub start: Start,
+    /// SHA-256 (hexadecimal) of the list of files: the same for a set in memory and for its copy on any disk.
+    pub set_hash: String,
+    files: Arc<SetFiles>,
+}
+
+impl BlindSet {
+    /// Opens a set on disk; observations are read when they are asked for, each checked against its SHA-256.
+    ///
+    /// # Errors
+    /// [`SetError`] naming the file that is missing, changed or not what its format says.
+    pub fn read(directory: &Path) -> Result<Self, SetError> {
+        Self::from_files(Arc::new(SetFiles::open(directory)?))
+    }
+
+    pub(super) fn from_files(files: Arc<SetFiles>) -> Result<Self, SetError> {
+        let manifest = BlindManifest::from_toml(&files.read(manifest::PATH)?)?;
+        let rig = cameras_file::from_json(&files.read(cameras_file::PATH)?)?;
+        if rig.cameras.len() != manifest.sequence.cameras {
+            let detail = format!("{} cameras, set.toml says {}", rig.cameras.len(), manifest.sequence.cameras);
+            return Err(SetError::malformed(cameras_file::PATH, detail));
+        }
+        Ok(Self {
+            name: manifest.name,
+            frames_per_second: manifest.sequence.frames_per_second,
+            frame_count: manifest.sequence.frames,
+            rig,
+            start: Start::from_json(&files.read(start_file::PATH)?, &files.read(start_file::BODY_PATH)?)?,
+            set_hash: files.set_hash(),
+            files,
+        })
+    }
+
+    /// What the cameras saw at frame `frame`.
+    ///
+    /// # Errors
+    /// [`SetError`] when a file is missing or not what was written.
+    pub fn observation(&self, frame: usize) -> Result<Observation, SetError> {
+        let silhouettes = self.rig.cameras.iter().enumerate().map(|(index, camera)| {
+            let path = silhouette_path(index, frame);
+            silhouette_png::decode(&path, &self.files.read(&path)?, camera.pinhole.width, camera.pinhole.height)
+        });
+        let time_s = frame as f64 / self.frames_per_second;
+        Ok(Observation { frame, time_s, silhouettes: silhouettes.collect::<Result<_, _>>()? })
+    }
+
+    /// All observations in order, read one by one.
+    pub fn observations(&self) -> impl Iterator<Item = Result<Observation, SetError>> + '_ {
+        (0..self.frame_count).map(|frame| self.observation(frame))
+    }
+
+    pub(super) fn files(&self) -> &SetFiles {
+        &self.files
+    }
+}
+
+pub(super) fn silhouette_path(camera: usize, frame: usize) -> String {
+    format!("{}/silhouette/{frame:06}.png", cameras_file::observations_directory(camera))
+}

@@ -1,0 +1,339 @@
+//! A humanoid as JSON (`skiagraph.body/1`), lossless: what a URDF becomes once it is read, scaled and made conical.
+//!
+//! Links in topological order, link 0 the root; `joints[i]` carries `links[i + 1]` and names its parent by index.
+//! Metres, radians, kilograms; frames as position and quaternion `w x y z`; a missing limit is `null`. The origin of a
+//! joint is its frame in the parent link, which is the child link's frame at zero angle.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::SetError;
+use super::rigid::RigidRecord;
+use crate::body::{DegreeOfFreedom, Drive, Flesh, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint};
+use crate::raster::TaperedCapsule;
+
+const SCHEMA: &str = "skiagraph.body/1";
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyRecord {
+    schema: String,
+    name: String,
+    links: Vec<LinkRecord>,
+    joints: Vec<JointRecord>,
+    degrees_of_freedom: Vec<DegreeRecord>,
+    /// HumanEva's virtual markers by name.
+    markers: BTreeMap<String, MarkerRecord>,
+    notes: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LinkRecord {
+    name: String,
+    flesh: Vec<FleshRecord>,
+    inertia: Option<InertiaRecord>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum FleshRecord {
+    TaperedCapsule { a: [f64; 3], b: [f64; 3], radius_a: f64, radius_b: f64 },
+    Box { frame: RigidRecord, half_extents: [f64; 3] },
+    Cylinder { frame: RigidRecord, radius: f64, half_length: f64 },
+    Mesh { vertices: Vec<[f64; 3]>, triangles: Vec<[u32; 3]> },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InertiaRecord {
+    mass: f64,
+    centre_of_mass: [f64; 3],
+    tensor: [[f64; 3]; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JointRecord {
+    name: String,
+    parent: usize,
+    origin: RigidRecord,
+    kind: KindRecord,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum KindRecord {
+    Fixed,
+    Revolute { axis: [f64; 3], drive: DriveRecord },
+    Prismatic { axis: [f64; 3], drive: DriveRecord },
+    Spherical { first: usize },
+    Floating { first: usize },
+}
+
+/// `multiplier * angles[degree_of_freedom] + offset`.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DriveRecord {
+    degree_of_freedom: usize,
+    multiplier: f64,
+    offset: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DegreeRecord {
+    name: String,
+    lower: Option<f64>,
+    upper: Option<f64>,
+    max_velocity: Option<f64>,
+    max_effort: Option<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MarkerRecord {
+    link: usize,
+    point: [f64; 3],
+}
+
+/// The bytes of the body's file.
+pub(super) fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
+    let markers = LANDMARKS.iter().zip(&body.markers).filter_map(|(landmark, marker)| {
+        let marker = marker.as_ref()?;
+        Some((landmark.name().to_string(), MarkerRecord { link: marker.link, point: marker.point_in_link.into() }))
+    });
+    let record = BodyRecord {
+        schema: SCHEMA.to_string(),
+        name: body.name.clone(),
+        links: body.links.iter().map(LinkRecord::new).collect(),
+        joints: body.joints.iter().map(JointRecord::new).collect(),
+        degrees_of_freedom: body.degrees_of_freedom.iter().map(DegreeRecord::new).collect(),
+        markers: markers.collect(),
+        notes: body.notes.clone(),
+    };
+    super::json::to_bytes(file, &record)
+}
+
+/// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked.
+pub(super) fn from_json(file: &str, bytes: &[u8]) -> Result<Humanoid, SetError> {
+    let record: BodyRecord = super::json::from_bytes(file, SCHEMA, bytes)?;
+    record.body().map_err(|detail| SetError::malformed(file, detail))
+}
+
+impl BodyRecord {
+    fn body(self) -> Result<Humanoid, String> {
+        if self.links.len() != self.joints.len() + 1 {
+            return Err(format!(
+                "{} links and {} joints; expected one joint fewer",
+                self.links.len(),
+                self.joints.len()
+            ));
+        }
+        let degrees = self.degrees_of_freedom.len();
+        let joints = self.joints.into_iter().enumerate().map(|(index, joint)| {
+            let name = joint.name.clone();
+            joint.joint(index, degrees).map_err(|e| format!("joint {name:?}: {e}"))
+        });
+        let joints = joints.collect::<Result<Vec<_>, _>>()?;
+        let mut markers = [None; LANDMARKS.len()];
+        for (name, marker) in self.markers {
+            let landmark = LANDMARKS.iter().position(|l| l.name() == name);
+            let slot = landmark.ok_or_else(|| format!("marker {name:?} is none of HumanEva's fifteen"))?;
+            if marker.link >= self.links.len() {
+                return Err(format!("marker {name:?}: there is no link {}", marker.link));
+            }
+            markers[slot] = Some(LinkPoint { link: marker.link, point_in_link: marker.point.into() });
+        }
+        Ok(Humanoid {
+            name: self.name,
+            links: self.links.into_iter().map(LinkRecord::link).collect::<Result<_, _>>()?,
+            joints,
+            degrees_of_freedom: self
+                .degrees_of_freedom
+                .into_iter()
+                .map(DegreeRecord::degree)
+                .collect::<Result<_, _>>()?,
+            markers,
+            notes: self.notes,
+        })
+    }
+}
+
+impl LinkRecord {
+    fn new(link: &Link) -> Self {
+        let inertia = link.inertia.as_ref().map(|inertia| InertiaRecord {
+            mass: inertia.mass,
+            centre_of_mass: inertia.centre_of_mass.into(),
+            tensor: inertia.tensor.transpose().into(),
+        });
+        Self { name: link.name.clone(), flesh: link.flesh.iter().map(FleshRecord::new).collect(), inertia }
+    }
+
+    fn link(self) -> Result<Link, String> {
+        let inertia = self.inertia.map(|inertia| Inertia {
+            mass: inertia.mass,
+            centre_of_mass: inertia.centre_of_mass.into(),
+            tensor: Matrix3::from(inertia.tensor).transpose(),
+        });
+        let flesh = self.flesh.into_iter().map(FleshRecord::flesh).collect::<Result<_, _>>();
+        Ok(Link { flesh: flesh.map_err(|e| format!("link {:?}: {e}", self.name))?, name: self.name, inertia })
+    }
+}
+
+impl FleshRecord {
+    fn new(flesh: &Flesh) -> Self {
+        match flesh {
+            Flesh::TaperedCapsule(c) => {
+                Self::TaperedCapsule { a: c.a.into(), b: c.b.into(), radius_a: c.radius_a, radius_b: c.radius_b }
+            }
+            Flesh::Box { link_from_box, half_extents } => {
+                Self::Box { frame: RigidRecord::new(link_from_box), half_extents: *half_extents }
+            }
+            Flesh::Cylinder { link_from_cylinder, radius, half_length } => Self::Cylinder {
+                frame: RigidRecord::new(link_from_cylinder),
+                radius: *radius,
+                half_length: *half_length,
+            },
+            Flesh::Mesh { vertices, triangles } => {
+                Self::Mesh { vertices: vertices.iter().map(|v| (*v).into()).collect(), triangles: triangles.clone() }
+            }
+        }
+    }
+
+    fn flesh(self) -> Result<Flesh, String> {
+        Ok(match self {
+            Self::TaperedCapsule { a, b, radius_a, radius_b } => {
+                Flesh::TaperedCapsule(TaperedCapsule { a: a.into(), b: b.into(), radius_a, radius_b })
+            }
+            Self::Box { frame, half_extents } => Flesh::Box { link_from_box: frame.transform()?, half_extents },
+            Self::Cylinder { frame, radius, half_length } => {
+                Flesh::Cylinder { link_from_cylinder: frame.transform()?, radius, half_length }
+            }
+            Self::Mesh { vertices, triangles } => {
+                if triangles.as_flattened().iter().any(|v| *v as usize >= vertices.len()) {
+                    return Err("a triangle names a vertex that is not there".to_string());
+                }
+                Flesh::Mesh { vertices: vertices.into_iter().map(Point3::from).collect(), triangles }
+            }
+        })
+    }
+}
+
+impl JointRecord {
+    fn new(joint: &Joint) -> Self {
+        let kind = match &joint.kind {
+            JointKind::Fixed => KindRecord::Fixed,
+            JointKind::Revolute { axis, drive } => {
+                KindRecord::Revolute { axis: axis.into_inner().into(), drive: DriveRecord::new(drive) }
+            }
+            JointKind::Prismatic { axis, drive } => {
+                KindRecord::Prismatic { axis: axis.into_inner().into(), drive: DriveRecord::new(drive) }
+            }
+            JointKind::Spherical { first } => KindRecord::Spherical { first: *first },
+            JointKind::Floating { first } => KindRecord::Floating { first: *first },
+        };
+        Self {
+            name: joint.name.clone(),
+            parent: joint.parent,
+            origin: RigidRecord::new(&joint.parent_from_joint),
+            kind,
+        }
+    }
+
+    /// Joint `index` of a body with `degrees` degrees of freedom.
+    fn joint(self, index: usize, degrees: usize) -> Result<Joint, String> {
+        if self.parent > index {
+            return Err(format!("parent {} does not come before its child", self.parent));
+        }
+        let (kind, last) = match self.kind {
+            KindRecord::Fixed => (JointKind::Fixed, None),
+            KindRecord::Revolute { axis, drive } => {
+                (JointKind::Revolute { axis: unit(axis)?, drive: drive.drive() }, Some(drive.degree_of_freedom))
+            }
+            KindRecord::Prismatic { axis, drive } => {
+                (JointKind::Prismatic { axis: unit(axis)?, drive: drive.drive() }, Some(drive.degree_of_freedom))
+            }
+            KindRecord::Spherical { first } => (JointKind::Spherical { first }, Some(first.saturating_add(2))),
+            KindRecord::Floating { first } => (JointKind::Floating { first }, Some(first.saturating_add(5))),
+        };
+        if last.is_some_and(|last| last >= degrees) {
+            return Err(format!("moves by a degree of freedom beyond the {degrees} there are"));
+        }
+        Ok(Joint { name: self.name, parent: self.parent, parent_from_joint: self.origin.transform()?, kind })
+    }
+}
+
+fn unit(axis: [f64; 3]) -> Result<Unit<Vector3<f64>>, String> {
+    let axis = Vector3::from(axis);
+    if (axis.norm() - 1.0).abs() < 1e-9 {
+        Ok(Unit::new_unchecked(axis))
+    } else {
+        Err("its axis is not of length 1".into())
+    }
+}
+
+impl DriveRecord {
+    fn new(drive: &Drive) -> Self {
+        Self { degree_of_freedom: drive.degree_of_freedom, multiplier: drive.multiplier, offset: drive.offset }
+    }
+
+    fn drive(&self) -> Drive {
+        Drive { degree_of_freedom: self.degree_of_freedom, multiplier: self.multiplier, offset: self.offset }
+    }
+}
+
+impl DegreeRecord {
+    fn new(degree: &DegreeOfFreedom) -> Self {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        Self {
+            name: degree.name.clone(),
+            lower: finite(degree.lower),
+            upper: finite(degree.upper),
+            max_velocity: finite(degree.max_velocity),
+            max_effort: finite(degree.max_effort),
+        }
+    }
+
+    fn degree(self) -> Result<DegreeOfFreedom, String> {
+        let lower = self.lower.unwrap_or(f64::NEG_INFINITY);
+        let upper = self.upper.unwrap_or(f64::INFINITY);
+        if lower > upper {
+            return Err(format!("degree of freedom {:?}: lower limit {lower} above upper {upper}", self.name));
+        }
+        let max_velocity = self.max_velocity.unwrap_or(f64::INFINITY);
+        let max_effort = self.max_effort.unwrap_or(f64::INFINITY);
+        Ok(DegreeOfFreedom { name: self.name, lower, upper, max_velocity, max_effort })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::benchmark_set::fixture;
+
+    #[test]
+    fn a_body_with_every_kind_of_joint_and_flesh_is_read_back_to_the_bit() {
+        let body = fixture::every_kind_of_body();
+        assert_eq!(from_json("b", &to_json("b", &body).unwrap()).unwrap(), body);
+    }
+
+    #[test]
+    fn bodies_that_break_an_invariant_are_refused_by_name() {
+        let json: serde_json::Value =
+            serde_json::from_slice(&to_json("b", &fixture::every_kind_of_body()).unwrap()).unwrap();
+        let message = |path: &str, value: serde_json::Value| {
+            let mut broken = json.clone();
+            *broken.pointer_mut(path).unwrap() = value;
+            from_json("b", broken.to_string().as_bytes()).unwrap_err().to_string()
+        };
+        assert!(message("/joints/1/parent", 4.into()).contains("joint \"slide\": parent 4"));
+        assert!(message("/joints/0/kind/revolute/axis/0", 3.0.into()).contains("length 1"));
+        assert!(message("/joints/2/kind/spherical/first", 99.into()).contains("degree of freedom"));
+        assert!(message("/joints/2/kind/spherical/first", u64::MAX.into()).contains("degree of freedom"));
+        assert!(message("/markers/pelvis/link", 77.into()).contains("no link 77"));
+        assert!(message("/schema", "other/2".into()).contains("skiagraph.body/1"));
+    }
+}

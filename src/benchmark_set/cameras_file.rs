@@ -1,0 +1,121 @@
+//! `cameras.json`: the rig in OpenCV's convention, for anybody.
+//!
+//! `x_camera = R x_world + t` (x right, y down, z forward, metres); `K` and `distortion` (k1 k2 p1 p2 k3) as OpenCV's
+//! `projectPoints` takes them, **pixel centres at integers**: our principal point, counted from the outer corner of the
+//! top-left pixel, less half a pixel. `camera_from_world` says `R` and `t` again as position and quaternion, which is
+//! what our own reader takes, so that nothing is lost to rounding.
+
+use serde::{Deserialize, Serialize};
+
+use super::SetError;
+use super::rigid::RigidRecord;
+use crate::camera::{Camera, CameraRig};
+
+pub(super) const PATH: &str = "cameras.json";
+const SCHEMA: &str = "skiagraph.cameras/1";
+const PIXEL_CENTRES: &str = "integers: the centre of the top-left pixel is (0, 0)";
+const AXES: &str = "OpenCV: x right, y down, z forward; x_camera = R x_world + t; world Z up; metres";
+
+#[derive(Serialize, Deserialize)]
+struct CamerasFile {
+    schema: String,
+    axes: String,
+    pixel_centres: String,
+    cameras: Vec<CameraRecord>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraRecord {
+    name: String,
+    /// Where its observations are, below the set.
+    observations: String,
+    width: u32,
+    height: u32,
+    #[serde(rename = "K")]
+    k: [[f64; 3]; 3],
+    #[serde(rename = "R")]
+    r: [[f64; 3]; 3],
+    t: [f64; 3],
+    distortion: [f64; 5],
+    camera_from_world: RigidRecord,
+    /// Nothing nearer than this is seen, metres.
+    near: f64,
+}
+
+/// Directory of the observations of camera `index`.
+pub(super) fn observations_directory(index: usize) -> String {
+    format!("observations/cam{index:02}")
+}
+
+pub(super) fn to_json(rig: &CameraRig) -> Result<Vec<u8>, SetError> {
+    let cameras = rig.cameras.iter().enumerate().map(|(index, camera)| CameraRecord::new(index, camera)).collect();
+    let file = CamerasFile { schema: SCHEMA.into(), axes: AXES.into(), pixel_centres: PIXEL_CENTRES.into(), cameras };
+    super::json::to_bytes(PATH, &file)
+}
+
+pub(super) fn from_json(bytes: &[u8]) -> Result<CameraRig, SetError> {
+    let file: CamerasFile = super::json::from_bytes(PATH, SCHEMA, bytes)?;
+    let cameras = file
+        .cameras
+        .iter()
+        .map(|record| record.camera().map_err(|e| SetError::malformed(PATH, format!("camera {:?}: {e}", record.name))));
+    Ok(CameraRig { cameras: cameras.collect::<Result<_, _>>()? })
+}
+
+impl CameraRecord {
+    fn new(index: usize, camera: &Camera) -> Self {
+        Self {
+            name: camera.name.clone(),
+            observations: observations_directory(index),
+            width: camera.pinhole.width,
+            height: camera.pinhole.height,
+            k: camera.opencv_matrix(),
+            r: camera.opencv_rotation(),
+            t: camera.opencv_translation(),
+            distortion: camera.distortion.coefficients(),
+            camera_from_world: RigidRecord::new(&camera.camera_from_world),
+            near: camera.pinhole.near,
+        }
+    }
+
+    fn camera(&self) -> Result<Camera, String> {
+        let Self { k, r, t, distortion, width, height, .. } = *self;
+        let mut camera =
+            Camera::from_opencv(&self.name, k, r, t, distortion, width, height).map_err(|e| e.to_string())?;
+        camera.camera_from_world = self.camera_from_world.transform()?;
+        camera.pinhole.near = self.near;
+        camera.validate().map_err(|e| e.to_string())?;
+        let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-9);
+        if differ(r.as_flattened(), camera.opencv_rotation().as_flattened()) || differ(&t, &camera.opencv_translation())
+        {
+            return Err("R and t are not what camera_from_world says".to_string());
+        }
+        Ok(camera)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::fixture;
+
+    #[test]
+    fn a_rig_is_read_back_to_the_bit_once_it_has_been_in_a_file() {
+        let written = from_json(&to_json(&fixture::rig()).unwrap()).unwrap();
+        assert_eq!(from_json(&to_json(&written).unwrap()).unwrap(), written);
+        for (a, b) in fixture::rig().cameras.iter().zip(&written.cameras) {
+            assert_eq!((&a.name, a.distortion, a.pinhole.focal), (&b.name, b.distortion, b.pinhole.focal));
+            assert!((a.pinhole.principal_point[0] - b.pinhole.principal_point[0]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_rotation_matrix_that_disagrees_with_the_quaternion_is_refused() {
+        let text = String::from_utf8(to_json(&fixture::rig()).unwrap()).unwrap();
+        let mut json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        json["cameras"][1]["t"][2] = 9.0.into();
+        let message = from_json(json.to_string().as_bytes()).unwrap_err().to_string();
+        assert!(message.contains("cameras.json: camera \"side\": R and t"), "{message}");
+    }
+}

@@ -1,0 +1,276 @@
+//! The files of a set, in memory or in a directory, each known by its SHA-256.
+//!
+//! `files.sha256` lists them as `sha256sum` does (`sha256sum -c files.sha256` proves a set without this program). It is
+//! written last: a directory without it is no set. Every read is checked against it.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use super::SetError;
+
+const LISTING: &str = "files.sha256";
+/// Optional images that are worked out of the truth: not part of what identifies a set.
+pub(super) const LAYERS: &str = "truth/layers/";
+
+/// Named bytes and their digests.
+#[derive(Clone, Debug)]
+pub(super) struct SetFiles {
+    /// SHA-256 in hexadecimal by path; paths are relative, parts divided by `/`.
+    digests: BTreeMap<String, String>,
+    place: Place,
+}
+
+#[derive(Clone, Debug)]
+enum Place {
+    Memory(BTreeMap<String, Vec<u8>>),
+    Directory(PathBuf),
+}
+
+impl SetFiles {
+    pub(super) fn in_memory(files: BTreeMap<String, Vec<u8>>) -> Self {
+        let digests = files.par_iter().map(|(path, bytes)| (path.clone(), hex_sha256(bytes))).collect();
+        Self { digests, place: Place::Memory(files) }
+    }
+
+    /// The files of a set on disk; their contents are read and checked when they are asked for.
+    pub(super) fn open(directory: &Path) -> Result<Self, SetError> {
+        let not_a_set = |detail: String| SetError::NotASet { path: directory.to_path_buf(), detail };
+        let listing = match fs::read_to_string(directory.join(LISTING)) {
+            Ok(listing) => listing,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && directory.is_dir() => {
+                return Err(not_a_set(format!("it has no {LISTING}")));
+            }
+            Err(e) => return Err(SetError::io(&directory.join(LISTING), "read")(e)),
+        };
+        let mut digests = BTreeMap::new();
+        for (index, line) in listing.lines().enumerate() {
+            let (digest, path) =
+                line.split_once("  ").filter(|(digest, path)| is_digest(digest) && stays_inside(path)).ok_or_else(
+                    || not_a_set(format!("{LISTING}:{}: expected a SHA-256, two spaces and a path", index + 1)),
+                )?;
+            digests.insert(path.to_string(), digest.to_string());
+        }
+        Ok(Self { digests, place: Place::Directory(directory.to_path_buf()) })
+    }
+
+    /// The bytes of a file, which are those that were written.
+    pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
+        let missing = || match &self.place {
+            Place::Memory(_) => SetError::malformed(path, "the set has no such file"),
+            Place::Directory(directory) => {
+                SetError::NotASet { path: directory.clone(), detail: format!("{LISTING} lists no {path}") }
+            }
+        };
+        let listed = self.digests.get(path).ok_or_else(missing)?;
+        let bytes = match &self.place {
+            Place::Memory(files) => return files.get(path).map(|b| b.as_slice().into()).ok_or_else(missing),
+            Place::Directory(directory) => {
+                let full = directory.join(path);
+                fs::read(&full).map_err(SetError::io(&full, "read"))?
+            }
+        };
+        let found = hex_sha256(&bytes);
+        if found == *listed {
+            Ok(bytes.into())
+        } else {
+            Err(SetError::Tampered { file: path.to_string(), listed: listed.clone(), found })
+        }
+    }
+
+    /// SHA-256 of the listing (without layers): what identifies a set, wherever it lies.
+    pub(super) fn set_hash(&self) -> String {
+        let lines: String =
+            self.digests.iter().filter(|(path, _)| !path.starts_with(LAYERS)).map(listing_line).collect();
+        hex_sha256(lines.as_bytes())
+    }
+
+    /// Writes every file and the listing below `folder`, with `more` files, each made when its turn comes.
+    pub(super) fn write(
+        &self,
+        folder: &Path,
+        more: &[String],
+        make: impl Fn(&str) -> Result<Vec<u8>, SetError> + Sync,
+    ) -> Result<(), SetError> {
+        let mut digests = self.digests.clone();
+        let paths: Vec<&String> = self.digests.keys().collect();
+        create_parents(folder, self.digests.keys().chain(more))?;
+        paths.par_iter().try_for_each(|path| write_new(&folder.join(path), &self.read(path)?))?;
+        let made: Vec<(String, String)> = more
+            .par_iter()
+            .map(|path| {
+                let bytes = make(path)?;
+                write_new(&folder.join(path), &bytes)?;
+                Ok((path.clone(), hex_sha256(&bytes)))
+            })
+            .collect::<Result<_, SetError>>()?;
+        digests.extend(made);
+        // after all are written one commit of the file system's journal serves many
+        digests.par_iter().try_for_each(|(path, _)| sync(&folder.join(path)))?;
+        let listing: String = digests.iter().map(listing_line).collect();
+        write_new(&folder.join(LISTING), listing.as_bytes())?;
+        sync(&folder.join(LISTING))
+    }
+
+    /// Reads every listed file, and looks for files that are not listed.
+    pub(super) fn verify(&self) -> Result<(), SetError> {
+        let paths: Vec<&String> = self.digests.keys().collect();
+        let faults: Vec<SetError> = paths.par_iter().filter_map(|path| self.read(path).err()).collect();
+        if let Some(first) = faults.into_iter().next() {
+            return Err(first);
+        }
+        let Place::Directory(directory) = &self.place else { return Ok(()) };
+        let unlisted = |path: &String| !self.digests.contains_key(path) && path != LISTING;
+        match files_below(directory, "")?.into_iter().find(unlisted) {
+            Some(file) => Err(SetError::Unlisted { file }),
+            None => Ok(()),
+        }
+    }
+}
+
+fn hex_sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn listing_line((path, digest): (&String, &String)) -> String {
+    format!("{digest}  {path}\n")
+}
+
+fn is_digest(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
+}
+
+/// Whether a path from a file leads nowhere but below the set.
+fn stays_inside(path: &str) -> bool {
+    !path.is_empty() && !path.contains('\\') && path.split('/').all(|part| !["", ".", ".."].contains(&part))
+}
+
+fn create_parents<'a>(folder: &Path, paths: impl Iterator<Item = &'a String>) -> Result<(), SetError> {
+    let mut parents: Vec<PathBuf> = paths.filter_map(|path| folder.join(path).parent().map(PathBuf::from)).collect();
+    parents.push(folder.to_path_buf());
+    parents.sort();
+    parents.dedup();
+    parents
+        .iter()
+        .try_for_each(|parent| fs::create_dir_all(parent).map_err(SetError::io(parent, "create the directory")))
+}
+
+/// Writes a file that must not be there yet.
+fn write_new(path: &Path, bytes: &[u8]) -> Result<(), SetError> {
+    File::create_new(path).and_then(|mut file| file.write_all(bytes)).map_err(SetError::io(path, "write"))
+}
+
+fn sync(path: &Path) -> Result<(), SetError> {
+    File::open(path).and_then(|file| file.sync_all()).map_err(SetError::io(path, "write"))
+}
+
+/// All files below a directory, in order of their names.
+fn files_below(directory: &Path, prefix: &str) -> Result<Vec<String>, SetError> {
+    let mut found = Vec::new();
+    let entries = fs::read_dir(directory).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
+    let mut entries = entries.map_err(SetError::io(directory, "list"))?;
+    entries.sort_by_key(fs::DirEntry::file_name);
+    for entry in entries {
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() {
+            found.extend(files_below(&entry.path(), &format!("{name}/"))?);
+        } else {
+            found.push(name);
+        }
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> SetFiles {
+        let files = [("a.txt", "one"), ("deep/er/b.bin", "two"), ("empty", "")];
+        SetFiles::in_memory(files.map(|(path, text)| (path.to_string(), text.as_bytes().to_vec())).into())
+    }
+
+    fn written() -> tempfile::TempDir {
+        let directory = tempfile::tempdir().unwrap();
+        sample().write(directory.path(), &[], |_| Ok(Vec::new())).unwrap();
+        directory
+    }
+
+    #[test]
+    fn the_listing_is_what_sha256sum_writes() {
+        let directory = written();
+        let listing = fs::read_to_string(directory.path().join(LISTING)).unwrap();
+        // printf one | sha256sum
+        let one = "7692c3ad3540bb803c020b3aee66cd8887123234ea0c6e7143c0add73ff431ed";
+        assert_eq!(listing.lines().next(), Some(format!("{one}  a.txt").as_str()));
+        assert_eq!(hex_sha256(listing.as_bytes()), sample().set_hash());
+        assert_eq!(SetFiles::open(directory.path()).unwrap().set_hash(), sample().set_hash());
+    }
+
+    #[test]
+    fn one_flipped_bit_is_found_and_named_when_read_and_when_verified() {
+        let directory = written();
+        let files = SetFiles::open(directory.path()).unwrap();
+        files.verify().unwrap();
+        assert_eq!(&*files.read("deep/er/b.bin").unwrap(), b"two");
+        fs::write(directory.path().join("deep/er/b.bin"), "twn").unwrap();
+        for error in [files.read("deep/er/b.bin").map(|_| ()).unwrap_err(), files.verify().unwrap_err()] {
+            assert!(error.to_string().starts_with("deep/er/b.bin was changed or cut short"), "{error}");
+        }
+    }
+
+    #[test]
+    fn files_too_few_and_files_too_many_are_found() {
+        let directory = written();
+        fs::write(directory.path().join("deep/extra"), "x").unwrap();
+        let error = SetFiles::open(directory.path()).unwrap().verify().unwrap_err();
+        assert!(matches!(error, SetError::Unlisted { file } if file == "deep/extra"));
+        fs::remove_file(directory.path().join("a.txt")).unwrap();
+        let error = SetFiles::open(directory.path()).unwrap().verify().unwrap_err();
+        assert!(error.to_string().contains("a.txt: cannot read"), "{error}");
+    }
+
+    #[test]
+    fn a_listing_cannot_lead_out_of_the_set() {
+        let directory = tempfile::tempdir().unwrap();
+        for path in ["../secret", "/etc/passwd", "a//b", "a/./b", "a\\b"] {
+            fs::write(directory.path().join(LISTING), format!("{}  {path}\n", "0".repeat(64))).unwrap();
+            let error = SetFiles::open(directory.path()).unwrap_err();
+            assert!(error.to_string().contains("files.sha256:1"), "{error}");
+        }
+    }
+
+    #[test]
+    fn layers_do_not_change_what_identifies_a_set() {
+        let directory = tempfile::tempdir().unwrap();
+        let layer = format!("{LAYERS}cam00/000000.exr");
+        sample().write(directory.path(), &[layer.clone()], |_| Ok(b"layer".to_vec())).unwrap();
+        let files = SetFiles::open(directory.path()).unwrap();
+        files.verify().unwrap();
+        assert_eq!(&*files.read(&layer).unwrap(), b"layer");
+        assert_eq!(files.set_hash(), sample().set_hash());
+    }
+
+    #[test]
+    fn a_set_is_never_written_over_another_nor_where_nothing_can_be_written() {
+        let directory = written();
+        let again = sample().write(directory.path(), &[], |_| Ok(Vec::new())).unwrap_err();
+        assert!(again.to_string().contains("cannot write"), "{again}");
+        let below_a_file = directory.path().join("a.txt/set");
+        let error = sample().write(&below_a_file, &[], |_| Ok(Vec::new())).unwrap_err();
+        assert!(error.to_string().contains("a.txt/set: cannot create the directory"), "{error}");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_an_error_that_names_the_file() {
+        let full = File::options().write(true).open("/dev/full").and_then(|mut file| file.write_all(b"x"));
+        let error = full.map_err(SetError::io(Path::new("set/a.txt"), "write")).unwrap_err();
+        assert!(error.to_string().starts_with("set/a.txt: cannot write: No space left"), "{error}");
+    }
+}

@@ -1,0 +1,25 @@
+//! The JSON files of a set: pretty, one schema tag each.
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use super::SetError;
+
+pub(super) fn to_bytes(file: &str, value: &impl Serialize) -> Result<Vec<u8>, SetError> {
+    let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| SetError::malformed(file, e.to_string()))?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+/// The value of a file whose `schema` must be the one given.
+pub(super) fn from_bytes<T: DeserializeOwned>(file: &str, schema: &str, bytes: &[u8]) -> Result<T, SetError> {
+    #[derive(Deserialize)]
+    struct Tag {
+        schema: String,
+    }
+    let malformed = |e: serde_json::Error| SetError::malformed(file, e.to_string());
+    let Tag { schema: found } = serde_json::from_slice(bytes).map_err(malformed)?;
+    if found != schema {
+        return Err(SetError::malformed(file, format!("schema {found:?}, this program reads {schema:?}")));
+    }
+    serde_json::from_slice(bytes).map_err(malformed)
+}

@@ -1,0 +1,120 @@
+//! `set.toml`: what the set is, and in which conventions its files speak.
+
+use serde::{Deserialize, Serialize};
+
+use super::SetError;
+
+pub(super) const PATH: &str = "set.toml";
+const SCHEMA: &str = "skiagraph.set/1";
+
+/// The part of the manifest that a tracker may know.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct BlindManifest {
+    pub(super) schema: String,
+    pub(super) name: String,
+    /// Version of the program that made the set.
+    pub(super) version: String,
+    pub(super) sequence: Sequence,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sequence {
+    pub(super) frames: usize,
+    pub(super) frames_per_second: f64,
+    pub(super) cameras: usize,
+}
+
+/// What is known about the truth beyond its numbers; for reports.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TruthFacts {
+    /// Where the motion came from, with its licence.
+    pub motion: String,
+    /// Whether the tracker's body is the actor's own.
+    pub matched: bool,
+    /// How the bodies differ, in words; empty when matched.
+    pub mismatch: String,
+}
+
+#[derive(Serialize)]
+struct Manifest<'a> {
+    #[serde(flatten)]
+    blind: &'a BlindManifest,
+    convention: toml::Table,
+    truth: &'a TruthFacts,
+}
+
+/// Key and meaning of every convention that can hurt.
+const CONVENTIONS: [(&str, &str); 9] = [
+    ("length", "metres"),
+    ("angle", "radians; three angles of one spherical joint are a rotation vector"),
+    ("world", "right-handed, Z up, ground at z = 0, forward +X"),
+    ("camera", "OpenCV: x right, y down, z forward; x_camera = R x_world + t; distortion k1 k2 p1 p2 k3"),
+    ("pixel_centres", "cameras.json: integers, as OpenCV has it; the centre of the top-left pixel is (0, 0)"),
+    ("quaternion", "unit, w x y z, w >= 0"),
+    ("transform", "a row of 7: position x y z, quaternion w x y z; world_from_link"),
+    ("silhouette", "8-bit grey PNG: 255 body, 0 background"),
+    ("missing", "NaN"),
+];
+
+impl BlindManifest {
+    pub(super) fn new(name: &str, sequence: Sequence) -> Self {
+        let version = env!("CARGO_PKG_VERSION").to_string();
+        Self { schema: SCHEMA.to_string(), name: name.to_string(), version, sequence }
+    }
+
+    pub(super) fn from_toml(bytes: &[u8]) -> Result<Self, SetError> {
+        let manifest: Self = parse(bytes)?;
+        if manifest.schema != SCHEMA {
+            let detail = format!("schema {:?}, this program reads {SCHEMA:?}", manifest.schema);
+            return Err(SetError::malformed(PATH, detail));
+        }
+        let rate = manifest.sequence.frames_per_second;
+        if !(rate > 0.0 && rate.is_finite()) || manifest.sequence.frames == 0 {
+            return Err(SetError::malformed(PATH, "frames and frames_per_second must be above zero"));
+        }
+        Ok(manifest)
+    }
+}
+
+pub(super) fn to_toml(blind: &BlindManifest, truth: &TruthFacts) -> Result<Vec<u8>, SetError> {
+    let convention = CONVENTIONS.iter().map(|(key, meaning)| ((*key).to_string(), (*meaning).into())).collect();
+    let text = toml::to_string(&Manifest { blind, convention, truth });
+    text.map(String::into_bytes).map_err(|e| SetError::malformed(PATH, e.to_string()))
+}
+
+pub(super) fn truth_facts(bytes: &[u8]) -> Result<TruthFacts, SetError> {
+    #[derive(Deserialize)]
+    struct TruthPart {
+        truth: TruthFacts,
+    }
+    parse::<TruthPart>(bytes).map(|part| part.truth)
+}
+
+fn parse<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, SetError> {
+    toml::from_slice(bytes).map_err(|e| SetError::malformed(PATH, e.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_parts_are_read_back_and_conventions_are_said() {
+        let blind = BlindManifest::new("walk", Sequence { frames: 3, frames_per_second: 59.94, cameras: 4 });
+        let facts = TruthFacts { motion: "made up".into(), matched: false, mismatch: "girths +10 %".into() };
+        let text = to_toml(&blind, &facts).unwrap();
+        assert_eq!(BlindManifest::from_toml(&text).unwrap(), blind);
+        assert_eq!(truth_facts(&text).unwrap(), facts);
+        assert!(String::from_utf8(text).unwrap().contains("world = \"right-handed, Z up"));
+    }
+
+    #[test]
+    fn another_schema_and_an_empty_sequence_are_refused() {
+        let blind = BlindManifest::new("walk", Sequence { frames: 0, frames_per_second: 60.0, cameras: 4 });
+        let text = String::from_utf8(to_toml(&blind, &TruthFacts::default()).unwrap()).unwrap();
+        assert!(BlindManifest::from_toml(text.as_bytes()).unwrap_err().to_string().contains("above zero"));
+        let other = text.replace("skiagraph.set/1", "skiagraph.set/9");
+        assert!(BlindManifest::from_toml(other.as_bytes()).unwrap_err().to_string().contains("skiagraph.set/9"));
+    }
+}

@@ -1,0 +1,304 @@
+//! A whole set: the blind side and the truth.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::blind::{BlindSet, silhouette_path};
+use super::files::SetFiles;
+use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
+use super::start_file::{self, Start};
+use super::{Npz, SetError, body_file, cameras_file, silhouette_png, truth_file};
+use crate::body::Motion;
+use crate::camera::CameraRig;
+use crate::observation::Observation;
+use crate::scene::GroundTruth;
+
+/// A set in memory or on disk. Whichever it is, everything in it has been through its files: what `run` sees is to the
+/// bit what somebody sees who reads the set from disk.
+#[derive(Clone, Debug)]
+pub struct BenchmarkSet {
+    /// What a tracker may see.
+    pub blind: BlindSet,
+    /// What it may not.
+    pub truth: TruthSet,
+}
+
+/// The side of a set that trackers never see.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TruthSet {
+    /// The actor's truth, frame by frame.
+    pub ground_truth: GroundTruth,
+    /// The motion of the tracker's body that comes nearest to the truth, where it is known: one pose a frame.
+    pub refitted: Option<Motion>,
+    /// What is known beyond the numbers.
+    pub facts: TruthFacts,
+}
+
+/// What a set is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct SetParts<'a> {
+    /// The set's name, for people.
+    pub name: &'a str,
+    /// The cameras.
+    pub rig: &'a CameraRig,
+    /// What the tracker is told.
+    pub start: &'a Start,
+    /// The truth.
+    pub ground_truth: &'a GroundTruth,
+    /// The tracker's body brought nearest to the truth; one pose a frame.
+    pub refitted: Option<&'a Motion>,
+    /// Facts for reports.
+    pub facts: &'a TruthFacts,
+}
+
+impl TruthSet {
+    /// Reads the truth of a set on disk.
+    ///
+    /// # Errors
+    /// [`SetError`] naming the file that is missing, changed or not what its format says.
+    pub fn read(directory: &Path) -> Result<Self, SetError> {
+        Self::from_files(&SetFiles::open(directory)?)
+    }
+
+    fn from_files(files: &SetFiles) -> Result<Self, SetError> {
+        let manifest = files.read(manifest::PATH)?;
+        let sequence = BlindManifest::from_toml(&manifest)?.sequence;
+        let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
+        let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
+        let (ground_truth, refitted) = truth_file::from_npz(&npz, actor, sequence.cameras)?;
+        if ground_truth.frames.len() != sequence.frames {
+            let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
+            return Err(SetError::malformed(truth_file::PATH, detail));
+        }
+        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(&manifest)? })
+    }
+}
+
+impl BenchmarkSet {
+    /// Makes a set in memory. `observe(frame)` is what the cameras saw; it is called once for every frame, on any thread.
+    ///
+    /// # Errors
+    /// [`SetError`] when the parts do not fit together.
+    pub fn assemble(parts: &SetParts<'_>, observe: impl Fn(usize) -> Observation + Sync) -> Result<Self, SetError> {
+        let truth = parts.ground_truth;
+        parts.check()?;
+        let mut files: BTreeMap<String, Vec<u8>> = (0..truth.frames.len())
+            .into_par_iter()
+            .map(|frame| silhouette_files(parts.rig, frame, &observe(frame)))
+            .collect::<Result<Vec<_>, _>>()?
+            .into_iter()
+            .flatten()
+            .collect();
+        let sequence = Sequence {
+            frames: truth.frames.len(),
+            frames_per_second: truth.frames_per_second,
+            cameras: parts.rig.cameras.len(),
+        };
+        let refitted = parts.refitted.map(|motion| (&parts.start.body, motion));
+        let npz = truth_file::to_npz(truth, refitted, parts.rig);
+        for (path, bytes) in [
+            (manifest::PATH, manifest::to_toml(&BlindManifest::new(parts.name, sequence), parts.facts)?),
+            ("README.txt", include_bytes!("readme.txt").to_vec()),
+            (cameras_file::PATH, cameras_file::to_json(parts.rig)?),
+            (start_file::PATH, parts.start.to_json()?),
+            (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &parts.start.body)?),
+            (truth_file::PATH, npz.to_bytes(truth_file::PATH)?),
+            (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
+        ] {
+            files.insert(path.to_string(), bytes);
+        }
+        Self::from_files(SetFiles::in_memory(files))
+    }
+
+    /// Opens a whole set on disk.
+    ///
+    /// # Errors
+    /// As [`BlindSet::read`] and [`TruthSet::read`].
+    pub fn read(directory: &Path) -> Result<Self, SetError> {
+        Self::from_files(SetFiles::open(directory)?)
+    }
+
+    fn from_files(files: SetFiles) -> Result<Self, SetError> {
+        let truth = TruthSet::from_files(&files)?;
+        Ok(Self { blind: BlindSet::from_files(Arc::new(files))?, truth })
+    }
+
+    /// Writes the set into `folder`, where none of its files may be yet; everything is on the disk when this returns.
+    /// The list of files comes last, so that a folder half written is no set; whoever wants it whole or absent writes
+    /// into a folder beside the target and renames that.
+    ///
+    /// # Errors
+    /// [`SetError::Io`] naming the file that cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), SetError> {
+        self.blind.files().write(folder, &[], |_| Ok(Vec::new()))
+    }
+}
+
+/// Reads every file of the set in `directory` and compares it with its SHA-256.
+///
+/// # Errors
+/// [`SetError`] naming the first file (in alphabetical order) that is missing or changed, else one that is not listed.
+pub fn verify_hashes(directory: &Path) -> Result<(), SetError> {
+    SetFiles::open(directory)?.verify()
+}
+
+impl SetParts<'_> {
+    fn check(&self) -> Result<(), SetError> {
+        let (truth, cameras) = (self.ground_truth, &self.rig.cameras);
+        let frames = truth.frames.len();
+        if frames == 0 || frames > 1_000_000 {
+            return Err(SetError::inconsistent(format!("{frames} frames; expected 1 to 1000000")));
+        }
+        if truth.frames.iter().any(|f| f.in_view.len() != cameras.len() || f.visible.len() != cameras.len()) {
+            return Err(SetError::inconsistent(format!("the truth was not made for these {} cameras", cameras.len())));
+        }
+        if let Some(motion) = self.refitted.filter(|m| m.poses.len() != frames) {
+            let detail = format!("{} refitted poses for {frames} frames", motion.poses.len());
+            return Err(SetError::inconsistent(detail));
+        }
+        let degrees = self.start.body.degrees_of_freedom.len();
+        let mut poses = self.refitted.iter().flat_map(|m| &m.poses).chain([&self.start.pose]);
+        if poses.any(|p| p.joint_angles.len() != degrees) {
+            let detail = format!("start and refitted poses need the {degrees} angles of {:?}", self.start.body.name);
+            return Err(SetError::inconsistent(detail));
+        }
+        Ok(())
+    }
+}
+
+fn silhouette_files(
+    rig: &CameraRig,
+    frame: usize,
+    observation: &Observation,
+) -> Result<Vec<(String, Vec<u8>)>, SetError> {
+    let sizes = rig.cameras.iter().map(|c| (c.pinhole.width, c.pinhole.height));
+    if observation.frame != frame || !observation.silhouettes.iter().map(|m| (m.width(), m.height())).eq(sizes) {
+        return Err(SetError::inconsistent(format!("the observation of frame {frame} does not fit the cameras")));
+    }
+    let silhouettes = observation.silhouettes.iter().enumerate().map(|(camera, mask)| {
+        let path = silhouette_path(camera, frame);
+        silhouette_png::encode(&path, mask).map(|bytes| (path, bytes))
+    });
+    silhouettes.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::benchmark_set::fixture::small_set;
+    use std::fs;
+
+    fn written(set: &BenchmarkSet) -> tempfile::TempDir {
+        let directory = tempfile::tempdir().unwrap();
+        set.write(directory.path()).unwrap();
+        directory
+    }
+
+    fn same(a: &BenchmarkSet, b: &BenchmarkSet) {
+        assert_eq!(a.truth, b.truth);
+        assert_eq!((&a.blind.name, &a.blind.set_hash), (&b.blind.name, &b.blind.set_hash));
+        assert_eq!((&a.blind.rig, &a.blind.start), (&b.blind.rig, &b.blind.start));
+        assert_eq!((a.blind.frame_count, a.blind.frames_per_second), (b.blind.frame_count, b.blind.frames_per_second));
+        for (x, y) in a.blind.observations().zip(b.blind.observations()) {
+            assert_eq!(x.unwrap(), y.unwrap());
+        }
+    }
+
+    #[test]
+    fn a_set_on_disk_is_the_set_in_memory() {
+        let set = small_set(3).unwrap();
+        let directory = written(&set);
+        verify_hashes(directory.path()).unwrap();
+        let read = BenchmarkSet::read(directory.path()).unwrap();
+        same(&set, &read);
+        assert_eq!(set.blind.observations().count(), 3);
+        // and a copy made from disk is the same again
+        let copy = written(&read);
+        same(&set, &BenchmarkSet::read(copy.path()).unwrap());
+    }
+
+    #[test]
+    fn a_tracker_needs_no_truth_and_does_not_read_it() {
+        let set = small_set(2).unwrap();
+        let directory = written(&set);
+        fs::remove_dir_all(directory.path().join("truth")).unwrap();
+        let blind = BlindSet::read(directory.path()).unwrap();
+        assert_eq!(blind.observation(1).unwrap(), set.blind.observation(1).unwrap());
+        let error = TruthSet::read(directory.path()).unwrap_err().to_string();
+        assert!(error.contains("truth/actor.json: cannot read"), "{error}");
+    }
+
+    #[test]
+    fn one_flipped_byte_in_any_file_is_found_and_the_file_named() {
+        let directory = written(&small_set(1).unwrap());
+        let listing = fs::read_to_string(directory.path().join("files.sha256")).unwrap();
+        assert_eq!(listing.lines().count(), 7 + 3);
+        for file in listing.lines().map(|line| &line[66..]) {
+            let path = directory.path().join(file);
+            let whole = fs::read(&path).unwrap();
+            let mut broken = whole.clone();
+            broken[whole.len() / 2] ^= 1;
+            fs::write(&path, broken).unwrap();
+            let error = verify_hashes(directory.path()).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("{file} was changed or cut short")), "{error}");
+            fs::write(&path, &whole[..whole.len() - 1]).unwrap();
+            assert!(verify_hashes(directory.path()).is_err());
+            fs::write(&path, whole).unwrap();
+        }
+        verify_hashes(directory.path()).unwrap();
+    }
+
+    #[test]
+    fn a_set_half_written_is_no_set() {
+        let directory = written(&small_set(1).unwrap());
+        fs::remove_file(directory.path().join("files.sha256")).unwrap();
+        for error in [
+            BlindSet::read(directory.path()).map(|_| ()).unwrap_err(),
+            TruthSet::read(directory.path()).map(|_| ()).unwrap_err(),
+            verify_hashes(directory.path()).unwrap_err(),
+        ] {
+            assert!(error.to_string().contains("is not a whole benchmark set: it has no files.sha256"), "{error}");
+        }
+        let nowhere = BlindSet::read(&directory.path().join("nowhere")).unwrap_err().to_string();
+        assert!(nowhere.contains("cannot read: No such file"), "{nowhere}");
+    }
+
+    #[test]
+    fn the_same_bytes_come_from_any_number_of_threads() {
+        let hash = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| small_set(4).unwrap().blind.set_hash)
+        };
+        assert_eq!(hash(1), hash(3));
+        assert_ne!(hash(1), small_set(5).unwrap().blind.set_hash);
+    }
+
+    #[test]
+    fn parts_that_do_not_fit_together_make_no_set() {
+        let set = small_set(2).unwrap();
+        let (truth, blind) = (&set.truth, &set.blind);
+        let parts = SetParts {
+            name: "x",
+            rig: &blind.rig,
+            start: &blind.start,
+            ground_truth: &truth.ground_truth,
+            refitted: None,
+            facts: &truth.facts,
+        };
+        let refused = |parts: &SetParts<'_>| {
+            BenchmarkSet::assemble(parts, |frame| blind.observation(frame).unwrap()).unwrap_err().to_string()
+        };
+        let two = CameraRig { cameras: blind.rig.cameras[..2].to_vec() };
+        assert!(refused(&SetParts { rig: &two, ..parts }).contains("not made for these 2 cameras"));
+        let mut start = blind.start.clone();
+        start.pose.joint_angles = nalgebra::DVector::zeros(3);
+        assert!(refused(&SetParts { start: &start, ..parts }).contains("start and refitted poses"));
+        let short = Motion { frames_per_second: 60.0, poses: vec![blind.start.pose.clone()] };
+        assert!(refused(&SetParts { refitted: Some(&short), ..parts }).contains("1 refitted poses for 2 frames"));
+        let other_frame = BenchmarkSet::assemble(&parts, |_| blind.observation(0).unwrap()).unwrap_err();
+        assert!(other_frame.to_string().contains("frame 1 does not fit the cameras"), "{other_frame}");
+    }
+}

@@ -1,0 +1,85 @@
+//! Silhouettes as 8-bit grey PNG files: 255 where the body is, 0 elsewhere.
+
+use super::SetError;
+use crate::raster::Mask;
+
+/// The PNG of a mask; compressed as fast as the format allows, for these images need little.
+pub(super) fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
+    let mut pixels = Vec::with_capacity(mask.width() as usize * mask.height() as usize);
+    for y in 0..mask.height() {
+        let row = mask.row(y);
+        pixels.extend((0..mask.width() as usize).map(|x| if row[x / 64] >> (x % 64) & 1 == 1 { 255 } else { 0_u8 }));
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, mask.width(), mask.height());
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fastest);
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(&pixels)?;
+        writer.finish()
+    });
+    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
+    Ok(bytes)
+}
+
+/// The mask of a PNG, which must have the camera's size and no greys.
+pub(super) fn decode(file: &str, bytes: &[u8], width: u32, height: u32) -> Result<Mask, SetError> {
+    let malformed = |e: png::DecodingError| SetError::malformed(file, e.to_string());
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(malformed)?;
+    let info = reader.info();
+    let found = (info.width, info.height, info.color_type, info.bit_depth);
+    if found != (width, height, png::ColorType::Grayscale, png::BitDepth::Eight) {
+        let detail = format!(
+            "{} x {} pixels, {:?}, {:?} bits; expected {width} x {height}, 8-bit grey",
+            found.0, found.1, found.2, found.3
+        );
+        return Err(SetError::malformed(file, detail));
+    }
+    let mut pixels = vec![0; width as usize * height as usize];
+    reader.next_frame(&mut pixels).map_err(malformed)?;
+    let mut mask = Mask::new(width, height);
+    for (y, row) in (0..height).zip(pixels.chunks_exact(width.max(1) as usize)) {
+        for (word, values) in mask.row_mut(y).iter_mut().zip(row.chunks(64)) {
+            for (bit, value) in values.iter().enumerate() {
+                match value {
+                    0 => {}
+                    255 => *word |= 1 << bit,
+                    grey => return Err(SetError::malformed(file, format!("a pixel is {grey}; expected 0 or 255"))),
+                }
+            }
+        }
+    }
+    Ok(mask)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn any_mask_of_any_size_is_read_back(width in 1_u32..150, height in 1_u32..40, seed: u64) {
+            let mut mask = Mask::new(width, height);
+            for (i, (x, y)) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).enumerate() {
+                mask.set(x, y, seed.rotate_left(i as u32).wrapping_mul(i as u64 | 1) % 3 == 0);
+            }
+            let bytes = encode("m", &mask).unwrap();
+            prop_assert_eq!(decode("m", &bytes, width, height).unwrap(), mask);
+        }
+    }
+
+    #[test]
+    fn other_sizes_greys_and_cut_files_are_refused_by_name() {
+        let bytes = encode("cam00/000000.png", &Mask::new(20, 10)).unwrap();
+        let message = |bytes: &[u8], width| decode("cam00/000000.png", bytes, width, 10).unwrap_err().to_string();
+        assert!(message(&bytes, 30).contains("20 x 10 pixels") && message(&bytes, 30).contains("expected 30 x 10"));
+        assert!(message(&bytes[..bytes.len() / 2], 20).starts_with("cam00/000000.png: "));
+        let mut grey = Vec::new();
+        let mut writer = png::Encoder::new(&mut grey, 1, 10);
+        writer.set_color(png::ColorType::Grayscale);
+        writer.write_header().unwrap().write_image_data(&[0, 255, 0, 0, 7, 0, 0, 0, 0, 0]).unwrap();
+        assert!(message(&grey, 1).contains("a pixel is 7"));
+    }
+}
