@@ -91,8 +91,8 @@ impl Distortion {
         ]
     }
 
-    /// Whether the lens keeps orientation all the way from the centre to `(x, y)`.
-    fn is_before_fold(&self, x: f64, y: f64) -> bool {
+    /// Whether the lens keeps orientation all the way from the centre to normalised `(x, y)`: beyond, it folds over its image.
+    pub fn is_before_fold(&self, x: f64, y: f64) -> bool {
         (1..=FOLD_CHECKS).all(|i| {
             let s = f64::from(i) / f64::from(FOLD_CHECKS);
             let [a, b, c, d] = self.jacobian(s * x, s * y);

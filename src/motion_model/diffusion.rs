@@ -129,3 +129,103 @@ impl MotionModel for Diffusion {
         self.body.difference(from, to, step);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DVector, Vector3};
+
+    use super::*;
+    use crate::rng::{Purpose, stream};
+
+    fn scales(body: &Humanoid) -> ProposalScales {
+        ProposalScales {
+            root_translation_m: [0.01, 0.02, 0.03],
+            root_rotation_rad: [0.04, 0.05, 0.06],
+            joints: DVector::from_fn(body.degrees_of_freedom.len(), |i, _| 0.001 * (i + 1) as f64),
+        }
+    }
+
+    fn diffusion(prediction: Prediction, scale: f64) -> Diffusion {
+        let body = Humanoid::tracker25().unwrap();
+        Diffusion::new(body.clone(), &scales(&body), &DiffusionSettings { prediction, scale }).unwrap()
+    }
+
+    /// The zero pose with every angle in the middle of its range, far from all limits.
+    fn relaxed(body: &Humanoid) -> Pose {
+        let mut pose = body.zero_pose();
+        for (angle, dof) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
+            *angle = 0.5 * (dof.lower + dof.upper);
+        }
+        pose
+    }
+
+    #[test]
+    fn particles_spread_by_the_planted_deviations_times_the_scale() {
+        let model = diffusion(Prediction::None, 2.0);
+        let start = relaxed(&model.body);
+        let count = 4000_u32;
+        let mut mean_square = vec![0.0; model.body.step_len()];
+        let mut step = mean_square.clone();
+        for i in 0..count {
+            let state = model.sample_initial(&start, &mut stream(1, Purpose::Initialisation, 0, 0, i.into()));
+            model.difference(&start, &state, &mut step);
+            mean_square.iter_mut().zip(&step).for_each(|(q, s)| *q += s * s / f64::from(count));
+        }
+        for (square, planted) in mean_square.iter().zip(scales(&model.body).in_step_order()) {
+            // The standard deviation of a standard deviation over 4000 draws is 1.1 %.
+            assert!((square.sqrt() / (2.0 * planted) - 1.0).abs() < 0.06, "{} for {planted}", square.sqrt());
+        }
+    }
+
+    #[test]
+    fn constant_velocity_goes_on_from_the_particle_as_the_estimates_did() {
+        let mut model = diffusion(Prediction::ConstantVelocity, 1.0);
+        model.deviations.fill(0.0);
+        let before = relaxed(&model.body);
+        let velocity: Vec<f64> = (0..model.body.step_len()).map(|i| 0.002 * i as f64).collect();
+        let last = model.body.step(&before, &velocity);
+        let mut particle = last.clone();
+        particle.world_from_root.translation.vector += Vector3::new(1.0, 0.0, 0.0);
+        let mut rng = stream(1, Purpose::Perturbation, 0, 0, 0);
+        let found = model.propagate(&particle, &[before, last], &mut rng);
+        let mut step = vec![0.0; velocity.len()];
+        model.difference(&particle, &found, &mut step);
+        for (found, planted) in step.iter().zip(&velocity) {
+            assert!((found - planted).abs() < 1e-12);
+        }
+        assert_eq!(model.propagate(&particle, &[], &mut rng), particle, "without a past there is no velocity");
+    }
+
+    #[test]
+    fn a_step_over_a_limit_is_reflected_and_one_over_both_clamped() {
+        let model = diffusion(Prediction::None, 1.0);
+        let knee = model.body.find_degree_of_freedom("left_knee_flexion").unwrap();
+        let limits = model.body.degrees_of_freedom[knee].clone();
+        let mut pose = relaxed(&model.body);
+        pose.joint_angles[knee] = limits.lower + 0.1;
+        let mut stepped = |change: f64| {
+            let mut step = vec![0.0; model.body.step_len()];
+            step[ROOT_STEP + knee] = change;
+            model.step(&pose, &step).joint_angles[knee]
+        };
+        assert!((stepped(-0.3) - (limits.lower + 0.2)).abs() < 1e-12);
+        assert_eq!(stepped(-9.0), limits.upper);
+        assert_eq!(stepped(9.0), limits.lower);
+    }
+
+    #[test]
+    fn what_is_no_deviation_is_refused_by_its_key() {
+        let body = Humanoid::tracker25().unwrap();
+        let good = scales(&body);
+        let refusal = |scales: &ProposalScales, scale| {
+            let settings = DiffusionSettings { scale, ..DiffusionSettings::default() };
+            Diffusion::new(body.clone(), scales, &settings).unwrap_err().to_string()
+        };
+        assert_eq!(refusal(&good, 0.0), "diffusion.scale: expected a number > 0, found 0");
+        assert_eq!(refusal(&good, f64::NAN), "diffusion.scale: expected a number > 0, found NaN");
+        let short = ProposalScales { joints: DVector::zeros(2), ..good.clone() };
+        assert_eq!(refusal(&short, 1.0), "proposal.joints: expected 19 numbers, one per degree of freedom, found 2");
+        let negative = ProposalScales { root_translation_m: [-1.0; 3], ..good };
+        assert_eq!(refusal(&negative, 1.0), "proposal: expected standard deviations >= 0, found -1");
+    }
+}

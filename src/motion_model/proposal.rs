@@ -81,3 +81,57 @@ fn consecutive_steps(body: &Humanoid, motion: &Motion) -> Vec<DVector<f64>> {
     });
     steps.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Pose;
+
+    /// Walks along a slanted line at a steady 0.05 m a frame while the third angle swings by 0.2 rad to and fro.
+    fn walk(body: &Humanoid, frames: usize) -> Motion {
+        let pose = |frame: usize| -> Pose {
+            let mut pose = body.zero_pose();
+            let travelled = 0.05 * frame as f64;
+            pose.world_from_root.translation.vector.x = 0.6 * travelled;
+            pose.world_from_root.translation.vector.y = 0.8 * travelled;
+            pose.joint_angles[3] = if frame % 2 == 0 { 0.1 } else { -0.1 };
+            pose
+        };
+        Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
+    }
+
+    #[test]
+    fn without_prediction_steady_travel_belongs_to_the_spread() {
+        let body = Humanoid::tracker25().unwrap();
+        let scales = ProposalScales::from_motion(&body, &walk(&body, 21), Prediction::None).unwrap();
+        let horizontal = 0.05 / 2.0_f64.sqrt();
+        assert!((scales.root_translation_m[0] - horizontal).abs() < 1e-12);
+        assert!((scales.root_translation_m[1] - horizontal).abs() < 1e-12);
+        assert!((scales.joints[3] - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn with_prediction_only_the_change_of_velocity_does() {
+        let body = Humanoid::tracker25().unwrap();
+        let scales = ProposalScales::from_motion(&body, &walk(&body, 21), Prediction::ConstantVelocity).unwrap();
+        assert_eq!(scales.root_translation_m, [ProposalScales::ROOT_TRANSLATION_FLOOR_M; 3]);
+        assert!((scales.joints[3] - 0.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_rested_in_training_keeps_the_floor() {
+        let body = Humanoid::tracker25().unwrap();
+        let scales = ProposalScales::from_motion(&body, &walk(&body, 21), Prediction::None).unwrap();
+        assert_eq!(scales.root_translation_m[2], ProposalScales::ROOT_TRANSLATION_FLOOR_M);
+        assert_eq!(scales.root_rotation_rad, [ProposalScales::ROOT_ROTATION_FLOOR_RAD; 3]);
+        assert_eq!(scales.joints[4], ProposalScales::JOINT_FLOOR_RAD);
+    }
+
+    #[test]
+    fn one_frame_has_no_differences() {
+        let body = Humanoid::tracker25().unwrap();
+        let refusal = ProposalScales::from_motion(&body, &walk(&body, 1), Prediction::None).unwrap_err();
+        assert_eq!(refusal.to_string(), "training motion: expected at least 2 frames, found 1");
+        assert!(ProposalScales::from_motion(&body, &walk(&body, 2), Prediction::ConstantVelocity).is_err());
+    }
+}

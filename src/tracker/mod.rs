@@ -7,6 +7,7 @@ mod annealing;
 mod estimate;
 mod frozen;
 mod likelihood;
+mod rectification;
 mod resampling;
 mod settings;
 
