@@ -203,7 +203,7 @@ mod tests {
         let limits = model.body.degrees_of_freedom[knee].clone();
         let mut pose = relaxed(&model.body);
         pose.joint_angles[knee] = limits.lower + 0.1;
-        let mut stepped = |change: f64| {
+        let stepped = |change: f64| {
             let mut step = vec![0.0; model.body.step_len()];
             step[ROOT_STEP + knee] = change;
             model.step(&pose, &step).joint_angles[knee]

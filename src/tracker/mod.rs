@@ -7,9 +7,11 @@ mod annealing;
 mod estimate;
 mod frozen;
 mod likelihood;
+mod observed_view;
 mod rectification;
 mod resampling;
 mod settings;
+mod silhouette_likelihood;
 
 pub use annealed_particle_filter::AnnealedParticleFilter;
 pub use annealing::{Selection, select};
@@ -18,6 +20,9 @@ pub use frozen::Frozen;
 pub use likelihood::Likelihood;
 pub use resampling::systematic;
 pub use settings::{Estimator, FilterSettings, Kernel, SettingError};
+pub use silhouette_likelihood::{
+    ContourTerm, LikelihoodScratch, SilhouetteLikelihood, SilhouetteSettings, SilhouetteTerm,
+};
 
 use crate::body::Pose;
 use crate::observation::Observation;

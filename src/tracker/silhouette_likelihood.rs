@@ -1,0 +1,219 @@
+//! The energy of a pose from silhouettes: S2's Eq. 3.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::observed_view::{ObservedView, ViewScratch};
+use super::rectification::Rectification;
+use super::settings::within;
+use super::{Likelihood, SettingError, TrackError};
+use crate::body::{Flesh, Humanoid, LinkFrames, Pose};
+use crate::camera::{Camera, CameraRig, Distortion};
+use crate::observation::Observation;
+use crate::raster::{Comparison, Mask, Overlap};
+
+/// How the areas of two silhouettes are compared: S2's `D_s`, in [0, 1]. With B pixels of the model alone, R of the
+/// observation alone and Y of both:
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SilhouetteTerm {
+    /// `(B / (B + Y) + R / (R + Y)) / 2` (Sigal et al. 2010, both directions alike); a share of nothing counts as 1.
+    Bidirectional,
+    /// `(R + B) / (R + B + Y)`, one minus intersection over union: S2's "non-overlapping area".
+    #[default]
+    Overlap,
+}
+
+/// How the contours of two silhouettes are compared: S2's `D_c`, in [0, 1]. S2 leaves it open; here it is the mean
+/// over contour pixels of `min(d, tau) / tau`, with d the distance to the other contour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContourTerm {
+    /// Over the model's contour: its distance to the observed one. One distance transform a view and frame.
+    #[default]
+    OneSided,
+    /// The mean of both directions. One distance transform a view and *particle*: about a hundred times slower.
+    TwoSided,
+}
+
+/// Settings of [`SilhouetteLikelihood`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SilhouetteSettings {
+    /// S2's `D_s`.
+    pub silhouette: SilhouetteTerm,
+    /// S2's `D_c`.
+    pub contour: ContourTerm,
+    /// S2's alpha of Eq. 3, >= 0: weight of the contour beside the silhouette; 0 leaves the contour out.
+    pub contour_weight: f64,
+    /// The distance tau at which the contour term saturates, as a share of the image's height, > 0.
+    pub contour_reach: f64,
+}
+
+impl Default for SilhouetteSettings {
+    fn default() -> Self {
+        Self {
+            silhouette: SilhouetteTerm::default(),
+            contour: ContourTerm::default(),
+            contour_weight: 0.5,
+            contour_reach: 20.0 / 480.0,
+        }
+    }
+}
+
+impl SilhouetteSettings {
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// [`SettingError`] that names the first key which is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        if self.contour_weight != 0.0 {
+            within("contour_weight", self.contour_weight, f64::MAX)?;
+        }
+        within("contour_reach", self.contour_reach, 1.0)
+    }
+}
+
+/// `E = 1/N_v sum_v (D_s + alpha D_c)`: S2's Eq. 3, alpha inside the sum.
+///
+/// Views in which neither the model nor the observation has a pixel are left out of N_v; without any view left the
+/// energy is 0, for nothing seen is then nothing missed. A view in which only one of them has pixels counts in full, so
+/// that a particle cannot win by leaving the picture.
+///
+/// Lenses are taken out of the observed masks once a frame (nearest neighbour), and all comparing is done in the ideal
+/// pinhole's image. A body of nothing but tapered capsules takes raster's fast road; other flesh is drawn into masks.
+#[derive(Debug)]
+pub struct SilhouetteLikelihood {
+    body: Humanoid,
+    settings: SilhouetteSettings,
+    views: Vec<View>,
+    /// Whether [`crate::raster::SilhouetteComparer`] can do the work.
+    fast: bool,
+}
+
+/// One camera and what it saw.
+#[derive(Debug)]
+struct View {
+    /// Its ideal pinhole.
+    camera: Camera,
+    rectification: Option<Rectification>,
+    observed: ObservedView,
+}
+
+/// Buffers of one thread.
+pub struct LikelihoodScratch {
+    frames: LinkFrames,
+    views: ViewScratch,
+}
+
+impl SilhouetteLikelihood {
+    /// A likelihood of poses of `body` in what the cameras of `rig` see.
+    ///
+    /// # Errors
+    /// [`SettingError`] where a setting is out of its range or the rig has no camera.
+    pub fn new(body: Humanoid, rig: &CameraRig, settings: SilhouetteSettings) -> Result<Self, SettingError> {
+        settings.validate()?;
+        if rig.cameras.is_empty() {
+            return Err(SettingError { key: "cameras", expected: "at least 1".into(), found: "0".into() });
+        }
+        let only_capsules = body.links.iter().flat_map(|l| &l.flesh).all(|f| matches!(f, Flesh::TaperedCapsule(_)));
+        let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
+        let fast = only_capsules && one_sided;
+        let views = rig.cameras.par_iter().map(|camera| View::new(camera, fast, &settings)).collect();
+        Ok(Self { body, settings, views, fast })
+    }
+
+    /// What one view adds to the sum of Eq. 3; `None` where neither side has a pixel.
+    fn view_energy(&self, Comparison { overlap, contour }: Comparison) -> Option<f64> {
+        let silhouette = self.settings.silhouette.of(&overlap)?;
+        Some(silhouette + contour.map_or(0.0, |contour| self.settings.contour_weight * contour))
+    }
+}
+
+impl Likelihood for SilhouetteLikelihood {
+    type Scratch = LikelihoodScratch;
+
+    fn scratch(&self) -> LikelihoodScratch {
+        let painted = if self.fast { [].iter() } else { self.views.iter() };
+        let views = ViewScratch::new(painted.map(|view| &view.camera));
+        LikelihoodScratch { frames: LinkFrames::default(), views }
+    }
+
+    fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
+        check_fit(&self.views, observation)?;
+        let (fast, settings) = (self.fast, self.settings);
+        let views = self.views.par_iter_mut().zip(&observation.silhouettes);
+        views.for_each(|(view, mask)| view.observe(mask, fast, &settings));
+        Ok(())
+    }
+
+    fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
+        let root = pose.world_from_root.translation.vector;
+        if !root.iter().chain(&pose.joint_angles).all(|number| number.is_finite()) {
+            return f64::NAN;
+        }
+        self.body.link_frames_into(pose, &mut scratch.frames);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (index, view) in self.views.iter().enumerate() {
+            let comparison =
+                view.observed.compare(&self.body, &scratch.frames, &view.camera, index, &mut scratch.views);
+            if let Some(energy) = self.view_energy(comparison) {
+                sum += energy;
+                count += 1.0;
+            }
+        }
+        if count > 0.0 { sum / count } else { 0.0 }
+    }
+}
+
+impl View {
+    fn new(camera: &Camera, fast: bool, settings: &SilhouetteSettings) -> Self {
+        let rectification = Rectification::new(camera);
+        let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
+        let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
+        let observed = ObservedView::new(&camera, nothing, fast, settings);
+        Self { camera, rectification, observed }
+    }
+
+    fn observe(&mut self, mask: &Mask, fast: bool, settings: &SilhouetteSettings) {
+        let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
+        self.observed = ObservedView::new(&self.camera, ideal, fast, settings);
+    }
+}
+
+impl SilhouetteTerm {
+    /// The term's value; `None` where neither mask has a pixel.
+    fn of(self, overlap: &Overlap) -> Option<f64> {
+        if overlap.union() == 0 {
+            return None;
+        }
+        let share = |part: u64| {
+            let whole = part + overlap.both;
+            if whole == 0 { 1.0 } else { part as f64 / whole as f64 }
+        };
+        Some(match self {
+            Self::Bidirectional => 0.5 * (share(overlap.only_model) + share(overlap.only_observed)),
+            Self::Overlap => 1.0 - overlap.iou(),
+        })
+    }
+}
+
+fn check_fit(views: &[View], observation: &Observation) -> Result<(), TrackError> {
+    let mismatch = |detail| Err(TrackError::ObservationMismatch { frame: observation.frame, detail });
+    if views.len() != observation.silhouettes.len() {
+        let found = observation.silhouettes.len();
+        return mismatch(format!("expected {} silhouettes, one per camera, found {found}", views.len()));
+    }
+    for (view, mask) in views.iter().zip(&observation.silhouettes) {
+        let (expected, found) = (view.camera.pinhole, (mask.width(), mask.height()));
+        if (expected.width, expected.height) != found {
+            let name = &view.camera.name;
+            let (width, height) = (expected.width, expected.height);
+            return mismatch(format!("camera {name} is {width} x {height} pixels, its mask {} x {}", found.0, found.1));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,246 @@
+//! The same energies by several roads, by hand and by symmetry.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::*;
+use crate::body::draw_silhouette;
+use crate::camera::Pinhole;
+
+fn body() -> Humanoid {
+    Humanoid::tracker25().unwrap()
+}
+
+/// Upright over the world's origin, arms and knees a little bent.
+fn standing() -> Pose {
+    let body = body();
+    let mut pose = body.zero_pose();
+    pose.world_from_root.translation = Translation3::new(0.0, 0.0, 0.93);
+    for (angle, dof) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
+        *angle = (dof.lower + 0.4).clamp(dof.lower.max(-0.3), dof.upper.min(0.3));
+    }
+    pose
+}
+
+fn moved(by: [f64; 3]) -> Pose {
+    let mut pose = standing();
+    pose.world_from_root.translation.vector += Vector3::from(by);
+    pose
+}
+
+fn camera(eye: [f64; 3], target: [f64; 3]) -> Camera {
+    let (width, height) = (160, 120);
+    let principal_point = [80.0, 60.0];
+    let pinhole = Pinhole { focal: [130.0; 2], principal_point, width, height, near: 0.05 };
+    let forward = Vector3::from(target) - Vector3::from(eye);
+    let rotation = UnitQuaternion::face_towards(&forward, &-Vector3::z());
+    let world_from_camera = Isometry3::from_parts(Vector3::from(eye).into(), rotation);
+    Camera {
+        name: format!("at {eye:?}"),
+        pinhole,
+        distortion: Distortion::default(),
+        camera_from_world: world_from_camera.inverse(),
+    }
+}
+
+fn rig() -> CameraRig {
+    let at = |x, y| camera([x, y, 1.4], [0.0, 0.0, 0.9]);
+    CameraRig { cameras: vec![at(3.0, 0.0), at(0.0, 3.0), at(-2.0, -2.0)] }
+}
+
+fn looking_away() -> Camera {
+    camera([3.0, 0.0, 1.4], [9.0, 0.0, 1.4])
+}
+
+fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig) -> Observation {
+    let silhouettes = rig.cameras.iter().map(|camera| {
+        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+        draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
+        mask
+    });
+    Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect() }
+}
+
+fn energy(body: &Humanoid, rig: &CameraRig, settings: SilhouetteSettings, truth: &Pose, pose: &Pose) -> f64 {
+    let mut likelihood = SilhouetteLikelihood::new(body.clone(), rig, settings).unwrap();
+    likelihood.prepare(&seen(body, truth, rig)).unwrap();
+    likelihood.energy(pose, &mut likelihood.scratch())
+}
+
+fn every_setting() -> impl Iterator<Item = SilhouetteSettings> {
+    let terms = [SilhouetteTerm::Bidirectional, SilhouetteTerm::Overlap];
+    terms.into_iter().flat_map(|silhouette| {
+        [(ContourTerm::OneSided, 0.0), (ContourTerm::OneSided, 0.5), (ContourTerm::TwoSided, 0.5)].map(
+            |(contour, contour_weight)| SilhouetteSettings {
+                silhouette,
+                contour,
+                contour_weight,
+                ..Default::default()
+            },
+        )
+    })
+}
+
+#[test]
+fn the_true_pose_has_no_energy_and_every_other_has_more_the_farther_it_is() {
+    for settings in every_setting() {
+        let at = |x| energy(&body(), &rig(), settings, &standing(), &moved([x, 0.0, 0.0]));
+        assert_eq!(at(0.0), 0.0);
+        let energies = [0.02, 0.1, 0.4].map(at);
+        assert!(energies[0] > 0.0 && energies[0] < energies[1] && energies[1] < energies[2], "{energies:?}");
+    }
+}
+
+#[test]
+fn areas_are_compared_as_the_fractions_say() {
+    let overlap = Overlap { both: 30, only_model: 10, only_observed: 20 };
+    assert_eq!(SilhouetteTerm::Overlap.of(&overlap), Some(0.5));
+    assert_eq!(SilhouetteTerm::Bidirectional.of(&overlap), Some(0.5 * (0.25 + 0.4)));
+    let missed = Overlap { both: 0, only_model: 0, only_observed: 20 };
+    assert_eq!(SilhouetteTerm::Overlap.of(&missed), Some(1.0));
+    assert_eq!(SilhouetteTerm::Bidirectional.of(&missed), Some(1.0));
+    assert_eq!(SilhouetteTerm::Overlap.of(&Overlap::default()), None);
+}
+
+#[test]
+fn the_weight_of_the_contour_is_linear() {
+    let at = |contour_weight| {
+        let settings = SilhouetteSettings { contour_weight, ..Default::default() };
+        energy(&body(), &rig(), settings, &standing(), &moved([0.1, 0.05, 0.0]))
+    };
+    assert!((at(1.0) - at(0.0) - 2.0 * (at(0.5) - at(0.0))).abs() < 1e-12);
+}
+
+#[test]
+fn the_road_over_capsules_and_the_road_over_masks_meet() {
+    let settings = SilhouetteSettings::default();
+    let mut roads = [true, false].map(|fast| {
+        let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), settings).unwrap();
+        likelihood.fast = fast;
+        likelihood.prepare(&seen(&body(), &standing(), &rig())).unwrap();
+        likelihood
+    });
+    for by in [[0.0, 0.0, 0.0], [0.05, 0.02, 0.0], [0.0, 0.3, 0.1], [2.0, 0.0, 0.0]] {
+        let [fast, slow] = roads.each_mut().map(|road| road.energy(&moved(by), &mut road.scratch()));
+        // The fast road rounds distances to 16 bits.
+        assert!((fast - slow).abs() < 1e-5, "{by:?}: {fast} against {slow}");
+    }
+}
+
+#[test]
+fn a_two_sided_contour_does_not_care_which_side_is_the_model() {
+    let settings = SilhouetteSettings { contour: ContourTerm::TwoSided, contour_weight: 1.0, ..Default::default() };
+    let (here, there) = (standing(), moved([0.1, 0.2, 0.0]));
+    let forth = energy(&body(), &rig(), settings, &here, &there);
+    let back = energy(&body(), &rig(), settings, &there, &here);
+    assert!((forth - back).abs() < 1e-12, "{forth} against {back}");
+}
+
+#[test]
+fn a_limb_drawn_into_the_torso_costs_the_two_sided_contour_more() {
+    let (mut truth, hidden) = (standing(), standing());
+    let body = body();
+    let abduction = body.find_degree_of_freedom("left_shoulder_abduction").unwrap();
+    truth.joint_angles[abduction] = 1.4;
+    let contour_of = |contour| {
+        let with = SilhouetteSettings { contour, contour_weight: 1.0, ..Default::default() };
+        let without = SilhouetteSettings { contour_weight: 0.0, ..with };
+        energy(&body, &rig(), with, &truth, &hidden) - energy(&body, &rig(), without, &truth, &hidden)
+    };
+    assert!(contour_of(ContourTerm::TwoSided) > contour_of(ContourTerm::OneSided));
+}
+
+#[test]
+fn a_view_without_either_silhouette_is_left_out() {
+    let (mut more, pose) = (rig(), moved([0.1, 0.0, 0.0]));
+    more.cameras.push(looking_away());
+    let settings = SilhouetteSettings::default();
+    let without = energy(&body(), &rig(), settings, &standing(), &pose);
+    let with = energy(&body(), &more, settings, &standing(), &pose);
+    assert!((with - without).abs() < 1e-12);
+}
+
+#[test]
+fn hiding_from_the_cameras_is_the_worst_pose() {
+    let hidden = moved([0.0, 0.0, 50.0]);
+    for settings in every_setting() {
+        let worst = 1.0 + settings.contour_weight;
+        assert_eq!(energy(&body(), &rig(), settings, &standing(), &hidden), worst);
+    }
+}
+
+#[test]
+fn what_no_camera_sees_has_no_energy() {
+    let rig = CameraRig { cameras: vec![looking_away()] };
+    let settings = SilhouetteSettings::default();
+    assert_eq!(energy(&body(), &rig, settings, &standing(), &moved([0.3, 0.0, 0.0])), 0.0);
+}
+
+#[test]
+fn a_pose_with_a_number_that_is_none_is_invalid() {
+    let energy = |pose: &Pose| energy(&body(), &rig(), SilhouetteSettings::default(), &standing(), pose);
+    assert!(energy(&moved([f64::NAN, 0.0, 0.0])).is_nan());
+    let mut pose = standing();
+    pose.joint_angles[3] = f64::INFINITY;
+    assert!(energy(&pose).is_nan());
+}
+
+#[test]
+fn other_flesh_than_capsules_is_seen() {
+    let mut boxed = body();
+    boxed.links[0].flesh.push(Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [0.3, 0.3, 0.1] });
+    let settings = SilhouetteSettings::default();
+    assert_eq!(energy(&boxed, &rig(), settings, &standing(), &standing()), 0.0);
+    let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), settings).unwrap();
+    likelihood.prepare(&seen(&boxed, &standing(), &rig())).unwrap();
+    assert!(likelihood.energy(&standing(), &mut likelihood.scratch()) > 0.05);
+}
+
+/// A camera of 640 x 480 pixels behind a strong lens.
+fn bent(k1: f64) -> CameraRig {
+    let mut camera = camera([3.0, 0.0, 1.4], [0.0, 0.6, 0.9]);
+    camera.pinhole =
+        Pinhole { focal: [520.0; 2], principal_point: [320.0, 240.0], width: 640, height: 480, near: 0.05 };
+    camera.distortion = Distortion { k1, k2: 0.1, ..Distortion::default() };
+    CameraRig { cameras: vec![camera] }
+}
+
+#[test]
+fn a_lens_is_taken_out_of_what_was_seen() {
+    for k1 in [-0.3, 0.3] {
+        let rig = bent(k1);
+        let camera = &rig.cameras[0];
+        let mask = &seen(&body(), &standing(), &rig).silhouettes[0];
+        let rectified = Rectification::new(camera).unwrap().rectify(mask);
+        let mut direct = Mask::new(640, 480);
+        let ideal = Camera { distortion: Distortion::default(), ..camera.clone() };
+        draw_silhouette(&body(), &body().link_frames(&standing()), &ideal, &mut direct);
+        let iou = crate::raster::overlap(&rectified, &direct).iou();
+        let unmoved = crate::raster::overlap(mask, &direct).iou();
+        assert!(iou > 0.98 && unmoved < 0.9, "k1 = {k1}: {iou} rectified, {unmoved} as seen");
+        let at = |by| energy(&body(), &rig, SilhouetteSettings::default(), &standing(), &moved(by));
+        assert!(at([0.0; 3]) < 0.03 && at([0.0; 3]) < 0.5 * at([0.0, 0.02, 0.0]));
+    }
+}
+
+#[test]
+fn an_observation_that_does_not_fit_the_cameras_is_refused() {
+    let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), SilhouetteSettings::default()).unwrap();
+    let mut refusal = |silhouettes| {
+        let observation = Observation { frame: 3, time_s: 0.0, silhouettes };
+        likelihood.prepare(&observation).unwrap_err().to_string()
+    };
+    let message = refusal(vec![Mask::new(160, 120)]);
+    assert!(message.contains("frame 3") && message.contains("expected 3 silhouettes"), "{message}");
+    let message = refusal(vec![Mask::new(160, 120), Mask::new(160, 120), Mask::new(320, 240)]);
+    assert!(message.contains("160 x 120 pixels, its mask 320 x 240"), "{message}");
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    let key = |settings| SilhouetteLikelihood::new(body(), &rig(), settings).unwrap_err().key;
+    let good = SilhouetteSettings::default();
+    assert_eq!(key(SilhouetteSettings { contour_weight: -0.1, ..good }), "contour_weight");
+    assert_eq!(key(SilhouetteSettings { contour_weight: f64::NAN, ..good }), "contour_weight");
+    assert_eq!(key(SilhouetteSettings { contour_reach: 0.0, ..good }), "contour_reach");
+    assert_eq!(SilhouetteLikelihood::new(body(), &CameraRig::default(), good).unwrap_err().key, "cameras");
+}
