@@ -167,7 +167,7 @@ mod tests {
         let mut mean_square = vec![0.0; model.body.step_len()];
         let mut step = mean_square.clone();
         for i in 0..count {
-            let state = model.sample_initial(&start, &mut stream(1, Purpose::Initialisation, 0, 0, i.into()));
+            let state = model.sample_initial(&start, 0, 1, &mut stream(1, Purpose::Initialisation, 0, 0, i.into()));
             model.difference(&start, &state, &mut step);
             mean_square.iter_mut().zip(&step).for_each(|(q, s)| *q += s * s / f64::from(count));
         }

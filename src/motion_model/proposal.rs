@@ -94,7 +94,7 @@ mod tests {
             let travelled = 0.05 * frame as f64;
             pose.world_from_root.translation.vector.x = 0.6 * travelled;
             pose.world_from_root.translation.vector.y = 0.8 * travelled;
-            pose.joint_angles[3] = if frame % 2 == 0 { 0.1 } else { -0.1 };
+            pose.joint_angles[3] = if frame.is_multiple_of(2) { 0.1 } else { -0.1 };
             pose
         };
         Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
