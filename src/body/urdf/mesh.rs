@@ -137,3 +137,60 @@ fn three<'a>(words: impl Iterator<Item = &'a str>, line: usize) -> Result<[f64; 
     let numbers: Vec<f64> = words.take(3).filter_map(|w| w.parse().ok()).collect();
     numbers.try_into().map_err(|_| format!("line {line}: expected 3 numbers"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn binary(triangles: &[[[f32; 3]; 3]]) -> Vec<u8> {
+        let mut bytes = vec![0; 80];
+        bytes.extend((triangles.len() as u32).to_le_bytes());
+        for triangle in triangles {
+            bytes.extend([0; 12]);
+            bytes.extend(triangle.iter().flatten().flat_map(|c| c.to_le_bytes()));
+            bytes.extend([0; 2]);
+        }
+        bytes
+    }
+
+    #[test]
+    fn the_same_triangles_come_from_binary_stl_text_stl_and_obj() {
+        let (a, b, c, d) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 1.0, 0.5]);
+        let stl_bytes = binary(&[[a, b, c], [a, c, d]]);
+        let text = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 .5\nendloop\nendfacet\n\
+            facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 .5\nvertex 0 1 .5\nendloop\nendfacet\nendsolid s\n";
+        let obj = "# a quad\nv 0 0 0\nv 1 0 0\nv 1 1 0.5\nvn 0 0 1\nv 0 1 0.5\nf 1/1/1 2//1 3 -1\n";
+        let expected = read("m.STL", &stl_bytes).unwrap();
+        assert_eq!(expected.1, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(read("m.stl", text.as_bytes()).unwrap(), expected);
+        assert_eq!(read("m.obj", obj.as_bytes()).unwrap(), expected);
+    }
+
+    #[test]
+    fn broken_meshes_say_what_is_wrong() {
+        let message = |name: &str, bytes: &[u8]| read(name, bytes).unwrap_err();
+        assert!(message("m.dae", b"").contains("convert it to .stl or .obj"));
+        assert!(message("m.stl", b"").contains("neither a binary STL"));
+        assert!(message("m.stl", b"solid empty\nendsolid").contains("no triangles"));
+        assert!(message("m.stl", b"solid s\nvertex 1 2\n").contains("line 2: expected 3 numbers"));
+        assert!(message("m.stl", &binary(&[[[f32::NAN, 0.0, 0.0], [0.0; 3], [1.0; 3]]])).contains("not finite"));
+        assert!(message("m.obj", b"v 0 0 0\nf 1 1 2\n").contains("line 2: corner `2` names no vertex"));
+        assert!(message("m.obj", b"v 0 0 0\nf 1 1\n").contains("a face of 2 corners"));
+        // A header that claims four thousand million triangles must not be believed.
+        let mut huge = vec![0; 80];
+        huge.extend(u32::MAX.to_le_bytes());
+        assert!(message("m.stl", &huge).contains("neither a binary STL"));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_the_readers_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300), text in "[vf0-9 /.\n-]{0,80}") {
+            for name in ["m.stl", "m.obj"] {
+                let _ = read(name, &bytes);
+                let _ = read(name, text.as_bytes());
+                let _ = read(name, format!("solid{text}").as_bytes());
+            }
+        }
+    }
+}

@@ -21,8 +21,9 @@ use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use document::Document;
 pub use error::UrdfError;
+use markers::MarkerSet;
 
-use super::{Humanoid, Inertia, Link};
+use super::{Humanoid, Inertia, Joint, Link};
 
 /// Greatest size of a URDF text, bytes.
 const MAX_TEXT: usize = 1 << 24;
@@ -46,20 +47,37 @@ impl Humanoid {
         let mut notes = Vec::new();
         let axes = axes::read(&document, &robot, &tree, &mut notes)?;
 
-        let mut builder = markers::Builder::default();
-        for &link in &tree.links {
-            let node = document.link(link);
-            let converted = Link {
-                name: robot.links[link].name.clone(),
-                flesh: geometry::flesh(&document, node, &robot.links[link], meshes)?,
-                inertia: inertia(&document, node, &robot.links[link].inertial)?,
+        let (mut links, mut joints, mut markers) = (Vec::new(), Vec::new(), MarkerSet::default());
+        let mut ours = vec![0; robot.links.len()];
+        for &index in &tree.links {
+            let node = document.link(index);
+            let link = Link {
+                name: robot.links[index].name.clone(),
+                flesh: geometry::flesh(&document, node, &robot.links[index], meshes)?,
+                inertia: inertia(&document, node, &robot.links[index].inertial)?,
             };
-            match tree.joint_above[link] {
-                None => builder.root(link, converted),
-                Some(joint) => builder.link(&document, &tree, link, converted, joint, &robot, axes.kind(joint))?,
+            if let Some(above) = tree.joint_above[index] {
+                let joint = Joint {
+                    name: robot.joints[above].name.clone(),
+                    parent: ours[tree.parent_link[above]],
+                    parent_from_joint: isometry(&robot.joints[above].origin),
+                    kind: axes.kind(above),
+                };
+                if let Some(slot) = markers::slot(&link.name) {
+                    if !tree.joints_below[index].is_empty() {
+                        return Err(document.refuse(node, "a marker must have no children"));
+                    }
+                    markers[slot] = Some(markers::place(&document, node, &link, &joint)?);
+                    continue;
+                }
+                joints.push(joint);
             }
+            ours[index] = links.len();
+            links.push(link);
         }
-        let (links, joints, markers) = builder.finish();
+        if markers.iter().all(Option::is_none) {
+            markers = markers::recognised(&links);
+        }
         Ok(Self { name: robot.name, links, joints, degrees_of_freedom: axes.degrees_of_freedom, markers, notes })
     }
 
@@ -120,3 +138,6 @@ fn inertia(
         tensor: rotation * tensor * rotation.inverse(),
     }))
 }
+
+#[cfg(test)]
+mod tests;

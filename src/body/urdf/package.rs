@@ -35,3 +35,29 @@ fn resolve(directory: &Path, uri: &str) -> Option<PathBuf> {
         directory.ancestors().map(|above| above.join(&tail)).find(|p| p.is_file())
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn package_paths_are_found_upwards_by_their_longest_tail() {
+        let home = tempfile::tempdir().unwrap();
+        let robots = home.path().join("checkout/arm_description/robots");
+        let meshes = home.path().join("checkout/arm_description/meshes");
+        for directory in [&robots, &meshes] {
+            std::fs::create_dir_all(directory).unwrap();
+        }
+        std::fs::write(meshes.join("hand.stl"), "long tail").unwrap();
+        std::fs::write(robots.join("hand.stl"), "beside").unwrap();
+        let text = |uri: &str| read(&robots, uri).map(|bytes| String::from_utf8(bytes).unwrap());
+        assert_eq!(text("package://big_package/arm_description/meshes/hand.stl").unwrap(), "long tail");
+        assert_eq!(text("model://arm_description/meshes/hand.stl").unwrap(), "long tail");
+        assert_eq!(text("../meshes/hand.stl").unwrap(), "long tail");
+        assert_eq!(text("hand.stl").unwrap(), "beside");
+        assert_eq!(text("package://gone/hand.stl").unwrap(), "beside");
+        assert_eq!(text(&format!("file://{}", meshes.join("hand.stl").display())).unwrap(), "long tail");
+        let missing = text("package://arm_description/meshes/foot.stl").unwrap_err();
+        assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+    }
+}
