@@ -164,7 +164,7 @@ impl<'a> Motion<'a> {
         let Some(open) = open else { return Ok(()) };
         if let Some(missing) = open.is_set.iter().position(|is_set| !is_set) {
             let name = &self.skeleton.skeleton.joints[missing].name;
-            return Err(self.cursor.error(format!("`{name}` in frame {}", open.number), "the frame's end"));
+            return Err(self.cursor.error(format!("`{name}` in frame {}", open.number), "the end of the frame"));
         }
         if (self.frames.len() + 1) * open.frame.len() > MOST_JOINT_FRAMES {
             return Err(self.cursor.error(format!("at most {MOST_JOINT_FRAMES} joints times frames"), "more"));
@@ -174,5 +174,104 @@ impl<'a> Motion<'a> {
         }
         self.frames.push(open.frame);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::mocap::asf::tests::TINY as TINY_SKELETON;
+    use crate::mocap::parse_asf;
+    use crate::mocap::rotation::Axis;
+
+    const TINY: &str = "#!OML:ASF tiny
+:FULLY-SPECIFIED
+:DEGREES
+7
+root 1 2 3 10 20 30
+head 40 50
+8
+root 1 2 3 10 20 30
+head 40 50
+";
+
+    fn parse(text: &str) -> Result<Clip, MocapError> {
+        let skeleton = parse_asf(TINY_SKELETON, "tiny.asf")?;
+        parse_amc(text, "tiny.amc", &skeleton, &ReadOptions::default())
+    }
+
+    #[test]
+    fn a_bone_turns_about_its_own_axes_first_angle_first() {
+        let clip = parse(TINY).unwrap();
+        let turn = |axis: Axis, degrees: f64| axis.turn(degrees.to_radians());
+        let motion = turn(Axis::Y, 50.0) * turn(Axis::X, 40.0);
+        let axes = turn(Axis::X, 90.0);
+        assert_relative_eq!(clip.frames[0][2].rotation, axes * motion * axes.inverse(), epsilon = 1e-15);
+        let root = turn(Axis::X, 90.0) * turn(Axis::Z, 30.0) * turn(Axis::Y, 20.0) * turn(Axis::X, 10.0);
+        assert_relative_eq!(clip.frames[0][0].rotation, root, epsilon = 1e-15);
+        let position = Vector3::new(1.0, -3.0, 2.0) * 0.0254 / 0.45;
+        assert_relative_eq!(clip.frames[0][0].translation.vector, position, epsilon = 1e-15);
+    }
+
+    #[test]
+    fn a_rate_is_120_unless_the_file_or_the_caller_says() {
+        assert_eq!(parse(TINY).unwrap().frames_per_second, 120.0);
+        let text = TINY.replace(":DEGREES", ":DEGREES\n:SAMPLES-PER-SECOND 60");
+        assert_eq!(parse(&text).unwrap().frames_per_second, 60.0);
+        let skeleton = parse_asf(TINY_SKELETON, "t").unwrap();
+        let options = ReadOptions { frames_per_second: Some(30.0), ..ReadOptions::default() };
+        assert_eq!(parse_amc(&text, "t", &skeleton, &options).unwrap().frames_per_second, 30.0);
+    }
+
+    #[test]
+    fn radians_are_read_as_such() {
+        let clip = parse(&TINY.replace(":DEGREES", ":RADIANS").replace("head 40 50", "head 0.1 0")).unwrap();
+        assert_relative_eq!(clip.frames[0][2].rotation.angle(), 0.1, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn a_broken_motion_is_refused_with_its_line() {
+        let cases = [
+            ("7\n", "", "tiny.amc:4: expected the first frame's number, found `root 1 2 3 10 20 30`"),
+            ("head 40", "hat 40", "tiny.amc:6: expected the name of a bone of the skeleton file, found `hat`"),
+            ("head 40 50", "trunk 40 50", "tiny.amc:6: expected a bone that moves, once a frame, found `trunk`"),
+            (
+                "head 40 50",
+                "head 40",
+                "tiny.amc:6: expected one value for each degree of freedom of the bone (a number of at most 1e7), found the end of the line",
+            ),
+            ("head 40 50", "head 40 50 60", "tiny.amc:6: expected 2 values, as the skeleton file says, found `60`"),
+            (
+                "head 40 50",
+                "head 40 inf",
+                "tiny.amc:6: expected one value for each degree of freedom of the bone (a number of at most 1e7), found `inf`",
+            ),
+            ("head 40 50\n8", "8", "tiny.amc:6: expected `head` in frame 7, found the end of the frame"),
+            (
+                "head 40 50\n8",
+                "head 40 50\n9",
+                "tiny.amc:7: expected the frame after 7, or a bone and its angles, found `9`",
+            ),
+            (
+                "8\nroot 1 2 3 10 20 30\nhead 40 50\n",
+                "8\nroot 1 2 3 10 20 30\n",
+                "tiny.amc:8: expected `head` in frame 8, found the end of the frame",
+            ),
+        ];
+        for (whole, broken, expected) in cases {
+            let text = TINY.replacen(whole, broken, 1);
+            assert_ne!(text, TINY, "{whole}");
+            assert_eq!(parse(&text).unwrap_err().to_string(), expected);
+        }
+    }
+
+    #[test]
+    fn nought_or_one_frame_is_refused() {
+        let one = &TINY[..TINY.find("8\n").unwrap()];
+        assert_eq!(parse(one).unwrap_err().to_string(), "tiny.amc: expected at least 2 frames, found 1");
+        assert_eq!(parse("").unwrap_err().to_string(), "tiny.amc: expected at least 2 frames, found 0");
     }
 }

@@ -315,3 +315,118 @@ impl AcclaimChannel {
         }
     }
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    /// A trunk and, listed before it, a head; the head turns about tilted axes.
+    pub(in crate::mocap) const TINY: &str = "# made by hand
+:version 1.10
+:name tiny
+:units
+  mass 1.0
+  length 0.45
+  angle deg
+:documentation
+   begin of no bone
+:root
+   order TX TY TZ RX RY RZ
+   axis XYZ
+   position 0 0 0
+   orientation 0 0 0
+:bonedata
+  begin
+     id 1
+     name head
+     direction 0 1 0
+     length 4
+     axis 90 0 0 XYZ
+    dof rx ry
+    limits (-160.0 20.0)
+           (-70.0 70.0)
+  end
+  begin
+     id 2
+     name trunk
+     direction 0 2 0
+     length 10
+     axis 0 0 0 XYZ
+  end
+:hierarchy
+  begin
+    root trunk
+    trunk head
+  end
+";
+
+    fn message(text: &str) -> String {
+        parse_asf(text, "tiny.asf").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_joint_sits_at_its_parents_end_and_a_leaf_has_a_tip() {
+        let skeleton = parse_asf(TINY, "tiny.asf").unwrap();
+        let joints = &skeleton.skeleton.joints;
+        let names: Vec<_> = joints.iter().map(|joint| (joint.name.as_str(), joint.parent)).collect();
+        assert_eq!(names, [("root", None), ("trunk", Some(0)), ("head", Some(1))]);
+        assert_eq!(skeleton.joints[1].offset, Vector3::zeros());
+        assert_eq!(skeleton.joints[2].offset, Vector3::new(0.0, 10.0, 0.0));
+        assert_eq!((joints[1].tip, joints[2].tip), (None, Some(Vector3::new(0.0, 4.0, 0.0))));
+        assert_relative_eq!(skeleton.metres_per_unit().unwrap(), 0.056444, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn axis_angles_turn_about_fixed_axes_first_letter_first() {
+        let skeleton = parse_asf(&TINY.replace("axis 90 0 0 XYZ", "axis 90 90 0 XYZ"), "t").unwrap();
+        // Y goes to Z about X, and that to X about Y.
+        assert_relative_eq!(skeleton.joints[2].parent_from_axis * Vector3::y(), Vector3::x(), epsilon = 1e-15);
+    }
+
+    #[test]
+    fn a_broken_skeleton_is_refused_with_its_line() {
+        let cases = [
+            (":version", "version", "tiny.asf:2: expected a section such as `:version`, found `version 1.10`"),
+            ("length 0.45", "length 0", "tiny.asf:6: expected a unit of length > 0, found 0"),
+            ("angle deg", "angle grad", "tiny.asf:7: expected `deg` or `rad`, found `grad`"),
+            ("order TX", "order XX", "tiny.asf:11: expected rx, ry, rz, tx, ty or tz, each once, found `XX`"),
+            ("   axis XYZ", "   axis XXZ", "tiny.asf:12: expected an order of axes such as XYZ, found `XXZ`"),
+            ("name trunk", "name head", "tiny.asf:32: expected a name that no other bone has, found a second `head`"),
+            ("     length 10\n", "", "tiny.asf:31: expected the bone's length before its `end`, found none"),
+            (
+                "direction 0 2 0",
+                "direction 0 0 0",
+                "tiny.asf:32: expected the bone's direction, a vector other than zero, before its `end`, found none",
+            ),
+            (
+                "length 4",
+                "length 1e300",
+                "tiny.asf:20: expected a bone's length (a number of at most 1e7), found `1e300`",
+            ),
+            ("trunk head", "trunk hat", "tiny.asf:36: expected the name of a bone in `:bonedata`, found `hat`"),
+            (
+                "trunk head",
+                "root head\n trunk head",
+                "tiny.asf:37: expected one parent for each bone, found another for `head`",
+            ),
+            (
+                "    root trunk\n",
+                "    head trunk\n",
+                "tiny.asf:37: expected every bone to hang on the root in `:hierarchy`, found `head` (line 16) that does not",
+            ),
+            (
+                "  end\n:hierarchy",
+                ":hierarchy",
+                "tiny.asf:32: expected `end` of the bone, found the end of the section",
+            ),
+        ];
+        for (whole, broken, expected) in cases {
+            let text = TINY.replacen(whole, broken, 1);
+            assert_ne!(text, TINY, "{whole}");
+            assert_eq!(message(&text), expected);
+        }
+        assert!(message(":version 1\n").ends_with("expected a section `:root`, found none"));
+    }
+}

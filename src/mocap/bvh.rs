@@ -6,11 +6,11 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::bvh_hierarchy::{Channel, Hierarchy, parse_hierarchy};
 use super::read::{ReadOptions, clip_name};
 use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording, rate_from_frame_time};
-use super::rotation::Axis;
 use super::text_cursor::{TextCursor, finite_number};
-use super::{Clip, MocapError, Skeleton, SkeletonJoint};
+use super::{Clip, MocapError};
 
 /// Reads a BVH file's text; `file` is its name, for messages and the clip's name.
 ///
@@ -22,130 +22,6 @@ pub fn parse_bvh(text: &str, file: &str, options: &ReadOptions) -> Result<Clip, 
     let mut cursor = TextCursor::new(&text, file);
     let hierarchy = parse_hierarchy(&mut cursor)?;
     parse_motion(&mut cursor, hierarchy, file, options)?.into_clip(file, options)
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Channel {
-    Position(Axis),
-    Rotation(Axis),
-}
-
-impl Channel {
-    fn from_name(name: &str) -> Option<Self> {
-        let mut letters = name.chars();
-        let axis = Axis::from_letter(letters.next()?)?;
-        match letters.as_str().to_ascii_lowercase().as_str() {
-            "position" => Some(Self::Position(axis)),
-            "rotation" => Some(Self::Rotation(axis)),
-            _ => None,
-        }
-    }
-}
-
-#[derive(Default)]
-struct Hierarchy {
-    skeleton: Skeleton,
-    offsets: Vec<Vector3<f64>>,
-    channels: Vec<Vec<Channel>>,
-}
-
-/// A brace that was opened.
-enum Open {
-    Joint { index: usize, has_offset: bool },
-    EndSite { parent: usize },
-}
-
-fn parse_hierarchy(cursor: &mut TextCursor<'_>) -> Result<Hierarchy, MocapError> {
-    cursor.keyword("HIERARCHY")?;
-    cursor.keyword("ROOT")?;
-    let mut hierarchy = Hierarchy::default();
-    let mut open = vec![open_joint(cursor, &mut hierarchy, None)?];
-    while let Some(innermost) = open.last_mut() {
-        match innermost {
-            Open::Joint { index, has_offset } => {
-                let expected = "OFFSET, CHANNELS, JOINT, End Site or `}`";
-                let word = cursor.word(expected)?;
-                let index = *index;
-                match word.to_ascii_uppercase().as_str() {
-                    "OFFSET" => {
-                        hierarchy.offsets[index] = cursor.vector_in_line("an offset")?;
-                        *has_offset = true;
-                    }
-                    "CHANNELS" => hierarchy.channels[index] = parse_channels(cursor)?,
-                    "JOINT" => open.push(open_joint(cursor, &mut hierarchy, Some(index))?),
-                    "END" => {
-                        name_and_brace(cursor)?;
-                        open.push(Open::EndSite { parent: index });
-                    }
-                    "}" if *has_offset => drop(open.pop()),
-                    "}" => return Err(cursor.unexpected("the joint's OFFSET", Some(word))),
-                    _ => return Err(cursor.unexpected(expected, Some(word))),
-                }
-            }
-            Open::EndSite { parent } => {
-                cursor.keyword("OFFSET")?;
-                let tip = cursor.vector_in_line("an offset")?;
-                hierarchy.skeleton.joints[*parent].tip.get_or_insert(tip);
-                cursor.keyword("}")?;
-                open.pop();
-            }
-        }
-    }
-    if hierarchy.channels.iter().all(Vec::is_empty) {
-        return Err(cursor.error("a joint with CHANNELS", "a skeleton without any"));
-    }
-    Ok(hierarchy)
-}
-
-/// Reads a joint's name and opening brace, and adds the joint.
-fn open_joint(
-    cursor: &mut TextCursor<'_>,
-    hierarchy: &mut Hierarchy,
-    parent: Option<usize>,
-) -> Result<Open, MocapError> {
-    let name = name_and_brace(cursor)?;
-    if name.is_empty() {
-        return Err(cursor.error("a joint's name", "none"));
-    }
-    let index = hierarchy.skeleton.joints.len();
-    hierarchy.skeleton.joints.push(SkeletonJoint { name, parent, tip: None });
-    hierarchy.offsets.push(Vector3::zeros());
-    hierarchy.channels.push(Vec::new());
-    Ok(Open::Joint { index, has_offset: false })
-}
-
-/// The words up to the opening brace, which may stand on this line or the next.
-fn name_and_brace(cursor: &mut TextCursor<'_>) -> Result<String, MocapError> {
-    let mut words = Vec::new();
-    while let Some(word) = cursor.word_in_line() {
-        if word == "{" {
-            return Ok(words.join(" "));
-        }
-        words.push(word);
-    }
-    cursor.keyword("{")?;
-    Ok(words.join(" "))
-}
-
-fn parse_channels(cursor: &mut TextCursor<'_>) -> Result<Vec<Channel>, MocapError> {
-    let expected = "a number of channels from 0 to 6";
-    let word = cursor.word_in_line();
-    let Some(count) = word.and_then(|w| w.parse::<usize>().ok()).filter(|&count| count <= 6) else {
-        return Err(cursor.unexpected(expected, word));
-    };
-    let mut channels = Vec::with_capacity(count);
-    for _ in 0..count {
-        let expected = "a channel (Xposition … Zrotation) not listed yet";
-        let word = cursor.word_in_line();
-        match word.and_then(Channel::from_name).filter(|channel| !channels.contains(channel)) {
-            Some(channel) => channels.push(channel),
-            None => return Err(cursor.unexpected(expected, word)),
-        }
-    }
-    if let Some(extra) = cursor.word_in_line() {
-        return Err(cursor.unexpected(&format!("{count} channels as announced"), Some(extra)));
-    }
-    Ok(channels)
 }
 
 fn parse_motion(
@@ -187,7 +63,8 @@ fn parse_rows(
     let joints = hierarchy.channels.len();
     let mut frames = Frames::new();
     let mut empty_frames = Vec::new();
-    let mut row = Vec::with_capacity(width);
+    let mut row = Vec::new();
+    let expected = format!("{width} values, one for each channel");
     while cursor.next_line().is_some() {
         if frames.len() as u64 == announced {
             let expected = format!("the end of the file after the {announced} frames that the header announces");
@@ -197,11 +74,11 @@ fn parse_rows(
             return Err(cursor.error(format!("at most {MOST_JOINT_FRAMES} joints times frames"), "more"));
         }
         row.clear();
-        for index in 0..width {
-            row.push(cursor.number_in_line(&format!("value {} of {width}", index + 1))?);
+        for _ in 0..width {
+            row.push(cursor.number_in_line(&expected)?);
         }
         if let Some(extra) = cursor.word_in_line() {
-            return Err(cursor.unexpected(&format!("{width} values, one for each channel"), Some(extra)));
+            return Err(cursor.unexpected(&expected, Some(extra)));
         }
         if row.iter().all(|&value| value == 0.0) {
             empty_frames.push(frames.len());
@@ -231,4 +108,255 @@ fn pose(hierarchy: &Hierarchy, row: &[f64]) -> Vec<Isometry3<f64>> {
         frame.push(Isometry3::from_parts(Translation3::from(translation), rotation));
     }
     frame
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::FRAC_PI_2;
+
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::mocap::rotation::Axis;
+    use crate::mocap::{Skeleton, SkeletonJoint, UpAxis};
+
+    /// Two joints in metres, Z up; the second has other channels in another order.
+    const TINY: &str = "HIERARCHY
+ROOT hips
+{
+  OFFSET 0 0 1
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT knee
+  {
+    OFFSET 0 0 0.7
+    CHANNELS 4 Yrotation Xrotation Zrotation Zposition
+    End Site
+    {
+      OFFSET 0 0.1 0
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.02
+1 2 3 10 20 30 40 50 60 0.5
+1 2 3 10 20 30 40 50 60 0.5
+";
+
+    fn metres_z_up() -> ReadOptions {
+        ReadOptions { metres_per_unit: Some(1.0), up: Some(UpAxis::Z), ..ReadOptions::default() }
+    }
+
+    fn parse(text: &str) -> Result<Clip, MocapError> {
+        parse_bvh(text, "tiny.bvh", &metres_z_up())
+    }
+
+    fn message(text: &str) -> String {
+        parse(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn each_joint_turns_in_the_order_of_its_own_channels() {
+        let clip = parse(TINY).unwrap();
+        let turn = |axis: Axis, degrees: f64| axis.turn(degrees.to_radians());
+        let hips = turn(Axis::Z, 10.0) * turn(Axis::X, 20.0) * turn(Axis::Y, 30.0);
+        let knee = turn(Axis::Y, 40.0) * turn(Axis::X, 50.0) * turn(Axis::Z, 60.0);
+        assert_relative_eq!(clip.frames[0][0].rotation, hips, epsilon = 1e-15);
+        assert_relative_eq!(clip.frames[0][1].rotation, knee, epsilon = 1e-15);
+        assert_eq!(clip.frames[0][0].translation.vector, Vector3::new(1.0, 2.0, 3.0));
+        assert_eq!(clip.frames[0][1].translation.vector, Vector3::new(0.0, 0.0, 0.5));
+        assert_eq!(clip.skeleton.joints[1].tip, Some(Vector3::new(0.0, 0.1, 0.0)));
+        assert_eq!((clip.name.as_str(), clip.frames_per_second), ("tiny", 50.0));
+    }
+
+    #[test]
+    fn spelling_and_line_ends_do_not_matter() {
+        let plain = parse(TINY).unwrap();
+        let lower = TINY.to_lowercase().replace("hips\n{", "hips{");
+        let odd = format!("\u{feff}{}\r\n\r\n", lower.replace('\n', "\r\n").replace("  ", "\t"));
+        assert_eq!(parse(&odd).unwrap(), plain);
+        assert_eq!(parse(TINY.trim_end()).unwrap(), plain, "no line end at the end of the file");
+    }
+
+    #[test]
+    fn a_joint_may_have_a_name_of_two_words() {
+        let clip = parse(&TINY.replace("knee", "left  knee")).unwrap();
+        assert_eq!(clip.skeleton.find("left knee"), Some(1));
+    }
+
+    #[test]
+    fn a_broken_file_is_refused_with_its_line() {
+        let cases = [
+            ("HIERARCHY", "HIERARCHIE", "tiny.bvh:1: expected `HIERARCHY`, found `HIERARCHIE`"),
+            ("ROOT hips", "JOINT hips", "tiny.bvh:2: expected `ROOT`, found `JOINT`"),
+            ("ROOT hips", "ROOT", "tiny.bvh:3: expected a joint's name, found none"),
+            (
+                "OFFSET 0 0 1",
+                "OFFSET 0 0",
+                "tiny.bvh:4: expected an offset (a number of at most 1e7), found the end of the line",
+            ),
+            ("    OFFSET 0 0 0.7\n", "", "tiny.bvh:13: expected the joint's OFFSET, found `}`"),
+            (
+                "CHANNELS 6",
+                "CHANNELS 4000000000",
+                "tiny.bvh:5: expected a number of channels from 0 to 6, found `4000000000`",
+            ),
+            (
+                "Zposition Zrot",
+                "Wposition Zrot",
+                "tiny.bvh:5: expected a channel (Xposition … Zrotation) not listed yet, found `Wposition`",
+            ),
+            ("CHANNELS 6", "CHANNELS 5", "tiny.bvh:5: expected 5 channels as announced, found `Yrotation`"),
+            ("End Site", "Ende", "tiny.bvh:10: expected OFFSET, CHANNELS, JOINT, End Site or `}`, found `Ende`"),
+            ("}\nMOTION", "MOTION", "tiny.bvh:15: expected OFFSET, CHANNELS, JOINT, End Site or `}`, found `MOTION`"),
+            ("Frames: 2", "Frames: two", "tiny.bvh:17: expected the number of frames, found `two`"),
+            ("Time: 0.02", "Time: 0", "tiny.bvh:18: expected the seconds between two frames, > 0, found `0`"),
+            (
+                "60 0.5\n1",
+                "60\n1",
+                "tiny.bvh:19: expected 10 values, one for each channel (a number of at most 1e7), found the end of the line",
+            ),
+            ("60 0.5\n1", "60 0.5 7\n1", "tiny.bvh:19: expected 10 values, one for each channel, found `7`"),
+            (
+                "1 2 3 10",
+                "1 nan 3 10",
+                "tiny.bvh:19: expected 10 values, one for each channel (a number of at most 1e7), found `nan`",
+            ),
+            (
+                "1 2 3 10",
+                "1 1e300 3 10",
+                "tiny.bvh:19: expected 10 values, one for each channel (a number of at most 1e7), found `1e300`",
+            ),
+            (
+                "Frames: 2",
+                "Frames: 4000000000",
+                "tiny.bvh:20: expected 4000000000 frames as the header announces, found the end of the file after 2",
+            ),
+            (
+                "Frames: 2",
+                "Frames: 1",
+                "tiny.bvh:20: expected the end of the file after the 1 frames that the header announces, found another row",
+            ),
+        ];
+        for (whole, broken, expected) in cases {
+            let text = TINY.replacen(whole, broken, 1);
+            assert_ne!(text, TINY, "{whole}");
+            assert_eq!(message(&text), expected);
+        }
+        assert_eq!(message(""), "tiny.bvh:1: expected `HIERARCHY`, found the end of the file");
+    }
+
+    #[test]
+    fn a_file_cut_short_anywhere_is_refused() {
+        // The last value may lose its digits after the point, and its line end: then nothing shows.
+        for length in 0..TINY.len() - 3 {
+            assert!(parse(&TINY[..length]).is_err(), "{length}");
+        }
+    }
+
+    #[test]
+    fn nought_or_one_frame_is_refused() {
+        let one = TINY.replace("Frames: 2", "Frames: 1").replacen("1 2 3 10 20 30 40 50 60 0.5\n", "", 1);
+        assert_eq!(message(&one), "tiny.bvh: expected at least 2 frames, found 1");
+        let none = TINY.replace("Frames: 2", "Frames: 0").replace("1 2 3 10 20 30 40 50 60 0.5\n", "");
+        assert_eq!(message(&none), "tiny.bvh: expected at least 2 frames, found 0");
+    }
+
+    #[test]
+    fn y_up_files_are_turned_at_the_root_and_nowhere_else() {
+        let options = ReadOptions { up: Some(UpAxis::Y), ..metres_z_up() };
+        let (y_up, z_up) = (parse_bvh(TINY, "t", &options).unwrap(), parse(TINY).unwrap());
+        let turn = Axis::X.turn(FRAC_PI_2);
+        assert_eq!(y_up.frames[0][1], z_up.frames[0][1]);
+        assert_eq!(y_up.frames[0][0].translation.vector, Vector3::new(1.0, -3.0, 2.0));
+        assert_relative_eq!(y_up.frames[0][0].rotation, turn * z_up.frames[0][0].rotation, epsilon = 1e-15);
+    }
+
+    #[test]
+    fn options_come_before_the_file() {
+        let options = ReadOptions { metres_per_unit: Some(0.01), frames_per_second: Some(25.0), ..metres_z_up() };
+        let clip = parse_bvh(TINY, "t", &options).unwrap();
+        assert_eq!(clip.frames_per_second, 25.0);
+        assert_relative_eq!(clip.frames[0][1].translation.vector, Vector3::new(0.0, 0.0, 0.005));
+        assert_relative_eq!(clip.skeleton.joints[1].tip.unwrap(), Vector3::new(0.0, 0.001, 0.0));
+        let wrong = ReadOptions { frames_per_second: Some(0.0), ..metres_z_up() };
+        let error = parse_bvh(TINY, "t", &wrong).unwrap_err().to_string();
+        assert_eq!(error, "frames_per_second: expected a number from 0.001 to 100000, found 0");
+    }
+
+    /// A BVH file of a clip whose joints keep their offsets, rotations as Z, Y, X angles.
+    fn write(clip: &Clip) -> String {
+        let joints = &clip.skeleton.joints;
+        let mut text = "HIERARCHY\n".to_owned();
+        let mut open: Vec<usize> = Vec::new();
+        for (index, joint) in joints.iter().enumerate() {
+            while open.last() != joint.parent.as_ref() {
+                open.pop();
+                text += "}\n";
+            }
+            open.push(index);
+            let offset = clip.frames[0][index].translation.vector;
+            let (word, positions) =
+                if index == 0 { ("ROOT", "6 Xposition Yposition Zposition") } else { ("JOINT", "3") };
+            text += &format!("{word} {}\n{{\nOFFSET {} {} {}\n", joint.name, offset.x, offset.y, offset.z);
+            text += &format!("CHANNELS {positions} Zrotation Yrotation Xrotation\n");
+        }
+        text += &"}\n".repeat(open.len());
+        let frame_time = 1.0 / clip.frames_per_second;
+        text += &format!("MOTION\nFrames: {}\nFrame Time: {frame_time}\n", clip.frames.len());
+        for frame in &clip.frames {
+            for (index, transform) in frame.iter().enumerate() {
+                let position = transform.translation.vector;
+                if index == 0 {
+                    text += &format!("{} {} {} ", position.x, position.y, position.z);
+                }
+                let (x, y, z) = transform.rotation.euler_angles();
+                text += &format!("{} {} {} ", z.to_degrees(), y.to_degrees(), x.to_degrees());
+            }
+            text += "\n";
+        }
+        text
+    }
+
+    prop_compose! {
+        /// Up to eight joints that hang on random earlier ones, three frames.
+        fn clips()(joints in 1..8_usize)(
+            parents in prop::collection::vec(0.0..1.0_f64, joints),
+            offsets in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), joints),
+            turns in prop::collection::vec(prop::collection::vec(prop::array::uniform3(-1.4..1.4_f64), joints), 3),
+        ) -> Clip {
+            // Written depth first, a joint's parent is on the path to the joint before it.
+            let mut skeleton = Skeleton::default();
+            let mut path: Vec<usize> = Vec::new();
+            for (index, share) in parents.iter().enumerate() {
+                path.truncate(if index == 0 { 0 } else { 1 + (share * path.len() as f64) as usize });
+                let parent = path.last().copied();
+                skeleton.joints.push(SkeletonJoint { name: format!("joint{index}"), parent, tip: None });
+                path.push(index);
+            }
+            let frame = |turns: &Vec<[f64; 3]>| {
+                offsets
+                    .iter()
+                    .zip(turns)
+                    .map(|(o, t)| Isometry3::new(Vector3::from(*o), Vector3::from(*t)))
+                    .collect()
+            };
+            let frames = turns.iter().map(frame).collect();
+            Clip { name: "written".to_owned(), skeleton, frames_per_second: 50.0, frames, notes: Vec::new(), cyclic: false }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn what_is_written_is_read_back(clip in clips()) {
+            let back = parse_bvh(&write(&clip), "written.bvh", &metres_z_up()).unwrap();
+            prop_assert_eq!(&back.skeleton, &clip.skeleton);
+            for (a, b) in back.frames.iter().flatten().zip(clip.frames.iter().flatten()) {
+                prop_assert!((a.translation.vector - b.translation.vector).norm() < 1e-12);
+                prop_assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
+            }
+        }
+    }
 }

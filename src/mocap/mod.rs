@@ -13,6 +13,7 @@
 mod amc;
 mod asf;
 mod bvh;
+mod bvh_hierarchy;
 mod clip;
 mod deepmimic;
 mod editing;
