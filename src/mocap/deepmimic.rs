@@ -238,3 +238,109 @@ fn set_rate(clip: &mut Clip, durations: &[f64], file: &str) -> Result<(), MocapE
     ));
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    /// Rows at rest, the root 1 m up (in the file: along y), one duration each.
+    fn rows(durations: &[f64]) -> Vec<Vec<f64>> {
+        let row = |(index, &seconds): (usize, &f64)| {
+            let mut row = vec![0.0; COLUMNS];
+            row[0] = seconds;
+            row[1] = index as f64;
+            row[2] = 1.0;
+            for quaternion in [4, 8, 12, 16, 21, 25, 30, 35, 39] {
+                row[quaternion] = 1.0;
+            }
+            row
+        };
+        durations.iter().enumerate().map(row).collect()
+    }
+
+    fn text(rows: &[Vec<f64>]) -> String {
+        format!("{{\"Loop\": \"wrap\", \"Frames\":\n{rows:?}\n}}")
+    }
+
+    fn parse(rows: &[Vec<f64>]) -> Result<Clip, MocapError> {
+        parse_deepmimic(&text(rows), "clip.txt", &ReadOptions::default())
+    }
+
+    #[test]
+    fn columns_go_to_their_joints() {
+        let mut rows = rows(&[0.05, 0.0]);
+        rows[0][20] = -0.7; // right knee
+        rows[0][29] = 0.3; // right elbow
+        rows[0][34] = -0.2; // left knee
+        rows[0][43] = 0.9; // left elbow
+        (rows[0][35], rows[0][36]) = (0.8, 0.6); // left ankle, about x
+        let clip = parse(&rows).unwrap();
+        let rotation = |name: &str| clip.frames[0][clip.skeleton.find(name).unwrap()].rotation.scaled_axis();
+        assert_relative_eq!(rotation("right_knee"), Vector3::z() * -0.7, epsilon = 1e-12);
+        assert_relative_eq!(rotation("right_elbow"), Vector3::z() * 0.3, epsilon = 1e-12);
+        assert_relative_eq!(rotation("left_knee"), Vector3::z() * -0.2, epsilon = 1e-12);
+        assert_relative_eq!(rotation("left_elbow"), Vector3::z() * 0.9, epsilon = 1e-12);
+        assert_relative_eq!(rotation("left_ankle"), Vector3::x() * 2.0 * libm::acos(0.8), epsilon = 1e-12);
+        assert_eq!((clip.frames_per_second, clip.cyclic), (20.0, true));
+    }
+
+    #[test]
+    fn it_stands_along_z_faces_x_and_has_its_right_on_the_right() {
+        let clip = parse(&rows(&[0.05, 0.0])).unwrap();
+        let positions = clip.joint_positions(1);
+        let at = |name: &str| positions[clip.skeleton.find(name).unwrap()];
+        assert_relative_eq!(at("root").coords, Vector3::new(1.0, 0.0, 1.0), epsilon = 1e-12);
+        assert_relative_eq!(at("right_hip").coords, Vector3::new(1.0, -0.084887, 1.0), epsilon = 1e-12);
+        assert_relative_eq!(at("left_ankle").coords, Vector3::new(1.0, 0.084887, 1.0 - 0.831416), epsilon = 1e-12);
+    }
+
+    #[test]
+    fn durations_that_differ_are_resampled_and_the_ends_stay() {
+        // The root moves 1 m a row: after 0.1 s, 0.3 s and 0.4 s it is at 1, 2 and 3 m.
+        let clip = parse(&rows(&[0.1, 0.2, 0.1, 9.0])).unwrap();
+        assert_relative_eq!(clip.frames_per_second, 10.0, epsilon = 1e-12);
+        let x: Vec<f64> = clip.frames.iter().map(|frame| frame[0].translation.x).collect();
+        assert_relative_eq!(x.as_slice(), [0.0, 1.0, 1.5, 2.0, 3.0].as_slice(), epsilon = 1e-12);
+        assert!(clip.notes.iter().any(|note| note.contains("resampled")), "{:?}", clip.notes);
+    }
+
+    #[test]
+    fn an_empty_row_is_interpolated_and_said() {
+        let mut rows = rows(&[0.1; 5]);
+        rows[2][1..].fill(0.0);
+        let clip = parse(&rows).unwrap();
+        assert_relative_eq!(clip.frames[2][0].translation.vector, Vector3::new(2.0, 0.0, 1.0), epsilon = 1e-12);
+        assert!(clip.notes.iter().any(|note| note.contains("frame 3 of the file")), "{:?}", clip.notes);
+    }
+
+    #[test]
+    fn a_broken_clip_is_refused_with_its_frame_or_line() {
+        let broken = |change: fn(&mut Vec<Vec<f64>>)| {
+            let mut rows = rows(&[0.1; 3]);
+            change(&mut rows);
+            parse(&rows).unwrap_err().to_string()
+        };
+        assert_eq!(broken(|r| drop(r[1].pop())), "clip.txt: frame 2: expected 44 numbers, found 43");
+        assert_eq!(
+            broken(|r| r[1][0] = 0.0),
+            "clip.txt: frame 2: expected seconds to the next frame, > 0, in column 1, found 0"
+        );
+        assert_eq!(
+            broken(|r| r[2][6] = 1e300),
+            "clip.txt: frame 3: expected a length or angle in column 7, found 1e300"
+        );
+        assert_eq!(
+            broken(|r| r[2][8] = 0.5),
+            "clip.txt: frame 3: expected a unit quaternion w x y z in columns 9 to 12, found one of length 0.5"
+        );
+        assert_eq!(broken(|r| r.truncate(1)), "clip.txt: expected at least 2 frames, found 1");
+        assert_eq!(broken(Vec::clear), "clip.txt: expected at least 2 frames, found 0");
+        assert!(broken(|r| r[0][3] = f64::NAN).starts_with("clip.txt:2: expected a DeepMimic clip"));
+        let whole = text(&rows(&[0.1; 3]));
+        for length in 0..whole.len() - 1 {
+            assert!(parse_deepmimic(&whole[..length], "clip.txt", &ReadOptions::default()).is_err(), "{length}");
+        }
+    }
+}

@@ -66,3 +66,92 @@ impl Clip {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+    use crate::mocap::{Skeleton, SkeletonJoint};
+
+    /// Root and one arm; the root walks 0.1 m along x and the arm turns 0.05 rad a frame.
+    fn clip(frames: usize) -> Clip {
+        let joint = |name: &str, parent| SkeletonJoint { name: name.to_owned(), parent, tip: None };
+        let frame = |index: usize| {
+            let index = index as f64;
+            vec![
+                Isometry3::translation(0.1 * index, 0.0, 1.0),
+                Isometry3::new(Vector3::y() * 0.3, Vector3::x() * (0.05 * index)),
+            ]
+        };
+        Clip {
+            name: "made".to_owned(),
+            skeleton: Skeleton { joints: vec![joint("root", None), joint("arm", Some(0))] },
+            frames_per_second: 20.0,
+            frames: (0..frames).map(frame).collect(),
+            notes: Vec::new(),
+            cyclic: false,
+        }
+    }
+
+    #[test]
+    fn a_crop_keeps_the_frames_asked_for_and_refuses_others() {
+        let whole = clip(10);
+        assert_eq!(whole.clone().crop(2..5).unwrap().frames, whole.frames[2..5]);
+        assert_eq!(whole.clone().crop(0..10).unwrap(), whole);
+        let error = whole.clone().crop(5..11).unwrap_err().to_string();
+        assert_eq!(error, "crop: expected at least 2 of the frames 0..10 of clip `made`, found 5..11");
+        #[expect(clippy::reversed_empty_ranges, reason = "a caller may get it wrong")]
+        for range in [3..4, 5..2, 9..usize::MAX] {
+            assert!(whole.clone().crop(range).is_err());
+        }
+    }
+
+    #[test]
+    fn a_crop_of_a_cycle_is_no_cycle() {
+        let cycle = Clip { cyclic: true, ..clip(10) };
+        assert!(cycle.clone().crop(0..10).unwrap().cyclic);
+        assert!(!cycle.crop(0..9).unwrap().cyclic);
+    }
+
+    #[test]
+    fn instants_of_the_old_rate_are_kept_bit_for_bit() {
+        let clip = clip(11);
+        assert_eq!(clip.resampled(20.0).unwrap(), clip);
+        let double = clip.resampled(40.0).unwrap();
+        assert_eq!(double.frames.len(), 21);
+        for (index, frame) in clip.frames.iter().enumerate() {
+            assert_eq!(&double.frames[2 * index], frame);
+        }
+        assert_eq!(double.resampled(20.0).unwrap(), clip, "and back");
+    }
+
+    #[test]
+    fn an_even_motion_is_even_at_any_rate_and_ends_within_the_clip() {
+        let clip = clip(11); // 0.5 s at 20 Hz
+        for rate in [7.0, 29.97, 60.0, 119.88] {
+            let resampled = clip.resampled(rate).unwrap();
+            assert_eq!(resampled.frames.len(), (0.5 * rate).floor() as usize + 1);
+            for (index, frame) in resampled.frames.iter().enumerate() {
+                let seconds = index as f64 / rate;
+                assert_relative_eq!(frame[0].translation.x, 2.0 * seconds, epsilon = 1e-12);
+                assert_relative_eq!(frame[1].rotation.angle(), seconds, epsilon = 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_rate_that_leaves_no_motion_or_fills_the_memory_is_refused() {
+        for rate in [0.0, -1.0, f64::NAN, f64::INFINITY, 1.9, 1e9] {
+            assert!(clip(11).resampled(rate).is_err(), "{rate}");
+        }
+    }
+
+    #[test]
+    fn a_cycle_stays_one_only_at_a_rate_that_divides_it() {
+        let cycle = Clip { cyclic: true, ..clip(11) };
+        assert!(cycle.resampled(60.0).unwrap().cyclic);
+        assert!(!cycle.resampled(59.0).unwrap().cyclic);
+    }
+}

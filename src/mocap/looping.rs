@@ -33,7 +33,7 @@ impl Clip {
                 found: duration.to_string(),
             });
         }
-        if !self.cyclic || self.frames.len() < 3 {
+        if !self.cyclic || self.frames.len() < 4 {
             return Err(MocapError::NotCyclic { clip: self.name.clone() });
         }
         let period = self.frames.len() - 1;
@@ -81,16 +81,16 @@ impl Clip {
     fn seamless_cycle(&self, step_over_ground: &Isometry3<f64>) -> Vec<Vec<Isometry3<f64>>> {
         let period = self.frames.len() - 1;
         let blend = (BLEND_TIME * self.frames_per_second).min(BLEND_SHARE * period as f64).round().max(1.0);
-        let (last, before_last) = (&self.frames[period], &self.frames[period - 1]);
         let misfits: Vec<(Change, Change)> = (0..self.skeleton.joints.len())
             .map(|joint| {
-                let moved = |frame: usize| {
+                let before = |back: usize| self.frames[period - back][joint];
+                let after = |frame: usize| {
                     let transform = self.frames[frame][joint];
                     if joint == 0 { step_over_ground * transform } else { transform }
                 };
-                let speed_after = Change::between(&moved(0), &moved(1));
-                let speed_before = Change::between(&before_last[joint], &last[joint]);
-                (Change::between(&last[joint], &moved(0)), speed_after.minus(&speed_before).times(blend))
+                let speed_before = speed(&before(0), &before(1), &before(2)).times(-1.0);
+                let speed_after = speed(&after(0), &after(1), &after(2));
+                (Change::between(&before(0), &after(0)), speed_after.minus(&speed_before).times(blend))
             })
             .collect();
         let mut cycle = self.frames.clone();
@@ -104,6 +104,11 @@ impl Clip {
         }
         cycle
     }
+}
+
+/// Change a frame at `now`, from the two frames next to it on one side; exact for an even acceleration.
+fn speed(now: &Isometry3<f64>, next: &Isometry3<f64>, next_but_one: &Isometry3<f64>) -> Change {
+    Change::between(now, next).times(2.0).minus(&Change::between(now, next_but_one).times(0.5))
 }
 
 /// A small change of a transform: of its position, and of its rotation as a vector in its own frame.
@@ -132,5 +137,105 @@ impl Change {
             Translation3::from(translation),
             transform.rotation * UnitQuaternion::from_scaled_axis(self.turn),
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::{FRAC_PI_2, TAU};
+
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::mocap::{Skeleton, SkeletonJoint};
+
+    const PERIOD: usize = 24;
+
+    /// One cycle of a walk on a circle about the origin, a quarter of it a cycle; an arm swings. `misfit` grows over the
+    /// cycle: it lifts the root and turns the arm.
+    fn cycle(misfit: f64) -> Clip {
+        let joint = |name: &str, parent| SkeletonJoint { name: name.to_owned(), parent, tip: None };
+        let frame = |index: usize| {
+            let phase = index as f64 / PERIOD as f64;
+            let heading = Axis::Z.turn(FRAC_PI_2 * phase);
+            let height = 1.0 + 0.02 * libm::sin(TAU * phase) + misfit * phase;
+            let position = heading * Vector3::new(3.0, 0.0, height);
+            let arm = Axis::Y.turn(0.4 * libm::sin(TAU * phase) + misfit * phase);
+            vec![
+                Isometry3::from_parts(position.into(), heading),
+                Isometry3::from_parts(Vector3::new(0.0, 0.2, 0.4).into(), arm),
+            ]
+        };
+        Clip {
+            name: "circle".to_owned(),
+            skeleton: Skeleton { joints: vec![joint("root", None), joint("arm", Some(0))] },
+            frames_per_second: 24.0,
+            frames: (0..=PERIOD).map(frame).collect(),
+            notes: Vec::new(),
+            cyclic: true,
+        }
+    }
+
+    #[test]
+    fn a_cycle_that_closes_is_repeated_as_it_is_along_its_circle() {
+        let looped = cycle(0.0).looped(6.0).unwrap();
+        assert_eq!((looped.frames.len(), looped.duration()), (6 * PERIOD + 1, 6.0));
+        for (index, frame) in looped.frames.iter().enumerate() {
+            let turns = index as f64 / PERIOD as f64;
+            let heading = Axis::Z.turn(FRAC_PI_2 * turns);
+            assert_relative_eq!(frame[0].rotation.angle_to(&heading), 0.0, epsilon = 1e-7);
+            let expected = heading * Vector3::new(3.0, 0.0, 1.0 + 0.02 * libm::sin(TAU * turns));
+            assert_relative_eq!(frame[0].translation.vector, expected, epsilon = 1e-3);
+        }
+        assert!(!looped.cyclic);
+    }
+
+    #[test]
+    fn height_repeats_and_the_seam_has_no_jump_in_place_or_speed() {
+        let (misfit, single) = (0.05, cycle(0.05));
+        let looped = single.looped(10.0).unwrap();
+        let height = |index: usize| looped.frames[index][0].translation.z;
+        for index in 0..PERIOD {
+            assert_relative_eq!(height(index), height(index + 9 * PERIOD), epsilon = 1e-12);
+        }
+        let values: [fn(&[Isometry3<f64>]) -> f64; 2] = [|f| f[0].translation.z, |f| f[1].rotation.j];
+        let greatest = |clip: &Clip, value: fn(&[Isometry3<f64>]) -> f64| {
+            let values: Vec<f64> = clip.frames.iter().map(|frame| value(frame)).collect();
+            values.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max)
+        };
+        for value in values {
+            let (single, looped) = (greatest(&single, value), greatest(&looped, value));
+            // Unblended, the second difference at the seam is the misfit itself.
+            assert!(looped < single + 0.5 * misfit, "{looped} against {single}");
+        }
+    }
+
+    #[test]
+    fn a_heading_that_does_not_quite_close_is_misfit_and_the_way_stays_straight() {
+        let mut clip = cycle(0.0);
+        for (index, frame) in clip.frames.iter_mut().enumerate() {
+            let phase = index as f64 / PERIOD as f64;
+            frame[0] = Isometry3::from_parts(Vector3::new(phase, 0.0, 1.0).into(), Axis::Z.turn(0.1 * phase));
+        }
+        let looped = clip.looped(5.0).unwrap();
+        let last = looped.frames[5 * PERIOD][0];
+        assert_relative_eq!(last.translation.vector, Vector3::new(5.0, 0.0, 1.0), epsilon = 1e-12);
+        assert_relative_eq!(last.rotation.angle(), 0.0, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn a_part_of_a_cycle_is_that_part() {
+        let single = cycle(0.0);
+        assert_eq!(single.looped(0.4).unwrap().frames, single.frames[..=10]);
+    }
+
+    #[test]
+    fn what_cannot_be_repeated_is_refused() {
+        let single = cycle(0.0);
+        for duration in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e12] {
+            assert!(matches!(single.looped(duration), Err(MocapError::Setting { .. })), "{duration}");
+        }
+        let single = Clip { cyclic: false, ..single };
+        assert!(matches!(single.looped(5.0), Err(MocapError::NotCyclic { .. })));
     }
 }

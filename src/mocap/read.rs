@@ -121,3 +121,69 @@ fn find_skeleton(amc: &Path) -> Result<PathBuf, MocapError> {
 pub(super) fn clip_name(file: &str) -> String {
     Path::new(file).file_stem().map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SKELETON: &str = ":units\nlength 0.45\n:root\norder TX TY TZ RX RY RZ\n:bonedata\n:hierarchy\n";
+    const MOTION: &str = ":DEGREES\n1\nroot 0 18 0 0 0 0\n2\nroot 0 18 0 0 0 1\n";
+
+    fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
+        folder
+    }
+
+    #[test]
+    fn an_amc_finds_its_subjects_skeleton_else_the_only_one() {
+        let broken = "not a skeleton";
+        let cases: [(&[(&str, &str)], bool); 4] = [
+            (&[("07.asf", SKELETON), ("08.asf", broken)], true),
+            (&[("07.ASF", SKELETON), ("08.asf", broken)], true),
+            (&[("someone.asf", SKELETON)], true),
+            (&[("07_01.asf", SKELETON), ("08.asf", SKELETON)], false),
+        ];
+        for (skeletons, is_found) in cases {
+            let folder = folder(skeletons);
+            let path = folder.path().join("07_01.amc");
+            fs::write(&path, MOTION).unwrap();
+            let clip = read(&path, &ReadOptions::default());
+            assert_eq!(clip.is_ok(), is_found, "{skeletons:?}: {clip:?}");
+        }
+    }
+
+    #[test]
+    fn a_missing_skeleton_says_its_name_and_how_to_name_another() {
+        let folder = folder(&[("07_01.amc", MOTION)]);
+        let path = folder.path().join("07_01.amc");
+        let error = read(&path, &ReadOptions::default()).unwrap_err().to_string();
+        assert!(error.ends_with("(07.asf), found 0 other .asf files; name one with `skeleton`"), "{error}");
+        let elsewhere = tempfile::NamedTempFile::new().unwrap();
+        fs::write(elsewhere.path(), SKELETON).unwrap();
+        let options = ReadOptions { skeleton: Some(elsewhere.path().to_owned()), ..ReadOptions::default() };
+        assert_eq!(read(&path, &options).unwrap().name, "07_01");
+    }
+
+    #[test]
+    fn what_is_missing_or_of_another_kind_is_refused() {
+        let folder = folder(&[("a.fbx", ""), ("empty.bvh", ""), ("empty.json", "")]);
+        let message = |name: &str| read(&folder.path().join(name), &ReadOptions::default()).unwrap_err().to_string();
+        assert!(message("a.fbx").contains("a.fbx: expected a recording ending in .bvh"));
+        assert!(message("none.bvh").contains("none.bvh: cannot be read: "));
+        assert!(message("empty.bvh").contains("empty.bvh:1: expected `HIERARCHY`, found the end of the file"));
+        assert!(message("empty.json").contains("empty.json:1: expected a DeepMimic clip"));
+    }
+
+    #[test]
+    fn bytes_that_are_not_utf_8_do_no_harm() {
+        let folder = folder(&[]);
+        let path = folder.path().join("latin1.bvh");
+        let mut text = b"HIERARCHY\nROOT H\xfcfte\n{\nOFFSET 0 0 0\nCHANNELS 1 Zposition\n}\n".to_vec();
+        text.extend(b"MOTION\nFrames: 2\nFrame Time: 0.1\n1\n2\n");
+        fs::write(&path, text).unwrap();
+        assert_eq!(read(&path, &ReadOptions::default()).unwrap().skeleton.joints[0].name, "H\u{fffd}fte");
+    }
+}

@@ -137,3 +137,72 @@ pub(super) fn rate_from_frame_time(seconds: f64, notes: &mut Vec<String>) -> f64
     }
     rate
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::mocap::{Skeleton, SkeletonJoint};
+
+    /// One joint that moves 1 unit and turns 0.1 rad a frame; zero where lost.
+    fn recording(frames: usize, lost: &[usize]) -> Recording {
+        let frame = |index: usize| {
+            let index = if lost.contains(&index) { 0.0 } else { 1.0 + index as f64 };
+            vec![Isometry3::new(Vector3::x() * index, Vector3::z() * (0.1 * index))]
+        };
+        let joints = vec![SkeletonJoint { name: "root".to_owned(), parent: None, tip: Some(Vector3::z()) }];
+        let clip = Clip {
+            name: "made".to_owned(),
+            skeleton: Skeleton { joints },
+            frames_per_second: 50.0,
+            frames: (0..frames).map(frame).collect(),
+            notes: Vec::new(),
+            cyclic: false,
+        };
+        let (metres_per_unit, up) = (Some(1.7), Some(UpAxis::Z));
+        Recording { clip, rest_offsets: vec![Vector3::zeros()], empty_frames: lost.to_vec(), metres_per_unit, up }
+    }
+
+    #[test]
+    fn lost_frames_are_interpolated_between_their_neighbours_and_listed() {
+        let clip = recording(12, &[3, 6, 7, 8]).into_clip("f", &ReadOptions::default()).unwrap();
+        for (index, frame) in clip.frames.iter().enumerate() {
+            assert_relative_eq!(frame[0].translation.x, 1.7 * (1.0 + index as f64), epsilon = 1e-12);
+            assert_relative_eq!(frame[0].rotation.angle(), 0.1 * (1.0 + index as f64), epsilon = 1e-12);
+        }
+        assert_eq!(
+            clip.notes,
+            ["all channels were zero in frame 4, frames 7-9 of the file (frames counted from 1): interpolated"]
+        );
+    }
+
+    #[test]
+    fn lost_frames_at_the_ends_are_left_out_and_said() {
+        let clip = recording(10, &[0, 1, 8, 9]).into_clip("f", &ReadOptions::default()).unwrap();
+        assert_eq!((clip.frames.len(), clip.frames[0][0].translation.x), (6, 1.7 * 3.0));
+        assert_eq!(clip.notes, ["all channels were zero in the first 2 and the last 2 frames of the file: left out"]);
+    }
+
+    #[test]
+    fn a_skeleton_that_never_moves_has_lost_nothing() {
+        let clip = recording(4, &[0, 1, 2, 3]).into_clip("f", &ReadOptions::default()).unwrap();
+        assert_eq!((clip.frames.len(), clip.notes.len()), (4, 0));
+    }
+
+    #[test]
+    fn a_recording_of_lost_frames_but_one_is_refused() {
+        let error = recording(4, &[0, 1, 3]).into_clip("f", &ReadOptions::default()).unwrap_err();
+        assert_eq!(error.to_string(), "f: expected at least 2 frames, found 1");
+    }
+
+    #[test]
+    fn rounded_frame_times_become_whole_rates_and_others_stay() {
+        let rate = |seconds: f64| rate_from_frame_time(seconds, &mut Vec::new());
+        assert_eq!(rate(0.0083333), 120.0);
+        assert_eq!(rate(0.03333), 30.0);
+        assert_eq!(rate(0.033332), 30.0);
+        assert_relative_eq!(rate(1001.0 / 30000.0), 29.97, epsilon = 1e-3);
+        assert_relative_eq!(rate(0.008342), 119.875, epsilon = 1e-3);
+    }
+}

@@ -47,3 +47,56 @@ impl Clip {
 fn mean_turn(a: &[Isometry3<f64>], b: &[Isometry3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.rotation.angle_to(&b.rotation)).sum::<f64>() / a.len().max(1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::mocap::{Skeleton, SkeletonJoint};
+
+    /// Three joints that turn 0.02 rad a frame from 0.5 rad on, with the first frame given.
+    fn clip(first: [f64; 3]) -> Clip {
+        let joint = |parent| SkeletonJoint { name: "j".to_owned(), parent, tip: None };
+        let pose = |angles: [f64; 3]| angles.map(|a| Isometry3::new(Vector3::zeros(), Vector3::x() * a)).to_vec();
+        let mut frames = vec![pose(first)];
+        frames.extend((0..10).map(|index| pose([0.5 + 0.02 * f64::from(index); 3])));
+        Clip {
+            name: "made".to_owned(),
+            skeleton: Skeleton { joints: vec![joint(None), joint(Some(0)), joint(Some(1))] },
+            frames_per_second: 50.0,
+            frames,
+            notes: Vec::new(),
+            cyclic: false,
+        }
+    }
+
+    #[test]
+    fn an_unrotated_first_frame_followed_by_a_jump_is_left_out_and_said() {
+        let with = clip([0.3, 0.0, 0.0]);
+        assert!(with.has_inserted_rest_pose(), "the root may be turned upright");
+        let without = with.clone().without_inserted_rest_pose();
+        assert_eq!(without.frames, with.frames[1..]);
+        assert_eq!(without.notes.len(), 1);
+        assert!(!without.has_inserted_rest_pose());
+    }
+
+    #[test]
+    fn a_motion_that_starts_anywhere_else_is_kept() {
+        for first in [[0.48; 3], [0.1; 3]] {
+            let clip = clip(first);
+            assert_eq!(clip.clone().without_inserted_rest_pose(), clip);
+        }
+    }
+
+    #[test]
+    fn a_motion_that_starts_smoothly_from_rest_is_kept() {
+        let mut clip = clip([0.0; 3]);
+        for (index, transform) in
+            clip.frames.iter_mut().enumerate().flat_map(|(i, f)| f.iter_mut().map(move |t| (i, t)))
+        {
+            *transform = Isometry3::new(Vector3::zeros(), Vector3::x() * (0.02 * index as f64));
+        }
+        assert!(!clip.has_inserted_rest_pose());
+    }
+}

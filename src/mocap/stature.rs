@@ -127,3 +127,64 @@ fn extent(clip: &Clip, frame: &[Isometry3<f64>]) -> Vector3<f64> {
     }
     high - low
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+
+    fn guess(height: f64) -> (f64, String) {
+        let stature = Stature { rest: Vector3::new(height, height, 0.2 * height), moved: Vector3::repeat(height) };
+        let mut notes = Vec::new();
+        let up = stature.guess_up(&mut notes);
+        assert_eq!(up, UpAxis::Y);
+        (stature.guess_unit(up, &mut notes), notes.join("; "))
+    }
+
+    #[test]
+    fn the_usual_units_are_told_apart_by_height_from_a_child_to_a_giant() {
+        for (_, unit) in UNITS {
+            for height in [1.45, 1.7, 1.95] {
+                let (guessed, notes) = guess(height / unit);
+                assert_relative_eq!(guessed, unit);
+                assert!(notes.contains(&format!("stands {height:.2} m")), "{notes}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_unusual_unit_is_scaled_to_an_adult_and_said() {
+        let (unit, notes) = guess(38.2);
+        assert_relative_eq!(unit * 38.2, 1.7, epsilon = 1e-12);
+        assert!(notes.contains("set `metres_per_unit`"), "{notes}");
+    }
+
+    #[test]
+    fn a_skeleton_without_extent_is_taken_in_metres() {
+        assert_eq!(guess(0.0).0, 1.0);
+    }
+
+    #[test]
+    fn the_resting_skeleton_says_what_is_up_even_of_somebody_lying() {
+        let lying = Stature { rest: Vector3::new(1.7, 1.7, 0.3), moved: Vector3::new(0.5, 0.4, 1.7) };
+        let mut notes = Vec::new();
+        assert_eq!(lying.guess_up(&mut notes), UpAxis::Y);
+        assert!(notes[1].contains("lying down"), "{notes:?}");
+        // A rest pose with every bone along x says nothing.
+        let straight = Stature { rest: Vector3::new(9.0, 0.1, 0.1), moved: Vector3::new(0.5, 0.5, 1.7) };
+        assert_eq!(straight.guess_up(&mut Vec::new()), UpAxis::Z);
+        assert_relative_eq!(straight.guess_unit(UpAxis::Z, &mut Vec::new()), 1.0);
+    }
+
+    #[test]
+    fn a_known_unit_that_makes_a_giant_is_taken_and_questioned() {
+        let stature = Stature { rest: Vector3::new(1.0, 170.0, 1.0), moved: Vector3::zeros() };
+        let mut notes = Vec::new();
+        assert_eq!(stature.accept_unit(UpAxis::Y, 1.0, &mut notes), 1.0);
+        assert!(notes[0].contains("170.000 m"), "{notes:?}");
+        notes.clear();
+        stature.accept_unit(UpAxis::Y, 0.01, &mut notes);
+        assert!(notes.is_empty());
+    }
+}
