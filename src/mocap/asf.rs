@@ -6,12 +6,10 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::recording::MOST_JOINTS;
 use super::rotation::Axis;
 use super::text_cursor::TextCursor;
 use super::{MocapError, Skeleton, SkeletonJoint};
-
-/// Bones that a skeleton may have.
-const MOST_BONES: usize = 10_000;
 
 /// A skeleton from an ASF file, in file units. Joint 0 is the root, the others are named as their bones.
 #[derive(Clone, Debug, PartialEq)]
@@ -164,8 +162,8 @@ impl<'a> Parser<'a> {
                 return Err(self.cursor.error("a name that no other bone has", format!("a second `{}`", bone.name)));
             }
             self.bones.push(bone);
-            if self.bones.len() > MOST_BONES {
-                return Err(self.cursor.error(format!("at most {MOST_BONES} bones"), "more"));
+            if self.bones.len() >= MOST_JOINTS {
+                return Err(self.cursor.error(format!("fewer than {MOST_JOINTS} bones"), "more"));
             }
         }
         Ok(())

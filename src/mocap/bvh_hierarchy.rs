@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::recording::MOST_JOINTS;
 use super::rotation::Axis;
 use super::text_cursor::TextCursor;
 use super::{MocapError, Skeleton, SkeletonJoint};
@@ -95,6 +96,9 @@ fn open_joint(
         return Err(cursor.error("a joint's name", "none"));
     }
     let index = hierarchy.skeleton.joints.len();
+    if index == MOST_JOINTS {
+        return Err(cursor.error(format!("at most {MOST_JOINTS} joints"), "more"));
+    }
     hierarchy.skeleton.joints.push(SkeletonJoint { name, parent, tip: None });
     hierarchy.offsets.push(Vector3::zeros());
     hierarchy.channels.push(Vec::new());

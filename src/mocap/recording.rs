@@ -13,6 +13,9 @@ use super::{Clip, MocapError};
 /// Joints times frames that a clip may have (an hour and a half of 31 joints at 120 Hz); more is a broken or hostile file.
 pub(super) const MOST_JOINT_FRAMES: usize = 20_000_000;
 
+/// Joints that a skeleton may have; a hand has about twenty.
+pub(super) const MOST_JOINTS: usize = 1_000;
+
 /// A rate that nobody records at.
 pub(super) const GREATEST_RATE: f64 = 1e5;
 
