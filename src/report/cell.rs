@@ -5,7 +5,7 @@ use tiny_skia::{Color, FilterQuality, Pixmap, PixmapPaint, Transform};
 
 use crate::body::Markers;
 use crate::camera::Camera;
-use crate::raster::Mask;
+use crate::raster::{Mask, PixelBounds};
 
 use super::ReportError;
 use super::overlay::{Whose, Window, draw_bones, marker_bones};
@@ -36,33 +36,23 @@ pub(super) struct View<'a> {
     pub(super) estimate: &'a Markers,
 }
 
-/// A rectangle of pixels: first and one past the last, x then y.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Extent {
-    x: [f64; 2],
-    y: [f64; 2],
-}
-
 impl View<'_> {
     /// Where the two silhouettes are; the whole image if nowhere.
-    pub(super) fn extent(&self) -> Extent {
-        let (width, height) = (self.observed.width(), self.observed.height());
-        let mut found: Option<Extent> = None;
-        for mask in [self.observed, self.estimated] {
-            for y in 0..height.min(mask.height()) {
-                let Some([left, right]) = row_extent(mask, y) else { continue };
-                let row = Extent { x: [left, right], y: [f64::from(y), f64::from(y + 1)] };
-                found = Some(found.map_or(row, |so_far| so_far.union(&row)));
-            }
+    pub(super) fn bounds(&self) -> PixelBounds {
+        let found = self.observed.bounds().union(&self.estimated.bounds());
+        if !found.is_empty() {
+            return found;
         }
-        found.unwrap_or(Extent { x: [0.0, f64::from(width)], y: [0.0, f64::from(height)] })
+        PixelBounds { left: 0, top: 0, right: self.observed.width(), bottom: self.observed.height() }
     }
 
-    /// The picture of the part of the image around `extent`, `span` camera pixels wide.
-    pub(super) fn draw(&self, extent: &Extent, span: f64) -> Result<Pixmap, ReportError> {
+    /// The picture of the part of the image around `bounds`, `span` camera pixels wide.
+    pub(super) fn draw(&self, bounds: &PixelBounds, span: f64) -> Result<Pixmap, ReportError> {
         let scale = f64::from(CELL_WIDTH) / span;
         let half = Point2::new(0.5 * span, 0.5 * f64::from(CELL_HEIGHT) / scale);
-        let window = Window { corner: extent.centre() - half.coords, scale };
+        let middle = |from: u32, to: u32| 0.5 * (f64::from(from) + f64::from(to));
+        let centre = Point2::new(middle(bounds.left, bounds.right), middle(bounds.top, bounds.bottom));
+        let window = Window { corner: centre - half.coords, scale };
         let mut picture = new_picture(CELL_WIDTH, CELL_HEIGHT)?;
         picture.fill(colour(OUTSIDE));
         let paint = PixmapPaint { quality: FilterQuality::Bilinear, ..PixmapPaint::default() };
@@ -99,31 +89,11 @@ impl View<'_> {
     }
 }
 
-impl Extent {
-    pub(super) fn union(&self, other: &Self) -> Self {
-        let join = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
-        Self { x: join(self.x, other.x), y: join(self.y, other.y) }
-    }
-
-    fn centre(&self) -> Point2<f64> {
-        Point2::new(0.5 * (self.x[0] + self.x[1]), 0.5 * (self.y[0] + self.y[1]))
-    }
-
-    /// How wide a picture must be, in camera pixels, to hold this with a margin.
-    pub(super) fn span(&self) -> f64 {
-        let aspect = f64::from(CELL_WIDTH) / f64::from(CELL_HEIGHT);
-        1.16 * (self.x[1] - self.x[0]).max(aspect * (self.y[1] - self.y[0]))
-    }
-}
-
-/// First and one past the last set pixel of a row.
-fn row_extent(mask: &Mask, y: u32) -> Option<[f64; 2]> {
-    let words = mask.row(y);
-    let first = words.iter().position(|word| *word != 0)?;
-    let last = words.iter().rposition(|word| *word != 0)?;
-    let left = 64 * first as u32 + words[first].trailing_zeros();
-    let right = 64 * (last as u32 + 1) - words[last].leading_zeros();
-    Some([f64::from(left), f64::from(right)])
+/// How wide a picture must be, in camera pixels, to hold `bounds` with a margin.
+pub(super) fn span(bounds: &PixelBounds) -> f64 {
+    let aspect = f64::from(CELL_WIDTH) / f64::from(CELL_HEIGHT);
+    let (width, height) = (bounds.right - bounds.left, bounds.bottom - bounds.top);
+    1.16 * f64::from(width).max(aspect * f64::from(height))
 }
 
 pub(super) fn colour([red, green, blue]: [u8; 3]) -> Color {
@@ -151,15 +121,15 @@ mod tests {
     }
 
     #[test]
-    fn the_extent_holds_both_silhouettes_to_the_pixel() {
+    fn the_bounds_hold_both_silhouettes_and_fall_back_to_the_image() {
         let (observed, estimated) = (block([63, 65], [10, 20]), block([128, 192], [15, 30]));
         let (camera, markers) = (camera_in_front(), standing());
         let view =
             View { camera: &camera, observed: &observed, estimated: &estimated, truth: &markers, estimate: &markers };
-        assert_eq!(view.extent(), Extent { x: [63.0, 192.0], y: [10.0, 30.0] });
+        assert_eq!(view.bounds(), PixelBounds { left: 63, top: 10, right: 192, bottom: 30 });
         let empty = Mask::new(320, 240);
         let nothing = View { observed: &empty, estimated: &empty, ..view };
-        assert_eq!(nothing.extent(), Extent { x: [0.0, 320.0], y: [0.0, 240.0] });
+        assert_eq!(nothing.bounds(), PixelBounds { left: 0, top: 0, right: 320, bottom: 240 });
     }
 
     #[test]
@@ -168,7 +138,7 @@ mod tests {
         let (camera, nobody) = (camera_in_front(), [None; 15]);
         let view =
             View { camera: &camera, observed: &observed, estimated: &estimated, truth: &nobody, estimate: &nobody };
-        let picture = view.draw(&view.extent(), view.extent().span()).unwrap();
+        let picture = view.draw(&view.bounds(), span(&view.bounds())).unwrap();
         let tone_at = |x: u32| {
             let pixel = picture.pixel(x, CELL_HEIGHT / 2).unwrap();
             [pixel.red(), pixel.green(), pixel.blue()]

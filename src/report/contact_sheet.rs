@@ -3,8 +3,9 @@
 use tiny_skia::{Pixmap, PixmapPaint, Transform};
 
 use crate::evaluation::intersection_over_union;
+use crate::raster::PixelBounds;
 
-use super::cell::{CELL_HEIGHT, CELL_WIDTH, Extent, View, colour, new_picture, png};
+use super::cell::{CELL_HEIGHT, CELL_WIDTH, View, colour, new_picture, png, span};
 use super::lettering::{draw_text, text_width};
 use super::{ReportError, Sheet, SheetFrame};
 
@@ -55,16 +56,16 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
 /// `[frame][camera]`. Every camera keeps one scale over all frames, and follows the body.
 pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<Cell>>, ReportError> {
     let views: Vec<Vec<View<'_>>> = sheet.frames.iter().map(|frame| views(sheet, frame)).collect::<Result<_, _>>()?;
-    let extents: Vec<Vec<Extent>> = views.iter().map(|frame| frame.iter().map(View::extent).collect()).collect();
-    let span_of = |camera: usize| extents.iter().map(|frame| frame[camera].span()).fold(1.0, f64::max);
+    let bounds: Vec<Vec<PixelBounds>> = views.iter().map(|frame| frame.iter().map(View::bounds).collect()).collect();
+    let span_of = |camera: usize| bounds.iter().map(|frame| span(&frame[camera])).fold(1.0, f64::max);
     let spans: Vec<f64> = (0..sheet.rig.cameras.len()).map(span_of).collect();
-    let cell = |((view, extent), span): ((&View<'_>, &Extent), &f64)| {
-        let overlap = intersection_over_union(view.observed, view.estimated);
-        Ok(Cell { picture: view.draw(extent, *span)?, overlap })
+    let cell = |((view, bounds), span): ((&View<'_>, &PixelBounds), &f64)| {
+        let overlap = intersection_over_union(view.estimated, view.observed);
+        Ok(Cell { picture: view.draw(bounds, *span)?, overlap })
     };
     let column =
-        |(frame, extents): (&Vec<View<'_>>, &Vec<Extent>)| frame.iter().zip(extents).zip(&spans).map(cell).collect();
-    views.iter().zip(&extents).map(column).collect()
+        |(frame, bounds): (&Vec<View<'_>>, &Vec<PixelBounds>)| frame.iter().zip(bounds).zip(&spans).map(cell).collect();
+    views.iter().zip(&bounds).map(column).collect()
 }
 
 fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<View<'a>>, ReportError> {

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{FINE, draw_legend, draw_svg, failed, legend_places, short, text_style};
+use super::style::{Canvas, Chart, FINE, Head, draw_svg, failed, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -40,23 +40,23 @@ pub struct Bar {
     pub colour: Colour,
 }
 
-/// Heights in CSS pixels.
+/// Lengths in CSS pixels.
 const BAR: i32 = 11;
 const BETWEEN_GROUPS: i32 = 11;
+const ABOVE: i32 = 6;
+const BELOW: i32 = 44;
 const NAME_WIDTH: i32 = 84;
 
 impl BarPlot {
     /// The height that holds all bars comfortably, CSS pixels.
     pub fn height(&self, width: u32) -> u32 {
         let groups: i32 = self.groups.iter().map(|g| g.bars.len() as i32 * BAR + BETWEEN_GROUPS).sum();
-        (self.head(width).0 + groups + 44).max(120) as u32
+        (self.head(width).height + ABOVE + groups + BELOW).max(120) as u32
     }
 
-    /// Height above the bars, and the legend's places.
-    fn head(&self, width: u32) -> (i32, Vec<[i32; 2]>) {
-        let names: Vec<&str> = self.legend.iter().map(|(name, _)| name.as_str()).collect();
-        let (places, legend_height) = legend_places(&names, width);
-        (if self.title.is_some() { 28 } else { 0 } + legend_height + 6, places)
+    fn head(&self, width: u32) -> Head<'_> {
+        let entries = self.legend.iter().map(|(name, colour)| (name.as_str(), Stroke::solid(*colour))).collect();
+        Head::new(self.title.as_deref(), entries, width)
     }
 
     /// Draws the plot `width` CSS pixels wide and as high as [`Self::height`] says.
@@ -64,76 +64,35 @@ impl BarPlot {
     /// # Errors
     /// [`ReportError`] for a width outside 160 to 10 000, or when plotters fails.
     pub fn svg(&self, width: u32) -> Result<Svg, ReportError> {
-        let (head, places) = self.head(width);
+        let head = self.head(width);
         let height = self.height(width);
-        let label = self.title.clone().unwrap_or_else(|| self.value_label.clone());
-        draw_svg(Size { width, height }, &label, |canvas| {
-            if let Some(title) = &self.title {
-                let style = text_style(16.0, Colour::Ink, HPos::Left, VPos::Top);
-                canvas.draw_text(title, &style, (0, 2 * FINE)).map_err(failed)?;
-            }
-            let entries: Vec<_> = self.legend.iter().map(|(name, c)| (name.as_str(), Stroke::solid(*c))).collect();
-            draw_legend(canvas, &entries, &places, if self.title.is_some() { 28 } else { 0 })?;
-            let bottom = height as i32 - 44;
+        let label = self.title.as_ref().unwrap_or(&self.value_label);
+        draw_svg(Size { width, height }, label, |canvas| {
+            head.draw(canvas)?;
+            let mut top = head.height + ABOVE;
+            // Vertical positions are CSS pixels, so that bars have the same height in every plot.
             let mut chart = ChartBuilder::on(canvas)
-                .margin_top(head * FINE)
+                .margin_top(top * FINE)
                 .margin_left(NAME_WIDTH * FINE)
                 .margin_right(44 * FINE)
-                .x_label_area_size(44 * FINE)
-                .build_cartesian_2d(0.0..self.greatest(), f64::from(bottom)..f64::from(head))
+                .x_label_area_size(BELOW * FINE)
+                .build_cartesian_2d(0.0..self.greatest(), f64::from(height as i32 - BELOW)..f64::from(top))
                 .map_err(failed)?;
-            chart
-                .configure_mesh()
-                .disable_y_mesh()
-                .disable_y_axis()
-                .x_labels((width / 100) as usize)
-                .max_light_lines(1)
-                .bold_line_style(Stroke::solid(Colour::Grid).shape(1.0))
-                .light_line_style(TRANSPARENT)
-                .axis_style(Stroke::solid(Colour::Faint).shape(1.0))
-                .set_all_tick_mark_size(4 * FINE)
-                .label_style(text_style(12.0, Colour::Faint, HPos::Center, VPos::Center))
-                .axis_desc_style(text_style(12.0, Colour::Faint, HPos::Center, VPos::Center))
-                .x_label_formatter(&|value| short(*value))
-                .x_desc(self.value_label.as_str())
-                .draw()
-                .map_err(failed)?;
-            let mut top = head;
+            let mut mesh = chart.configure_mesh();
+            style_mesh(&mut mesh, &self.value_label, (width / 100) as usize);
+            mesh.disable_y_mesh().disable_y_axis().draw().map_err(failed)?;
+            let name_style = text_style(12.5, Colour::Ink, HPos::Right, VPos::Center);
             for group in &self.groups {
-                top += BETWEEN_GROUPS / 2;
-                let middle = top + group.bars.len() as i32 * BAR / 2;
-                let name = text_style(12.5, Colour::Ink, HPos::Right, VPos::Center);
-                canvas.draw_text(&group.name, &name, ((NAME_WIDTH - 8) * FINE, middle * FINE)).map_err(failed)?;
-                for bar in &group.bars {
-                    let (y0, y1) = (f64::from(top) + 0.5, f64::from(top + BAR) - 0.5);
-                    let rectangle = Rectangle::new([(0.0, y0), (bar.value, y1)], bar.colour.rgb().filled());
-                    chart.draw_series([rectangle]).map_err(failed)?;
-                    let end = self.draw_interval(&mut chart, bar, 0.5 * (y0 + y1))?;
-                    let (x, y) = chart.backend_coord(&(end, 0.5 * (y0 + y1)));
-                    let value = text_style(11.0, Colour::Faint, HPos::Left, VPos::Center);
-                    canvas.draw_text(&format!("{:.0}", bar.value), &value, (x + 6 * FINE, y)).map_err(failed)?;
-                    top += BAR;
+                let bars_top = top + BETWEEN_GROUPS / 2;
+                let middle = bars_top + group.bars.len() as i32 * BAR / 2;
+                canvas.draw_text(&group.name, &name_style, ((NAME_WIDTH - 8) * FINE, middle * FINE)).map_err(failed)?;
+                for (bar, bar_top) in group.bars.iter().zip((bars_top..).step_by(BAR as usize)) {
+                    bar.draw(canvas, &mut chart, f64::from(bar_top))?;
                 }
-                top += BETWEEN_GROUPS - BETWEEN_GROUPS / 2;
+                top += group.bars.len() as i32 * BAR + BETWEEN_GROUPS;
             }
             Ok(())
         })
-    }
-
-    /// Draws the whisker, if any; where bar and whisker end.
-    fn draw_interval<X>(
-        &self,
-        chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<X, X>>,
-        bar: &Bar,
-        y: f64,
-    ) -> Result<f64, ReportError>
-    where
-        X: Ranged<ValueType = f64>,
-    {
-        let Some([low, high]) = bar.interval else { return Ok(bar.value) };
-        let whisker = LineSeries::new([(low.max(0.0), y), (high, y)], Stroke::solid(Colour::Ink).shape(1.5));
-        chart.draw_series(whisker).map_err(failed)?;
-        Ok(high.max(bar.value))
     }
 
     fn greatest(&self) -> f64 {
@@ -141,6 +100,23 @@ impl BarPlot {
         let ends = bars.map(|bar| bar.interval.map_or(bar.value, |[_, high]| high.max(bar.value)));
         let greatest = ends.filter(|v| v.is_finite()).fold(0.0, f64::max);
         if greatest > 0.0 { 1.04 * greatest } else { 1.0 }
+    }
+}
+
+impl Bar {
+    fn draw(&self, canvas: &Canvas<'_>, chart: &mut Chart<'_, '_>, top: f64) -> Result<(), ReportError> {
+        let corners = [(0.0, top + 0.5), (self.value, top + f64::from(BAR) - 0.5)];
+        chart.draw_series([Rectangle::new(corners, self.colour.rgb().filled())]).map_err(failed)?;
+        let middle = top + 0.5 * f64::from(BAR);
+        let mut end = self.value;
+        if let Some([low, high]) = self.interval {
+            let whisker = [(low.max(0.0), middle), (high, middle)];
+            chart.draw_series(LineSeries::new(whisker, Stroke::solid(Colour::Ink).shape(1.5))).map_err(failed)?;
+            end = end.max(high);
+        }
+        let (x, y) = chart.backend_coord(&(end, middle));
+        let style = text_style(11.0, Colour::Faint, HPos::Left, VPos::Center);
+        canvas.draw_text(&format!("{:.0}", self.value), &style, (x + 6 * FINE, y)).map_err(failed)
     }
 }
 

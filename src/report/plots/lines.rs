@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{FINE, draw_legend, draw_svg, failed, legend_places, short, text_style};
+use super::style::{Canvas, Chart, FINE, Head, draw_svg, failed, short, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -56,6 +56,20 @@ impl Line {
         Self { name: self.name.clone(), stroke: self.stroke, points, band }
     }
 
+    fn draw(&self, chart: &mut Chart<'_, '_>, y: [f64; 2]) -> Result<(), ReportError> {
+        let wash = self.stroke.colour.rgb().mix(0.22).filled();
+        for run in present_runs(&self.band) {
+            let upper = run.iter().map(|(x, [_, high])| (*x, high.clamp(y[0], y[1])));
+            let lower = run.iter().rev().map(|(x, [low, _])| (*x, low.clamp(y[0], y[1])));
+            let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
+            chart.draw_series([Polygon::new(outline, wash)]).map_err(failed)?;
+        }
+        for run in present_runs(&self.points).into_iter().flat_map(|run| clip(&run, y[1])) {
+            chart.draw_series(LineSeries::new(run, self.stroke.shape(2.0))).map_err(failed)?;
+        }
+        Ok(())
+    }
+
     fn values(&self) -> impl Iterator<Item = f64> {
         let of_band = self.band.iter().filter_map(|(_, band)| *band).flatten();
         self.points.iter().filter_map(|(_, value)| *value).chain(of_band)
@@ -82,68 +96,32 @@ impl LinePlot {
     }
 
     fn draw(&self, size: Size, y_tick: &dyn Fn(&f64) -> String) -> Result<Svg, ReportError> {
-        let entries: Vec<(&str, Stroke)> =
-            self.lines.iter().filter(|l| !l.name.is_empty()).map(|l| (l.name.as_str(), l.stroke)).collect();
-        let names: Vec<&str> = entries.iter().map(|(name, _)| *name).collect();
-        let (places, legend_height) = legend_places(&names, size.width);
-        let title_height = if self.title.is_some() { 28 } else { 0 };
+        let named = self.lines.iter().filter(|line| !line.name.is_empty());
+        let entries = named.map(|line| (line.name.as_str(), line.stroke)).collect();
+        let head = Head::new(self.title.as_deref(), entries, size.width);
         let label = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
         draw_svg(size, &label, |canvas| {
-            if let Some(title) = &self.title {
-                let style = text_style(16.0, Colour::Ink, HPos::Left, VPos::Top);
-                canvas.draw_text(title, &style, (0, 2 * FINE)).map_err(failed)?;
-            }
-            draw_legend(canvas, &entries, &places, title_height)?;
+            head.draw(canvas)?;
             let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);
-            let above = title_height + legend_height;
-            canvas.draw_text(&self.y_label, &unit, (0, (above + 4) * FINE)).map_err(failed)?;
+            canvas.draw_text(&self.y_label, &unit, (0, (head.height + 4) * FINE)).map_err(failed)?;
             let [x, y] = self.ranges();
             let mut chart = ChartBuilder::on(canvas)
-                .margin_top((above + 26) * FINE)
+                .margin_top((head.height + 26) * FINE)
                 .margin_right(14 * FINE)
                 .x_label_area_size(40 * FINE)
                 .y_label_area_size(46 * FINE)
                 .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
                 .map_err(failed)?;
-            chart
-                .configure_mesh()
-                .disable_x_mesh()
-                .x_labels((size.width / 70) as usize)
+            let mut mesh = chart.configure_mesh();
+            style_mesh(&mut mesh, &self.x_label, (size.width / 70) as usize);
+            mesh.disable_x_mesh()
                 .y_labels((size.height / 45) as usize)
-                .max_light_lines(1)
-                .bold_line_style(Stroke::solid(Colour::Grid).shape(1.0))
-                .light_line_style(TRANSPARENT)
-                .axis_style(Stroke::solid(Colour::Faint).shape(1.0))
-                .set_all_tick_mark_size(4 * FINE)
-                .label_style(text_style(12.0, Colour::Faint, HPos::Center, VPos::Center))
-                .axis_desc_style(text_style(12.0, Colour::Faint, HPos::Center, VPos::Center))
-                .x_label_formatter(&|value| short(*value))
                 .y_label_formatter(y_tick)
-                .x_desc(self.x_label.as_str())
                 .draw()
                 .map_err(failed)?;
-            for line in &self.lines {
-                let wash = line.stroke.colour.rgb().mix(0.22).filled();
-                for run in present_runs(&line.band) {
-                    let upper = run.iter().map(|(x, [_, high])| (*x, high.clamp(y[0], y[1])));
-                    let lower = run.iter().rev().map(|(x, [low, _])| (*x, low.clamp(y[0], y[1])));
-                    let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
-                    chart.draw_series([Polygon::new(outline, wash)]).map_err(failed)?;
-                }
-                for run in present_runs(&line.points).into_iter().flat_map(|run| clip(&run, y[1])) {
-                    chart.draw_series(LineSeries::new(run, line.stroke.shape(2.0))).map_err(failed)?;
-                }
-            }
-            for (at, name) in self.marks.iter().filter(|(at, _)| (x[0]..=x[1]).contains(at)) {
-                let mark = Stroke::dashed(Colour::Faint).shape(1.0);
-                chart.draw_series(LineSeries::new([(*at, y[0]), (*at, y[1])], mark)).map_err(failed)?;
-                let (left, top) = chart.backend_coord(&(*at, y[1]));
-                let near_right_end = (at - x[0]) > 0.7 * (x[1] - x[0]);
-                let (side, offset) = if near_right_end { (HPos::Right, -5) } else { (HPos::Left, 5) };
-                let style = text_style(12.0, Colour::Faint, side, VPos::Top);
-                canvas.draw_text(name, &style, (left + offset * FINE, top + 2 * FINE)).map_err(failed)?;
-            }
-            Ok(())
+            self.lines.iter().try_for_each(|line| line.draw(&mut chart, y))?;
+            let visible = self.marks.iter().filter(|(at, _)| (x[0]..=x[1]).contains(at));
+            visible.into_iter().try_for_each(|(at, name)| draw_mark(canvas, &mut chart, [x, y], *at, name))
         })
     }
 
@@ -155,6 +133,23 @@ impl LinePlot {
         let y = [self.y_from.unwrap_or(least - margin), self.y_to.unwrap_or(greatest + margin)];
         [extent(positions), extent(y.into_iter())]
     }
+}
+
+/// A vertical line at `at` with its name beside it, on the side with more room.
+fn draw_mark(
+    canvas: &Canvas<'_>,
+    chart: &mut Chart<'_, '_>,
+    [x, y]: [[f64; 2]; 2],
+    at: f64,
+    name: &str,
+) -> Result<(), ReportError> {
+    let mark = Stroke::dashed(Colour::Faint).shape(1.0);
+    chart.draw_series(LineSeries::new([(at, y[0]), (at, y[1])], mark)).map_err(failed)?;
+    let (left, top) = chart.backend_coord(&(at, y[1]));
+    let near_right_end = (at - x[0]) > 0.7 * (x[1] - x[0]);
+    let (side, offset) = if near_right_end { (HPos::Right, -5) } else { (HPos::Left, 5) };
+    let style = text_style(12.0, Colour::Faint, side, VPos::Top);
+    canvas.draw_text(name, &style, (left + offset * FINE, top + 2 * FINE)).map_err(failed)
 }
 
 /// A positive number with two significant digits.

@@ -1,5 +1,7 @@
 //! Colours, strokes, text and what turns plotters' SVG into ours.
 
+use plotters::chart::MeshStyle;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -138,7 +140,7 @@ impl Svg {
     }
 }
 
-type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
 /// Runs `draw` on an empty canvas of `size`, then makes the SVG scale, follows the theme and dashes what is dashed.
 pub(super) fn draw_svg(
@@ -187,39 +189,71 @@ pub(super) fn text_style(pixels: f64, colour: Colour, horizontal: HPos, vertical
     style.pos(Pos::new(horizontal, vertical))
 }
 
-/// Height of one row of [`draw_legend`].
-const LEGEND_ROW: i32 = 20;
-
-/// Where each entry of a legend goes in a row of `width` CSS pixels, and how high the whole is.
-pub(super) fn legend_places(names: &[&str], width: u32) -> (Vec<[i32; 2]>, i32) {
-    let mut at = [0, 0];
-    let mut places = Vec::new();
-    for name in names {
-        let needed = 34 + (6.6 * name.chars().count() as f64) as i32;
-        if at[0] > 0 && at[0] + needed > width as i32 {
-            at = [0, at[1] + LEGEND_ROW];
-        }
-        places.push(at);
-        at[0] += needed + 10;
-    }
-    (places, if names.is_empty() { 0 } else { at[1] + LEGEND_ROW })
+/// What stands above a plot: its title, if any, and a legend that wraps.
+pub(super) struct Head<'a> {
+    title: Option<&'a str>,
+    entries: Vec<(&'a str, Stroke)>,
+    places: Vec<[i32; 2]>,
+    /// Its height, CSS pixels.
+    pub(super) height: i32,
 }
 
-/// Swatches and names at the top left of the canvas, from `top` CSS pixels on.
-pub(super) fn draw_legend(
-    canvas: &Canvas<'_>,
-    entries: &[(&str, Stroke)],
-    places: &[[i32; 2]],
-    top: i32,
-) -> Result<(), ReportError> {
-    for ((name, stroke), [x, y]) in entries.iter().zip(places) {
-        let (x, y) = (x * FINE, (top + y + LEGEND_ROW / 2) * FINE);
-        let swatch = vec![(x, y), (x + 24 * FINE, y)];
-        canvas.draw(&PathElement::new(swatch, stroke.shape(3.0))).map_err(failed)?;
-        let style = text_style(12.5, Colour::Ink, HPos::Left, VPos::Center);
-        canvas.draw_text(name, &style, (x + 30 * FINE, y)).map_err(failed)?;
+const TITLE_HEIGHT: i32 = 28;
+const LEGEND_ROW: i32 = 20;
+
+impl<'a> Head<'a> {
+    /// The head of a plot `width` CSS pixels wide.
+    pub(super) fn new(title: Option<&'a str>, entries: Vec<(&'a str, Stroke)>, width: u32) -> Self {
+        let mut at = [0, if title.is_some() { TITLE_HEIGHT } else { 0 }];
+        let mut places = Vec::new();
+        for (name, _) in &entries {
+            let needed = 34 + (6.6 * name.chars().count() as f64) as i32;
+            if at[0] > 0 && at[0] + needed > width as i32 {
+                at = [0, at[1] + LEGEND_ROW];
+            }
+            places.push(at);
+            at[0] += needed + 10;
+        }
+        let height = at[1] + if entries.is_empty() { 0 } else { LEGEND_ROW };
+        Self { title, entries, places, height }
     }
-    Ok(())
+
+    pub(super) fn draw(&self, canvas: &Canvas<'_>) -> Result<(), ReportError> {
+        if let Some(title) = self.title {
+            let style = text_style(16.0, Colour::Ink, HPos::Left, VPos::Top);
+            canvas.draw_text(title, &style, (0, 2 * FINE)).map_err(failed)?;
+        }
+        let style = text_style(12.5, Colour::Ink, HPos::Left, VPos::Center);
+        for ((name, stroke), [x, y]) in self.entries.iter().zip(&self.places) {
+            let (x, y) = (x * FINE, (y + LEGEND_ROW / 2) * FINE);
+            let swatch = vec![(x, y), (x + 24 * FINE, y)];
+            canvas.draw(&PathElement::new(swatch, stroke.shape(3.0))).map_err(failed)?;
+            canvas.draw_text(name, &style, (x + 30 * FINE, y)).map_err(failed)?;
+        }
+        Ok(())
+    }
+}
+
+/// A chart on plain axes.
+pub(super) type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// The lines and labels that the axes of every plot share.
+pub(super) fn style_mesh<'b>(
+    mesh: &mut MeshStyle<'_, 'b, RangedCoordf64, RangedCoordf64, SVGBackend<'_>>,
+    x_label: &str,
+    ticks: usize,
+) {
+    let text = text_style(12.0, Colour::Faint, HPos::Center, VPos::Center);
+    mesh.x_labels(ticks)
+        .max_light_lines(1)
+        .bold_line_style(Stroke::solid(Colour::Grid).shape(1.0))
+        .light_line_style(TRANSPARENT)
+        .axis_style(Stroke::solid(Colour::Faint).shape(1.0))
+        .set_all_tick_mark_size(4 * FINE)
+        .label_style(text.clone())
+        .axis_desc_style(text)
+        .x_label_formatter(&|value| short(*value))
+        .x_desc(x_label);
 }
 
 /// A number as short as it can be read.
@@ -241,10 +275,12 @@ mod tests {
 
     #[test]
     fn a_legend_that_is_too_long_wraps() {
-        let (places, height) = legend_places(&["one", "two", "a rather long name"], 150);
-        assert_eq!(places[0], [0, 0]);
-        assert!(places[2][0] == 0 && places[2][1] > 0);
-        assert_eq!(height, places[2][1] + LEGEND_ROW);
-        assert_eq!(legend_places(&[], 150).1, 0);
+        let entry = |name| (name, Stroke::solid(Colour::Blue));
+        let head = Head::new(None, ["one", "two", "a rather long name"].map(entry).into(), 150);
+        assert_eq!(head.places[0], [0, 0]);
+        assert!(head.places[2][0] == 0 && head.places[2][1] > 0);
+        assert_eq!(head.height, head.places[2][1] + LEGEND_ROW);
+        assert_eq!(Head::new(None, vec![], 150).height, 0);
+        assert_eq!(Head::new(Some("title"), vec![], 150).height, TITLE_HEIGHT);
     }
 }
