@@ -15,7 +15,7 @@ fn main() -> ExitCode {
             env!("CARGO_PKG_VERSION"),
         ));
     }));
-    match cli::run() {
+    match cli::run_command() {
         Ok(code) => code,
         Err(error) => {
             say(&format!("error: {error}"));

@@ -50,7 +50,11 @@ impl BlindSet {
             frames_per_second: manifest.sequence.frames_per_second,
             frame_count: manifest.sequence.frames,
             rig,
-            start: Start::from_json(&files.read(start_file::PATH)?, &files.read(start_file::BODY_PATH)?)?,
+            start: Start::from_files(
+                &files.read(start_file::PATH)?,
+                &files.read(start_file::BODY_PATH)?,
+                &files.read(start_file::TRAINING_PATH)?,
+            )?,
             set_hash: files.set_hash(),
             files,
         })

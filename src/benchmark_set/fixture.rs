@@ -14,8 +14,7 @@ use crate::scene::fixture::rig;
 pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
     let motion = walk(frames);
     let truth = GroundTruth::from_motion(person(), &motion, &rig()).unwrap();
-    let start =
-        Start { body: person(), pose: motion.poses[0].clone(), inter_frame_std: motion.inter_frame_std(&person()) };
+    let start = Start { body: person(), pose: motion.poses[0].clone(), training: motion.clone() };
     let facts = TruthFacts { motion: "made up".into(), matched: true, mismatch: String::new() };
     let parts = SetParts {
         name: "small",

@@ -104,6 +104,7 @@ impl BenchmarkSet {
             ("README.txt", include_bytes!("readme.txt").to_vec()),
             (cameras_file::PATH, cameras_file::to_json(parts.rig)?),
             (start_file::PATH, parts.start.to_json()?),
+            (start_file::TRAINING_PATH, parts.start.training_to_npz()?),
             (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &parts.start.body)?),
             (truth_file::PATH, npz.to_bytes(truth_file::PATH)?),
             (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
@@ -160,7 +161,8 @@ impl SetParts<'_> {
             return Err(SetError::inconsistent(detail));
         }
         let degrees = self.start.body.degrees_of_freedom.len();
-        let mut poses = self.refitted.iter().flat_map(|m| &m.poses).chain([&self.start.pose]);
+        let motions = self.refitted.into_iter().chain([&self.start.training]);
+        let mut poses = motions.flat_map(|m| &m.poses).chain([&self.start.pose]);
         if poses.any(|p| p.joint_angles.len() != degrees) {
             let detail = format!("start and refitted poses need the {degrees} angles of {:?}", self.start.body.name);
             return Err(SetError::inconsistent(detail));

@@ -109,7 +109,7 @@ pub(super) fn push_poses<'a>(
 }
 
 /// The poses of `{prefix}root` (T, 7) and `{prefix}angles` (T, `degrees`).
-fn read_poses(npz: &Npz, file: &str, prefix: &str, degrees: Option<usize>) -> Result<Vec<Pose>, SetError> {
+pub(super) fn read_poses(npz: &Npz, file: &str, prefix: &str, degrees: Option<usize>) -> Result<Vec<Pose>, SetError> {
     let (root, angles) = (format!("{prefix}root"), format!("{prefix}angles"));
     let roots = npz.f64s(file, &root, &[None, Some(7)])?.as_chunks().0;
     let angles = npz.f64s(file, &angles, &[Some(roots.len()), degrees])?;

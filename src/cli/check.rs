@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::scenario_arguments::ScenarioArguments;
-use super::{CommandError, output};
+use super::{CommandError, notes, output};
+use crate::experiment::{Soundness, check};
 
 /// Say whether a scenario is sound, before any work
 #[derive(Args, Debug)]
@@ -23,11 +24,34 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let file = arguments.scenario.open()?;
-    let _ = arguments.scenario.mocap_directory();
+    let soundness = check(&file, arguments.scenario.mocap_directory().as_deref())?;
     if arguments.json {
-        output::print_json(&file.scenario)?;
+        output::print_json(&soundness)?;
     } else {
-        output::print(&format!("{} is sound", file.origin))?;
+        output::print(&in_words(&file.origin, &soundness))?;
+        notes::tell(&soundness.notes);
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn in_words(origin: &str, s: &Soundness) -> String {
+    let model = if s.matched { "matched" } else { "mismatched" };
+    let cost = match s.likelihood_evaluations {
+        0 => String::new(),
+        n => format!(", {n} likelihood evaluations"),
+    };
+    format!(
+        "{origin} is sound\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
+         bodies   actor {}, tracker {}: {model}\n  cameras  {}\n  tracker  {}, {} seed(s){cost}",
+        s.clip,
+        s.frames,
+        s.frames_per_second,
+        s.duration_s,
+        s.retarget_residual_mm,
+        s.actor,
+        s.tracker_body,
+        s.cameras.join(", "),
+        s.tracker,
+        s.seeds,
+    )
 }

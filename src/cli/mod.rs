@@ -4,15 +4,22 @@
 //! 3 inconclusive; 75 try again; 101 a bug of ours; 130 interrupted.
 
 mod check;
+mod evaluate;
+mod notes;
 mod output;
+mod progress;
+mod render;
+mod run;
 mod scenario_arguments;
 mod schema;
+mod summary;
+mod track;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::experiment::ExperimentError;
+use crate::experiment::{ExperimentError, ScenarioError};
 
 /// Truth and measure for markerless human motion trackers.
 #[derive(Debug, Parser)]
@@ -27,6 +34,10 @@ use crate::experiment::ExperimentError;
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
+
+    /// Threads [default: all cores]; results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check said no, 2 usage or bad input, 3 inconclusive, 75 try again, \
@@ -34,8 +45,12 @@ const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check said no, 2 usage or bad 
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Run(run::Arguments),
     Check(check::Arguments),
     Schema(schema::Arguments),
+    Render(render::Arguments),
+    Track(track::Arguments),
+    Evaluate(evaluate::Arguments),
 }
 
 /// Why a command failed.
@@ -44,6 +59,12 @@ pub enum CommandError {
     /// The experiment could not be done.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
+    /// An argument makes no sense.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The threads cannot be started.
+    #[error("cannot start the threads: {0}; try fewer with --threads")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
     /// Standard output cannot be written.
     #[error("cannot write the result to standard output: {0}")]
     Stdout(#[from] std::io::Error),
@@ -54,7 +75,8 @@ impl CommandError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Experiment(error) => error.exit_code(),
-            Self::Stdout(_) => 2,
+            Self::Scenario(_) | Self::Stdout(_) => 2,
+            Self::Threads(_) => 75,
         }
     }
 }
@@ -63,10 +85,18 @@ impl CommandError {
 ///
 /// # Errors
 /// [`CommandError`] if the command fails.
-pub fn run() -> Result<ExitCode, CommandError> {
-    match CommandLine::parse().command {
+pub fn run_command() -> Result<ExitCode, CommandError> {
+    let line = CommandLine::parse();
+    if let Some(threads) = line.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+    }
+    match line.command {
+        Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Track(arguments) => track::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
     }
 }
 

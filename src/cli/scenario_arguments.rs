@@ -24,7 +24,13 @@ pub(super) struct ScenarioArguments {
 impl ScenarioArguments {
     /// The scenario with its overrides.
     pub(super) fn open(&self) -> Result<ScenarioFile, ExperimentError> {
+        self.open_with(Vec::new())
+    }
+
+    /// The scenario with its overrides and then `more` of them.
+    pub(super) fn open_with(&self, more: Vec<String>) -> Result<ScenarioFile, ExperimentError> {
         let mut overrides = self.overrides.clone();
+        overrides.extend(more);
         let file = match &self.scenario {
             Some(first) if first.contains('=') && !Path::new(first).exists() => {
                 overrides.insert(0, first.clone());

@@ -1,9 +1,18 @@
 //! Why an experiment could not be done.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::ScenarioError;
+use crate::benchmark_set::SetError;
+use crate::body::UrdfError;
+use crate::body::retarget::RetargetError;
+use crate::evaluation::EvaluationError;
+use crate::mocap::MocapError;
+use crate::motion_model::MotionModelError;
+use crate::report::ReportError;
+use crate::scene::SceneError;
+use crate::tracker::{SettingError, TrackError};
 
 /// Why an experiment could not be done. Every message says what, where, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -20,6 +29,67 @@ pub enum ExperimentError {
         key: String,
         /// What was expected, what was found, what to do.
         message: String,
+    },
+    /// A recording cannot be used.
+    #[error(transparent)]
+    Mocap(#[from] MocapError),
+    /// A robot cannot be used.
+    #[error(transparent)]
+    Robot(#[from] UrdfError),
+    /// A recording cannot be given to a robot.
+    #[error(transparent)]
+    Retarget(#[from] RetargetError),
+    /// There is nothing to see.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A set cannot be read or made.
+    #[error(transparent)]
+    Set(#[from] SetError),
+    /// A tracker's setting makes no sense.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// A motion model cannot be made.
+    #[error(transparent)]
+    MotionModel(#[from] MotionModelError),
+    /// Tracking could not go on.
+    #[error(transparent)]
+    Track(#[from] TrackError),
+    /// Nothing can be measured.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
+    /// No report can be drawn.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// The oracle was asked of a set that does not know the truth for the tracker's body.
+    #[error(
+        "the oracle needs the truth, and this set has none for the tracker's body; render it with skiagraph render"
+    )]
+    OracleNeedsTruth,
+    /// A run and a set that do not belong together.
+    #[error("{run} was not made from {set}: {detail}", run = run.display(), set = set.display())]
+    AnotherSet {
+        /// The run.
+        run: PathBuf,
+        /// The set.
+        set: PathBuf,
+        /// How one can tell.
+        detail: String,
+    },
+    /// A file of a run does not hold what its format says.
+    #[error("{path}: {detail}", path = path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What was expected and what was found.
+        detail: String,
+    },
+    /// A file of a run cannot be read.
+    #[error("{path}: cannot be read: {source}", path = path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system answered.
+        source: io::Error,
     },
     /// A result cannot be written.
     #[error("{path}: cannot {action}: {source}", path = path.display())]
@@ -53,4 +123,13 @@ impl ExperimentError {
             _ => 2,
         }
     }
+}
+
+pub(super) fn output(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> ExperimentError {
+    let path = path.to_owned();
+    move |source| ExperimentError::Output { path, action, source }
+}
+
+pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, ExperimentError> {
+    std::fs::read(path).map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
 }

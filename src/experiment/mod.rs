@@ -1,8 +1,48 @@
 //! Scenarios and what is done with them: the only room that knows every other.
+//!
+//! [`run()`] renders, tracks and measures a scenario; [`render()`], [`track_set`] and [`evaluate_run`] do the three apart,
+//! by way of a benchmark set on disk, with the same numbers.
+//!
+//! ```no_run
+//! use skiagraph::experiment::{Destination, ScenarioFile, Unwatched, run};
+//! let walk = ScenarioFile::built_in(&["tracker.annealed_particle_filter.particles=50".to_owned()])?;
+//! let done = run(&walk, None, Destination { path: "runs/walk".as_ref(), force: false }, &Unwatched)?;
+//! println!("{:.1} mm", done.record.summary.metrics["humaneva_mm"].mean);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod check;
+mod clip_file;
 mod error;
+mod measuring;
+mod oracle;
 mod partial_directory;
+mod per_frame;
+mod results;
+mod run;
 mod scenario;
+mod staging;
+mod tracking;
+mod watch;
 
+pub use check::{Soundness, check};
+pub use clip_file::EMBEDDED_CLIPS;
 pub use error::ExperimentError;
+pub use measuring::{Measures, SeedMeasures};
+pub use results::{PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
+pub use run::{Destination, Done, draw, evaluate_run, render, run, track_set};
 pub use scenario::*;
+pub use staging::Staged;
+pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};
+pub use watch::{Stage, Unwatched, Watch};
+
+/// Named bytes, in the order in which they are written.
+pub type Files = Vec<(&'static str, Vec<u8>)>;
+
+/// A JSON file's bytes, ending in a newline.
+fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {
+    let mut bytes = serde_json::to_vec_pretty(value)
+        .map_err(|e| ExperimentError::Malformed { path: "JSON".into(), detail: e.to_string() })?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}

@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
+use super::error::output;
 
 const LOCK: &str = ".lock";
 
@@ -146,11 +147,6 @@ fn beside_visibly(target: &Path) -> Result<PathBuf, ExperimentError> {
 
 fn parent_of(target: &Path) -> &Path {
     target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-pub(crate) fn output(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> ExperimentError {
-    let path = path.to_owned();
-    move |source| ExperimentError::Output { path, action, source }
 }
 
 #[cfg(test)]

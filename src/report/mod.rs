@@ -20,3 +20,4 @@ pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use contact_sheet::contact_sheet;
 pub use input::{FactGroup, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
 pub use page::render;
+pub use verdict::{Verdict, verdict};

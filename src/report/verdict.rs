@@ -6,16 +6,17 @@ use super::ReportInput;
 
 /// How the run went.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Verdict {
+pub struct Verdict {
     /// `good`, `fair` or `bad`: chooses the colour of the heading's bar.
-    pub(super) level: &'static str,
+    pub level: &'static str,
     /// One sentence.
-    pub(super) line: String,
+    pub line: String,
     /// Search or model? `None` where energies are unknown.
-    pub(super) cause: Option<String>,
+    pub cause: Option<String>,
 }
 
-pub(super) fn verdict(input: &ReportInput<'_>) -> Verdict {
+/// Puts a run into words.
+pub fn verdict(input: &ReportInput<'_>) -> Verdict {
     let mean = |name: &str| input.summary.metrics.get(name).map(|metric| metric.mean);
     let error = mean("humaneva_mm").unwrap_or(f64::NAN);
     let lost = mean("track_loss").unwrap_or(0.0);

@@ -58,12 +58,12 @@ pub enum Mismatch {
 }
 
 impl Mismatch {
-    /// Greatest relative error of lengths and of girths (0.03 is 3 %), or none.
-    pub fn shares(self) -> Option<(f64, f64)> {
+    /// Greatest error of lengths and of girths, %, or none.
+    pub fn percents(self) -> Option<(f64, f64)> {
         match self {
             Self::None => None,
-            Self::Standard => Some((0.03, 0.10)),
-            Self::Percent { length, girth } => Some((length / 100.0, girth / 100.0)),
+            Self::Standard => Some((3.0, 10.0)),
+            Self::Percent { length, girth } => Some((length, girth)),
         }
     }
 }

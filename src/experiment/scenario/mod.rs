@@ -13,13 +13,12 @@ mod rig;
 mod tracker;
 
 pub use bodies::{ActorSettings, ContactMode, Mismatch, TrackerBodySettings};
-pub use complaint::Complaint;
+pub(crate) use complaint::did_you_mean;
+pub use complaint::{Complaint, Place};
 pub use motion::{Axis, MotionSettings};
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
-pub use tracker::{
-    AnnealedParticleFilterSettings, EnergyName, FrozenSettings, OracleSettings, PredictionName, TrackerSettings,
-};
+pub use tracker::{AnnealedParticleFilterSettings, FrozenSettings, OracleSettings, TrackerSettings};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -36,7 +36,7 @@ pub struct MotionSettings {
     /// Rate of a file that does not say its own. Hz. Default: 120 for `.amc`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_hz: Option<f64>,
-    /// SHA-256 of the clip's file in hexadecimal; another file of the same name is refused. Default: not checked.
+    /// SHA-256 of the clip's file in hexadecimal; another file of that name is used, but said. Default: not checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
     /// Where the file is offered; said when it is missing. Default: empty.

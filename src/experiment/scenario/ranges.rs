@@ -36,9 +36,9 @@ impl Scenario {
         if let Some(training) = &self.training {
             motion("training", training)?;
         }
-        if let Some((length, girth)) = self.tracker_body.mismatch.shares() {
-            within("tracker_body.mismatch.percent.length", length * 100.0, 0.0..=50.0)?;
-            within("tracker_body.mismatch.percent.girth", girth * 100.0, 0.0..=50.0)?;
+        if let Some((length, girth)) = self.tracker_body.mismatch.percents() {
+            within("tracker_body.mismatch.percent.length", length, 0.0..=50.0)?;
+            within("tracker_body.mismatch.percent.girth", girth, 0.0..=50.0)?;
         }
         require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
         if let Some(r) = &self.rig.ring {
@@ -136,13 +136,13 @@ fn image_size(key: &str, size: [u32; 2]) -> Verdict {
 }
 
 fn filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
+    s.filter().validate().and_then(|()| s.likelihood().validate()).map_err(|e| Problem {
+        key: format!("{table}.{}", e.key),
+        message: format!("expected {}, found {}", e.expected, e.found),
+    })?;
     within(&format!("{table}.particles"), s.particles, 1..=10_000_000)?;
     within(&format!("{table}.layers"), s.layers, 1..=1000)?;
-    let sound = s.survival_rate > 0.0 && s.survival_rate <= 1.0;
-    require(&format!("{table}.survival_rate"), sound, "above 0 and at most 1", s.survival_rate)?;
-    within(&format!("{table}.contour_weight"), s.contour_weight, 0.0..=1e6)?;
-    within(&format!("{table}.contour_reach"), s.contour_reach, 1e-4..=10.0)?;
-    within(&format!("{table}.proposal_scale"), s.proposal_scale, 0.0..=1e3)
+    within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
 
 fn oracle(table: &str, s: &OracleSettings) -> Verdict {

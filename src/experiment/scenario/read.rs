@@ -85,8 +85,8 @@ impl TrackerSettings {
     /// These settings with overrides whose keys are relative to the tracker's own table (`particles=50`).
     ///
     /// # Errors
-    /// [`ScenarioError`] if an override makes no sense.
-    pub fn overridden(self, overrides: &[String]) -> Result<Self, ScenarioError> {
+    /// [`Complaint`] if an override makes no sense.
+    pub fn overridden(self, overrides: &[String]) -> Result<Self, Complaint> {
         let mut settings = self;
         for assignment in overrides {
             let complain =
@@ -239,7 +239,7 @@ mod tests {
     fn a_value_out_of_range_is_shown_where_it_stands() {
         let error = parse("[tracker.annealed_particle_filter]\nsurvival_rate = 1.5\n", &[]).unwrap_err();
         assert!(
-            error.contains("a.toml:7: tracker.annealed_particle_filter.survival_rate: expected above 0"),
+            error.contains("a.toml:7: tracker.annealed_particle_filter.survival_rate: expected a number above 0"),
             "{error}"
         );
         assert!(error.contains("survival_rate = 1.5\n    |                 ^^^"), "{error}");
@@ -276,7 +276,7 @@ mod tests {
         let s = parse("[tracker.frozen]\n", &["tracker.oracle={}"]).unwrap();
         assert!(matches!(s.tracker, TrackerSettings::Oracle(_)));
         let s = parse("", &["tracker_body.mismatch.percent={length=1.0, girth=2.0}"]).unwrap();
-        assert_eq!(s.tracker_body.mismatch.shares(), Some((0.01, 0.02)));
+        assert_eq!(s.tracker_body.mismatch.percents(), Some((1.0, 2.0)));
     }
 
     #[test]
@@ -293,7 +293,7 @@ mod tests {
         let settings = TrackerSettings::default().overridden(&["particles=7".to_owned()]).unwrap();
         assert!(matches!(settings, TrackerSettings::AnnealedParticleFilter(s) if s.particles == 7));
         let error = TrackerSettings::default().overridden(&["layers=0".to_owned()]).unwrap_err().to_string();
-        assert!(error.contains("annealed_particle_filter.layers: expected 1 to"), "{error}");
+        assert!(error.contains("annealed_particle_filter.layers: expected at least 1"), "{error}");
     }
 
     #[test]

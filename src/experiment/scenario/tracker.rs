@@ -3,6 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::complaint::{Complaint, did_you_mean};
+use crate::motion_model::{DiffusionSettings, Prediction};
+use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
+
 /// Who tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -26,37 +30,26 @@ pub struct AnnealedParticleFilterSettings {
     /// Share of the particles that survives each layer (effective sample size over particles), in (0, 1]. The
     /// covariance shrinks by the same factor. Default: 0.5.
     pub survival_rate: f64,
-    /// How silhouettes are compared: `"bidirectional"` or `"overlap"`. Default: `"overlap"`.
-    pub energy: EnergyName,
-    /// Weight of the contour's distance beside the silhouette. Default: 0.5.
+    /// How the areas of silhouettes are compared: `"overlap"` (one minus intersection over union) or `"bidirectional"`
+    /// (mean of the shares that either side has alone). Default: `"overlap"`.
+    pub silhouette: SilhouetteTerm,
+    /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (about a
+    /// hundred times slower). Default: `"one_sided"`.
+    pub contour: ContourTerm,
+    /// Weight of the contours beside the areas; 0 leaves them out. Default: 0.5.
     pub contour_weight: f64,
-    /// Distance at which the contour term saturates, as a share of the image's height. Default: 0.04.
+    /// Distance between contours at which their term saturates, as a share of the image's height. Default: 1/24.
     pub contour_reach: f64,
     /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of the
     /// training motion. Default: 1.
     pub proposal_scale: f64,
     /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`. Default: `"none"`.
-    pub prediction: PredictionName,
-}
-
-/// How silhouettes are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum EnergyName {
-    /// Half the share of the model outside the observation plus half the share of the observation outside the model.
-    Bidirectional,
-    /// One minus intersection over union.
-    Overlap,
-}
-
-/// Where the particles of a new frame start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum PredictionName {
-    /// Where they were.
-    None,
-    /// Moved on by the last change of the estimate.
-    ConstantVelocity,
+    pub prediction: Prediction,
+    /// How survivors are spread: `"geometric"`, `{ min = { factor = 1.0 } }` or `{ shrink = { h = 0.3 } }`.
+    /// Default: `"geometric"`.
+    pub kernel: Kernel,
+    /// How the estimate is made of the particles: `"weighted_mean"` or `"best"`. Default: `"weighted_mean"`.
+    pub estimator: Estimator,
 }
 
 /// Nothing to set.
@@ -82,17 +75,84 @@ impl Default for TrackerSettings {
     }
 }
 
+impl TrackerSettings {
+    /// The tracker's name, as the command line and the scenario spell it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::AnnealedParticleFilter(_) => "annealed_particle_filter",
+            Self::Frozen(_) => "frozen",
+            Self::Oracle(_) => "oracle",
+        }
+    }
+
+    /// Every tracker there is, with its default settings.
+    pub fn all() -> [Self; 3] {
+        [Self::default(), Self::Frozen(FrozenSettings::default()), Self::Oracle(OracleSettings::default())]
+    }
+
+    /// The tracker of that name with its default settings.
+    ///
+    /// # Errors
+    /// [`Complaint`] for another name, with those there are.
+    pub fn named(name: &str) -> Result<Self, Complaint> {
+        Self::all().into_iter().find(|t| t.name() == name).ok_or_else(|| {
+            let known = Self::all().map(|t| t.name());
+            let guess = did_you_mean(name, known).map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
+            Complaint {
+                origin: format!("tracker {name}"),
+                place: None,
+                key: String::new(),
+                message: format!("there is no such tracker{guess} (there are: {})", known.join(", ")),
+            }
+        })
+    }
+}
+
+impl AnnealedParticleFilterSettings {
+    /// What the filter itself takes of them.
+    pub fn filter(&self) -> FilterSettings {
+        FilterSettings {
+            particles: self.particles,
+            layers: self.layers,
+            survival_rate: self.survival_rate,
+            kernel: self.kernel,
+            estimator: self.estimator,
+        }
+    }
+
+    /// What the likelihood takes of them.
+    pub fn likelihood(&self) -> SilhouetteSettings {
+        SilhouetteSettings {
+            silhouette: self.silhouette,
+            contour: self.contour,
+            contour_weight: self.contour_weight,
+            contour_reach: self.contour_reach,
+        }
+    }
+
+    /// What the motion model takes of them.
+    pub fn diffusion(&self) -> DiffusionSettings {
+        DiffusionSettings { prediction: self.prediction, scale: self.proposal_scale }
+    }
+}
+
 impl Default for AnnealedParticleFilterSettings {
     fn default() -> Self {
+        let FilterSettings { particles, layers, survival_rate, kernel, estimator } = FilterSettings::default();
+        let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach } = SilhouetteSettings::default();
+        let DiffusionSettings { prediction, scale } = DiffusionSettings::default();
         Self {
-            particles: 200,
-            layers: 5,
-            survival_rate: 0.5,
-            energy: EnergyName::Overlap,
-            contour_weight: 0.5,
-            contour_reach: 0.04,
-            proposal_scale: 1.0,
-            prediction: PredictionName::None,
+            particles,
+            layers,
+            survival_rate,
+            silhouette,
+            contour,
+            contour_weight,
+            contour_reach,
+            proposal_scale: scale,
+            prediction,
+            kernel,
+            estimator,
         }
     }
 }

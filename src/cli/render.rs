@@ -1,0 +1,63 @@
+//! `skiagraph render`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::progress::Progress;
+use super::scenario_arguments::ScenarioArguments;
+use super::{CommandError, notes, output};
+use crate::experiment::{Destination, render};
+
+/// Make a benchmark set on disk
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
+                        skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8")]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    scenario: ScenarioArguments,
+
+    /// Where the set goes; a set of ours that is there is replaced
+    #[arg(long, value_name = "SET")]
+    out: PathBuf,
+
+    /// Move aside what is there and is not ours
+    #[arg(long)]
+    force: bool,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+
+    /// No progress, no notes
+    #[arg(long)]
+    quiet: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+    let file = arguments.scenario.open()?;
+    let progress = Progress::new(arguments.quiet);
+    let to = Destination { path: &arguments.out, force: arguments.force };
+    let (set, notes) = render(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
+    drop(progress);
+    if !arguments.quiet {
+        notes::tell(&notes);
+    }
+    let (blind, place) = (&set.blind, arguments.out.display());
+    let (frames, cameras) = (blind.frame_count, blind.rig.cameras.len());
+    if arguments.json {
+        output::print_json(&serde_json::json!({
+            "schema": "skiagraph.render/1",
+            "set": place.to_string(),
+            "set_hash": blind.set_hash,
+            "frames": frames,
+            "frames_per_second": blind.frames_per_second,
+            "cameras": cameras,
+            "notes": notes,
+        }))?;
+    } else {
+        output::print(&format!("{place}: {frames} frames of {cameras} cameras, hash {}", blind.set_hash))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,68 @@
+//! `skiagraph run`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::progress::Progress;
+use super::scenario_arguments::ScenarioArguments;
+use super::{CommandError, notes, output, summary};
+use crate::experiment::{Destination, REPORT_FILE, run as run_experiment};
+
+/// Render, track, evaluate and report in one go
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph run\n  skiagraph run scenarios/walk.toml --seeds 5\n  \
+                        skiagraph run scenarios/walk.toml tracker.annealed_particle_filter.particles=400 --out runs/400\n  \
+                        skiagraph run scenarios/cmu/walk4.toml --mocap-dir ~/cmu tracker_body.mismatch=none\n  \
+                        skiagraph run scenarios/walk.toml tracker.frozen={}")]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    scenario: ScenarioArguments,
+
+    /// First random seed, instead of the scenario's
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+
+    /// How many seeds, instead of the scenario's
+    #[arg(long, value_name = "N")]
+    seeds: Option<u32>,
+
+    /// Where the results go [default: runs/NAME]; a run of ours that is there is replaced
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Move aside what is there and is not ours
+    #[arg(long)]
+    force: bool,
+
+    /// Print run.json instead of a table
+    #[arg(long)]
+    json: bool,
+
+    /// No progress, no notes
+    #[arg(long)]
+    quiet: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+    let mut more = Vec::new();
+    more.extend(arguments.seed.map(|seed| format!("seed={seed}")));
+    more.extend(arguments.seeds.map(|seeds| format!("seeds={seeds}")));
+    let file = arguments.scenario.open_with(more)?;
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&file.scenario.name));
+    let progress = Progress::new(arguments.quiet);
+    let to = Destination { path: &out, force: arguments.force };
+    let done = run_experiment(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
+    drop(progress);
+    if !arguments.quiet {
+        notes::tell(&done.notes);
+    }
+    if arguments.json {
+        output::print_json(&done.record)?;
+    } else {
+        output::print(&summary::table(&done.record))?;
+        output::print(&format!("\n  report: {}", out.join(REPORT_FILE).display()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,81 @@
+//! `skiagraph track`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::progress::Progress;
+use super::{CommandError, output};
+use crate::experiment::{Destination, ScenarioError, TrackerSettings, track_set};
+
+/// Run one tracker over a set, blindfolded
+///
+/// Of the set it reads cameras, observations and start; the truth stays closed (to all but the oracle).
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
+                        skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400")]
+pub(super) struct Arguments {
+    /// The benchmark set's directory
+    #[arg(value_name = "SET")]
+    set: PathBuf,
+
+    /// Changes to the tracker's settings
+    #[arg(value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+
+    /// The tracker: annealed_particle_filter, frozen or oracle
+    #[arg(long, value_name = "NAME")]
+    tracker: String,
+
+    /// First random seed
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u32,
+
+    /// How many seeds
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    seeds: u32,
+
+    /// Where the run goes; a run of ours that is there is replaced
+    #[arg(long, value_name = "RUN")]
+    out: PathBuf,
+
+    /// Move aside what is there and is not ours
+    #[arg(long)]
+    force: bool,
+
+    /// Print track.json
+    #[arg(long)]
+    json: bool,
+
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+    let settings = TrackerSettings::named(&arguments.tracker)
+        .and_then(|settings| settings.overridden(&arguments.overrides))
+        .map_err(ScenarioError::from)?;
+    let first = u64::from(arguments.seed);
+    let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
+    let progress = Progress::new(arguments.quiet);
+    let to = Destination { path: &arguments.out, force: arguments.force };
+    let tracked = track_set(&arguments.set, &settings, &seeds, to, &progress)?;
+    drop(progress);
+    if arguments.json {
+        output::print_json(&tracked.record)?;
+    } else if let Some(record) = &tracked.record {
+        let frames = tracked.poses.estimates.first().map_or(0, Vec::len);
+        output::print(&format!(
+            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second\n  measure it: skiagraph evaluate {} {}",
+            arguments.out.display(),
+            settings.name(),
+            seeds.len(),
+            record.timing.frames_per_second,
+            arguments.set.display(),
+            arguments.out.display(),
+        ))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,141 @@
+//! Finding the recording that a scenario names, and the part of it that is used.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::scenario::did_you_mean;
+use super::{Axis, ExperimentError, MotionSettings, ScenarioFile};
+use crate::mocap::{self, Clip, ReadOptions, UpAxis};
+
+/// The clips that are built in, by the name behind `embedded:`.
+pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
+    ("walk", include_str!("../../scenarios/motions/humanoid3d_walk.txt")),
+    ("run", include_str!("../../scenarios/motions/humanoid3d_run.txt")),
+    ("jump", include_str!("../../scenarios/motions/humanoid3d_jump.txt")),
+];
+
+/// Below a folder of recordings no path is this deep, unless links make a circle.
+const GREATEST_DEPTH: usize = 12;
+
+/// Reads the recording of `[motion]` or `[training]` (`table`), then cuts, repeats and resamples it.
+pub(super) fn load(
+    file: &ScenarioFile,
+    table: &'static str,
+    settings: &MotionSettings,
+    mocap_directory: Option<&Path>,
+) -> Result<Clip, ExperimentError> {
+    let unsound = |key: &str, message: String| ExperimentError::Unsound {
+        origin: file.origin.clone(),
+        key: format!("{table}.{key}"),
+        message,
+    };
+    let mut options = ReadOptions {
+        frames_per_second: settings.source_hz,
+        metres_per_unit: settings.metres_per_unit,
+        up: settings.up.map(|axis| match axis {
+            Axis::Y => UpAxis::Y,
+            Axis::Z => UpAxis::Z,
+        }),
+        skeleton: None,
+        keep_rest_pose: settings.first_frame.is_some() || settings.last_frame.is_some(),
+    };
+    let places = Places { folder: &file.folder, mocap_directory };
+    let clip = if let Some(name) = settings.clip.strip_prefix("embedded:") {
+        let known = EMBEDDED_CLIPS.map(|(name, _)| name);
+        let (_, text) = EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name).ok_or_else(|| {
+            let guess = did_you_mean(name, known).map(|g| format!(", did you mean `embedded:{g}`?"));
+            let guess = guess.unwrap_or_default();
+            unsound("clip", format!("there is no built-in clip `{name}`{guess} (there are: {})", known.join(", ")))
+        })?;
+        mocap::parse_deepmimic(text, &settings.clip, &options)?
+    } else {
+        let path = places.find(&settings.clip, settings.sha256.as_deref());
+        let path = path.ok_or_else(|| unsound("clip", places.missing(&settings.clip, settings)))?;
+        if let Some(name) = &settings.skeleton {
+            let skeleton = places.find(name, None);
+            options.skeleton = Some(skeleton.ok_or_else(|| unsound("skeleton", places.missing(name, settings)))?);
+        }
+        let mut clip = mocap::read(&path, &options)?;
+        if let Some(expected) = &settings.sha256 {
+            let found =
+                sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
+            if !found.eq_ignore_ascii_case(expected) {
+                clip.notes.push(format!(
+                    "{} is not the file that the scenario was made with: its SHA-256 is {found}, not {expected}",
+                    path.display()
+                ));
+            }
+        }
+        clip
+    };
+    let length = clip.frames.len();
+    let (first, last) = (settings.first_frame.unwrap_or(1), settings.last_frame.unwrap_or(length));
+    for (key, frame) in [("first_frame", first), ("last_frame", last)] {
+        if frame > length {
+            return Err(unsound(key, format!("expected a frame of the clip (1 to {length}), found {frame}")));
+        }
+    }
+    let mut clip = if options.keep_rest_pose { clip.crop(first - 1..last)? } else { clip };
+    if let Some(duration) = settings.loop_to_s {
+        clip = clip.looped(duration)?;
+    }
+    Ok(clip.resampled(settings.frames_per_second)?)
+}
+
+/// Where clips may be.
+struct Places<'a> {
+    folder: &'a Path,
+    mocap_directory: Option<&'a Path>,
+}
+
+impl Places<'_> {
+    /// The file of that path or name; of several below the recordings' folder, the one with the right hash, else the first
+    /// in alphabetical order.
+    fn find(&self, name: &str, sha256: Option<&str>) -> Option<PathBuf> {
+        let beside = self.folder.join(name);
+        if beside.is_file() {
+            return Some(beside);
+        }
+        let mut found = Vec::new();
+        search(self.mocap_directory?, Path::new(name), 0, &mut found);
+        let right =
+            |path: &&PathBuf| sha256.is_some_and(|hash| sha256_of(path).is_ok_and(|h| h.eq_ignore_ascii_case(hash)));
+        found.iter().find(right).or(found.first()).cloned()
+    }
+
+    fn missing(&self, name: &str, settings: &MotionSettings) -> String {
+        let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { self.folder };
+        let searched = match self.mocap_directory {
+            Some(directory) if directory.is_dir() => format!("nor anywhere below {}", directory.display()),
+            Some(directory) => format!("and {} is no directory", directory.display()),
+            None => "and no folder of recordings was named with --mocap-dir or SKIAGRAPH_MOCAP".to_owned(),
+        };
+        let source = match settings.source.as_str() {
+            "" => String::new(),
+            source => format!("; it is offered at {source}"),
+        };
+        let hash = settings.sha256.as_ref().map(|hash| format!(" (SHA-256 {hash})")).unwrap_or_default();
+        format!("`{name}` is not in {}, {searched}{source}{hash}", folder.display())
+    }
+}
+
+/// Collects the files whose path ends in `name`, in alphabetical order of directories.
+fn search(directory: &Path, name: &Path, depth: usize, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = fs::read_dir(directory).into_iter().flatten().flatten().map(|e| e.path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            if depth < GREATEST_DEPTH {
+                search(&path, name, depth + 1, found);
+            }
+        } else if path.ends_with(name) {
+            found.push(path);
+        }
+    }
+}
+
+fn sha256_of(path: &Path) -> std::io::Result<String> {
+    Ok(Sha256::digest(fs::read(path)?).iter().map(|byte| format!("{byte:02x}")).collect())
+}

@@ -1,0 +1,203 @@
+//! Measuring a tracker's answers against the truth of a set.
+
+use rayon::prelude::*;
+
+use super::scenario::TrackerSettings;
+use super::tracking::Tracked;
+use super::watch::{Stage, Watch};
+use super::{ExperimentError, SearchRecord};
+use crate::benchmark_set::{BenchmarkSet, BlindSet};
+use crate::body::{Humanoid, Markers, Motion, Pose, SilhouettePainter};
+use crate::camera::Camera;
+use crate::evaluation::{
+    Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union, summarise,
+};
+use crate::observation::Observation;
+use crate::raster::Mask;
+use crate::tracker::{Likelihood, SilhouetteLikelihood};
+
+/// The measures of a run: every seed, all seeds together, and the floor.
+#[derive(Clone, Debug)]
+pub struct Measures {
+    /// The clip's name.
+    pub clip: String,
+    /// One entry a seed.
+    pub seeds: Vec<SeedMeasures>,
+    /// All seeds together.
+    pub summary: Summary,
+    /// What an answer that never moves gets.
+    pub frozen: Evaluation,
+    /// Energy of the truth, refitted to the tracker's body, per frame; empty where unknown.
+    pub truth_energy: Vec<Option<f64>>,
+}
+
+/// The measures of one seed.
+#[derive(Clone, Debug)]
+pub struct SeedMeasures {
+    /// The seed.
+    pub seed: u64,
+    /// What was measured.
+    pub evaluation: Evaluation,
+    /// Where the answers put the markers.
+    pub markers: Vec<Markers>,
+    /// Energy of the answers, per frame; empty where unknown.
+    pub energy: Vec<Option<f64>>,
+}
+
+impl Measures {
+    /// Measures every seed of a run, and a tracker that never moves.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if run and set do not fit together or an observation cannot be read.
+    pub fn new(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Self, ExperimentError> {
+        let blind = &set.blind;
+        watch.begin(Stage::Evaluate, blind.frame_count);
+        let frozen = vec![blind.start.pose.clone(); blind.frame_count];
+        let answers: Vec<&[Pose]> =
+            tracked.poses.estimates.iter().map(Vec::as_slice).chain([frozen.as_slice()]).collect();
+        let truth_energy = truth_energy(tracked, blind, set.truth.refitted.as_ref())?;
+        let per_frame: Vec<Vec<Vec<Option<f64>>>> = (0..blind.frame_count)
+            .into_par_iter()
+            .map_init(
+                || Painters::new(blind),
+                |painters, frame| {
+                    if watch.interrupted() {
+                        return Err(ExperimentError::Interrupted);
+                    }
+                    let overlaps =
+                        painters.overlaps(&blind.observation(frame)?, answers.iter().map(|poses| &poses[frame]));
+                    watch.advance();
+                    Ok(overlaps)
+                },
+            )
+            .collect::<Result<_, _>>()?;
+        let overlaps = |answer: usize| per_frame.iter().map(|f| f[answer].clone()).collect::<Vec<_>>();
+        let mut seeds = Vec::new();
+        for (index, seed) in tracked.poses.seeds.iter().enumerate() {
+            let energy = tracked.search.get(index).map(|records| energies(records)).unwrap_or_default();
+            let answer = Answer { poses: answers[index], overlaps: &overlaps(index), energy: &energy };
+            let (evaluation, markers) = answer.evaluate(set, &truth_energy)?;
+            seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy });
+        }
+        let floor = Answer { poses: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
+        let (frozen, _) = floor.evaluate(set, &truth_energy)?;
+        let clip = blind.name.clone();
+        let runs: Vec<Run<'_>> =
+            seeds.iter().map(|s| Run { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
+        let summary = summarise(&runs)?;
+        Ok(Self { seeds, summary, frozen, truth_energy, clip })
+    }
+
+    /// One entry a seed.
+    pub fn runs(&self) -> Vec<Run<'_>> {
+        self.seeds.iter().map(|s| Run { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
+    }
+}
+
+/// The answers of one seed and what is known about them.
+struct Answer<'a> {
+    poses: &'a [Pose],
+    overlaps: &'a [Vec<Option<f64>>],
+    energy: &'a [Option<f64>],
+}
+
+impl Answer<'_> {
+    fn evaluate(
+        &self,
+        set: &BenchmarkSet,
+        truth_energy: &[Option<f64>],
+    ) -> Result<(Evaluation, Vec<Markers>), ExperimentError> {
+        let truth = &set.truth.ground_truth;
+        let body = &set.blind.start.body;
+        let markers: Vec<Markers> = self.poses.iter().map(|pose| body.markers(&body.link_frames(pose))).collect();
+        let truth_markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
+        let truth_roots: Vec<_> = truth.frames.iter().map(|frame| frame.pose.world_from_root.rotation).collect();
+        let roots: Vec<_> = self.poses.iter().map(|pose| Some(pose.world_from_root.rotation)).collect();
+        let both = !truth_energy.is_empty() && !self.energy.is_empty();
+        let evaluation = evaluate(&Sequence {
+            frames_per_second: truth.frames_per_second,
+            first_scored: 1,
+            truth_markers: &truth_markers,
+            estimate_markers: &markers,
+            roots: Some(RootRotations { truth: &truth_roots, estimate: &roots }),
+            view_overlaps: Some(self.overlaps),
+            energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
+        })?;
+        Ok((evaluation, markers))
+    }
+}
+
+fn energies(records: &[SearchRecord]) -> Vec<Option<f64>> {
+    if records.iter().all(|r| r.energy.is_none()) { Vec::new() } else { records.iter().map(|r| r.energy).collect() }
+}
+
+/// The energy that the tracker's own likelihood gives the truth; empty for trackers without a likelihood.
+fn truth_energy(
+    tracked: &Tracked,
+    set: &BlindSet,
+    refitted: Option<&Motion>,
+) -> Result<Vec<Option<f64>>, ExperimentError> {
+    let settings = tracked.record.as_ref().map(|record| &record.tracker);
+    let (Some(TrackerSettings::AnnealedParticleFilter(settings)), Some(refitted)) = (settings, refitted) else {
+        return Ok(Vec::new());
+    };
+    let mut likelihood = SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, settings.likelihood())?;
+    let mut scratch = likelihood.scratch();
+    let mut energies = Vec::with_capacity(set.frame_count);
+    for (observation, pose) in set.observations().zip(&refitted.poses) {
+        likelihood.prepare(&observation?)?;
+        energies.push(Some(likelihood.energy(pose, &mut scratch)));
+    }
+    Ok(energies)
+}
+
+/// Draws the tracker's body in every camera.
+pub(super) struct Painters<'a> {
+    body: &'a Humanoid,
+    cameras: &'a [Camera],
+    painters: Vec<SilhouettePainter>,
+}
+
+impl<'a> Painters<'a> {
+    pub(super) fn new(set: &'a BlindSet) -> Self {
+        let cameras = &set.rig.cameras;
+        Self { body: &set.start.body, cameras, painters: cameras.iter().map(SilhouettePainter::new).collect() }
+    }
+
+    /// The body's silhouette in every camera.
+    pub(super) fn silhouettes(&mut self, pose: &Pose) -> Vec<Mask> {
+        let frames = self.body.link_frames(pose);
+        let draw = |(painter, camera): (&mut SilhouettePainter, &Camera)| {
+            let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+            painter.paint(self.body, &frames, &mut mask);
+            mask
+        };
+        self.painters.iter_mut().zip(self.cameras).map(draw).collect()
+    }
+
+    /// `[answer][camera]`: intersection over union of each pose's silhouettes with those observed.
+    fn overlaps<'p>(&mut self, observed: &Observation, poses: impl Iterator<Item = &'p Pose>) -> Vec<Vec<Option<f64>>> {
+        let overlap = |pose| {
+            let drawn = self.silhouettes(pose);
+            drawn.iter().zip(&observed.silhouettes).map(|(a, b)| intersection_over_union(a, b)).collect()
+        };
+        poses.map(overlap).collect()
+    }
+}
+
+/// Refuses answers that are not about this set.
+pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
+    if let Some(record) = tracked.record.as_ref().filter(|record| record.set_hash != set.blind.set_hash) {
+        return Err(format!("the run's set has the hash {}, this set {}", record.set_hash, set.blind.set_hash));
+    }
+    let (frames, angles) = (set.blind.frame_count, set.blind.start.body.degrees_of_freedom.len());
+    for (seed, poses) in tracked.poses.seeds.iter().zip(&tracked.poses.estimates) {
+        if poses.len() != frames {
+            return Err(format!("seed {seed} has {} frames, the set {frames}", poses.len()));
+        }
+        if let Some(pose) = poses.iter().find(|pose| pose.joint_angles.len() != angles) {
+            return Err(format!("its poses have {} angles, the set's body {angles}", pose.joint_angles.len()));
+        }
+    }
+    if tracked.poses.seeds.is_empty() { Err("it has no seed".to_owned()) } else { Ok(()) }
+}

@@ -1,0 +1,253 @@
+//! What a measured run leaves on disk: `run.json`, `per_frame.csv`, `poses.npz` and `report.html`.
+
+use serde::Serialize;
+
+use super::measuring::{Measures, Painters};
+use super::scenario::TrackerSettings;
+use super::tracking::{POSES_FILE, TrackTiming, Tracked};
+use super::{ExperimentError, Files, per_frame, to_json};
+use crate::benchmark_set::BenchmarkSet;
+use crate::evaluation::Summary;
+use crate::report::{
+    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Verdict, frames_to_show, render, typical_run, verdict,
+};
+use crate::tracker::LayerRecord;
+
+/// The name of a run's summary.
+pub const RUN_FILE: &str = "run.json";
+/// The name of a run's table of frames.
+pub const PER_FRAME_FILE: &str = "per_frame.csv";
+/// The name of a run's report.
+pub const REPORT_FILE: &str = "report.html";
+
+/// How many frames the contact sheet shows, besides the worst.
+const SHEET_FRAMES: usize = 5;
+
+/// A run in numbers: `run.json`. All but `timing` is the same to the byte for the same set, tracker and seeds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunRecord {
+    /// `skiagraph.run/1`.
+    pub schema: String,
+    /// The scenario's, and so the set's, name.
+    pub scenario: String,
+    /// First seed.
+    pub seed: u64,
+    /// All seeds.
+    pub seeds: Vec<u64>,
+    /// The tracker's name; `external` for poses that another program made.
+    pub tracker: String,
+    /// The tracker and all its settings, as a scenario writes them; absent for poses that another program made.
+    pub settings: Option<TrackerSettings>,
+    /// Hash of the set's files.
+    pub set_hash: String,
+    /// Version of the program.
+    pub version: String,
+    /// What is known about bodies and motion, in words.
+    pub facts: Vec<FactGroup>,
+    /// Whether actor and tracker share one body.
+    pub matched: bool,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// Every metric over all seeds, with its protocol, interval and value per seed. Also per joint.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// Mean of every metric for a tracker that never moves.
+    pub frozen: std::collections::BTreeMap<String, f64>,
+    /// The run in words: how good it is, and whether the search or the model is at fault.
+    pub verdict: Verdict,
+    /// File with one row per seed and frame.
+    pub per_frame: String,
+    /// File with estimates and truth.
+    pub poses: String,
+    /// File for people.
+    pub report: String,
+    /// What differs from run to run; absent for poses that another program made.
+    pub timing: Option<TrackTiming>,
+}
+
+/// Everything that a measured run leaves on disk.
+#[derive(Clone, Debug)]
+pub struct Results {
+    /// The numbers.
+    pub record: RunRecord,
+    /// The files, `run.json` last.
+    pub files: Files,
+}
+
+impl Results {
+    /// Puts measures into files.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if an observation cannot be read again or the report cannot be drawn.
+    pub fn new(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Result<Self, ExperimentError> {
+        let facts = facts(set, tracked);
+        let layers = layers(tracked);
+        let runs: Vec<ReportRun<'_>> = measures
+            .runs()
+            .into_iter()
+            .zip(&measures.seeds)
+            .enumerate()
+            .map(|(index, (run, seed))| ReportRun {
+                run,
+                truth_energy: &measures.truth_energy,
+                estimate_energy: &seed.energy,
+                layers: layers.get(index).map(Vec::as_slice).unwrap_or_default(),
+            })
+            .collect();
+        let sheet = sheet(set, tracked, measures)?;
+        let tracker = tracker_in_words(tracked);
+        let input = ReportInput {
+            title: &set.blind.name,
+            tracker: &tracker,
+            matched: set.truth.facts.matched,
+            facts: &facts,
+            runs: &runs,
+            summary: &measures.summary,
+            frozen: Some(&measures.frozen),
+            sheet: sheet.as_ref(),
+        };
+        let record = record(set, tracked, measures, &facts, verdict(&input));
+        let files = vec![
+            (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
+            (POSES_FILE, tracked.poses.to_bytes(POSES_FILE, &set.blind.start.body, Some(&set.truth.ground_truth))?),
+            (REPORT_FILE, render(&input)?.into_bytes()),
+            (RUN_FILE, to_json(&record)?),
+        ];
+        Ok(Self { record, files })
+    }
+}
+
+fn record(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    measures: &Measures,
+    facts: &[FactGroup],
+    verdict: Verdict,
+) -> RunRecord {
+    let track = tracked.record.as_ref();
+    let seeds = tracked.poses.seeds.clone();
+    RunRecord {
+        schema: "skiagraph.run/1".to_owned(),
+        scenario: set.blind.name.clone(),
+        seed: seeds.first().copied().unwrap_or_default(),
+        seeds,
+        tracker: track.map_or("external", |t| t.tracker.name()).to_owned(),
+        settings: track.map(|t| t.tracker.clone()),
+        set_hash: set.blind.set_hash.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        facts: facts.to_vec(),
+        matched: set.truth.facts.matched,
+        frames: set.blind.frame_count,
+        frames_per_second: set.blind.frames_per_second,
+        summary: measures.summary.clone(),
+        frozen: measures.frozen.metrics.iter().map(|(name, value)| (name.clone(), value.mean)).collect(),
+        verdict,
+        per_frame: PER_FRAME_FILE.to_owned(),
+        poses: POSES_FILE.to_owned(),
+        report: REPORT_FILE.to_owned(),
+        timing: track.map(|t| t.timing),
+    }
+}
+
+/// `[seed][frame][layer]`
+fn layers(tracked: &Tracked) -> Vec<Vec<Vec<LayerRecord>>> {
+    let of_seed = |records: &Vec<super::SearchRecord>| records.iter().map(|r| r.layers.clone()).collect();
+    tracked.search.iter().map(of_seed).collect()
+}
+
+/// The pictures of the run whose error is in the middle.
+fn sheet<'a>(
+    set: &'a BenchmarkSet,
+    tracked: &Tracked,
+    measures: &Measures,
+) -> Result<Option<Sheet<'a>>, ExperimentError> {
+    let Some(typical) = typical_run(&measures.runs()) else { return Ok(None) };
+    let seed = &measures.seeds[typical];
+    let mut painters = Painters::new(&set.blind);
+    let mut frames = Vec::new();
+    for frame in frames_to_show(&seed.evaluation, SHEET_FRAMES) {
+        frames.push(SheetFrame {
+            frame,
+            observed: set.blind.observation(frame)?.silhouettes,
+            estimated: painters.silhouettes(&tracked.poses.estimates[typical][frame]),
+            truth: set.truth.ground_truth.frames[frame].markers,
+            estimate: seed.markers[frame],
+        });
+    }
+    let (rig, frames_per_second) = (&set.blind.rig, set.blind.frames_per_second);
+    Ok(Some(Sheet { seed: seed.seed, rig, frames_per_second, frames }))
+}
+
+fn tracker_in_words(tracked: &Tracked) -> String {
+    match tracked.record.as_ref().map(|record| &record.tracker) {
+        None => "poses of another program".to_owned(),
+        Some(TrackerSettings::AnnealedParticleFilter(s)) => {
+            format!("annealed particle filter, {} particles x {} layers", s.particles, s.layers)
+        }
+        Some(TrackerSettings::Frozen(_)) => "frozen: never moves".to_owned(),
+        Some(TrackerSettings::Oracle(_)) => "oracle: the truth plus a planted error".to_owned(),
+    }
+}
+
+fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
+    let group = |title: &str, facts: Vec<(&str, String)>| FactGroup {
+        title: title.to_owned(),
+        facts: facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
+    };
+    let (truth, blind) = (&set.truth, &set.blind);
+    let degrees = |body: &crate::body::Humanoid| {
+        format!("{}, {} degrees of freedom with the root", body.name, body.degrees_of_freedom.len() + 6)
+    };
+    let seconds = blind.frame_count as f64 / blind.frames_per_second;
+    let mut groups = vec![
+        group(
+            "Motion",
+            vec![
+                ("clip", truth.facts.motion.clone()),
+                ("length", format!("{} frames at {} Hz, {seconds:.2} s", blind.frame_count, blind.frames_per_second)),
+            ],
+        ),
+        group(
+            "Bodies",
+            vec![
+                ("actor", degrees(&truth.ground_truth.actor)),
+                ("tracker", degrees(&blind.start.body)),
+                ("model", if truth.facts.matched { "matched".to_owned() } else { truth.facts.mismatch.clone() }),
+            ],
+        ),
+        group("Cameras", blind.rig.cameras.iter().map(|camera| (camera.name.as_str(), in_words(camera))).collect()),
+        group("Observations", vec![("silhouettes", "clean: no noise, no occlusion".to_owned())]),
+    ];
+    if let Some(record) = &tracked.record {
+        let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
+        let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());
+        let settings = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value))).collect();
+        groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
+    }
+    let seeds: Vec<String> = tracked.poses.seeds.iter().map(u64::to_string).collect();
+    groups.push(group(
+        "Provenance",
+        vec![
+            ("seeds", seeds.join(", ")),
+            ("set", blind.set_hash.clone()),
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ],
+    ));
+    groups
+}
+
+fn in_words(camera: &crate::camera::Camera) -> String {
+    let (centre, pinhole) = (camera.centre(), &camera.pinhole);
+    let view = 2.0 * (0.5 * f64::from(pinhole.width) / pinhole.focal[0]).atan().to_degrees();
+    let lens = if camera.distortion.is_none() { "no distortion" } else { "distorted" };
+    format!(
+        "at ({:.2}, {:.2}, {:.2}) m, {} x {} px, {view:.0} degrees wide, {lens}",
+        centre.x, centre.y, centre.z, pinhole.width, pinhole.height
+    )
+}
+
+fn plain(value: &serde_json::Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}

@@ -1,0 +1,182 @@
+//! Rendering, tracking and measuring, from and to directories that are whole or absent; and the three in one.
+
+use std::fs;
+use std::path::Path;
+
+use super::error::output;
+use super::measuring::{Measures, check_fit};
+use super::partial_directory::PartialDirectory;
+use super::results::{PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
+use super::staging::Staged;
+use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::watch::{Stage, Watch};
+use super::{ExperimentError, Files, Scenario, ScenarioFile, TrackerSettings};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet};
+use crate::observation::Observer;
+
+const SCENARIO_FILE: &str = "scenario.toml";
+/// All files of a run: what may be replaced by the next run.
+const RUN_FILES: [&str; 7] =
+    [RUN_FILE, PER_FRAME_FILE, POSES_FILE, REPORT_FILE, TRACK_FILE, SEARCH_FILE, SCENARIO_FILE];
+/// All files and directories of a set.
+const SET_FILES: [&str; 7] =
+    ["set.toml", "README.txt", "cameras.json", "files.sha256", "observations", "start", "truth"];
+
+/// Where a result goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Destination<'a> {
+    /// The directory.
+    pub path: &'a Path,
+    /// Move aside what is there and is not ours, instead of refusing.
+    pub force: bool,
+}
+
+/// A run that is done.
+#[derive(Clone, Debug)]
+pub struct Done {
+    /// Its numbers.
+    pub record: RunRecord,
+    /// What a user should know.
+    pub notes: Vec<String>,
+}
+
+/// Draws what the cameras see of a scenario: a benchmark set in memory, and notes for the user.
+///
+/// # Errors
+/// [`ExperimentError`] that names the file, line or key.
+pub fn draw(
+    file: &ScenarioFile,
+    mocap_directory: Option<&Path>,
+    watch: &dyn Watch,
+) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
+    let staged = Staged::new(file, mocap_directory)?;
+    watch.begin(Stage::Render, staged.frames());
+    let parts = SetParts {
+        name: &file.scenario.name,
+        rig: &staged.rig,
+        start: &staged.start,
+        ground_truth: &staged.ground_truth,
+        refitted: Some(&staged.refitted),
+        facts: &staged.facts,
+    };
+    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let set = BenchmarkSet::assemble(&parts, |frame| {
+        watch.advance();
+        observer.observe(frame)
+    })?;
+    if watch.interrupted() { Err(ExperimentError::Interrupted) } else { Ok((set, staged.notes)) }
+}
+
+/// `skiagraph render`: writes a scenario's benchmark set; returns its hash and notes for the user.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn render(
+    file: &ScenarioFile,
+    mocap_directory: Option<&Path>,
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
+    let directory = PartialDirectory::begin(to.path, &SET_FILES, to.force)?;
+    let (set, notes) = draw(file, mocap_directory, watch)?;
+    set.write(directory.folder())?;
+    directory.finish(&SET_FILES)?;
+    Ok((set, notes))
+}
+
+/// `skiagraph track`: runs a tracker over a set. Of the set it reads cameras, observations and start alone, unless the
+/// tracker is the oracle.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn track_set(
+    set: &Path,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<Tracked, ExperimentError> {
+    let directory = PartialDirectory::begin(to.path, &RUN_FILES, to.force)?;
+    let blind = BlindSet::read(set)?;
+    let truth = match settings {
+        TrackerSettings::Oracle(_) => TruthSet::read(set)?.refitted,
+        _ => None,
+    };
+    let tracked = track(&blind, settings, seeds, truth.as_ref(), watch)?;
+    write_all(&directory, &tracked.files(&blind)?)?;
+    directory.finish(&RUN_FILES)?;
+    Ok(tracked)
+}
+
+/// `skiagraph evaluate`: measures a run against the truth of its set and writes the results into the run's directory.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn evaluate_run(set: &Path, run: &Path, watch: &dyn Watch) -> Result<RunRecord, ExperimentError> {
+    let whole = BenchmarkSet::read(set)?;
+    let tracked = Tracked::read(run)?;
+    check_fit(&whole, &tracked).map_err(|detail| ExperimentError::AnotherSet {
+        run: run.to_owned(),
+        set: set.to_owned(),
+        detail,
+    })?;
+    let results = measure(&whole, &tracked, watch)?;
+    replace_files(run, &results.files)?;
+    Ok(results.record)
+}
+
+/// `skiagraph run`: renders, tracks and measures a scenario with all its seeds.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn run(
+    file: &ScenarioFile,
+    mocap_directory: Option<&Path>,
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<Done, ExperimentError> {
+    let directory = PartialDirectory::begin(to.path, &RUN_FILES, to.force)?;
+    let (set, notes) = draw(file, mocap_directory, watch)?;
+    let seeds: Vec<u64> = file.scenario.all_seeds().collect();
+    let tracked = track(&set.blind, &file.scenario.tracker, &seeds, set.truth.refitted.as_ref(), watch)?;
+    // As somebody does who tracks first and evaluates later: what is measured is what is on the disk.
+    write_all(&directory, &tracked.files(&set.blind)?)?;
+    let tracked = Tracked::read(directory.folder())?;
+    let results = measure(&set, &tracked, watch)?;
+    directory.write(SCENARIO_FILE, scenario_text(&file.scenario)?.as_bytes())?;
+    write_all(&directory, &results.files)?;
+    directory.finish(&RUN_FILES)?;
+    Ok(Done { record: results.record, notes })
+}
+
+fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Results, ExperimentError> {
+    let measures = Measures::new(set, tracked, watch)?;
+    Results::new(set, tracked, &measures)
+}
+
+/// The scenario with its overrides, to be run again.
+fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentError> {
+    toml::to_string(scenario)
+        .map_err(|e| ExperimentError::Malformed { path: SCENARIO_FILE.into(), detail: e.to_string() })
+}
+
+fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), ExperimentError> {
+    files.iter().try_for_each(|(name, bytes)| directory.write(name, bytes))
+}
+
+/// Puts files into a directory that is there already, each whole or not at all; `run.json`, the last, is what makes a run.
+fn replace_files(folder: &Path, files: &Files) -> Result<(), ExperimentError> {
+    for (name, bytes) in files {
+        let (path, partial) = (folder.join(name), folder.join(format!(".{name}.partial")));
+        let written = fs::File::create(&partial).and_then(|mut file| {
+            std::io::Write::write_all(&mut file, bytes)?;
+            file.sync_all()?;
+            fs::rename(&partial, &path)
+        });
+        written.map_err(|source| {
+            fs::remove_file(&partial).ok();
+            output(&path, "write")(source)
+        })?;
+    }
+    Ok(())
+}

@@ -1,0 +1,213 @@
+//! From what a scenario says to bodies, motion, cameras and truth: all that is needed before anything is drawn.
+
+use std::path::Path;
+
+use nalgebra::Point3;
+
+use super::scenario::CameraSettings;
+use super::{ExperimentError, Mismatch, RingSettings, ScenarioFile, clip_file};
+use crate::benchmark_set::{Start, TruthFacts};
+use crate::body::retarget::{
+    FitOptions, RetargetOptions, RetargetReport, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
+};
+use crate::body::{BodyShape, Humanoid, Motion, SHIPPED_ROBOTS, shipped};
+use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
+use crate::scene::GroundTruth;
+
+/// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
+const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;
+
+/// A scenario whose files are read: ready to be drawn.
+#[derive(Clone, Debug)]
+pub struct Staged {
+    /// Whose motion, in words.
+    pub clip: String,
+    /// The cameras.
+    pub rig: CameraRig,
+    /// The truth, frame by frame.
+    pub ground_truth: GroundTruth,
+    /// What the tracker is told.
+    pub start: Start,
+    /// The tracker's body brought nearest to the truth; one pose a frame.
+    pub refitted: Motion,
+    /// How well the recording was retargeted to the actor.
+    pub report: RetargetReport,
+    /// Facts for the set.
+    pub facts: TruthFacts,
+    /// What a user should know: guesses, mended frames, doubtful views.
+    pub notes: Vec<String>,
+}
+
+impl Staged {
+    /// Reads what the scenario names. Clips that are named without a path are looked for below `mocap_directory`.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] that names the file, line or key.
+    pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
+        let scenario = &file.scenario;
+        let clip = clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
+        let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
+        let same_robot = scenario.actor.robot == scenario.tracker_body.robot;
+        let tracker_template = match same_robot {
+            true => actor_template.clone(),
+            false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
+        };
+        let performed = retarget(&clip, &actor_template, &RetargetOptions::default())?;
+        let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
+        let training = match (&scenario.training, same_robot) {
+            (None, true) => performed.motion.clone(),
+            (None, false) => retarget(&clip, &tracker_template, &RetargetOptions::default())?.motion,
+            (Some(settings), _) => {
+                let clip = clip_file::load(file, "training", settings, mocap_directory)?;
+                retarget(&clip, &tracker_template, &RetargetOptions::default())?.motion
+            }
+        };
+        let rig = rig(file, &performed.motion)?;
+        let ground_truth = GroundTruth::from_motion(performed.humanoid, &performed.motion, &rig)?;
+        let refitted = match body == ground_truth.actor {
+            true => performed.motion,
+            false => refit(&body, &ground_truth),
+        };
+        let Some(pose) = refitted.poses.first().cloned() else {
+            return Err(unsound(file, "motion", "expected at least one frame, found none".to_owned()));
+        };
+        let mut notes = performed.report.notes.clone();
+        let unseen = ground_truth.unseen_frames(&rig).len();
+        if unseen > 0 {
+            let frames = ground_truth.frames.len();
+            notes.push(format!(
+                "no camera sees the subject in {unseen} of {frames} frames; move the cameras or look_at_m"
+            ));
+        }
+        Ok(Self {
+            clip: clip.name,
+            rig,
+            start: Start { body, pose, training },
+            refitted,
+            report: performed.report,
+            facts: TruthFacts {
+                motion: motion_in_words(file),
+                matched: scenario.is_matched(),
+                mismatch: mismatch_in_words(file),
+            },
+            notes,
+            ground_truth,
+        })
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.ground_truth.frames.len()
+    }
+}
+
+/// The tracker's body: scaled to the subject that the actor was scaled to, then made wrong.
+fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same_robot: bool) -> Humanoid {
+    let settings = &file.scenario.tracker_body;
+    let body = match same_robot {
+        true => actor.clone(),
+        false => template.reshaped(&fit_shape(template, &SegmentLengths::of(actor))),
+    };
+    match settings.mismatch.percents() {
+        None => body,
+        Some((length, girth)) => {
+            let seed = u64::from(settings.seed);
+            body.reshaped(&BodyShape::random_mismatch(&body, seed, length / 100.0, girth / 100.0))
+        }
+    }
+}
+
+fn refit(body: &Humanoid, truth: &GroundTruth) -> Motion {
+    let markers: Vec<_> = truth.frames.iter().map(|frame| frame.markers).collect();
+    let fits = fit_motion_to_markers(body, &markers, &body.zero_pose(), &FitOptions::default());
+    let poses = fits.into_iter().map(|fit| fit.pose).collect();
+    Motion { frames_per_second: truth.frames_per_second, poses }.made_continuous(body)
+}
+
+fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
+    if SHIPPED_ROBOTS.iter().any(|(known, _)| *known == name) {
+        return Ok(shipped(name)?);
+    }
+    let path = file.folder.join(name);
+    if !path.is_file() {
+        let known = SHIPPED_ROBOTS.map(|(known, _)| known).join(", ");
+        let message = format!("`{name}` is neither a robot that ships ({known}) nor the file {}", path.display());
+        return Err(unsound(file, key, message));
+    }
+    Ok(Humanoid::load(&path)?)
+}
+
+fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentError> {
+    let settings = &file.scenario.rig;
+    let in_rig = |key: &str, e: crate::camera::CameraError| unsound(file, key, e.to_string());
+    let mut cameras = match &settings.ring {
+        None => Vec::new(),
+        Some(ring) => CameraRig::ring(&ring_parameters(ring, motion)).map_err(|e| in_rig("rig.ring", e))?.cameras,
+    };
+    for (index, single) in settings.camera.iter().enumerate() {
+        let name = single.name.clone().unwrap_or_else(|| format!("cam{:02}", cameras.len()));
+        if cameras.iter().any(|c| c.name == name) {
+            let key = format!("rig.camera[{index}].name");
+            return Err(unsound(file, &key, format!("two cameras are called `{name}`; give each its own name")));
+        }
+        cameras.push(single_camera(&name, single).map_err(|e| in_rig(&format!("rig.camera[{index}]"), e))?);
+    }
+    Ok(CameraRig { cameras })
+}
+
+fn ring_parameters(ring: &RingSettings, motion: &Motion) -> RingParameters {
+    let middle = middle_of_path(motion);
+    RingParameters {
+        count: ring.count,
+        radius: ring.radius_m,
+        height: ring.height_m,
+        look_at: ring.look_at_m.map_or(Point3::new(middle.x, middle.y, DEFAULT_LOOK_AT_HEIGHT), Point3::from),
+        first_azimuth: ring.first_azimuth_deg.to_radians(),
+        field_of_view: ring.field_of_view_deg.to_radians(),
+        image_size: ring.size_px,
+        near: DEFAULT_NEAR,
+    }
+}
+
+fn single_camera(name: &str, c: &CameraSettings) -> Result<Camera, crate::camera::CameraError> {
+    let [width, height] = c.size_px;
+    Camera::from_opencv(name, c.matrix, c.rotation, c.translation_m, c.distortion, width, height)
+}
+
+/// Half-way between the root's least and greatest coordinates.
+fn middle_of_path(motion: &Motion) -> Point3<f64> {
+    let places = || motion.poses.iter().map(|pose| Point3::from(pose.world_from_root.translation.vector));
+    let first = places().next().unwrap_or(Point3::origin());
+    let (low, high) = places().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
+    nalgebra::center(&low, &high)
+}
+
+fn motion_in_words(file: &ScenarioFile) -> String {
+    let motion = &file.scenario.motion;
+    let frames = match (motion.first_frame, motion.last_frame) {
+        (None, None) => String::new(),
+        (first, last) => {
+            let last = last.map_or("the last".to_owned(), |l| l.to_string());
+            format!(", frames {} to {last}", first.unwrap_or(1))
+        }
+    };
+    let repeated = motion.loop_to_s.map(|s| format!(", repeated to {s} s")).unwrap_or_default();
+    let source = if motion.source.is_empty() { String::new() } else { format!(" ({})", motion.source) };
+    format!("{}{frames}{repeated}{source}", motion.clip)
+}
+
+fn mismatch_in_words(file: &ScenarioFile) -> String {
+    let scenario = &file.scenario;
+    let (actor, tracker) = (&scenario.actor.robot, &scenario.tracker_body.robot);
+    let robots = (actor != tracker).then(|| format!("actor `{actor}` against tracker's `{tracker}`"));
+    let percents = scenario.tracker_body.mismatch.percents().map(|(length, girth)| {
+        let name = if scenario.tracker_body.mismatch == Mismatch::Standard { "standard mismatch: " } else { "" };
+        let seed = scenario.tracker_body.seed;
+        format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}")
+    });
+    robots.into_iter().chain(percents).collect::<Vec<_>>().join("; ")
+}
+
+fn unsound(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
+    ExperimentError::Unsound { origin: file.origin.clone(), key: key.to_owned(), message }
+}

@@ -1,0 +1,293 @@
+//! Running a tracker over a set, and what it leaves on disk: `track.json`, `poses.npz` and `search.npz`.
+//!
+//! `poses.npz` holds the answers; anybody's tracker may write it. `search.npz` says how ours searched:
+//!
+//! | array | shape | meaning |
+//! |---|---|---|
+//! | `energy` | (S, T) | energy of the estimate; NaN where there is none |
+//! | `evaluations` | (S, T) | likelihood evaluations |
+//! | `layers` | (S, T, L, 6) | one row an annealing layer, columns `layer_columns` |
+
+use std::path::Path;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::read_file;
+use super::oracle::Oracle;
+use super::scenario::TrackerSettings;
+use super::watch::{Stage, Watch, advance};
+use super::{ExperimentError, Files};
+use crate::benchmark_set::{Array, BlindSet, Npz, RunPoses, Values};
+use crate::body::Motion;
+use crate::motion_model::{Diffusion, ProposalScales};
+use crate::tracker::{AnnealedParticleFilter, Estimate, Frozen, LayerRecord, SilhouetteLikelihood, Tracker};
+
+pub(super) const TRACK_FILE: &str = "track.json";
+pub(super) const POSES_FILE: &str = "poses.npz";
+pub(super) const SEARCH_FILE: &str = "search.npz";
+
+const LAYER_COLUMNS: [&str; 6] =
+    ["lambda", "effective_sample_size", "energy_min", "energy_mean", "energy_std", "degenerate"];
+
+/// What a tracker answered, and how it came to it.
+#[derive(Clone, Debug)]
+pub struct Tracked {
+    /// Who tracked what; `None` for poses that another program made.
+    pub record: Option<TrackRecord>,
+    /// The answers.
+    pub poses: RunPoses,
+    /// `[seed][frame]`: how the search went; empty for poses that another program made.
+    pub search: Vec<Vec<SearchRecord>>,
+}
+
+/// Who tracked what: `track.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrackRecord {
+    /// `skiagraph.track/1`.
+    pub schema: String,
+    /// The tracker and all its settings, as a scenario writes them.
+    pub tracker: TrackerSettings,
+    /// Which set, by the hash of its files.
+    pub set_hash: String,
+    /// Version of the program.
+    pub version: String,
+    /// What differs from run to run.
+    pub timing: TrackTiming,
+}
+
+/// How long tracking took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrackTiming {
+    /// Seconds for all frames of all seeds, reading of observations included.
+    pub seconds: f64,
+    /// Frames of all seeds per second.
+    pub frames_per_second: f64,
+    /// Likelihood evaluations of all frames and seeds.
+    pub likelihood_evaluations: u64,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// How the search for one frame went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SearchRecord {
+    /// Energy of the estimate.
+    pub energy: Option<f64>,
+    /// Likelihood evaluations.
+    pub evaluations: u64,
+    /// Layer by layer.
+    pub layers: Vec<LayerRecord>,
+}
+
+/// Runs a tracker with every seed over a set, blindfolded; all seeds advance together, frame by frame.
+///
+/// `truth` (one pose of the tracker's body a frame) is for the oracle alone.
+///
+/// # Errors
+/// [`ExperimentError`] if the set cannot be read, the settings make no sense, or tracking cannot go on.
+pub fn track(
+    set: &BlindSet,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    truth: Option<&Motion>,
+    watch: &dyn Watch,
+) -> Result<Tracked, ExperimentError> {
+    let begin = Instant::now();
+    watch.begin(Stage::Track, set.frame_count * seeds.len());
+    let mut trackers = Vec::new();
+    for seed in seeds {
+        let mut tracker = build(settings, set, *seed, truth)?;
+        tracker.start(&set.start.pose);
+        trackers.push(tracker);
+    }
+    let mut estimates: Vec<Vec<Estimate>> = vec![Vec::with_capacity(set.frame_count); seeds.len()];
+    for observation in set.observations() {
+        let observation = observation?;
+        for (tracker, estimates) in trackers.iter_mut().zip(&mut estimates) {
+            estimates.push(tracker.track(&observation)?);
+            advance(watch)?;
+        }
+    }
+    let seconds = begin.elapsed().as_secs_f64();
+    let timing = TrackTiming {
+        seconds,
+        frames_per_second: (set.frame_count * seeds.len()) as f64 / seconds,
+        likelihood_evaluations: estimates.iter().flatten().map(|e| e.evaluations).sum(),
+        threads: rayon::current_num_threads(),
+    };
+    let record = TrackRecord {
+        schema: "skiagraph.track/1".to_owned(),
+        tracker: settings.clone(),
+        set_hash: set.set_hash.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        timing,
+    };
+    Ok(Tracked::new(record, set.frames_per_second, seeds, estimates))
+}
+
+/// The one place where a tracker's name becomes a tracker.
+fn build(
+    settings: &TrackerSettings,
+    set: &BlindSet,
+    seed: u64,
+    truth: Option<&Motion>,
+) -> Result<Box<dyn Tracker>, ExperimentError> {
+    let body = &set.start.body;
+    Ok(match settings {
+        TrackerSettings::AnnealedParticleFilter(s) => {
+            let scales = ProposalScales::from_motion(body, &set.start.training, s.prediction)?;
+            let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
+            let likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, s.likelihood())?;
+            Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?)
+        }
+        TrackerSettings::Frozen(_) => Box::new(Frozen::default()),
+        TrackerSettings::Oracle(s) => {
+            let truth = truth.ok_or(ExperimentError::OracleNeedsTruth)?;
+            Box::new(Oracle::new(truth.poses.clone(), s.clone(), seed))
+        }
+    })
+}
+
+impl Tracked {
+    fn new(record: TrackRecord, frames_per_second: f64, seeds: &[u64], estimates: Vec<Vec<Estimate>>) -> Self {
+        let mut poses = Vec::new();
+        let mut search = Vec::new();
+        for of_seed in estimates {
+            poses.push(of_seed.iter().map(|e| e.pose.clone()).collect());
+            let records = of_seed.into_iter().map(|e| SearchRecord {
+                energy: e.energy,
+                evaluations: e.evaluations,
+                layers: e.layers,
+            });
+            search.push(records.collect());
+        }
+        let poses = RunPoses { frames_per_second, seeds: seeds.to_vec(), estimates: poses };
+        Self { record: Some(record), poses, search }
+    }
+
+    /// The files of a run that has not been measured yet.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Set`] for more than a file can hold.
+    pub fn files(&self, set: &BlindSet) -> Result<Files, ExperimentError> {
+        let mut files = vec![(POSES_FILE, self.poses.to_bytes(POSES_FILE, &set.start.body, None)?)];
+        if let Some(record) = &self.record {
+            files.push((TRACK_FILE, super::to_json(record)?));
+            files.push((SEARCH_FILE, search_to_npz(&self.search).to_bytes(SEARCH_FILE)?));
+        }
+        Ok(files)
+    }
+
+    /// Reads a run's answers; of another program's run only `poses.npz` need be there.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] naming the file that is missing or not what it should be.
+    pub fn read(folder: &Path) -> Result<Self, ExperimentError> {
+        let poses = RunPoses::from_bytes(POSES_FILE, &read_file(&folder.join(POSES_FILE))?)?;
+        let (record, search) = match folder.join(TRACK_FILE).is_file() {
+            false => (None, Vec::new()),
+            true => {
+                let path = folder.join(TRACK_FILE);
+                let malformed =
+                    |e: serde_json::Error| ExperimentError::Malformed { path: path.clone(), detail: e.to_string() };
+                let record = serde_json::from_slice(&read_file(&path)?).map_err(malformed)?;
+                let npz = Npz::from_bytes(SEARCH_FILE, &read_file(&folder.join(SEARCH_FILE))?)?;
+                let search = search_from_npz(&npz).ok_or_else(|| ExperimentError::Malformed {
+                    path: folder.join(SEARCH_FILE),
+                    detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them"
+                        .to_owned(),
+                })?;
+                (Some(record), search)
+            }
+        };
+        Ok(Self { record, poses, search })
+    }
+}
+
+fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
+    let (seeds, frames) = (search.len(), search.first().map_or(0, Vec::len));
+    let all = || search.iter().flatten();
+    let layers = all().map(|r| r.layers.len()).max().unwrap_or(0);
+    let row = |l: &LayerRecord| {
+        let degenerate = if l.degenerate { 1.0 } else { 0.0 };
+        [l.lambda, l.effective_sample_size, l.energy_min, l.energy_mean, l.energy_std, degenerate]
+    };
+    // A frame with fewer layers than others is filled up with rows of NaN.
+    let rows = |r: &SearchRecord| {
+        let missing = layers - r.layers.len();
+        r.layers.iter().map(row).chain(std::iter::repeat_n([f64::NAN; 6], missing)).collect::<Vec<_>>()
+    };
+    let energies: Vec<f64> = all().map(|r| r.energy.unwrap_or(f64::NAN)).collect();
+    let evaluations: Vec<i64> = all().map(|r| i64::try_from(r.evaluations).unwrap_or(i64::MAX)).collect();
+    Npz::from_iter([
+        ("energy", Array::new(&[seeds, frames], energies)),
+        ("evaluations", Array::new(&[seeds, frames], evaluations)),
+        ("layers", Array::new(&[seeds, frames, layers, 6], all().flat_map(rows).flatten().collect::<Vec<f64>>())),
+        ("layer_columns", Array::names(LAYER_COLUMNS)),
+    ])
+}
+
+fn search_from_npz(npz: &Npz) -> Option<Vec<Vec<SearchRecord>>> {
+    let Values::F64(energy) = &npz.get("energy")?.values else { return None };
+    let Values::I64(evaluations) = &npz.get("evaluations")?.values else { return None };
+    let array = npz.get("layers")?;
+    let (Values::F64(layers), [seeds, frames, layer_count, 6]) = (&array.values, array.shape.as_slice()) else {
+        return None;
+    };
+    if energy.len() != seeds * frames || evaluations.len() != seeds * frames {
+        return None;
+    }
+    let record = |index: usize| {
+        let rows = layers[index * layer_count * 6..(index + 1) * layer_count * 6].as_chunks::<6>().0;
+        let layers = rows.iter().filter(|row| !row[0].is_nan()).map(|row| LayerRecord {
+            lambda: row[0],
+            effective_sample_size: row[1],
+            energy_min: row[2],
+            energy_mean: row[3],
+            energy_std: row[4],
+            degenerate: row[5] != 0.0,
+        });
+        SearchRecord {
+            energy: Some(energy[index]).filter(|e| !e.is_nan()),
+            evaluations: u64::try_from(evaluations[index]).unwrap_or(0),
+            layers: layers.collect(),
+        }
+    };
+    Some((0..*seeds).map(|seed| (0..*frames).map(|frame| record(seed * frames + frame)).collect()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn how_a_search_went_is_read_back_as_it_was() {
+        let layer = |lambda| LayerRecord {
+            lambda,
+            effective_sample_size: 50.0,
+            energy_min: 0.1,
+            energy_mean: 0.2,
+            energy_std: 0.05,
+            degenerate: lambda == 0.0,
+        };
+        let frame = |energy, layers| SearchRecord { energy, evaluations: 300, layers };
+        let search = vec![
+            vec![frame(Some(0.25), vec![layer(1.0), layer(0.0)]), frame(None, vec![layer(3.0)])],
+            vec![frame(Some(0.5), vec![]), frame(Some(0.125), vec![layer(2.0), layer(9.0)])],
+        ];
+        assert_eq!(search_from_npz(&search_to_npz(&search)), Some(search));
+    }
+
+    #[test]
+    fn arrays_that_do_not_fit_together_are_refused() {
+        let mut npz = search_to_npz(&[vec![SearchRecord { energy: None, evaluations: 1, layers: vec![] }]]);
+        assert!(search_from_npz(&npz).is_some());
+        npz = Npz::from_iter([
+            ("energy", Array::new(&[2], vec![0.0; 2])),
+            ("evaluations", Array::new(&[1], vec![1_i64])),
+            ("layers", Array::new(&[1, 1, 1, 6], vec![0.0; 6])),
+        ]);
+        assert_eq!(search_from_npz(&npz), None);
+    }
+}

@@ -1,0 +1,46 @@
+//! How a long piece of work tells how far it is, and hears that it should stop.
+
+use super::ExperimentError;
+
+/// What is being done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Frames are drawn.
+    Render,
+    /// Frames are tracked.
+    Track,
+    /// Frames are measured.
+    Evaluate,
+}
+
+/// Looks on while an experiment runs, from whatever thread.
+pub trait Watch: Sync {
+    /// A stage of so many frames begins.
+    fn begin(&self, stage: Stage, frames: usize);
+
+    /// One more frame is done.
+    fn advance(&self);
+
+    /// Whether the work should stop.
+    fn interrupted(&self) -> bool;
+}
+
+/// Nobody looks on and nobody interrupts.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unwatched;
+
+impl Watch for Unwatched {
+    fn begin(&self, _: Stage, _: usize) {}
+
+    fn advance(&self) {}
+
+    fn interrupted(&self) -> bool {
+        false
+    }
+}
+
+/// One more frame is done; an error if the work should stop.
+pub(super) fn advance(watch: &dyn Watch) -> Result<(), ExperimentError> {
+    watch.advance();
+    if watch.interrupted() { Err(ExperimentError::Interrupted) } else { Ok(()) }
+}
