@@ -11,7 +11,7 @@ const SHOWN: [&str; 9] = [
     "pa_mpjpe_mm",
     "body_orientation_deg",
     "silhouette_iou",
-    "pck_150mm",
+    "pck150",
     "track_loss",
     "energy_gap",
 ];

@@ -8,7 +8,6 @@ use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
 use crate::benchmark_set::{BenchmarkSet, BlindSet};
 use crate::body::{Humanoid, Markers, Motion, Pose, SilhouettePainter};
-use crate::camera::Camera;
 use crate::evaluation::{
     Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union, summarise,
 };
@@ -154,25 +153,18 @@ fn truth_energy(
 /// Draws the tracker's body in every camera.
 pub(super) struct Painters<'a> {
     body: &'a Humanoid,
-    cameras: &'a [Camera],
-    painters: Vec<SilhouettePainter>,
+    cameras: Vec<SilhouettePainter>,
 }
 
 impl<'a> Painters<'a> {
     pub(super) fn new(set: &'a BlindSet) -> Self {
-        let cameras = &set.rig.cameras;
-        Self { body: &set.start.body, cameras, painters: cameras.iter().map(SilhouettePainter::new).collect() }
+        Self { body: &set.start.body, cameras: set.rig.cameras.iter().map(SilhouettePainter::new).collect() }
     }
 
     /// The body's silhouette in every camera.
     pub(super) fn silhouettes(&mut self, pose: &Pose) -> Vec<Mask> {
         let frames = self.body.link_frames(pose);
-        let draw = |(painter, camera): (&mut SilhouettePainter, &Camera)| {
-            let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
-            painter.paint(self.body, &frames, &mut mask);
-            mask
-        };
-        self.painters.iter_mut().zip(self.cameras).map(draw).collect()
+        self.cameras.iter_mut().map(|painter| painter.silhouette(self.body, &frames)).collect()
     }
 
     /// `[answer][camera]`: intersection over union of each pose's silhouettes with those observed.

@@ -47,7 +47,7 @@ impl Tracker for Oracle {
         pose.world_from_root = Translation3::from(offset) * pose.world_from_root;
         let angle_noise = self.settings.angle_noise_deg.to_radians();
         pose.joint_angles.iter_mut().for_each(|angle| *angle += noise(angle_noise));
-        Ok(Estimate { frame, pose, energy: None, layers: Vec::new(), evaluations: 0 })
+        Ok(Estimate::without_search(frame, pose))
     }
 }
 
