@@ -112,7 +112,9 @@ fn befall(mut text: String, accidents: &[Accident]) -> String {
             Accident::LineTwice(at) => {
                 edited(&|lines| lines.insert(at.index(lines.len()), lines[at.index(lines.len())]))
             }
-            Accident::LineLost(at) => edited(&|lines| drop(lines.remove(at.index(lines.len())))),
+            Accident::LineLost(at) => edited(&|lines| {
+                lines.remove(at.index(lines.len()));
+            }),
             Accident::LinesSwapped(a, b) => edited(&|lines| {
                 let (a, b) = (a.index(lines.len()), b.index(lines.len()));
                 lines.swap(a, b);

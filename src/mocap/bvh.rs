@@ -4,7 +4,7 @@
 //! joint has none) and the product of the rotation channels in the order in which they are listed, degrees. Keywords
 //! may be in any case; every joint may list any channels in any order. A joint's position channels replace its `OFFSET`.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::bvh_hierarchy::{Channel, Hierarchy, parse_hierarchy};
 use super::read::{ReadOptions, clip_name};
@@ -115,6 +115,7 @@ mod tests {
     use core::f64::consts::FRAC_PI_2;
 
     use approx::assert_relative_eq;
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     use super::*;

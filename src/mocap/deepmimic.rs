@@ -322,7 +322,7 @@ mod tests {
             change(&mut rows);
             parse(&rows).unwrap_err().to_string()
         };
-        assert_eq!(broken(|r| drop(r[1].pop())), "clip.txt: frame 2: expected 44 numbers, found 43");
+        assert_eq!(broken(|r| r[1].truncate(43)), "clip.txt: frame 2: expected 44 numbers, found 43");
         assert_eq!(
             broken(|r| r[1][0] = 0.0),
             "clip.txt: frame 2: expected seconds to the next frame, > 0, in column 1, found 0"

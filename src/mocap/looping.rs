@@ -198,8 +198,9 @@ mod tests {
         for index in 0..PERIOD {
             assert_relative_eq!(height(index), height(index + 9 * PERIOD), epsilon = 1e-12);
         }
-        let values: [fn(&[Isometry3<f64>]) -> f64; 2] = [|f| f[0].translation.z, |f| f[1].rotation.j];
-        let greatest = |clip: &Clip, value: fn(&[Isometry3<f64>]) -> f64| {
+        type Value = fn(&[Isometry3<f64>]) -> f64;
+        let values: [Value; 2] = [|f| f[0].translation.z, |f| f[1].rotation.j];
+        let greatest = |clip: &Clip, value: Value| {
             let values: Vec<f64> = clip.frames.iter().map(|frame| value(frame)).collect();
             values.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max)
         };
