@@ -90,30 +90,31 @@ impl SetFiles {
         hex_sha256(lines.as_bytes())
     }
 
-    /// Writes every file and the listing below `folder`, with `more` files, each made when its turn comes.
+    /// Writes every file below `folder`, then the files of `more` batches, each made when its turn comes, and the listing.
     pub(super) fn write(
         &self,
         folder: &Path,
-        more: &[String],
-        make: impl Fn(&str) -> Result<Vec<u8>, SetError> + Sync,
+        more: usize,
+        make: impl Fn(usize) -> Result<Vec<(String, Vec<u8>)>, SetError> + Sync,
     ) -> Result<(), SetError> {
         let mut digests = self.digests.clone();
         let paths: Vec<&String> = self.digests.keys().collect();
-        create_parents(folder, self.digests.keys().chain(more))?;
-        paths.par_iter().try_for_each(|path| write_new(&folder.join(path), &self.read(path)?))?;
-        let made: Vec<(String, String)> = more
-            .par_iter()
-            .map(|path| {
-                let bytes = make(path)?;
-                write_new(&folder.join(path), &bytes)?;
-                Ok((path.clone(), hex_sha256(&bytes)))
-            })
-            .collect::<Result<_, SetError>>()?;
-        digests.extend(made);
+        paths.par_iter().try_for_each(|path| write_new(folder, path, &self.read(path)?))?;
+        let write_batch = |batch| {
+            let files = make(batch)?.into_iter();
+            let written = files.map(|(path, bytes)| {
+                write_new(folder, &path, &bytes)?;
+                Ok((path, hex_sha256(&bytes)))
+            });
+            written.collect::<Result<Vec<_>, SetError>>()
+        };
+        let made: Vec<_> = (0..more).into_par_iter().map(write_batch).collect::<Result<_, _>>()?;
+        digests.extend(made.into_iter().flatten());
         // after all are written one commit of the file system's journal serves many
-        digests.par_iter().try_for_each(|(path, _)| sync(&folder.join(path)))?;
+        let paths: Vec<&String> = digests.keys().collect();
+        paths.par_iter().try_for_each(|path| sync(&folder.join(path)))?;
         let listing: String = digests.iter().map(listing_line).collect();
-        write_new(&folder.join(LISTING), listing.as_bytes())?;
+        write_new(folder, LISTING, listing.as_bytes())?;
         sync(&folder.join(LISTING))
     }
 
@@ -150,19 +151,12 @@ fn stays_inside(path: &str) -> bool {
     !path.is_empty() && !path.contains('\\') && path.split('/').all(|part| !["", ".", ".."].contains(&part))
 }
 
-fn create_parents<'a>(folder: &Path, paths: impl Iterator<Item = &'a String>) -> Result<(), SetError> {
-    let mut parents: Vec<PathBuf> = paths.filter_map(|path| folder.join(path).parent().map(PathBuf::from)).collect();
-    parents.push(folder.to_path_buf());
-    parents.sort();
-    parents.dedup();
-    parents
-        .iter()
-        .try_for_each(|parent| fs::create_dir_all(parent).map_err(SetError::io(parent, "create the directory")))
-}
-
 /// Writes a file that must not be there yet.
-fn write_new(path: &Path, bytes: &[u8]) -> Result<(), SetError> {
-    File::create_new(path).and_then(|mut file| file.write_all(bytes)).map_err(SetError::io(path, "write"))
+fn write_new(folder: &Path, path: &str, bytes: &[u8]) -> Result<(), SetError> {
+    let path = folder.join(path);
+    let parent = path.parent().unwrap_or(folder);
+    fs::create_dir_all(parent).map_err(SetError::io(parent, "create the directory"))?;
+    File::create_new(&path).and_then(|mut file| file.write_all(bytes)).map_err(SetError::io(&path, "write"))
 }
 
 fn sync(path: &Path) -> Result<(), SetError> {
@@ -177,7 +171,8 @@ fn files_below(directory: &Path, prefix: &str) -> Result<Vec<String>, SetError> 
     entries.sort_by_key(fs::DirEntry::file_name);
     for entry in entries {
         let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-        if entry.path().is_dir() {
+        // a link to a directory is no directory: it could lead anywhere, or round in circles
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             found.extend(files_below(&entry.path(), &format!("{name}/"))?);
         } else {
             found.push(name);
@@ -197,7 +192,7 @@ mod tests {
 
     fn written() -> tempfile::TempDir {
         let directory = tempfile::tempdir().unwrap();
-        sample().write(directory.path(), &[], |_| Ok(Vec::new())).unwrap();
+        sample().write(directory.path(), 0, |_| Ok(Vec::new())).unwrap();
         directory
     }
 
@@ -249,7 +244,7 @@ mod tests {
     fn layers_do_not_change_what_identifies_a_set() {
         let directory = tempfile::tempdir().unwrap();
         let layer = format!("{LAYERS}cam00/000000.exr");
-        sample().write(directory.path(), &[layer.clone()], |_| Ok(b"layer".to_vec())).unwrap();
+        sample().write(directory.path(), 1, |_| Ok(vec![(layer.clone(), b"layer".to_vec())])).unwrap();
         let files = SetFiles::open(directory.path()).unwrap();
         files.verify().unwrap();
         assert_eq!(&*files.read(&layer).unwrap(), b"layer");
@@ -259,10 +254,10 @@ mod tests {
     #[test]
     fn a_set_is_never_written_over_another_nor_where_nothing_can_be_written() {
         let directory = written();
-        let again = sample().write(directory.path(), &[], |_| Ok(Vec::new())).unwrap_err();
+        let again = sample().write(directory.path(), 0, |_| Ok(Vec::new())).unwrap_err();
         assert!(again.to_string().contains("cannot write"), "{again}");
         let below_a_file = directory.path().join("a.txt/set");
-        let error = sample().write(&below_a_file, &[], |_| Ok(Vec::new())).unwrap_err();
+        let error = sample().write(&below_a_file, 0, |_| Ok(Vec::new())).unwrap_err();
         assert!(error.to_string().contains("a.txt/set: cannot create the directory"), "{error}");
     }
 

@@ -8,6 +8,7 @@ mod blind;
 mod body_file;
 mod cameras_file;
 mod error;
+mod exr_layers;
 mod files;
 #[cfg(test)]
 mod fixture;
@@ -24,6 +25,7 @@ mod truth_file;
 
 pub use blind::BlindSet;
 pub use error::SetError;
+pub use exr_layers::Layer;
 pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;

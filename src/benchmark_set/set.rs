@@ -10,10 +10,10 @@ use super::blind::{BlindSet, silhouette_path};
 use super::files::SetFiles;
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
-use super::{Npz, SetError, body_file, cameras_file, silhouette_png, truth_file};
+use super::{Layer, Npz, SetError, body_file, cameras_file, exr_layers, silhouette_png, truth_file};
 use crate::body::Motion;
 use crate::camera::CameraRig;
-use crate::observation::Observation;
+use crate::observation::{Observation, Observer};
 use crate::scene::GroundTruth;
 
 /// A set in memory or on disk. Whichever it is, everything in it has been through its files: what `run` sees is to the
@@ -134,7 +134,25 @@ impl BenchmarkSet {
     /// # Errors
     /// [`SetError::Io`] naming the file that cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), SetError> {
-        self.blind.files().write(folder, &[], |_| Ok(Vec::new()))
+        self.write_with_layers(folder, &[])
+    }
+
+    /// As [`Self::write`], with truth images of every camera and frame below `truth/layers/`. They are worked out of the
+    /// truth while they are written and do not change [`BlindSet::set_hash`].
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_with_layers(&self, folder: &Path, layers: &[Layer]) -> Result<(), SetError> {
+        let observer = Observer::new(&self.truth.ground_truth, &self.blind.rig);
+        let frames = if layers.is_empty() { 0 } else { self.blind.frame_count };
+        self.blind.files().write(folder, frames, |frame| {
+            let images = observer.depths(frame).into_iter().enumerate();
+            let files = images.map(|(camera, image)| {
+                let path = exr_layers::path(camera, frame);
+                exr_layers::encode(&path, &image, layers).map(|bytes| (path, bytes))
+            });
+            files.collect()
+        })
     }
 }
 
@@ -276,6 +294,16 @@ mod tests {
         };
         assert_eq!(hash(1), hash(3));
         assert_ne!(hash(1), small_set(5).unwrap().blind.set_hash);
+    }
+
+    #[test]
+    fn layers_lie_beside_the_truth_and_leave_the_hash_alone() {
+        let set = small_set(2).unwrap();
+        let directory = tempfile::tempdir().unwrap();
+        set.write_with_layers(directory.path(), &[Layer::Depth, Layer::Parts]).unwrap();
+        verify_hashes(directory.path()).unwrap();
+        assert!(directory.path().join("truth/layers/cam02/000001.exr").exists());
+        same(&set, &BenchmarkSet::read(directory.path()).unwrap());
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub use pose::{Motion, Pose};
 pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
 pub use shipped::{SHIPPED_ROBOTS, shipped};
-pub use silhouette::{SilhouettePainter, capsules_in_camera, draw_silhouette};
+pub use silhouette::{DepthImage, SilhouettePainter, capsules_in_camera, draw_silhouette};
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;
 pub use urdf::UrdfError;

@@ -5,9 +5,9 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use super::Observation;
-use crate::body::SilhouettePainter;
+use crate::body::{DepthImage, SilhouettePainter};
 use crate::camera::CameraRig;
-use crate::scene::GroundTruth;
+use crate::scene::{GroundTruth, TruthFrame};
 
 /// Clean silhouettes of every frame, lens distortion included; the same bits for any number of threads.
 pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
@@ -36,14 +36,24 @@ impl<'a> Observer<'a> {
 
     /// Clean silhouettes of one frame, which the truth must have.
     pub fn observe(&self, frame: usize) -> Observation {
+        let TruthFrame { time_s, link_frames, .. } = &self.truth.frames[frame];
+        let silhouettes = self.through_every_camera(|painter| painter.silhouette(&self.truth.actor, link_frames));
+        Observation { frame, time_s: *time_s, silhouettes }
+    }
+
+    /// Depth and link at every pixel of one frame, which the truth must have; one image per camera.
+    pub fn depths(&self, frame: usize) -> Vec<DepthImage> {
+        let link_frames = &self.truth.frames[frame].link_frames;
+        self.through_every_camera(|painter| painter.depth(&self.truth.actor, link_frames))
+    }
+
+    fn through_every_camera<T>(&self, look: impl FnMut(&mut SilhouettePainter) -> T) -> Vec<T> {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        let painters = idle().pop();
-        let mut painters = painters.unwrap_or_else(|| self.rig.cameras.iter().map(SilhouettePainter::new).collect());
-        let moment = &self.truth.frames[frame];
-        let silhouettes =
-            painters.iter_mut().map(|painter| painter.silhouette(&self.truth.actor, &moment.link_frames)).collect();
+        let ready = idle().pop();
+        let mut painters = ready.unwrap_or_else(|| self.rig.cameras.iter().map(SilhouettePainter::new).collect());
+        let seen = painters.iter_mut().map(look).collect();
         idle().push(painters);
-        Observation { frame, time_s: moment.time_s, silhouettes }
+        seen
     }
 }
 

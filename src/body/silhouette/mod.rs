@@ -4,6 +4,7 @@
 //! Tapered capsules in a camera with an ideal lens are filled by their outlines ([`CapsulePainter`], thousands a
 //! second); everything else by testing the rays of the pixels in the solid's bounds, which is exact for any lens.
 
+mod depth;
 mod pixel_rays;
 mod solid;
 
@@ -12,6 +13,7 @@ use nalgebra::Isometry3;
 use super::{Flesh, Humanoid, LinkFrames};
 use crate::camera::Camera;
 use crate::raster::{CapsulePainter, Mask, TaperedCapsule};
+pub use depth::DepthImage;
 use pixel_rays::PixelRays;
 
 /// Writes every tapered capsule of the body into `capsules` (cleared first), in the camera's frame, metres: what

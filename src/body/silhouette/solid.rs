@@ -2,9 +2,33 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::pixel_rays::{PixelRays, Reach, View};
+use super::pixel_rays::{PixelRays, Reach};
 use crate::body::{Flesh, Ray};
 use crate::raster::{Mask, TaperedCapsule};
+
+/// Calls `visit` with every pixel that sees `flesh` at or beyond z = `near`, and the least depth z at which it does.
+/// Pixels that see several triangles of a mesh are visited for each.
+pub(super) fn each_depth(
+    flesh: &Flesh,
+    camera_from_link: &Isometry3<f64>,
+    rays: &PixelRays,
+    near: f64,
+    visit: &mut impl FnMut(u32, u32, f64),
+) {
+    if let Flesh::Mesh { vertices, triangles } = flesh {
+        let vertices: Vec<Point3<f64>> = vertices.iter().map(|v| camera_from_link * v).collect();
+        return each_depth_of_mesh(&vertices, triangles, rays, near, visit);
+    }
+    let Some(view) = reach_of(flesh, camera_from_link).view(near) else { return };
+    let link_from_camera = camera_from_link.inverse();
+    rays.tiles(&view).each_pixel(&view, |x, y, direction| {
+        // The direction's z is 1: lengths along the ray count in depth.
+        let ray = Ray { origin: Point3::from(direction * near), direction: *direction };
+        if let Some(beyond) = flesh.ray_entry(&ray.transformed(&link_from_camera)) {
+            visit(x, y, near + beyond);
+        }
+    });
+}
 
 /// Sets every pixel that sees `flesh` at or beyond z = `near`.
 pub(super) fn paint(flesh: &Flesh, camera_from_link: &Isometry3<f64>, rays: &PixelRays, near: f64, mask: &mut Mask) {
@@ -13,24 +37,27 @@ pub(super) fn paint(flesh: &Flesh, camera_from_link: &Isometry3<f64>, rays: &Pix
             let capsule = capsule.transformed(camera_from_link);
             // The solid is convex: the ray meets its part beyond the near plane iff it leaves it there.
             let seen = |ray: &Vector3<f64>| capsule.exit_along(ray).is_some_and(|depth| depth >= near);
-            paint_where(&reach_of_capsule(&capsule), rays, near, mask, seen);
+            paint_where(&reach_of(flesh, camera_from_link), rays, near, mask, seen);
         }
+        _ => each_depth(flesh, camera_from_link, rays, near, &mut |x, y, _| mask.set(x, y, true)),
+    }
+}
+
+/// A box in the camera's frame around a solid.
+fn reach_of(flesh: &Flesh, camera_from_link: &Isometry3<f64>) -> Reach {
+    match flesh {
+        Flesh::TaperedCapsule(capsule) => reach_of_capsule(&capsule.transformed(camera_from_link)),
         Flesh::Box { link_from_box, half_extents } => {
             let frame = camera_from_link * link_from_box;
             let half = Vector3::from(*half_extents);
-            let around = frame.rotation.to_rotation_matrix().into_inner().abs() * half;
-            paint_convex(flesh, camera_from_link, &reach_about(&frame, &around), rays, near, mask);
+            reach_about(&frame, &(frame.rotation.to_rotation_matrix().into_inner().abs() * half))
         }
         Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
             let frame = camera_from_link * link_from_cylinder;
             let axis = frame.rotation * Vector3::z();
-            let around = axis.map(|c| c.abs() * half_length + radius * (1.0 - c * c).max(0.0).sqrt());
-            paint_convex(flesh, camera_from_link, &reach_about(&frame, &around), rays, near, mask);
+            reach_about(&frame, &axis.map(|c| c.abs() * half_length + radius * (1.0 - c * c).max(0.0).sqrt()))
         }
-        Flesh::Mesh { vertices, triangles } => {
-            let vertices: Vec<Point3<f64>> = vertices.iter().map(|v| camera_from_link * v).collect();
-            paint_mesh(&vertices, triangles, rays, near, mask);
-        }
+        Flesh::Mesh { vertices, .. } => Reach::around(vertices.iter().map(|v| camera_from_link * v)),
     }
 }
 
@@ -55,34 +82,23 @@ fn paint_where(reach: &Reach, rays: &PixelRays, near: f64, mask: &mut Mask, seen
     });
 }
 
-/// A ray that starts on the near plane enters a convex solid iff the solid reaches beyond the plane along it.
-fn paint_convex(
-    flesh: &Flesh,
-    camera_from_link: &Isometry3<f64>,
-    reach: &Reach,
+/// The surface of a mesh; of a closed mesh that the near plane cuts, the far side is seen.
+fn each_depth_of_mesh(
+    vertices: &[Point3<f64>],
+    triangles: &[[u32; 3]],
     rays: &PixelRays,
     near: f64,
-    mask: &mut Mask,
+    visit: &mut impl FnMut(u32, u32, f64),
 ) {
-    let link_from_camera = camera_from_link.inverse();
-    paint_where(reach, rays, near, mask, |direction| {
-        let ray = Ray { origin: Point3::from(direction * near), direction: *direction };
-        flesh.ray_entry(&ray.transformed(&link_from_camera)).is_some()
-    });
-}
-
-/// Paints the surface of a mesh; of a closed mesh that the near plane cuts, the far side is seen.
-fn paint_mesh(vertices: &[Point3<f64>], triangles: &[[u32; 3]], rays: &PixelRays, near: f64, mask: &mut Mask) {
     let Some(whole) = Reach::around(vertices.iter().copied()).view(near) else { return };
     let tiles = rays.tiles(&whole);
     for triangle in triangles {
         let corners = triangle.map(|i| vertices[i as usize]);
-        let view: Option<View> = Reach::around(corners).view(near);
-        let Some(view) = view else { continue };
+        let Some(view) = Reach::around(corners).view(near) else { continue };
         let facing = Facing::new(&corners);
         tiles.each_pixel(&view, |x, y, ray| {
-            if facing.depth_along(ray).is_some_and(|depth| depth >= near) {
-                mask.set(x, y, true);
+            if let Some(depth) = facing.depth_along(ray).filter(|depth| *depth >= near) {
+                visit(x, y, depth);
             }
         });
     }

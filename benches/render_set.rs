@@ -1,0 +1,101 @@
+//! Time to render one camera-frame of a benchmark set at 640x480, as its files hold it.
+
+use divan::{Bencher, black_box};
+use nalgebra::{Isometry3, Point3, Vector3};
+use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetParts, Start, TruthFacts};
+use skiagraph::body::{Motion, shipped};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph::observation::Observer;
+use skiagraph::scene::GroundTruth;
+
+const FRAMES: usize = 20;
+const CAMERAS: usize = 4;
+
+fn main() {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap_or_default();
+    divan::main();
+}
+
+struct Stage {
+    rig: CameraRig,
+    truth: GroundTruth,
+    start: Start,
+}
+
+/// The shipped actor in the middle of four cameras at 4.5 m.
+fn stage(distortion: Distortion) -> Option<Stage> {
+    let actor = shipped("actor")?;
+    let cameras = (0..CAMERAS).map(|i| {
+        let angle = std::f64::consts::TAU * i as f64 / CAMERAS as f64;
+        let eye = Point3::new(4.5 * angle.cos(), 4.5 * angle.sin(), 1.2);
+        let (target, view) = (Point3::new(0.0, 0.0, 1.0), FieldOfView::Vertical(0.75));
+        let camera = Camera::look_at(&format!("c{i}"), eye, target, Vector3::z(), view, 640, 480).ok()?;
+        Some(Camera { distortion, ..camera })
+    });
+    let rig = CameraRig { cameras: cameras.collect::<Option<_>>()? };
+    let poses = (0..FRAMES).map(|frame| {
+        let mut pose = actor.zero_pose();
+        pose.world_from_root = Isometry3::translation(0.01 * frame as f64, 0.0, 1.0);
+        pose
+    });
+    let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
+    let truth = GroundTruth::from_motion(actor.clone(), &motion, &rig).ok()?;
+    let inter_frame_std = motion.inter_frame_std(&actor);
+    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), inter_frame_std } })
+}
+
+impl Stage {
+    fn set(&self) -> Option<BenchmarkSet> {
+        let observer = Observer::new(&self.truth, &self.rig);
+        let parts = SetParts {
+            name: "bench",
+            rig: &self.rig,
+            start: &self.start,
+            ground_truth: &self.truth,
+            refitted: None,
+            facts: &TruthFacts::default(),
+        };
+        BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).ok()
+    }
+}
+
+fn lens() -> Distortion {
+    Distortion { k1: -0.1, k2: 0.02, ..Distortion::default() }
+}
+
+fn camera_frames() -> divan::counter::ItemsCount {
+    divan::counter::ItemsCount::new(FRAMES * CAMERAS)
+}
+
+/// Silhouettes alone, not yet files. Items are camera-frames, here and below.
+#[divan::bench(args = ["ideal", "lens"])]
+fn observe(bencher: Bencher<'_, '_>, optics: &str) {
+    let Some(stage) = stage(if optics == "lens" { lens() } else { Distortion::default() }) else { return };
+    let observer = Observer::new(&stage.truth, &stage.rig);
+    bencher.counter(camera_frames()).bench(|| (0..FRAMES).map(|frame| observer.observe(frame)).collect::<Vec<_>>());
+}
+
+/// A set in memory: silhouettes, PNG files, the truth and every SHA-256.
+#[divan::bench]
+fn assemble(bencher: Bencher<'_, '_>) {
+    let Some(stage) = stage(Distortion::default()) else { return };
+    bencher.counter(camera_frames()).bench(|| black_box(stage.set()));
+}
+
+/// Writing a set to disk, with every file synchronised.
+#[divan::bench(args = ["silhouettes", "silhouettes, depth and parts"], sample_count = 10)]
+fn write(bencher: Bencher<'_, '_>, what: &str) {
+    let Some(set) = stage(Distortion::default()).and_then(|stage| stage.set()) else { return };
+    let layers: &[Layer] = if what == "silhouettes" { &[] } else { &[Layer::Depth, Layer::Parts] };
+    bencher
+        .counter(camera_frames())
+        .with_inputs(|| tempfile::tempdir().ok())
+        .bench_local_values(|directory| directory.map(|d| set.write_with_layers(d.path(), layers)));
+}
+
+/// Reading all observations of a set in memory.
+#[divan::bench]
+fn read(bencher: Bencher<'_, '_>) {
+    let Some(set) = stage(Distortion::default()).and_then(|stage| stage.set()) else { return };
+    bencher.counter(camera_frames()).bench(|| set.blind.observations().filter_map(Result::ok).count());
+}

@@ -1,0 +1,136 @@
+//! Optional truth images, one OpenEXR file per camera and frame: the only place that knows `exr`.
+//!
+//! Channels: `depth.Z` (32-bit float, metres along the camera's z axis, +inf where no flesh is) and `id.part` (32-bit
+//! unsigned, index of the link in `truth.npz`'s `link_names` plus 1, 0 where no flesh is), at the centre of each pixel. The
+//! data window holds the figure alone; the display window is the image, outside the data window there is no flesh.
+
+use std::io::Cursor;
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
+    LayerAttributes, LineOrder, Vec2, WritableImage,
+};
+use serde::{Deserialize, Serialize};
+
+use super::SetError;
+use super::files::LAYERS;
+use crate::body::DepthImage;
+
+/// A truth image that can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Layer {
+    /// How far away the flesh of each pixel is.
+    Depth,
+    /// Which link it belongs to.
+    Parts,
+}
+
+/// Where the layers of a camera and frame lie.
+pub(super) fn path(camera: usize, frame: usize) -> String {
+    format!("{LAYERS}cam{camera:02}/{frame:06}.exr")
+}
+
+/// The EXR file of some layers of an image.
+pub(super) fn encode(file: &str, image: &DepthImage, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
+    let window = Window::of(image);
+    let channel = |layer: &Layer| match layer {
+        Layer::Depth => AnyChannel::new("depth.Z", FlatSamples::F32(window.crop(&image.depth))),
+        Layer::Parts => AnyChannel::new("id.part", FlatSamples::U32(window.crop(&image.part))),
+    };
+    let mut chosen = layers.to_vec();
+    chosen.dedup();
+    let encoding =
+        Encoding { compression: Compression::RLE, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let attributes =
+        LayerAttributes { layer_position: Vec2(window.left as i32, window.top as i32), ..Default::default() };
+    let channels = AnyChannels::sort(chosen.iter().map(channel).collect());
+    let layer = exr::prelude::Layer::new((window.width, window.height), attributes, encoding, channels);
+    let whole = IntegerBounds::from_dimensions((image.width as usize, image.height as usize));
+    let mut bytes = Cursor::new(Vec::new());
+    let picture = Image { attributes: ImageAttributes::new(whole), layer_data: layer };
+    let written = picture.write().non_parallel().to_buffered(&mut bytes);
+    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
+    Ok(bytes.into_inner())
+}
+
+/// The smallest rectangle around the figure; one pixel where there is none, for EXR knows no empty window.
+struct Window {
+    left: usize,
+    top: usize,
+    width: usize,
+    height: usize,
+    image_width: usize,
+}
+
+impl Window {
+    fn of(image: &DepthImage) -> Self {
+        let image_width = image.width as usize;
+        let (mut left, mut right, mut top, mut bottom) = (image_width, 0, image.height as usize, 0);
+        for (y, row) in image.part.chunks(image_width.max(1)).enumerate() {
+            let Some(first) = row.iter().position(|part| *part > 0) else { continue };
+            let last = row.iter().rposition(|part| *part > 0).unwrap_or(first);
+            (left, right) = (left.min(first), right.max(last + 1));
+            (top, bottom) = (top.min(y), y + 1);
+        }
+        if left >= right {
+            return Self { left: 0, top: 0, width: 1, height: 1, image_width };
+        }
+        Self { left, top, width: right - left, height: bottom - top, image_width }
+    }
+
+    fn crop<T: Copy>(&self, pixels: &[T]) -> Vec<T> {
+        let rows = pixels.chunks(self.image_width).skip(self.top).take(self.height);
+        rows.flat_map(|row| row.iter().skip(self.left).take(self.width).copied()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use exr::prelude::*;
+
+    fn image() -> DepthImage {
+        let mut image = DepthImage { width: 9, height: 7, depth: vec![f32::INFINITY; 63], part: vec![0; 63] };
+        for (x, y, depth, part) in [(3, 2, 1.5, 4), (6, 4, 2.25, 1), (5, 3, 0.1, 70_000)] {
+            image.depth[y * 9 + x] = depth;
+            image.part[y * 9 + x] = part;
+        }
+        image
+    }
+
+    fn read_back(bytes: Vec<u8>) -> FlatImage {
+        read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .all_layers()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .unwrap()
+    }
+
+    #[test]
+    fn the_data_window_holds_the_figure_and_the_display_window_the_image() {
+        let file = read_back(encode("x", &image(), &[super::Layer::Parts, super::Layer::Depth]).unwrap());
+        assert_eq!(file.attributes.display_window, IntegerBounds::from_dimensions((9, 7)));
+        let layer = &file.layer_data[0];
+        assert_eq!((layer.attributes.layer_position, layer.size), (Vec2(3, 2), Vec2(4, 3)));
+        let [depth, part] = &layer.channel_data.list[..] else { panic!() };
+        assert_eq!((depth.name.to_string(), part.name.to_string()), ("depth.Z".into(), "id.part".into()));
+        let inf = f32::INFINITY;
+        let expected = vec![1.5, inf, inf, inf, inf, inf, 0.1, inf, inf, inf, inf, 2.25];
+        assert_eq!(depth.sample_data, FlatSamples::F32(expected));
+        assert_eq!(part.sample_data, FlatSamples::U32(vec![4, 0, 0, 0, 0, 0, 70_000, 0, 0, 0, 0, 1]));
+    }
+
+    #[test]
+    fn an_image_without_a_figure_is_one_empty_pixel_and_bytes_never_change() {
+        let empty = DepthImage { depth: vec![f32::INFINITY; 63], part: vec![0; 63], ..image() };
+        let file = read_back(encode("x", &empty, &[super::Layer::Depth]).unwrap());
+        assert_eq!(file.layer_data[0].size, Vec2(1, 1));
+        assert_eq!(file.layer_data[0].channel_data.list[0].sample_data, FlatSamples::F32(vec![f32::INFINITY]));
+        let layers = [super::Layer::Depth, super::Layer::Parts];
+        assert_eq!(encode("x", &image(), &layers).unwrap(), encode("x", &image(), &layers).unwrap());
+    }
+}

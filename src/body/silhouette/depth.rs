@@ -1,0 +1,103 @@
+//! How far away each pixel's flesh is, and whose it is.
+
+use super::pixel_rays::PixelRays;
+use super::{SilhouettePainter, solid};
+use crate::body::{Humanoid, LinkFrames};
+
+/// Depth and link at the centre of every pixel, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthImage {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Depth along the camera's z axis of the nearest flesh at or beyond the near plane, metres; infinite where there is
+    /// none.
+    pub depth: Vec<f32>,
+    /// Index of the link whose flesh that is, plus 1; 0 where there is none.
+    pub part: Vec<u32>,
+}
+
+impl SilhouettePainter {
+    /// Depth and link by the rays of all pixels, lens included. Agrees with the silhouette but for pixels whose centre
+    /// lies on an outline to within rounding.
+    pub fn depth(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> DepthImage {
+        let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
+        let rays = self.rays.get_or_insert_with(|| PixelRays::new(&self.camera));
+        let pixels = width as usize * height as usize;
+        let mut image = DepthImage { width, height, depth: vec![f32::INFINITY; pixels], part: vec![0; pixels] };
+        for ((link, world_from_link), part) in humanoid.links.iter().zip(&frames.0).zip(1..) {
+            let camera_from_link = self.camera.camera_from_world * world_from_link;
+            for flesh in &link.flesh {
+                solid::each_depth(flesh, &camera_from_link, rays, near, &mut |x, y, depth| {
+                    let pixel = y as usize * width as usize + x as usize;
+                    if (depth as f32) < image.depth[pixel] {
+                        image.depth[pixel] = depth as f32;
+                        image.part[pixel] = part;
+                    }
+                });
+            }
+        }
+        image
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::body::fixture::{person, walk};
+    use crate::body::{Flesh, SilhouettePainter};
+    use crate::camera::{Camera, Distortion, FieldOfView};
+    use nalgebra::{Isometry3, Point3, Vector3};
+
+    fn camera() -> Camera {
+        let eye = Point3::new(2.5, 1.5, 1.2);
+        let view = FieldOfView::Vertical(0.9);
+        Camera::look_at("c", eye, Point3::new(0.0, 0.0, 1.0), Vector3::z(), view, 160, 120).unwrap()
+    }
+
+    #[test]
+    fn depth_is_finite_where_the_silhouette_is_and_every_part_is_seen() {
+        let mut body = person();
+        let frame = Isometry3::translation(0.1, 0.0, 0.2);
+        body.links[0].flesh.push(Flesh::Box { link_from_box: frame, half_extents: [0.1, 0.2, 0.1] });
+        let frames = body.link_frames(&walk(8).poses[7]);
+        for distortion in [Distortion::default(), Distortion { k1: -0.15, p1: 0.002, ..Distortion::default() }] {
+            let mut painter = SilhouettePainter::new(&Camera { distortion, ..camera() });
+            let (mask, image) = (painter.silhouette(&body, &frames), painter.depth(&body, &frames));
+            let differing = (0..160 * 120_u32)
+                .filter(|i| mask.get(i % 160, i / 160) != image.depth[*i as usize].is_finite())
+                .count();
+            assert!(differing <= 2, "{differing} of {}", mask.count());
+            for part in 1..=body.links.len() as u32 {
+                assert!(image.part.contains(&part), "part {part}");
+            }
+            assert!(image.part.iter().zip(&image.depth).all(|(part, depth)| (*part > 0) == depth.is_finite()));
+        }
+    }
+
+    #[test]
+    fn a_pixel_lifted_by_its_depth_lies_on_the_surface_of_its_part() {
+        let body = person();
+        let frames = body.link_frames(&walk(1).poses[0]);
+        let camera = camera();
+        let image = SilhouettePainter::new(&camera).depth(&body, &frames);
+        let mut checked = 0;
+        for (i, (part, depth)) in image.part.iter().zip(&image.depth).enumerate().filter(|(_, (part, _))| **part > 0) {
+            let pixel = nalgebra::Point2::new((i % 160) as f64 + 0.5, (i / 160) as f64 + 0.5);
+            let (u, v) = camera.pinhole.normalised(&pixel);
+            let in_camera = Point3::from(Vector3::new(u, v, 1.0) * f64::from(*depth));
+            let in_link = frames[*part as usize - 1].inverse() * (camera.camera_from_world.inverse() * in_camera);
+            let [Flesh::TaperedCapsule(capsule)] = &body.links[*part as usize - 1].flesh[..] else { panic!() };
+            // the nearest of many balls of which the solid is the union touches the point
+            let gap = (0..=1000).map(|t| {
+                let t = f64::from(t) / 1000.0;
+                let centre = capsule.a + (capsule.b - capsule.a) * t;
+                (in_link - centre).norm() - (capsule.radius_a + t * (capsule.radius_b - capsule.radius_a))
+            });
+            let gap = gap.fold(f64::INFINITY, f64::min);
+            assert!(gap.abs() < 1e-5, "pixel {pixel}: {gap}");
+            checked += 1;
+        }
+        assert!(checked > 500, "{checked}");
+    }
+}

@@ -1,0 +1,135 @@
+//! A benchmark set as somebody else sees it, who has its files and OpenCV's formulas but not this program.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use serde_json::Value;
+use skiagraph::benchmark_set::{BenchmarkSet, Npz, RunPoses, SetParts, Start, TruthFacts, Values};
+use skiagraph::body::{Humanoid, Motion, shipped};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph::observation::Observer;
+use skiagraph::scene::GroundTruth;
+
+const FRAMES: usize = 5;
+
+fn rig() -> CameraRig {
+    let camera = |name: &str, eye: [f64; 3], distortion: [f64; 5]| {
+        let (eye, view) = (Point3::from(eye), FieldOfView::Vertical(0.75));
+        let camera = Camera::look_at(name, eye, Point3::new(0.1, 0.0, 1.0), Vector3::z(), view, 320, 240).unwrap();
+        Camera { distortion: Distortion::from_coefficients(distortion), ..camera }
+    };
+    let ideal = camera("ideal", [3.5, 0.4, 1.3], [0.0; 5]);
+    let lens = camera("lens", [-1.0, 3.2, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]);
+    let near = camera("near", [1.5, -1.3, 0.7], [0.1, -0.02, 0.0, 0.0, 0.0]);
+    CameraRig { cameras: vec![ideal, lens, near] }
+}
+
+/// The body turns, walks and swings every joint a little.
+fn motion(body: &Humanoid) -> Motion {
+    let poses = (0..FRAMES).map(|frame| {
+        let mut pose = body.zero_pose();
+        let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 2.5 * frame as f64);
+        pose.world_from_root = Isometry3::from_parts(Translation3::new(0.05 * frame as f64, 0.0, 1.0), yaw);
+        for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
+            *angle = 0.15 * f64::from(i as u32 * 7 + frame as u32 * 3).sin();
+        }
+        pose
+    });
+    Motion { frames_per_second: 60.0, poses: poses.collect() }
+}
+
+fn write_set(directory: &Path) -> BenchmarkSet {
+    let actor = shipped("actor").unwrap();
+    let motion = motion(&actor);
+    let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
+    let inter_frame_std = motion.inter_frame_std(&actor);
+    let start = Start { body: actor, pose: motion.poses[0].clone(), inter_frame_std };
+    let facts = TruthFacts { motion: "made up".into(), matched: true, mismatch: String::new() };
+    let parts = SetParts {
+        name: "for others",
+        rig: &rig,
+        start: &start,
+        ground_truth: &truth,
+        refitted: Some(&motion),
+        facts: &facts,
+    };
+    let observer = Observer::new(&truth, &rig);
+    let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();
+    set.write(directory).unwrap();
+    set
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(items) => items.iter().flat_map(numbers).collect(),
+        other => vec![other.as_f64().unwrap()],
+    }
+}
+
+/// OpenCV's `projectPoints`, from its documentation: pixel (0, 0) is the centre of the top-left pixel.
+fn project(camera: &Value, point: &[f64]) -> (f64, f64) {
+    let (k, r) = (numbers(&camera["K"]), numbers(&camera["R"]));
+    let (t, d) = (numbers(&camera["t"]), numbers(&camera["distortion"]));
+    let row = |i: usize| r[3 * i] * point[0] + r[3 * i + 1] * point[1] + r[3 * i + 2] * point[2] + t[i];
+    let (x, y) = (row(0) / row(2), row(1) / row(2));
+    let r2 = x * x + y * y;
+    let radial = 1.0 + d[0] * r2 + d[1] * r2.powi(2) + d[4] * r2.powi(3);
+    let bent_x = x * radial + 2.0 * d[2] * x * y + d[3] * (r2 + 2.0 * x * x);
+    let bent_y = y * radial + d[2] * (r2 + 2.0 * y * y) + 2.0 * d[3] * x * y;
+    (k[0] * bent_x + k[2], k[4] * bent_y + k[5])
+}
+
+#[test]
+fn joints_projected_by_opencvs_formula_land_in_the_silhouette_files() {
+    let directory = tempfile::tempdir().unwrap();
+    write_set(directory.path());
+    let cameras: Value = serde_json::from_slice(&fs::read(directory.path().join("cameras.json")).unwrap()).unwrap();
+    let npz = Npz::from_bytes("truth.npz", &fs::read(directory.path().join("truth/truth.npz")).unwrap()).unwrap();
+    let Some(Values::F64(joints)) = npz.get("joints").map(|array| array.values.clone()) else { panic!() };
+    let per_frame = joints.len() / FRAMES;
+    let mut seen = 0;
+    for camera in cameras["cameras"].as_array().unwrap() {
+        for (frame, joints) in joints.chunks(per_frame).enumerate() {
+            let file = format!("{}/silhouette/{frame:06}.png", camera["observations"].as_str().unwrap());
+            let file = fs::File::open(directory.path().join(file)).unwrap();
+            let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+            for joint in joints.chunks(3) {
+                let (u, v) = project(camera, joint);
+                let (column, row) = (u.round(), v.round());
+                if (0.0..320.0).contains(&column) && (0.0..240.0).contains(&row) {
+                    let value = pixels[row as usize * 320 + column as usize];
+                    assert_eq!(value, 255, "{} frame {frame}: joint at ({u}, {v})", camera["name"]);
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > FRAMES * 3 * 10, "only {seen} joints lie in the images");
+}
+
+#[test]
+fn numpy_reads_a_set_and_what_numpy_writes_is_read() {
+    let numpy = Command::new("python3").args(["-c", "import numpy"]).output();
+    if !numpy.is_ok_and(|answer| answer.status.success()) {
+        eprintln!("SKIPPED: no python3 with numpy");
+        return;
+    }
+    let (set_directory, out) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let set = write_set(set_directory.path());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/read_set.py");
+    let answer = Command::new("python3").arg(script).arg(set_directory.path()).arg(out.path()).output().unwrap();
+    assert!(answer.status.success(), "{}", String::from_utf8_lossy(&answer.stderr));
+
+    let read = |name: &str| fs::read(out.path().join(name)).unwrap();
+    let poses = RunPoses::from_bytes("poses.npz", &read("poses.npz")).unwrap();
+    assert_eq!(poses.seeds, [7]);
+    assert_eq!(poses.estimates, [set.truth.refitted.clone().unwrap().poses]);
+    let refused = |name: &str| Npz::from_bytes(name, &read(name)).unwrap_err().to_string();
+    assert!(refused("compressed.npz").contains("numpy.savez"), "{}", refused("compressed.npz"));
+    assert!(refused("fortran.npz").contains("ascontiguousarray"), "{}", refused("fortran.npz"));
+    assert!(refused("pickled.npz").contains("pickled"), "{}", refused("pickled.npz"));
+}
