@@ -391,13 +391,14 @@ mod tests {
 
     /// `D/2 ln|K| + 1/2 tr(K^-1 Y Y^T)` through an eigendecomposition: another road than Cholesky.
     fn gaussian(k: &Mat<f64>, y: &Mat<f64>) -> f64 {
-        let eigen = k.self_adjoint_eigen(faer::Side::Lower).unwrap();
-        let projected = eigen.U().transpose() * y;
-        (0..k.nrows())
+        let n = k.nrows();
+        let eigen = nalgebra::SymmetricEigen::new(nalgebra::DMatrix::from_fn(n, n, |a, b| k[(a, b)]));
+        (0..n)
             .map(|i| {
-                let value = eigen.S().column_vector()[i];
-                let row: f64 = (0..y.ncols()).map(|j| projected[(i, j)].powi(2)).sum();
-                0.5 * y.ncols() as f64 * value.ln() + 0.5 * row / value
+                let (value, axis) = (eigen.eigenvalues[i], eigen.eigenvectors.column(i));
+                let projected = |j: usize| (0..n).map(|a| axis[a] * y[(a, j)]).sum::<f64>();
+                let square: f64 = (0..y.ncols()).map(|j| projected(j).powi(2)).sum();
+                0.5 * y.ncols() as f64 * value.ln() + 0.5 * square / value
             })
             .sum()
     }

@@ -1,6 +1,7 @@
 //! Learning a GPDM: whitened principal components as first latents, then `W` in closed form and L-BFGS in turn.
 
 use faer::{Mat, MatRef};
+use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::kernel::{DynamicsKernel, MapKernel};
 use super::layout::{DynamicsOrder, SequenceLayout};
@@ -71,7 +72,7 @@ pub enum GpdmError {
     },
     /// Fewer dimensions vary than the latent space has.
     #[error(
-        "only {varying} dimensions of the training motion vary, fewer than the {latent} latent ones: give a motion that moves"
+        "the training motion varies in {varying} independent ways, fewer than the {latent} latent dimensions: give a motion that moves"
     )]
     Constant {
         /// Dimensions that vary.
@@ -180,21 +181,31 @@ fn checked_mean(observations: MatRef<'_, f64>, layout: &SequenceLayout, latent: 
 }
 
 /// The first principal components, each scaled to unit variance, signs fixed so that the largest entry is positive.
+///
+/// From the eigenvectors of the D x D scatter matrix (nalgebra's: faer's decompositions would double the build time).
 fn whitened_components(centred: &Mat<f64>, d: usize) -> Result<Mat<f64>, GpdmError> {
     let (rows, columns) = (centred.nrows(), centred.ncols());
-    let svd = centred.thin_svd().map_err(|_| GpdmError::Singular)?;
-    let values = svd.S().column_vector();
-    let varying = (0..rows.min(columns)).filter(|i| values[*i] > 1e-9 * values[0]).count();
+    let scatter = DMatrix::from_fn(columns, columns, |a, b| {
+        centred.col_as_slice(a).iter().zip(centred.col_as_slice(b)).map(|(x, y)| x * y).sum::<f64>()
+    });
+    let eigen = SymmetricEigen::new(scatter);
+    let mut order: Vec<usize> = (0..columns).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let value = |rank: usize| eigen.eigenvalues[order[rank]];
+    let varying = (0..columns.min(rows)).filter(|rank| value(*rank) > 1e-12 * value(0)).count();
     if varying < d {
         return Err(GpdmError::Constant { varying, latent: d });
     }
-    let u = svd.U();
-    let sign = |c: usize| {
-        let largest = u.col(c).iter().copied().fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
-        if largest < 0.0 { -1.0 } else { 1.0 }
-    };
-    let signs: Vec<f64> = (0..d).map(sign).collect();
-    Ok(Mat::from_fn(rows, d, |i, c| signs[c] * u[(i, c)] * (rows as f64).sqrt()))
+    let mut components = Mat::zeros(rows, d);
+    for c in 0..d {
+        let axis = eigen.eigenvectors.column(order[c]);
+        let along = |i: usize| (0..columns).map(|j| centred[(i, j)] * axis[j]).sum::<f64>();
+        let coordinates: Vec<f64> = (0..rows).map(along).collect();
+        let largest = coordinates.iter().copied().fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
+        let unit = (rows as f64 / value(c)).sqrt() * largest.signum();
+        components.col_as_slice_mut(c).iter_mut().zip(coordinates).for_each(|(z, x)| *z = x * unit);
+    }
+    Ok(components)
 }
 
 #[cfg(test)]
