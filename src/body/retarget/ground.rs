@@ -1,43 +1,126 @@
-//! Where the feet are: the lowest flesh of a pose, and the shift that makes a motion stand on the ground.
+//! Where the ground is: beneath the soles of feet that lie flat.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 
 use crate::body::{Flesh, Humanoid, Landmark, LinkFrames, Motion};
 
-/// Share of the frames whose lowest point may lie below the ground after [`stand_on_ground`].
-const BELOW_GROUND_SHARE: f64 = 0.05;
+/// Share of the flat soles that may lie below the ground.
+const BELOW_GROUND_SHARE: f64 = 0.2;
+/// Cosine of the greatest tilt of a foot that counts as flat: 15 degrees.
+const FLAT: f64 = 0.966;
+/// The ground's tilt is trusted as far as soles are spread wider than this, metres.
+const TRUSTED_SPREAD: f64 = 0.3;
+/// A ground that rises more steeply, metres per metre, is no ground that was recorded askew: stairs, or a body that never stands.
+const STEEPEST: f64 = 0.05;
 
-/// Links of the feet: those that carry the ankles' markers and all that hang on them.
-pub(super) fn foot_links(humanoid: &Humanoid) -> Vec<usize> {
-    let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle]
-        .map(|landmark| humanoid.markers[landmark as usize].map(|marker| marker.link));
-    let mut is_foot = vec![false; humanoid.links.len()];
-    for link in 0..humanoid.links.len() {
-        is_foot[link] = ankles.contains(&Some(link)) || humanoid.parent(link).is_some_and(|parent| is_foot[parent]);
-    }
-    (0..humanoid.links.len()).filter(|&link| is_foot[link]).collect()
+/// A plane `z = height + slope . (x, y) - centre`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Plane {
+    centre: [f64; 2],
+    slope: [f64; 2],
+    height: f64,
 }
 
-/// Height of the lowest point of the feet's flesh in every pose, metres; infinite where the feet have none.
+/// Links of the left and of the right foot, ankle first: the one that carries the ankle's marker and all that hang on it.
+fn foot_links(humanoid: &Humanoid) -> [Vec<usize>; 2] {
+    [Landmark::LeftAnkle, Landmark::RightAnkle].map(|landmark| {
+        let ankle = humanoid.markers[landmark as usize].map(|marker| marker.link);
+        let mut is_foot = vec![false; humanoid.links.len()];
+        for link in 0..humanoid.links.len() {
+            is_foot[link] = ankle == Some(link) || humanoid.parent(link).is_some_and(|parent| is_foot[parent]);
+        }
+        (0..humanoid.links.len()).filter(|&link| is_foot[link]).collect()
+    })
+}
+
+fn lowest_of(humanoid: &Humanoid, frames: &LinkFrames, links: &[usize]) -> Option<Point3<f64>> {
+    let solids = links.iter().flat_map(|&link| humanoid.links[link].flesh.iter().map(move |flesh| (link, flesh)));
+    solids.filter_map(|(link, flesh)| lowest(flesh, &frames[link])).min_by(|a, b| a.z.total_cmp(&b.z))
+}
+
+/// Height of the lowest point of the feet's flesh in every pose, metres; empty where the feet have none.
 pub(super) fn foot_heights(humanoid: &Humanoid, motion: &Motion) -> Vec<f64> {
-    let feet = foot_links(humanoid);
+    let feet = foot_links(humanoid).concat();
     let mut frames = LinkFrames::default();
-    let lowest_of = |frames: &LinkFrames, link: usize| {
-        humanoid.links[link].flesh.iter().map(|flesh| lowest(flesh, &frames[link])).fold(f64::INFINITY, f64::min)
-    };
-    let heights = motion.poses.iter().map(|pose| {
+    let heights = motion.poses.iter().filter_map(|pose| {
         humanoid.link_frames_into(pose, &mut frames);
-        feet.iter().map(|&link| lowest_of(&frames, link)).fold(f64::INFINITY, f64::min)
+        lowest_of(humanoid, &frames, &feet).map(|point| point.z)
     });
     heights.collect()
 }
 
-/// Shifts a motion so that its feet stand on z = 0: 5 % of the frames may reach below. Returns by how much, metres.
-pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion) -> f64 {
-    let heights = foot_heights(humanoid, motion).into_iter().filter(|h| h.is_finite()).collect();
-    let shift = -super::quantile(heights, BELOW_GROUND_SHARE).unwrap_or(0.0);
-    shift_all(motion, &Vector3::new(0.0, 0.0, shift));
-    shift
+/// How a motion was brought onto the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Grounding {
+    /// By how much it was raised, metres.
+    pub(super) raised: f64,
+    /// By how much its ground was turned level, radians.
+    pub(super) levelled: f64,
+}
+
+/// Moves a motion so that its ground is z = 0: raised, and turned level where soles tell a tilt and `level` says so.
+pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: bool) -> Grounding {
+    let Some(ground) = Plane::beneath(&soles(humanoid, motion)) else { return Grounding::default() };
+    let [a, b] = ground.slope;
+    let is_trusted = level && a * a + b * b < STEEPEST * STEEPEST;
+    let normal = if is_trusted { Vector3::new(-a, -b, 1.0) } else { Vector3::z() };
+    let turn = UnitQuaternion::rotation_between(&normal, &Vector3::z()).unwrap_or_default();
+    let pivot = Vector3::new(ground.centre[0], ground.centre[1], ground.height);
+    let there = Vector3::new(pivot.x, pivot.y, 0.0);
+    for pose in &mut motion.poses {
+        let root = &mut pose.world_from_root;
+        root.translation.vector = there + turn * (root.translation.vector - pivot);
+        root.rotation = turn * root.rotation;
+    }
+    Grounding { raised: -ground.height, levelled: turn.angle() }
+}
+
+/// Lowest point of every foot of every pose in which it lies flat; of all feet where none ever does.
+fn soles(humanoid: &Humanoid, motion: &Motion) -> Vec<Point3<f64>> {
+    let feet = foot_links(humanoid);
+    let mut frames = LinkFrames::default();
+    let (mut flat, mut all) = (Vec::new(), Vec::new());
+    for pose in &motion.poses {
+        humanoid.link_frames_into(pose, &mut frames);
+        for foot in &feet {
+            let upright = foot.first().map_or(0.0, |&link| (frames[link].rotation * Vector3::z()).z);
+            let Some(lowest) = lowest_of(humanoid, &frames, foot) else { continue };
+            all.push(lowest);
+            if upright > FLAT {
+                flat.push(lowest);
+            }
+        }
+    }
+    if flat.is_empty() { all } else { flat }
+}
+
+impl Plane {
+    /// The plane below which a set share of the points lies: quantile regression (Koenker and Bassett 1978) by iteratively
+    /// reweighted least squares, with a penalty on the slope that points spread less than [`TRUSTED_SPREAD`] do not outweigh.
+    /// `None` without points.
+    fn beneath(points: &[Point3<f64>]) -> Option<Self> {
+        let first = super::quantile(points.iter().map(|p| p.z).collect(), BELOW_GROUND_SHARE)?;
+        let centre = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords) / points.len() as f64;
+        let mut plane = Self { centre: [centre.x, centre.y], slope: [0.0; 2], height: first };
+        for _ in 0..100 {
+            let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+            for point in points {
+                let row = Vector3::new(point.x - centre.x, point.y - centre.y, 1.0);
+                let above = point.z - plane.height - plane.slope[0] * row.x - plane.slope[1] * row.y;
+                let share = if above > 0.0 { BELOW_GROUND_SHARE } else { 1.0 - BELOW_GROUND_SHARE };
+                let weight = share / above.abs().max(1e-4);
+                normal += row * row.transpose() * weight;
+                right += row * (weight * point.z);
+            }
+            for (axis, slope) in plane.slope.iter().enumerate() {
+                let rise = (slope * TRUSTED_SPREAD).abs().max(1e-4);
+                normal[(axis, axis)] += points.len() as f64 * 0.5 * TRUSTED_SPREAD * TRUSTED_SPREAD / rise;
+            }
+            let solution = normal.try_inverse()? * right;
+            plane = Self { slope: [solution.x, solution.y], height: solution.z, ..plane };
+        }
+        Some(plane)
+    }
 }
 
 /// Shifts a motion over the ground so that the middle of the root's path (of the box around it) is at the origin. Returns by
@@ -48,39 +131,99 @@ pub(super) fn centre_path(motion: &mut Motion) -> Vector3<f64> {
     let (low, high) = places().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
     let mut shift = -(low + high) * 0.5;
     shift.z = 0.0;
-    shift_all(motion, &shift);
+    for pose in &mut motion.poses {
+        pose.world_from_root.translation.vector += shift;
+    }
     shift
 }
 
-fn shift_all(motion: &mut Motion, by: &Vector3<f64>) {
-    for pose in &mut motion.poses {
-        pose.world_from_root.translation.vector += by;
-    }
-}
-
-/// Height of the lowest point of a solid.
-fn lowest(flesh: &Flesh, world_from_link: &Isometry3<f64>) -> f64 {
-    /// How much of the world's up lies along each axis of a frame.
-    fn rise(frame: &Isometry3<f64>) -> Vector3<f64> {
-        frame.rotation.inverse() * Vector3::z()
-    }
+/// The lowest point of a solid; `None` of a mesh without vertices.
+fn lowest(flesh: &Flesh, world_from_link: &Isometry3<f64>) -> Option<Point3<f64>> {
+    let down_in = |frame: &Isometry3<f64>| frame.rotation.inverse() * -Vector3::z();
+    let lower = |a: Point3<f64>, b: Point3<f64>| if b.z < a.z { b } else { a };
     match flesh {
         Flesh::TaperedCapsule(capsule) => {
-            let (a, b) = (world_from_link * capsule.a, world_from_link * capsule.b);
-            (a.z - capsule.radius_a).min(b.z - capsule.radius_b)
+            let bottom = |centre: &Point3<f64>, radius: f64| world_from_link * centre - Vector3::z() * radius;
+            Some(lower(bottom(&capsule.a, capsule.radius_a), bottom(&capsule.b, capsule.radius_b)))
         }
         Flesh::Box { link_from_box, half_extents } => {
             let frame = world_from_link * link_from_box;
-            let reach = rise(&frame).abs().dot(&Vector3::from(*half_extents));
-            frame.translation.z - reach
+            let corner = down_in(&frame).zip_map(&Vector3::from(*half_extents), |down, half| half.copysign(down));
+            Some(frame * Point3::from(corner))
         }
         Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
             let frame = world_from_link * link_from_cylinder;
-            let rise = rise(&frame);
-            frame.translation.z - rise.z.abs() * half_length - radius * rise.xy().norm()
+            let down = down_in(&frame);
+            let rim = Vector3::new(down.x, down.y, 0.0).try_normalize(1e-12).unwrap_or_default() * *radius;
+            Some(frame * Point3::from(rim + Vector3::z() * half_length.copysign(down.z)))
         }
-        Flesh::Mesh { vertices, .. } => {
-            vertices.iter().map(|vertex| (world_from_link * vertex).z).fold(f64::INFINITY, f64::min)
+        Flesh::Mesh { vertices, .. } => vertices.iter().map(|vertex| world_from_link * vertex).reduce(lower),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::TaperedCapsule;
+
+    #[test]
+    fn a_walk_on_a_tilted_floor_tells_the_tilt() {
+        // Soles on z = 0.4 + 0.02 x, half of them in the air.
+        let points: Vec<Point3<f64>> = (0..200)
+            .map(|i| {
+                let (x, y) = (0.02 * f64::from(i), 0.5 * libm::sin(f64::from(i)));
+                let lift = if i % 2 == 0 { 0.0 } else { 0.05 * libm::fabs(libm::sin(0.7 * f64::from(i))) };
+                Point3::new(x, y, 0.4 + 0.02 * x + lift)
+            })
+            .collect();
+        let plane = Plane::beneath(&points).unwrap();
+        assert!((plane.slope[0] - 0.02).abs() < 2e-3, "{plane:?}");
+        assert!((plane.height - (0.4 + 0.02 * plane.centre[0])).abs() < 2e-3, "{plane:?}");
+    }
+
+    #[test]
+    fn somebody_on_the_spot_tells_a_height_but_hardly_a_tilt() {
+        let points: Vec<Point3<f64>> =
+            [-0.1, 0.1].into_iter().map(|x| Point3::new(x, 0.0, 0.3 + 0.04 * x)).cycle().take(50).collect();
+        let plane = Plane::beneath(&points).unwrap();
+        assert!(plane.slope[0].abs() < 0.008, "{plane:?}");
+        assert!((plane.height - 0.3).abs() < 5e-3);
+    }
+
+    #[test]
+    fn the_lowest_point_of_every_solid_lies_on_it_and_below_all_sampled_points() {
+        let frame = Isometry3::new(Vector3::new(0.1, -0.2, 0.5), Vector3::new(0.4, 0.9, -0.3));
+        let here = Isometry3::new(Vector3::new(0.3, 0.2, 0.1), Vector3::new(-0.7, 0.2, 0.5));
+        let whole = frame * here;
+        let capsule = TaperedCapsule {
+            a: here * Point3::origin(),
+            b: here * Point3::new(0.0, 0.0, 0.3),
+            radius_a: 0.04,
+            radius_b: 0.09,
+        };
+        let solids = [
+            Flesh::TaperedCapsule(capsule),
+            Flesh::Box { link_from_box: here, half_extents: [0.1, 0.2, 0.3] },
+            Flesh::Cylinder { link_from_cylinder: here, radius: 0.1, half_length: 0.3 },
+        ];
+        let inside: [fn(&Point3<f64>) -> bool; 3] = [
+            |p| {
+                (0..=100).any(|i| {
+                    let t = f64::from(i) / 100.0;
+                    (p - Point3::new(0.0, 0.0, 0.3 * t)).norm() <= 0.04 + 0.05 * t
+                })
+            },
+            |p| p.x.abs() <= 0.1 && p.y.abs() <= 0.2 && p.z.abs() <= 0.3,
+            |p| p.x * p.x + p.y * p.y <= 0.01 && p.z.abs() <= 0.3,
+        ];
+        for (solid, inside) in solids.iter().zip(inside) {
+            let bottom = lowest(solid, &frame).unwrap();
+            let grid = (0..40 * 40 * 40).map(|i| {
+                let at = |k: i32| -0.4 + 0.02 * f64::from(k % 40);
+                Point3::new(at(i), at(i / 40), at(i / 1600))
+            });
+            let sampled = grid.filter(inside).map(|p| (whole * p).z).fold(f64::INFINITY, f64::min);
+            assert!(bottom.z <= sampled + 1e-9 && sampled < bottom.z + 0.03, "{solid:?}: {} {sampled}", bottom.z);
         }
     }
 }

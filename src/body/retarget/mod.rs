@@ -16,9 +16,12 @@
 
 mod anatomy;
 mod calibration;
+mod continuity;
 mod fit;
 mod ground;
 mod lengths;
+#[cfg(test)]
+mod planted;
 mod residuals;
 mod shape_fit;
 mod solver;
@@ -27,7 +30,6 @@ use std::collections::BTreeMap;
 
 use anatomy::{Anatomy, SubjectFrame};
 use calibration::Calibration;
-use solver::Solver;
 
 pub use fit::{Fit, FitOptions, fit_motion_to_markers, fit_to_markers};
 pub use lengths::SegmentLengths;
@@ -48,8 +50,10 @@ pub struct RetargetOptions {
     pub landmarks: BTreeMap<String, String>,
     /// Give left and right limbs the same lengths.
     pub symmetric: bool,
-    /// Shift the motion vertically so that the feet stand on z = 0.
+    /// Raise the motion so that feet that lie flat stand on z = 0.
     pub stand_on_ground: bool,
+    /// Then also turn the ground level where the soles tell that it was recorded with a tilt (up to 3 degrees).
+    pub level_ground: bool,
     /// Shift the motion so that the middle of the root's path is at the origin.
     pub centre_path: bool,
     /// What a radian away from the zero pose, and from the frame before, amounts to.
@@ -62,6 +66,7 @@ impl Default for RetargetOptions {
             landmarks: BTreeMap::new(),
             symmetric: false,
             stand_on_ground: true,
+            level_ground: true,
             centre_path: false,
             fit: FitOptions::default(),
         }
@@ -139,7 +144,7 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     let humanoid = template.reshaped(&shape);
     let posed = pose_from_positions(&humanoid, &subject, &options.fit);
     let calibration = Calibration::new(&humanoid, &subject, &posed);
-    let poses = pose_all(&humanoid, &subject, &calibration, &posed, &options.fit);
+    let poses = continuity::pose_all(&humanoid, &subject, &calibration, &posed, &options.fit);
     let mut motion = Motion { frames_per_second: clip.frames_per_second, poses }.made_continuous(&humanoid);
     let mut report = RetargetReport::new(&humanoid, &subject, &motion, lengths);
     report.notes.extend(clip.notes.iter().cloned());
@@ -149,7 +154,9 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
         ));
     }
     if options.stand_on_ground {
-        report.ground_shift_m = ground::stand_on_ground(&humanoid, &mut motion);
+        let grounding = ground::stand_on_ground(&humanoid, &mut motion, options.level_ground);
+        report.ground_shift_m = grounding.raised;
+        report.ground_levelled_deg = grounding.levelled.to_degrees();
     }
     if options.centre_path {
         let shift = ground::centre_path(&mut motion);
@@ -177,30 +184,6 @@ fn pose_from_positions(humanoid: &Humanoid, subject: &[SubjectFrame], options: &
     let apart = FitOptions { continuity_m_per_rad: 0.0, ..*options };
     let fits = fit_motion_to_markers(humanoid, &targets, &humanoid.zero_pose(), &apart);
     frames.into_iter().zip(fits.into_iter().map(|fit| fit.pose)).collect()
-}
-
-fn pose_all(
-    humanoid: &Humanoid,
-    subject: &[SubjectFrame],
-    calibration: &Calibration,
-    posed: &[(usize, Pose)],
-    options: &FitOptions,
-) -> Vec<Pose> {
-    let rest = humanoid.zero_pose();
-    let mut solver = Solver::new(humanoid);
-    let mut poses: Vec<Pose> = Vec::with_capacity(subject.len());
-    for frame in subject {
-        let mut angles = fit::stay(&rest, options.stay_m_per_rad);
-        if let Some(previous) = poses.last() {
-            let before = fit::stay(previous, options.continuity_m_per_rad);
-            angles = angles.into_iter().zip(before).map(|(a, b)| a.and(b)).collect();
-        }
-        let mut goals = fit::marker_goals(humanoid, &frame.markers, angles);
-        goals.orientations = calibration.goals(frame);
-        let start = poses.last().or(posed.first().map(|(_, pose)| pose)).unwrap_or(&rest);
-        poses.push(solver.solve(&goals, start, options.max_iterations).pose);
-    }
-    poses
 }
 
 /// The value below which this share of the values lies, linear between them (type 7 of Hyndman and Fan 1996); `None` of none.

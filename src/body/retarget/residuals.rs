@@ -20,6 +20,8 @@ pub struct RetargetReport {
     pub foot_height: Option<FootHeight>,
     /// By how much the motion was raised to stand on the ground.
     pub ground_shift_m: f64,
+    /// By how much the motion was turned for its ground to be level.
+    pub ground_levelled_deg: f64,
     /// By how much (x, y) the motion was shifted to centre its path.
     pub path_shift_m: [f64; 2],
     /// The subject's segment lengths, as the body was asked to have them.
@@ -84,6 +86,7 @@ impl RetargetReport {
             limit_hits: limit_hits(humanoid, motion),
             foot_height: None,
             ground_shift_m: 0.0,
+            ground_levelled_deg: 0.0,
             path_shift_m: [0.0; 2],
             lengths,
             notes: Vec::new(),
@@ -101,7 +104,7 @@ impl LandmarkResidual {
 
 impl FootHeight {
     pub(super) fn of(heights: &[f64]) -> Option<Self> {
-        let min = heights.iter().copied().reduce(f64::min).filter(|min| min.is_finite())?;
+        let min = heights.iter().copied().reduce(f64::min)?;
         Some(Self { mean_mm: 1000.0 * heights.iter().sum::<f64>() / heights.len() as f64, min_mm: 1000.0 * min })
     }
 }

@@ -140,7 +140,8 @@ impl<'a> Solver<'a> {
         None
     }
 
-    fn cost(&mut self, goals: &Goals, pose: &Pose) -> f64 {
+    /// Sum of squares that a pose leaves, m^2.
+    pub(super) fn cost(&mut self, goals: &Goals, pose: &Pose) -> f64 {
         self.humanoid.link_frames_into(pose, &mut self.frames);
         let square = |v: f64| v * v;
         let mut sum = 0.0;
