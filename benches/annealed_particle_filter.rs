@@ -83,7 +83,11 @@ fn filter<L: Likelihood>(body: &Humanoid, likelihood: L) -> AnnealedParticleFilt
 }
 
 /// One frame again and again: every frame starts from the particles that the last one left.
-fn bench_frames<L: Likelihood>(bencher: Bencher<'_, '_>, likelihood: impl Fn(&Humanoid) -> L, observation: &Observation) {
+fn bench_frames<L: Likelihood>(
+    bencher: Bencher<'_, '_>,
+    likelihood: impl Fn(&Humanoid) -> L,
+    observation: &Observation,
+) {
     let body = Humanoid::tracker25().expect("tracker25 loads");
     let mut filter = filter(&body, likelihood(&body));
     bencher.bench_local(|| filter.track(divan::black_box(observation)));

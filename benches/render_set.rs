@@ -24,7 +24,7 @@ struct Stage {
 
 /// The shipped actor in the middle of four cameras at 4.5 m.
 fn stage(distortion: Distortion) -> Option<Stage> {
-    let actor = shipped("actor")?;
+    let actor = shipped("actor").ok()?;
     let cameras = (0..CAMERAS).map(|i| {
         let angle = std::f64::consts::TAU * i as f64 / CAMERAS as f64;
         let eye = Point3::new(4.5 * angle.cos(), 4.5 * angle.sin(), 1.2);
@@ -40,8 +40,7 @@ fn stage(distortion: Distortion) -> Option<Stage> {
     });
     let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
     let truth = GroundTruth::from_motion(actor.clone(), &motion, &rig).ok()?;
-    let inter_frame_std = motion.inter_frame_std(&actor);
-    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), inter_frame_std } })
+    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), training: motion } })
 }
 
 impl Stage {

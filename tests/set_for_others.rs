@@ -44,8 +44,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let actor = shipped("actor").unwrap();
     let motion = motion(&actor);
     let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
-    let inter_frame_std = motion.inter_frame_std(&actor);
-    let start = Start { body: actor, pose: motion.poses[0].clone(), inter_frame_std };
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training: motion.clone() };
     let facts = TruthFacts { motion: "made up".into(), matched: true, mismatch: String::new() };
     let parts = SetParts {
         name: "for others",
