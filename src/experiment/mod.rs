@@ -29,7 +29,7 @@ pub use check::{Soundness, check};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use error::ExperimentError;
 pub use measuring::{Measures, SeedMeasures};
-pub use results::{PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
+pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 pub use run::{Destination, Done, draw, evaluate_run, render, run, track_set};
 pub use scenario::*;
 pub use staging::Staged;

@@ -1,4 +1,4 @@
-//! What a measured run leaves on disk: `run.json`, `per_frame.csv`, `poses.npz` and `report.html`.
+//! What a measured run leaves on disk: `run.json`, `per_frame.csv`, `poses.npz`, `report.html` and `contact_sheet.png`.
 
 use serde::Serialize;
 
@@ -9,7 +9,8 @@ use super::{ExperimentError, Files, per_frame, to_json};
 use crate::benchmark_set::BenchmarkSet;
 use crate::evaluation::Summary;
 use crate::report::{
-    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Verdict, frames_to_show, render, typical_run, verdict,
+    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Verdict, contact_sheet, frames_to_show, render, typical_run,
+    verdict,
 };
 use crate::tracker::LayerRecord;
 
@@ -19,6 +20,8 @@ pub const RUN_FILE: &str = "run.json";
 pub const PER_FRAME_FILE: &str = "per_frame.csv";
 /// The name of a run's report.
 pub const REPORT_FILE: &str = "report.html";
+/// The name of a run's picture: cameras x frames.
+pub const CONTACT_SHEET_FILE: &str = "contact_sheet.png";
 
 /// How many frames the contact sheet shows, besides the worst.
 const SHEET_FRAMES: usize = 5;
@@ -109,12 +112,14 @@ impl Results {
             sheet: sheet.as_ref(),
         };
         let record = record(set, tracked, measures, &facts, verdict(&input));
-        let files = vec![
+        let picture = sheet.as_ref().map(contact_sheet).transpose()?.map(|png| (CONTACT_SHEET_FILE, png));
+        let mut files: Files = picture.into_iter().collect();
+        files.extend([
             (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
             (POSES_FILE, tracked.poses.to_bytes(POSES_FILE, &set.blind.start.body, Some(&set.truth.ground_truth))?),
             (REPORT_FILE, render(&input)?.into_bytes()),
             (RUN_FILE, to_json(&record)?),
-        ];
+        ]);
         Ok(Self { record, files })
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::error::output;
 use super::measuring::{Measures, check_fit};
 use super::partial_directory::PartialDirectory;
-use super::results::{PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
+use super::results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 use super::staging::Staged;
 use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
@@ -16,8 +16,8 @@ use crate::observation::Observer;
 
 const SCENARIO_FILE: &str = "scenario.toml";
 /// All files of a run: what may be replaced by the next run.
-const RUN_FILES: [&str; 7] =
-    [RUN_FILE, PER_FRAME_FILE, POSES_FILE, REPORT_FILE, TRACK_FILE, SEARCH_FILE, SCENARIO_FILE];
+const RUN_FILES: [&str; 8] =
+    [RUN_FILE, CONTACT_SHEET_FILE, PER_FRAME_FILE, POSES_FILE, REPORT_FILE, TRACK_FILE, SEARCH_FILE, SCENARIO_FILE];
 /// All files and directories of a set.
 const SET_FILES: [&str; 7] =
     ["set.toml", "README.txt", "cameras.json", "files.sha256", "observations", "start", "truth"];
