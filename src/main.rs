@@ -8,7 +8,9 @@ use skiagraph::cli;
 fn main() -> ExitCode {
     std::panic::set_hook(Box::new(|panic| {
         let place = panic.location().map(|l| format!(" at {}:{}", l.file(), l.line())).unwrap_or_default();
-        let message = panic.payload_as_str().unwrap_or("no message");
+        let payload = panic.payload();
+        let message = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
+        let message = message.unwrap_or("no message");
         say(&format!(
             "skiagraph {}: a bug of ours{place}: {message}\n\
              Please report it, with the command and the scenario that led here.",

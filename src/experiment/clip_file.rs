@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::scenario::did_you_mean;
-use super::{Axis, ExperimentError, MotionSettings, ScenarioFile};
+use super::{Axis, ExperimentError, MotionSettings, ScenarioError, ScenarioFile};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 
 /// The clips that are built in, by the name behind `embedded:`.
@@ -26,10 +26,8 @@ pub(super) fn load(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Result<Clip, ExperimentError> {
-    let unsound = |key: &str, message: String| ExperimentError::Unsound {
-        origin: file.origin.clone(),
-        key: format!("{table}.{key}"),
-        message,
+    let unsound = |key: &str, message: String| -> ExperimentError {
+        ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
     };
     let mut options = ReadOptions {
         frames_per_second: settings.source_hz,

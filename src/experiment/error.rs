@@ -17,19 +17,9 @@ use crate::tracker::{SettingError, TrackError};
 /// Why an experiment could not be done. Every message says what, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ExperimentError {
-    /// The scenario is unsound by itself.
+    /// The scenario is unsound by itself, or asks for something that its files do not have.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The scenario asks for something that its files do not have.
-    #[error("{origin}: {key}: {message}")]
-    Unsound {
-        /// The scenario.
-        origin: String,
-        /// Dotted key.
-        key: String,
-        /// What was expected, what was found, what to do.
-        message: String,
-    },
     /// A recording cannot be used.
     #[error(transparent)]
     Mocap(#[from] MocapError),

@@ -14,6 +14,8 @@ const LOCK: &str = ".lock";
 pub(crate) struct PartialDirectory {
     target: PathBuf,
     folder: PathBuf,
+    /// Directories above that were not there before, innermost first.
+    made: Vec<PathBuf>,
     // Held while the process lives: a leftover of a killed process is one whose lock is free.
     _lock: File,
 }
@@ -32,17 +34,19 @@ impl PartialDirectory {
             return Err(ExperimentError::Occupied { path: target.to_owned() });
         }
         let parent = parent_of(target);
+        let made = parent.ancestors().take_while(|a| !a.as_os_str().is_empty() && !a.exists());
+        let made = made.map(Path::to_owned).collect();
         fs::create_dir_all(parent).map_err(output(parent, "create the directory"))?;
         remove_leftovers(target);
         let folder = beside(target, &format!(".partial-{}", std::process::id()));
-        fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
+        fs::create_dir(&folder).map_err(output(parent, "write into the directory"))?;
         let lock = File::create(folder.join(LOCK));
         if let Ok(lock) = &lock {
             // Where the file system has no locks, leftovers stay; that harms nobody.
             lock.try_lock().ok();
         }
         match lock {
-            Ok(lock) => Ok(Self { target: target.to_owned(), folder, _lock: lock }),
+            Ok(lock) => Ok(Self { target: target.to_owned(), folder, made, _lock: lock }),
             Err(source) => {
                 fs::remove_dir_all(&folder).ok();
                 Err(output(&folder, "write into the directory")(source))
@@ -106,6 +110,8 @@ impl Drop for PartialDirectory {
     fn drop(&mut self) {
         // After `finish` nothing is there any more; before, there is nobody left to tell.
         fs::remove_dir_all(&self.folder).ok();
+        // Only those that are empty go: after `finish` none is.
+        self.made.iter().for_each(|made| drop(fs::remove_dir(made)));
     }
 }
 
@@ -173,6 +179,17 @@ mod tests {
         drop(partial);
         assert_eq!(names(root.path()), ["a"]);
         assert_eq!(fs::read_to_string(target.join("run.json")).unwrap(), "old");
+    }
+
+    #[test]
+    fn an_abandoned_directory_takes_the_directories_made_for_it_with_it() {
+        let root = tempfile::tempdir().unwrap();
+        let partial = PartialDirectory::begin(&root.path().join("runs/deep/a"), OURS, false).unwrap();
+        assert_eq!(names(root.path()), ["runs"]);
+        drop(partial);
+        assert!(names(root.path()).is_empty());
+        PartialDirectory::begin(&root.path().join("runs/deep/a"), OURS, false).unwrap().finish(OURS).unwrap();
+        assert_eq!(names(&root.path().join("runs/deep")), ["a"]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::scenario::CameraSettings;
-use super::{ExperimentError, Mismatch, RingSettings, ScenarioFile, clip_file};
+use super::{ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file};
 use crate::benchmark_set::{Start, TruthFacts};
 use crate::body::retarget::{
     FitOptions, RetargetOptions, RetargetReport, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
@@ -72,6 +72,9 @@ impl Staged {
             return Err(unsound(file, "motion", "expected at least one frame, found none".to_owned()));
         };
         let mut notes = performed.report.notes.clone();
+        for (key, template) in [("actor", &actor_template), ("tracker_body", &tracker_template)] {
+            notes.extend(template.notes.iter().map(|note| format!("{key}.robot: {note}")));
+        }
         let unseen = ground_truth.unseen_frames(&rig).len();
         if unseen > 0 {
             let frames = ground_truth.frames.len();
@@ -209,5 +212,5 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
 }
 
 fn unsound(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
-    ExperimentError::Unsound { origin: file.origin.clone(), key: key.to_owned(), message }
+    ScenarioError::from(file.complaint(key, message)).into()
 }

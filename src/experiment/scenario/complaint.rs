@@ -91,10 +91,11 @@ fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<&'a Spanned<DeValue
     table.iter().find(|(k, _)| k.get_ref() == key).map(|(_, v)| v)
 }
 
-/// The candidate that a misspelt word most likely means: at most a third of its letters away.
+/// The candidate that a misspelt word most likely means: two letters away, or a third of them.
 pub(crate) fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let (distance, best) = candidates.into_iter().map(|c| (edit_distance(word, c), c)).min_by_key(|(d, _)| *d)?;
-    (distance * 3 <= word.chars().count().max(3)).then_some(best)
+    let letters = word.chars().count();
+    (distance < letters && distance <= (letters / 3).max(2)).then_some(best)
 }
 
 /// Insertions, deletions and substitutions between two words (Levenshtein).
@@ -128,7 +129,9 @@ mod tests {
     fn a_near_miss_is_suggested_and_a_far_one_is_not() {
         let known = ["particles", "layers", "survival_rate"];
         assert_eq!(did_you_mean("partciles", known), Some("particles"));
+        assert_eq!(did_you_mean("wlak", ["run", "walk", "jump"]), Some("walk"));
         assert_eq!(did_you_mean("colour", known), None);
+        assert_eq!(did_you_mean("x", ["up"]), None);
     }
 
     #[test]

@@ -40,13 +40,13 @@ impl Scenario {
             within("tracker_body.mismatch.percent.length", length, 0.0..=50.0)?;
             within("tracker_body.mismatch.percent.girth", girth, 0.0..=50.0)?;
         }
-        require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
         if let Some(r) = &self.rig.ring {
             ring(r)?;
         }
         for (i, c) in self.rig.camera.iter().enumerate() {
             camera(&format!("rig.camera[{i}]"), c)?;
         }
+        require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
         self.tracker.first_problem("tracker.")
     }
 }

@@ -20,6 +20,8 @@ pub struct ScenarioFile {
     pub origin: String,
     /// Paths in the scenario are relative to this folder.
     pub folder: PathBuf,
+    text: String,
+    overrides: Vec<String>,
 }
 
 /// Why a scenario cannot be used.
@@ -71,13 +73,20 @@ impl ScenarioFile {
                 scenario = from_table(table.clone(), assignment)?;
             }
         }
-        scenario.first_problem().map_err(|problem| {
-            let culprit = overrides.iter().rev().find(|o| covers(o, &problem.key));
-            let place = locate(text, &problem.key).filter(|_| culprit.is_none()).map(|span| Place::of(text, &span));
-            let origin = culprit.map_or_else(|| origin.to_owned(), |o| named(o));
-            Complaint { origin, place, key: problem.key, message: problem.message }
-        })?;
-        Ok(Self { scenario, origin: origin.to_owned(), folder })
+        let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), overrides.to_vec());
+        let file = Self { scenario, origin, folder, text, overrides };
+        match file.scenario.first_problem() {
+            Ok(()) => Ok(file),
+            Err(problem) => Err(file.complaint(&problem.key, problem.message).into()),
+        }
+    }
+
+    /// A complaint about the value of a key, shown where it stands: in the file, or in the override that says it.
+    pub(crate) fn complaint(&self, key: &str, message: String) -> Complaint {
+        let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
+        let place = locate(&self.text, key).filter(|_| culprit.is_none()).map(|span| Place::of(&self.text, &span));
+        let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
+        Complaint { origin, place, key: key.to_owned(), message }
     }
 }
 

@@ -1,0 +1,205 @@
+//! Bad input gives exit code 2 and one message that says what, where and what to do; and leaves nothing behind.
+
+use std::fs;
+
+use super::rooms::{Room, TINY, shipped};
+
+/// `skiagraph run tiny.toml` with changes must be refused with a message that holds all of `words`.
+fn assert_refused(room: &Room, changes: &[&str], words: &[&str]) {
+    if !room.path("tiny.toml").exists() {
+        room.write("tiny.toml", TINY);
+    }
+    let before = room.entries();
+    let answer = room.skiagraph(["run", "tiny.toml"].iter().chain(changes));
+    let said = &answer.stderr;
+    assert_eq!(answer.code, 2, "{changes:?}: {said}");
+    let errors = said.lines().filter(|line| line.starts_with("error: ")).count();
+    assert_eq!(errors, 1, "{changes:?}: {said}");
+    for word in words {
+        assert!(said.contains(word), "{changes:?}: no {word:?} in: {said}");
+    }
+    assert!(answer.stdout.is_empty() && !said.contains("panicked"), "{said}");
+    assert_eq!(room.entries(), before, "{changes:?}");
+}
+
+/// The DeepMimic walk with its frames changed.
+fn walk_with(change: impl FnOnce(&mut Vec<Vec<serde_json::Value>>)) -> String {
+    let text = fs::read_to_string(shipped("scenarios/motions/humanoid3d_walk.txt")).unwrap();
+    let mut clip: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let mut frames = serde_json::from_value(clip["Frames"].take()).unwrap();
+    change(&mut frames);
+    clip["Frames"] = serde_json::to_value(frames).unwrap();
+    clip.to_string()
+}
+
+#[test]
+fn recordings_that_cannot_be_used() {
+    let room = Room::new();
+    let refused = |name: &str, text: &[u8], words: &[&str]| {
+        room.write(name, text);
+        assert_refused(&room, &[&format!("motion.clip={name}")], words);
+        fs::remove_file(room.path(name)).unwrap();
+    };
+    room.write("tiny.toml", TINY);
+    assert_refused(&room, &["motion.clip=missing.bvh"], &["motion.clip", "`missing.bvh`", "--mocap-dir"]);
+    assert_refused(&room, &["motion.clip=embedded:wlak"], &["motion.clip", "did you mean `embedded:walk`?"]);
+    refused("empty.bvh", b"", &["empty.bvh:1: expected"]);
+    refused("binary.bvh", &[0xff, 0x00, 0x80], &["binary.bvh:1: expected"]);
+    refused("truncated.bvh", b"HIERARCHY\nROOT Hips\n{\n  OFFSET 0 0", &["truncated.bvh:4: expected"]);
+    let whole = walk_with(|_| {});
+    refused("truncated.txt", &whole.as_bytes()[..whole.len() / 2], &["truncated.txt:"]);
+    refused("huge.txt", walk_with(|f| f[5][3] = 1e300.into()).as_bytes(), &["huge.txt: frame 6", "found"]);
+    refused("nan.txt", whole.replacen("0.84753", "NaN", 1).as_bytes(), &["nan.txt:"]);
+    refused("none.txt", walk_with(Vec::clear).as_bytes(), &["none.txt", "at least 2 frames, found 0"]);
+    refused("one.txt", walk_with(|f| f.truncate(1)).as_bytes(), &["one.txt", "at least 2 frames, found 1"]);
+    refused("walk.doc", b"walk", &["walk.doc", ".bvh"]);
+}
+
+#[test]
+fn a_frame_of_zeros_is_mended_and_said() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY.replace("last_frame = 3", "last_frame = 12"));
+    room.write("lost.txt", walk_with(|f| f[7][1..].fill(0.into())));
+    let answer = room.succeed("check tiny.toml motion.clip=lost.txt");
+    assert!(answer.stderr.contains("note: all channels were zero in frame 8"), "{}", answer.stderr);
+}
+
+#[test]
+fn frames_beyond_the_clip() {
+    let room = Room::new();
+    assert_refused(&room, &["motion.last_frame=400"], &["override motion.last_frame=400", "1 to 39", "found 400"]);
+    assert_refused(&room, &["motion.first_frame=0"], &["motion.first_frame: expected a frame number from 1, found 0"]);
+    assert_refused(&room, &["motion.first_frame=9"], &["tiny.toml:8: motion.last_frame: expected a frame after 9"]);
+}
+
+#[test]
+fn missing_recordings_are_named_with_their_hash_and_source() {
+    let room = Room::new();
+    let scenario = shipped("scenarios/cmu/walk4.toml").display().to_string();
+    for more in [vec![], vec!["--mocap-dir", "nowhere"], vec!["--mocap-dir", "."]] {
+        let answer = room.skiagraph([vec!["run", &scenario], more].concat());
+        assert_eq!(answer.code, 2);
+        for word in ["49_01.amc", "mocap.cs.cmu.edu", "ea482f9a4aec1cbc"] {
+            assert!(answer.stderr.contains(word), "{}", answer.stderr);
+        }
+    }
+}
+
+#[test]
+fn robots_that_cannot_be_used() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    let urdf = fs::read_to_string(shipped("robots/tracker25.urdf")).unwrap();
+    let refused = |text: &str, words: &[&str]| {
+        room.write("robot.urdf", text);
+        assert_refused(&room, &["actor.robot=robot.urdf"], words);
+    };
+    assert_refused(&room, &["actor.robot=bender"], &["actor.robot", "`bender`", "tracker25, actor"]);
+    refused(&urdf.replace("</robot>", ""), &["robot.urdf"]);
+    let twice = r#"<joint name="again" type="fixed"><parent link="head"/><child link="pelvis"/></joint></robot>"#;
+    refused(&urdf.replace("</robot>", twice), &["robot.urdf:", "pelvis"]);
+    refused(&urdf.replace("</robot>", r#"<link name="other"/></robot>"#), &["robot.urdf", "other"]);
+    let mesh = r#"<visual><geometry><mesh filename="gone.stl"/></geometry></visual>"#;
+    let with_mesh = format!(
+        r#"<link name="hat">{mesh}</link><joint name="hat_on" type="fixed"><parent link="head"/><child link="hat"/></joint></robot>"#
+    );
+    refused(&urdf.replace("</robot>", &with_mesh), &["robot.urdf:", "gone.stl"]);
+    room.write("robot.urdf", format!("{urdf}\0"));
+    room.succeed("check tiny.toml actor.robot=robot.urdf");
+}
+
+#[test]
+fn cameras_that_see_nothing() {
+    let room = Room::new();
+    assert_refused(&room, &["rig.ring.height_m=-0.5"], &["rig.ring.height_m", "above the ground", "-0.500"]);
+    assert_refused(&room, &["rig.ring.look_at_m=[100.0, 0.0, 1.0]"], &["outside all views", "move the cameras"]);
+    assert_refused(&room, &["rig.ring.count=0"], &["rig.ring.count: expected 1 to 64, found 0"]);
+    let camera = |focal: f64, z: f64| {
+        format!(
+            "rig.camera=[{{size_px=[80, 60], matrix=[[{focal:.1}, 0, 40], [0, 60, 30], [0, 0, 1]], \
+             rotation=[[1, 0, 0], [0, 0, -1], [0, 1, 0]], translation_m=[0, {z:.1}, 3]}}]"
+        )
+    };
+    assert_refused(&room, &[&camera(0.0, 1.0)], &["rig.camera[0].matrix", "focal lengths", "found 0 and 60"]);
+    assert_refused(&room, &[&camera(60.0, -1.0)], &["rig.camera[0].translation_m", "above the ground"]);
+}
+
+#[test]
+fn settings_out_of_range() {
+    let room = Room::new();
+    for (setting, words) in [
+        ("particles=0", "expected at least 1, found 0"),
+        ("layers=0", "expected at least 1, found 0"),
+        ("survival_rate=0.0", "above 0 and at most 1, found 0"),
+        ("survival_rate=1.01", "above 0 and at most 1, found 1.01"),
+        ("survival_rate=nan", "found NaN"),
+        ("particles=many", "expected a whole number"),
+        ("partciles=3", "did you mean `particles`?"),
+    ] {
+        assert_refused(&room, &[&format!("tracker.annealed_particle_filter.{setting}")], &[setting, words]);
+    }
+    assert_refused(&room, &["tracker.frosen={}"], &["did you mean `frozen`?"]);
+    assert_refused(&room, &["seeds=0"], &["override seeds=0: seeds: expected 1 to"]);
+    assert_refused(&room, &["tracker_body.mismatch.percent={length=80.0, girth=1.0}"], &["0 to 50, found 80"]);
+}
+
+#[test]
+fn unknown_keys_are_shown_where_they_stand() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY.replace("radius_m", "raduis_m"));
+    let line = "12 | raduis_m = 3.5\n     | ^^^^^^^^";
+    assert_refused(&room, &[], &["tiny.toml:12: rig.ring.raduis_m: unknown key", "did you mean `radius_m`?", line]);
+    room.write("tiny.toml", TINY.replace("skiagraph.scenario/1", "skiagraph.scenario/9"));
+    assert_refused(&room, &[], &["tiny.toml:2: schema", "skiagraph.scenario/1"]);
+    room.write("tiny.toml", format!("{TINY}\n[tracker.frozen]\n"));
+    assert_refused(&room, &[], &["tiny.toml", "tracker"]);
+    let missing = room.skiagraph(["run", "nowhere.toml"]);
+    assert_eq!(missing.code, 2);
+    assert!(missing.stderr.contains("nowhere.toml: cannot read the scenario"), "{}", missing.stderr);
+}
+
+#[test]
+fn places_that_cannot_be_written() {
+    let room = Room::new();
+    room.write("a.txt", "a file");
+    assert_refused(&room, &["--out", "a.txt/run"], &["a.txt", "cannot create the directory"]);
+    assert_refused(&room, &["--out", "a.txt"], &["a.txt: there is something here that is not a result of ours"]);
+    assert_refused(&room, &["--out", "/"], &["/: there is something here"]);
+}
+
+#[test]
+fn sets_and_runs_that_are_none() {
+    let room = Room::new();
+    for (arguments, words) in [
+        (vec!["track", "nowhere", "--tracker", "frozen", "--out", "run"], "nowhere"),
+        (vec!["track", ".", "--tracker", "frozen", "--out", "run"], "is not a whole benchmark set"),
+        (vec!["track", ".", "--tracker", "frosen", "--out", "run"], "did you mean `frozen`?"),
+        (vec!["track", ".", "--tracker", "frozen", "speed=3", "--out", "run"], "unknown key `speed`"),
+        (vec!["evaluate", ".", "run"], "is not a whole benchmark set"),
+    ] {
+        let answer = room.skiagraph(&arguments);
+        assert_eq!(answer.code, 2, "{arguments:?}: {}", answer.stderr);
+        assert!(answer.stderr.contains(words), "{}", answer.stderr);
+    }
+    assert!(room.entries().is_empty(), "{:?}", room.entries());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing_and_says_130() {
+    use std::process::{Command, Stdio};
+    let room = Room::new();
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin!("skiagraph"))
+        .args(["run", "tracker.annealed_particle_filter.particles=20000", "--out", "run"])
+        .current_dir(room.path("."))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while room.entries().is_empty() {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(room.entries().is_empty(), "{:?}", room.entries());
+}

@@ -1,0 +1,8 @@
+//! The command line as its users meet it.
+
+mod bad_input;
+mod rooms;
+mod same_numbers;
+mod scenarios;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,88 @@
+//! An empty directory to run the program in.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::cargo::cargo_bin_cmd;
+
+/// What the program answered.
+pub struct Answer {
+    pub code: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+/// An empty directory; gone when dropped.
+pub struct Room(tempfile::TempDir);
+
+impl Room {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
+        fs::write(self.path(name), text).unwrap();
+        self.path(name)
+    }
+
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap()
+    }
+
+    /// All entries, hidden ones too, in alphabetical order.
+    pub fn entries(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.0.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+        let mut entries: Vec<String> = entries.collect();
+        entries.sort();
+        entries
+    }
+
+    /// Runs the program in this directory.
+    pub fn skiagraph<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Answer {
+        let output = cargo_bin_cmd!("skiagraph")
+            .args(arguments)
+            .current_dir(self.0.path())
+            .env_remove("SKIAGRAPH_MOCAP")
+            .output()
+            .unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        Answer { code: output.status.code().unwrap(), stdout: text(output.stdout), stderr: text(output.stderr) }
+    }
+
+    /// As [`Self::skiagraph`], the arguments in one string, and it must succeed.
+    pub fn succeed(&self, arguments: &str) -> Answer {
+        let answer = self.skiagraph(arguments.split_whitespace());
+        assert_eq!(answer.code, 0, "skiagraph {arguments}\n{}", answer.stderr);
+        answer
+    }
+}
+
+/// A file of the repository.
+pub fn shipped(relative: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
+}
+
+/// A scenario of four frames, two cameras and few particles.
+pub const TINY: &str = r#"
+schema = "skiagraph.scenario/1"
+name = "tiny"
+seeds = 2
+
+[motion]
+clip = "embedded:walk"
+last_frame = 3
+
+[rig.ring]
+count = 2
+radius_m = 3.5
+size_px = [80, 60]
+
+[tracker.annealed_particle_filter]
+particles = 12
+layers = 2
+"#;

@@ -1,0 +1,97 @@
+//! The same scenario and seed give the same bytes, however they are asked for.
+
+use serde_json::Value;
+
+use super::rooms::{Room, TINY};
+
+/// `run.json` without the part that may differ.
+fn run_json(room: &Room, run: &str) -> Value {
+    let mut record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();
+    assert!(record.as_object_mut().unwrap().remove("timing").is_some());
+    record
+}
+
+fn assert_same(room: &Room, a: &str, b: &str) {
+    assert_eq!(run_json(room, a), run_json(room, b));
+    for file in ["poses.npz", "search.npz", "per_frame.csv", "report.html"] {
+        assert!(
+            room.read(&format!("{a}/{file}")) == room.read(&format!("{b}/{file}")),
+            "{a}/{file} and {b}/{file} differ"
+        );
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    for threads in [1, 2, 8] {
+        room.succeed(&format!("run tiny.toml --threads {threads} --out t{threads}"));
+    }
+    assert_same(&room, "t1", "t2");
+    assert_same(&room, "t1", "t8");
+    room.succeed("run tiny.toml --seed 7 --out other");
+    assert_ne!(room.read("t1/poses.npz"), room.read("other/poses.npz"));
+}
+
+#[test]
+fn run_is_render_track_and_evaluate() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml --out whole");
+    room.succeed("render tiny.toml --out set");
+    room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --seeds 2 --out parts");
+    let table = room.succeed("evaluate set parts").stdout;
+    assert_same(&room, "whole", "parts");
+    assert!(table.contains("HumanEva 3-D error (mm)") && table.contains("frozen"), "{table}");
+    let json: Value = serde_json::from_str(&room.succeed("evaluate set parts --json").stdout).unwrap();
+    assert_eq!(json["schema"], "skiagraph.run/1");
+    assert_eq!(json["metrics"], run_json(&room, "whole")["metrics"]);
+}
+
+#[test]
+fn a_tracker_never_opens_the_truth() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    std::fs::remove_dir_all(room.path("set/truth")).unwrap();
+    room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --out run");
+    let oracle = room.skiagraph(["track", "set", "--tracker", "oracle", "--out", "oracle"]);
+    assert_eq!(oracle.code, 2);
+    assert!(oracle.stderr.contains("truth/"), "{}", oracle.stderr);
+}
+
+#[test]
+fn poses_of_another_program_are_measured_too() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    room.succeed("track set --tracker frozen --out run");
+    std::fs::remove_file(room.path("run/track.json")).unwrap();
+    std::fs::remove_file(room.path("run/search.npz")).unwrap();
+    room.succeed("evaluate set run");
+    let record: Value = serde_json::from_slice(&room.read("run/run.json")).unwrap();
+    assert_eq!(record["tracker"], "external");
+    assert_eq!(record["metrics"]["humaneva_mm"]["mean"], record["frozen"]["humaneva_mm"]);
+}
+
+#[test]
+fn the_scenario_in_a_run_runs_again_to_the_same_numbers() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml seeds=1 rig.ring.count=3 --out a");
+    room.succeed("run a/scenario.toml --out b");
+    assert_same(&room, "a", "b");
+}
+
+#[test]
+fn a_run_of_another_set_is_refused() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    room.succeed("render tiny.toml rig.ring.radius_m=4.0 --out other");
+    room.succeed("track set --tracker frozen --out run");
+    let answer = room.skiagraph(["evaluate", "other", "run"]);
+    assert_eq!(answer.code, 2);
+    assert!(answer.stderr.contains("run was not made from other"), "{}", answer.stderr);
+}

@@ -1,0 +1,135 @@
+//! The scenarios that ship, their documentation, and what the program prints about them.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::rooms::{Room, TINY, shipped};
+
+fn shipped_scenarios() -> Vec<PathBuf> {
+    let toml_files = |folder: &Path| {
+        let files = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+        files.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect::<Vec<_>>()
+    };
+    let scenarios: Vec<PathBuf> =
+        ["scenarios", "scenarios/smoke", "scenarios/cmu"].iter().flat_map(|f| toml_files(&shipped(f))).collect();
+    assert!(scenarios.len() >= 6, "{scenarios:?}");
+    scenarios
+}
+
+#[test]
+fn every_shipped_scenario_is_sound() {
+    let room = Room::new();
+    let mocap = crate::support::test_data("mocap");
+    for scenario in shipped_scenarios() {
+        let mut arguments = vec!["check".to_owned(), scenario.display().to_string(), "--json".to_owned()];
+        match &mocap {
+            Some(folder) => arguments.extend(["--mocap-dir".to_owned(), folder.display().to_string()]),
+            None if scenario.starts_with(shipped("scenarios/cmu")) => continue,
+            None => {}
+        }
+        let answer = room.skiagraph(&arguments);
+        assert_eq!(answer.code, 0, "{}: {}", scenario.display(), answer.stderr);
+        let said: Value = serde_json::from_str(&answer.stdout).unwrap();
+        assert_eq!(said["schema"], "skiagraph.check/1");
+        assert!(said["frames"].as_u64().unwrap() > 10);
+        assert!(said["retarget_residual_mm"].as_f64().unwrap() < 30.0, "{said}");
+    }
+    assert!(room.entries().is_empty(), "check wrote {:?}", room.entries());
+}
+
+#[test]
+fn the_default_scenario_is_the_shipped_walk_and_needs_no_file() {
+    let room = Room::new();
+    let built_in = room.succeed("check").stdout;
+    let file = room.succeed(&format!("check {}", shipped("scenarios/walk.toml").display())).stdout;
+    assert_eq!(built_in.lines().skip(1).collect::<Vec<_>>(), file.lines().skip(1).collect::<Vec<_>>());
+    assert!(built_in.contains("301 frames at 60 Hz, 5.02 s"), "{built_in}");
+}
+
+#[test]
+fn the_schema_knows_every_key_of_every_shipped_scenario() {
+    let schema: Value = serde_json::from_str(&Room::new().succeed("schema").stdout).unwrap();
+    let known = schema.to_string();
+    for scenario in shipped_scenarios() {
+        let table: toml::Table = std::fs::read_to_string(&scenario).unwrap().parse().unwrap();
+        for key in keys(&toml::Value::Table(table)) {
+            assert!(known.contains(&format!("\"{key}\"")), "{}: {key}", scenario.display());
+        }
+    }
+}
+
+#[test]
+fn the_readme_names_every_key_of_the_schema() {
+    let schema: Value = serde_json::from_str(&Room::new().succeed("schema").stdout).unwrap();
+    let readme = std::fs::read_to_string(shipped("scenarios/README.md")).unwrap();
+    for definition in schema["$defs"].as_object().unwrap().values().chain([&schema]) {
+        for (key, property) in definition["properties"].as_object().into_iter().flatten() {
+            assert!(readme.contains(key.as_str()), "scenarios/README.md does not name {key}");
+            let described = property["description"].is_string() || property["$ref"].is_string();
+            assert!(described, "{key} has no description in the schema");
+        }
+    }
+}
+
+fn keys(value: &toml::Value) -> Vec<String> {
+    match value {
+        toml::Value::Table(table) => {
+            table.iter().flat_map(|(key, value)| [vec![key.clone()], keys(value)].concat()).collect()
+        }
+        toml::Value::Array(array) => array.iter().flat_map(keys).collect(),
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn the_oracle_is_measured_exactly() {
+    let room = Room::new();
+    room.succeed(&format!("run {} --out oracle", shipped("scenarios/smoke/oracle.toml").display()));
+    let record: Value = serde_json::from_slice(&room.read("oracle/run.json")).unwrap();
+    let mean = |metric: &str| record["metrics"][metric]["mean"].as_f64().unwrap();
+    assert!((mean("humaneva_mm") - 50.0).abs() < 1e-9);
+    assert!(mean("mpjpe_root_mm") < 1e-9);
+    assert_eq!(record["matched"], true);
+}
+
+#[test]
+fn the_filter_beats_an_answer_that_never_moves() {
+    let room = Room::new();
+    let scenario = shipped("scenarios/smoke/matched.toml").display().to_string();
+    let said = room.succeed(&format!("run {scenario} --json --out matched")).stdout;
+    let record: Value = serde_json::from_str(&said).unwrap();
+    let error = record["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap();
+    let frozen = record["frozen"]["humaneva_mm"].as_f64().unwrap();
+    assert!(error < 60.0 && frozen > 2.0 * error, "{error} mm against {frozen} mm");
+}
+
+#[test]
+fn a_run_replaces_a_run_and_nothing_else() {
+    let room = Room::new();
+    room.write(
+        "tiny.toml",
+        &TINY.replace("[tracker.annealed_particle_filter]\nparticles = 12\nlayers = 2", "[tracker.frozen]"),
+    );
+    room.succeed("run tiny.toml");
+    room.succeed("run tiny.toml");
+    assert_eq!(room.entries(), ["runs", "tiny.toml"]);
+    let thesis = room.write("runs/tiny/thesis.tex", "years of work");
+    let refused = room.skiagraph(["run", "tiny.toml"]);
+    assert_eq!(refused.code, 2);
+    assert!(refused.stderr.contains("not a result of ours"), "{}", refused.stderr);
+    assert!(thesis.exists());
+    room.succeed("run tiny.toml --force");
+    assert_eq!(room.read("runs/tiny~/thesis.tex"), b"years of work");
+}
+
+#[test]
+fn results_go_to_stdout_and_quiet_is_quiet() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    let answer = room.succeed("run tiny.toml --json --quiet");
+    assert_eq!(answer.stderr, "");
+    let record: Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert_eq!(record["schema"], "skiagraph.run/1");
+    assert_eq!(answer.stdout.trim_end().as_bytes(), room.read("runs/tiny/run.json").trim_ascii_end());
+}
