@@ -1,7 +1,6 @@
 //! A stick figure that walks, and trackers that follow it more or less: input for tests and for looking at the page.
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
-use rand_distr::{Distribution, StandardNormal};
 
 use crate::body::{Landmark, Markers};
 use crate::camera::{Camera, CameraRig, Distortion, Pinhole};
@@ -10,7 +9,6 @@ use crate::evaluation::{
     Energies, Evaluation, RootRotations, Run, Sequence, evaluate, intersection_over_union, summarise,
 };
 use crate::raster::Mask;
-use crate::rng::{Purpose, stream};
 use crate::tracker::LayerRecord;
 
 use super::overlay::marker_bones;
@@ -183,24 +181,25 @@ fn walking(frame: usize) -> Markers {
     markers
 }
 
-/// The truth with an error that wanders, most at the hands.
+/// The truth with an error that wanders, most at the hands and feet, and grows from nothing in the first frames.
 fn estimate(truth: &[Markers], story: &Story, seed: u64) -> Vec<Markers> {
-    let mut rng = stream(seed, Purpose::Oracle, 0, 0, 0);
-    let mut wander = [Vector3::zeros(); 15];
-    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-    let mut frames = Vec::new();
-    for (frame, markers) in truth.iter().enumerate() {
+    let of_frame = |(frame, markers): (usize, &Markers)| {
+        let lost = story.lost_from.filter(|from| frame >= *from).map_or(0.0, |from| 0.02 * (frame - from + 10) as f64);
         let mut estimate = *markers;
         for (index, marker) in estimate.iter_mut().enumerate() {
-            let size = if [4, 7, 10, 13].contains(&index) { 0.012 } else { 0.005 };
-            wander[index] = 0.93 * wander[index] + size * Vector3::new(normal(), normal(), normal());
-            let lost =
-                story.lost_from.filter(|from| frame >= *from).map_or(0.0, |from| 0.02 * (frame - from + 10) as f64);
-            *marker = marker.map(|p| p + wander[index] + Vector3::new(0.0, lost, 0.0));
+            let size = if [4, 7, 10, 13].contains(&index) { 0.024 } else { 0.011 } * (frame as f64 / 12.0).min(1.0);
+            let error = Vector3::from_fn(|axis, _| size * wander(frame, index, axis, seed));
+            *marker = marker.map(|p| p + error + Vector3::new(0.0, lost, 0.0));
         }
-        frames.push(if frame == 0 { *markers } else { estimate });
-    }
-    frames
+        estimate
+    };
+    truth.iter().enumerate().map(of_frame).collect()
+}
+
+/// A smooth number of size one that differs from marker to marker, axis to axis and seed to seed.
+fn wander(frame: usize, marker: usize, axis: usize, seed: u64) -> f64 {
+    let (t, place) = (frame as f64, (3 * marker + axis) as f64 + 11.3 * seed as f64);
+    libm::sin(0.13 * t + 1.7 * place) + 0.6 * libm::sin(0.41 * t + 2.9 * place) + 0.3 * libm::sin(1.9 * t + 4.1 * place)
 }
 
 fn measured(truth: &[Markers], estimate: &[Markers], [at_truth, at_estimate]: &[Vec<Option<f64>>; 2]) -> Evaluation {
