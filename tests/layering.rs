@@ -14,7 +14,7 @@ use syn::{Item, UseTree, Visibility};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("rng", &[]),
     ("camera", &[]),
-    ("raster", &["camera"]),
+    ("raster", &["camera", "rng"]),
     ("mocap", &[]),
     ("body", &["mocap", "raster", "camera", "rng"]),
     ("contact", &["body"]),
