@@ -9,12 +9,15 @@ use std::ops::Range;
 
 use super::anatomy::SubjectFrame;
 use super::calibration::Calibration;
-use super::fit::{FitOptions, marker_goals, stay};
-use super::solver::{Goals, Solver};
-use crate::body::{Humanoid, Pose};
+use super::fit::{FitOptions, marker_distances, marker_goals, solve_from_afar, stay};
+use super::solver::{Goals, Solution, Solver};
+use crate::body::{Humanoid, Markers, Pose};
 
 /// Poses whose numbers all lie this near are the same pose, radians or metres.
 const AGREEMENT: f64 = 0.02;
+
+/// A landmark this far off, metres, raises the suspicion that the way has gone astray.
+const ASTRAY: f64 = 0.1;
 
 /// The pose of every frame. `posed` holds poses of some frames, in order, to start from.
 pub(super) fn pose_all(
@@ -34,29 +37,43 @@ pub(super) fn pose_all(
         .collect();
     let start = |end: Option<&(usize, Pose)>| end.map_or_else(|| humanoid.zero_pose(), |(_, pose)| pose.clone());
     let mut solver = Solver::new(humanoid);
-    let forward = follow(&mut solver, goals.iter(), start(posed.first()), options);
-    let mut backward = follow(&mut solver, goals.iter().rev(), start(posed.last()), options);
+    let frames = || goals.iter().zip(subject.iter().map(|frame| &frame.markers));
+    let poses = |solutions: Vec<Solution>| solutions.into_iter().map(|solution| solution.pose).collect::<Vec<Pose>>();
+    let forward = poses(follow(&mut solver, humanoid, frames(), &start(posed.first()), options));
+    let mut backward = poses(follow(&mut solver, humanoid, frames().rev(), &start(posed.last()), options));
     backward.reverse();
     merge(&mut solver, humanoid, &goals, forward, &backward)
 }
 
-fn follow<'a>(
+/// Solves frame after frame, each from the one before and held near it. Where a landmark stays far off, all starts are tried
+/// anew, and one that meets the goals much better is taken.
+pub(super) fn follow<'a>(
     solver: &mut Solver<'_>,
-    goals: impl Iterator<Item = &'a Goals>,
-    start: Pose,
+    humanoid: &Humanoid,
+    frames: impl Iterator<Item = (&'a Goals, &'a Markers)>,
+    start: &Pose,
     options: &FitOptions,
-) -> Vec<Pose> {
-    let mut poses: Vec<Pose> = Vec::new();
-    for frame in goals {
-        let mut held = frame.clone();
-        if let Some(previous) = poses.last() {
-            let before = stay(previous, options.continuity_m_per_rad);
-            held.angles = held.angles.into_iter().zip(before).map(|(rest, before)| rest.and(before)).collect();
+) -> Vec<Solution> {
+    let mut solutions: Vec<Solution> = Vec::new();
+    for (goals, markers) in frames {
+        let Some(previous) = solutions.last() else {
+            solutions.push(solve_from_afar(solver, humanoid, goals, markers, start, options.max_iterations));
+            continue;
+        };
+        let mut held = goals.clone();
+        let before = stay(&previous.pose, options.continuity_m_per_rad);
+        held.angles = held.angles.into_iter().zip(before).map(|(rest, before)| rest.and(before)).collect();
+        let mut solution = solver.solve(&held, &previous.pose, options.max_iterations);
+        let distances = marker_distances(humanoid, markers, &solution.pose);
+        if distances.iter().flatten().any(|distance| *distance > ASTRAY) {
+            let anew = solve_from_afar(solver, humanoid, goals, markers, start, options.max_iterations);
+            if anew.cost < 0.5 * solver.cost(goals, &solution.pose) {
+                solution = anew;
+            }
         }
-        let from = poses.last().unwrap_or(&start);
-        poses.push(solver.solve(&held, from, options.max_iterations).pose);
+        solutions.push(solution);
     }
-    poses
+    solutions
 }
 
 /// The middle of both ways where they agree, the better one of each stretch where they do not.

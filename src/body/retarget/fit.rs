@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::calibration::from_axes;
+use super::continuity::follow;
 use super::solver::{AngleGoal, Goals, PointGoal, Solution, Solver};
 use crate::body::{Humanoid, Landmark, Markers, Pose};
 
@@ -12,7 +13,8 @@ pub struct FitOptions {
     /// Metres of marker distance that one radian away from the start pose's angles amounts to. It decides what markers do
     /// not (how a straight arm or a head is turned about its length) and hardly touches what they do.
     pub stay_m_per_rad: f64,
-    /// The same for the way from the frame before, in sequences.
+    /// The same for the way from the frame before, in sequences; [`super::retarget`] takes it at 120 frames a second and scales
+    /// it with the square root of the rate, as for a random walk.
     pub continuity_m_per_rad: f64,
     /// Most steps of the solver for a frame.
     pub max_iterations: usize,
@@ -20,7 +22,7 @@ pub struct FitOptions {
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { stay_m_per_rad: 0.003, continuity_m_per_rad: 0.01, max_iterations: 60 }
+        Self { stay_m_per_rad: 0.003, continuity_m_per_rad: 0.03, max_iterations: 60 }
     }
 }
 
@@ -48,22 +50,10 @@ pub fn fit_to_markers(humanoid: &Humanoid, targets: &Markers, start: &Pose, opti
 
 /// [`fit_to_markers`] for every frame of a sequence, each from the frame before and held near it.
 pub fn fit_motion_to_markers(humanoid: &Humanoid, targets: &[Markers], start: &Pose, options: &FitOptions) -> Vec<Fit> {
-    let mut fits: Vec<Fit> = Vec::with_capacity(targets.len());
-    let mut solver = Solver::new(humanoid);
-    for markers in targets {
-        let fit = match fits.last() {
-            None => fit_to_markers(humanoid, markers, start, options),
-            Some(previous) => {
-                let before = stay(&previous.pose, options.continuity_m_per_rad);
-                let rest = stay(start, options.stay_m_per_rad).into_iter();
-                let angles = rest.zip(before).map(|(a, b)| a.and(b)).collect();
-                let goals = marker_goals(humanoid, markers, angles);
-                measured(humanoid, markers, solver.solve(&goals, &previous.pose, options.max_iterations))
-            }
-        };
-        fits.push(fit);
-    }
-    fits
+    let rest = stay(start, options.stay_m_per_rad);
+    let goals: Vec<Goals> = targets.iter().map(|markers| marker_goals(humanoid, markers, rest.clone())).collect();
+    let solutions = follow(&mut Solver::new(humanoid), humanoid, goals.iter().zip(targets), start, options);
+    targets.iter().zip(solutions).map(|(markers, solution)| measured(humanoid, markers, solution)).collect()
 }
 
 /// Goals that hold every angle where a pose has it.

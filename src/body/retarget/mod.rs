@@ -144,10 +144,13 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     let humanoid = template.reshaped(&shape);
     let posed = pose_from_positions(&humanoid, &subject, &options.fit);
     let calibration = Calibration::new(&humanoid, &subject, &posed);
-    let poses = continuity::pose_all(&humanoid, &subject, &calibration, &posed, &options.fit);
+    let hold = options.fit.continuity_m_per_rad * libm::sqrt(clip.frames_per_second / 120.0);
+    let fit = FitOptions { continuity_m_per_rad: hold, ..options.fit };
+    let poses = continuity::pose_all(&humanoid, &subject, &calibration, &posed, &fit);
     let mut motion = Motion { frames_per_second: clip.frames_per_second, poses }.made_continuous(&humanoid);
     let mut report = RetargetReport::new(&humanoid, &subject, &motion, lengths);
     report.notes.extend(clip.notes.iter().cloned());
+    report.notes.extend(residuals::leaps(&subject, clip.frames_per_second));
     if let Some(bone) = anatomy.restored_bone_m() {
         report.notes.push(format!(
             "the recording lacks the bone between the thorax joint and what hangs on it; {bone:.4} m restored"

@@ -109,6 +109,29 @@ impl FootHeight {
     }
 }
 
+/// A landmark faster than this is none of a person's, m/s.
+const FASTEST: f64 = 15.0;
+/// How many frames a note lists.
+const LISTED: usize = 10;
+
+/// A note on the frames, from 0, into which the recording leaps; `None` where it does not.
+pub(super) fn leaps(subject: &[SubjectFrame], frames_per_second: f64) -> Option<String> {
+    let is_leap = |pair: &[SubjectFrame]| {
+        let moved =
+            pair[0].markers.iter().zip(&pair[1].markers).filter_map(|(a, b)| Some((b.as_ref()? - a.as_ref()?).norm()));
+        moved.fold(0.0, f64::max) * frames_per_second > FASTEST
+    };
+    let frames: Vec<usize> = (1..subject.len()).filter(|&i| is_leap(&subject[i - 1..=i])).collect();
+    let listed: Vec<String> = frames.iter().take(LISTED).map(usize::to_string).collect();
+    let more = if frames.len() > LISTED { format!(" and {} more", frames.len() - LISTED) } else { String::new() };
+    (!frames.is_empty()).then(|| {
+        format!(
+            "the recording leaps (a landmark moves faster than {FASTEST} m/s) into frame {}{more}",
+            listed.join(", ")
+        )
+    })
+}
+
 fn limit_hits(humanoid: &Humanoid, motion: &Motion) -> Vec<LimitHits> {
     let count = |index: usize, is_at: &dyn Fn(f64) -> bool| {
         motion.poses.iter().filter(|pose| is_at(pose.joint_angles[index])).count()
