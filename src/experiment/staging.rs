@@ -72,8 +72,9 @@ impl Staged {
             return Err(unsound(file, "motion", "expected at least one frame, found none".to_owned()));
         };
         let mut notes = performed.report.notes.clone();
-        for (key, template) in [("actor", &actor_template), ("tracker_body", &tracker_template)] {
-            notes.extend(template.notes.iter().map(|note| format!("{key}.robot: {note}")));
+        notes.extend(actor_template.notes.iter().map(|note| format!("actor.robot: {note}")));
+        if !same_robot {
+            notes.extend(tracker_template.notes.iter().map(|note| format!("tracker_body.robot: {note}")));
         }
         let unseen = ground_truth.unseen_frames(&rig).len();
         if unseen > 0 {
