@@ -116,9 +116,9 @@ impl SilhouetteScratch {
     #[inline(always)]
     fn draw_block(&mut self, pinhole: &Pinhole) {
         self.outlines.project(&self.capsules, pinhole);
-        for (lane, outline) in self.outlines.iter().enumerate() {
-            let reach = [outline.left, outline.top, outline.right, outline.bottom];
-            if reach.iter().all(|bound| bound.abs() < FAR_AWAY) {
+        for lane in 0..self.outlines.count() {
+            let outline = self.outlines.get(lane);
+            if outline.is_within(FAR_AWAY) {
                 let (starts, ends) = (&mut self.starts, &mut self.ends);
                 draw_outline(&outline, &mut self.image, &self.centres, starts, ends);
             } else {

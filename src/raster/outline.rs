@@ -139,20 +139,10 @@ impl OutlineBlock {
             let a = [capsules.a[0][i], capsules.a[1][i], capsules.a[2][i]];
             let b = [capsules.b[0][i], capsules.b[1][i], capsules.b[2][i]];
             let outline = outline(a, capsules.radius_a[i], b, capsules.radius_b[i], pinhole);
-            for (lanes, arc) in self.arcs.iter_mut().zip(outline.arcs) {
-                lanes.centre_x[i] = arc.centre_x;
-                lanes.centre_y[i] = arc.centre_y;
-                lanes.radius[i] = arc.radius;
-                lanes.shear[i] = arc.shear;
-                lanes.half_width[i] = arc.half_width;
-            }
-            for (lanes, tangent) in self.tangents.iter_mut().zip(outline.tangents) {
-                lanes.x_a[i] = tangent.x_a;
-                lanes.y_a[i] = tangent.y_a;
-                lanes.x_b[i] = tangent.x_b;
-                lanes.y_b[i] = tangent.y_b;
-                lanes.slope[i] = tangent.slope;
-            }
+            self.arcs[0].put(i, outline.arcs[0]);
+            self.arcs[1].put(i, outline.arcs[1]);
+            self.tangents[0].put(i, outline.tangents[0]);
+            self.tangents[1].put(i, outline.tangents[1]);
             self.extent[0][i] = outline.left;
             self.extent[1][i] = outline.top;
             self.extent[2][i] = outline.right;
@@ -160,64 +150,93 @@ impl OutlineBlock {
         }
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = Outline> {
-        (0..self.count.min(BLOCK)).map(|i| self.get(i))
+    /// How many outlines there are.
+    pub(super) fn count(&self) -> usize {
+        self.count.min(BLOCK)
+    }
+
+    /// The outline of lane `i < BLOCK`.
+    #[inline(always)]
+    pub(super) fn get(&self, i: usize) -> Outline {
+        Outline {
+            arcs: [self.arcs[0].get(i), self.arcs[1].get(i)],
+            tangents: [self.tangents[0].get(i), self.tangents[1].get(i)],
+            left: self.extent[0][i],
+            top: self.extent[1][i],
+            right: self.extent[2][i],
+            bottom: self.extent[3][i],
+        }
+    }
+}
+
+impl ArcLanes {
+    #[inline(always)]
+    fn put(&mut self, i: usize, arc: Arc) {
+        self.centre_x[i] = arc.centre_x;
+        self.centre_y[i] = arc.centre_y;
+        self.radius[i] = arc.radius;
+        self.shear[i] = arc.shear;
+        self.half_width[i] = arc.half_width;
     }
 
     #[inline(always)]
-    fn get(&self, i: usize) -> Outline {
-        let arc = |lanes: &ArcLanes| Arc {
-            centre_x: lanes.centre_x[i],
-            centre_y: lanes.centre_y[i],
-            radius: lanes.radius[i],
-            shear: lanes.shear[i],
-            half_width: lanes.half_width[i],
-        };
-        let tangent = |lanes: &TangentLanes| Tangent {
-            x_a: lanes.x_a[i],
-            y_a: lanes.y_a[i],
-            x_b: lanes.x_b[i],
-            y_b: lanes.y_b[i],
-            slope: lanes.slope[i],
-        };
-        let [left, top, right, bottom] = self.extent.each_ref().map(|lane| lane[i]);
-        Outline {
-            arcs: self.arcs.each_ref().map(arc),
-            tangents: self.tangents.each_ref().map(tangent),
-            left,
-            top,
-            right,
-            bottom,
+    fn get(&self, i: usize) -> Arc {
+        Arc {
+            centre_x: self.centre_x[i],
+            centre_y: self.centre_y[i],
+            radius: self.radius[i],
+            shear: self.shear[i],
+            half_width: self.half_width[i],
         }
+    }
+}
+
+impl TangentLanes {
+    #[inline(always)]
+    fn put(&mut self, i: usize, tangent: Tangent) {
+        self.x_a[i] = tangent.x_a;
+        self.y_a[i] = tangent.y_a;
+        self.x_b[i] = tangent.x_b;
+        self.y_b[i] = tangent.y_b;
+        self.slope[i] = tangent.slope;
+    }
+
+    #[inline(always)]
+    fn get(&self, i: usize) -> Tangent {
+        Tangent { x_a: self.x_a[i], y_a: self.y_a[i], x_b: self.x_b[i], y_b: self.y_b[i], slope: self.slope[i] }
     }
 }
 
 /// The outline of one capsule beyond the near plane. Straight-line code, so that it can be done for several at once.
 #[inline(always)]
 fn outline(a: [f64; 3], radius_a: f64, b: [f64; 3], radius_b: f64, pinhole: &Pinhole) -> Outline {
-    let arcs = [arc(a, radius_a, pinhole), arc(b, radius_b, pinhole)];
-    let reach = arcs.map(|arc| arc.radius * (arc.shear.abs() + arc.half_width));
+    let (arc_a, arc_b) = (arc(a, radius_a, pinhole), arc(b, radius_b, pinhole));
+    let (reach_a, reach_b) = (arc_a.reach(), arc_b.reach());
     let w = cross(a, b);
-    let q = [0, 1, 2].map(|i| radius_a * b[i] - radius_b * a[i]);
+    let q = [radius_a * b[0] - radius_b * a[0], radius_a * b[1] - radius_b * a[1], radius_a * b[2] - radius_b * a[2]];
     let across = cross(q, w);
     let w2 = dot(w, w);
     let inverse = 1.0 / w2;
     // NaN, and with it no tangent, where one outline holds the other.
-    let root = (w2 - dot(q, q)).sqrt();
-    let tangent = |sign: f64| {
-        let normal = [0, 1, 2].map(|i| (across[i] + sign * root * w[i]) * inverse);
-        let [x_a, y_a] = contact(a, radius_a, normal, pinhole);
-        let [x_b, y_b] = contact(b, radius_b, normal, pinhole);
-        Tangent { x_a, y_a, x_b, y_b, slope: (x_b - x_a) / (y_b - y_a) }
-    };
+    let root = (w2 - dot(q, q)).sqrt() * inverse;
+    let middle = scaled(across, inverse);
+    let normals = [plus(middle, scaled(w, root)), plus(middle, scaled(w, -root))];
     Outline {
-        arcs,
-        tangents: [tangent(1.0), tangent(-1.0)],
-        left: lower(arcs[0].centre_x - reach[0], arcs[1].centre_x - reach[1]),
-        top: lower(arcs[0].centre_y - arcs[0].radius, arcs[1].centre_y - arcs[1].radius),
-        right: upper(arcs[0].centre_x + reach[0], arcs[1].centre_x + reach[1]),
-        bottom: upper(arcs[0].centre_y + arcs[0].radius, arcs[1].centre_y + arcs[1].radius),
+        arcs: [arc_a, arc_b],
+        tangents: [
+            tangent(contact(a, radius_a, normals[0], pinhole), contact(b, radius_b, normals[0], pinhole)),
+            tangent(contact(a, radius_a, normals[1], pinhole), contact(b, radius_b, normals[1], pinhole)),
+        ],
+        left: lower(arc_a.centre_x - reach_a, arc_b.centre_x - reach_b),
+        top: lower(arc_a.centre_y - arc_a.radius, arc_b.centre_y - arc_b.radius),
+        right: upper(arc_a.centre_x + reach_a, arc_b.centre_x + reach_b),
+        bottom: upper(arc_a.centre_y + arc_a.radius, arc_b.centre_y + arc_b.radius),
     }
+}
+
+#[inline(always)]
+fn tangent([x_a, y_a]: [f32; 2], [x_b, y_b]: [f32; 2]) -> Tangent {
+    Tangent { x_a, y_a, x_b, y_b, slope: (x_b - x_a) / (y_b - y_a) }
 }
 
 #[inline(always)]
@@ -242,7 +261,7 @@ fn arc([x, y, z]: [f64; 3], radius: f64, pinhole: &Pinhole) -> Arc {
 #[inline(always)]
 fn contact(centre: [f64; 3], radius: f64, normal: [f64; 3], pinhole: &Pinhole) -> [f32; 2] {
     let ([fx, fy], [cx, cy]) = (pinhole.focal, pinhole.principal_point);
-    let point = [0, 1, 2].map(|i| centre[i] - radius * normal[i]);
+    let point = plus(centre, scaled(normal, -radius));
     let inverse = 1.0 / point[2];
     [(fx * (point[0] * inverse) + cx) as f32, (fy * (point[1] * inverse) + cy) as f32]
 }
@@ -255,6 +274,16 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 #[inline(always)]
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn scaled(a: [f64; 3], factor: f64) -> [f64; 3] {
+    [a[0] * factor, a[1] * factor, a[2] * factor]
+}
+
+#[inline(always)]
+fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// The lower of two numbers, `b` where they cannot be compared. (`f32::min` costs two instructions more.)
@@ -274,7 +303,7 @@ pub(super) fn upper(a: f32, b: f32) -> f32 {
 #[inline(always)]
 pub(super) fn row_spans(outline: &Outline, width: f32, centres: &[f32], starts: &mut [u32], ends: &mut [u32]) {
     let [arc_a, arc_b] = outline.arcs;
-    let [edge_a, edge_b] = outline.tangents.map(Edge::new);
+    let (edge_a, edge_b) = (Edge::new(outline.tangents[0]), Edge::new(outline.tangents[1]));
     for ((&y, start), end) in centres.iter().zip(starts).zip(ends) {
         let [left_a, right_a] = arc_a.crossings(y);
         let [left_b, right_b] = arc_b.crossings(y);
@@ -287,7 +316,21 @@ pub(super) fn row_spans(outline: &Outline, width: f32, centres: &[f32], starts: 
     }
 }
 
+impl Outline {
+    /// Whether all of it is nearer to pixel (0, 0) than `limit`; never where a number is NaN.
+    #[inline(always)]
+    pub(super) fn is_within(&self, limit: f32) -> bool {
+        self.left > -limit && self.right < limit && self.top > -limit && self.bottom < limit
+    }
+}
+
 impl Arc {
+    /// A bound of how far it reaches to the left and right of its centre.
+    #[inline(always)]
+    fn reach(&self) -> f32 {
+        self.radius * (self.shear.abs() + self.half_width)
+    }
+
     #[inline(always)]
     fn crossings(&self, y: f32) -> [f32; 2] {
         let d = y - self.centre_y;
