@@ -150,6 +150,11 @@ impl<'t> Document<'t> {
     }
 
     fn check_numbers(&self, node: Node<'_, '_>) -> Result<(), UrdfError> {
+        // other tools' extensions borrow the names of shapes (pinocchio's <collision_checking>)
+        let in_geometry = node.parent_element().is_some_and(|parent| parent.has_tag_name("geometry"));
+        if SHAPES.contains(&node.tag_name().name()) && !in_geometry {
+            return Ok(());
+        }
         for &(tag, attribute, count, required, infinite) in NUMBERS.iter().filter(|n| node.has_tag_name(n.0)) {
             let expected = if count == 1 { "a number".to_owned() } else { format!("{count} numbers") };
             let Some(value) = node.attribute(attribute) else {
