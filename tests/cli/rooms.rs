@@ -7,35 +7,35 @@ use std::path::{Path, PathBuf};
 use assert_cmd::cargo::cargo_bin_cmd;
 
 /// What the program answered.
-pub struct Answer {
-    pub code: i32,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Answer {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 /// An empty directory; gone when dropped.
-pub struct Room(tempfile::TempDir);
+pub(crate) struct Room(tempfile::TempDir);
 
 impl Room {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
+    pub(crate) fn write(&self, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
         fs::write(self.path(name), text).unwrap();
         self.path(name)
     }
 
-    pub fn read(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap()
     }
 
     /// All entries, hidden ones too, in alphabetical order.
-    pub fn entries(&self) -> Vec<String> {
+    pub(crate) fn entries(&self) -> Vec<String> {
         let entries = fs::read_dir(self.0.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
         let mut entries: Vec<String> = entries.collect();
         entries.sort();
@@ -43,7 +43,7 @@ impl Room {
     }
 
     /// Runs the program in this directory.
-    pub fn skiagraph<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Answer {
+    pub(crate) fn skiagraph<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Answer {
         let output = cargo_bin_cmd!("skiagraph")
             .args(arguments)
             .current_dir(self.0.path())
@@ -55,7 +55,7 @@ impl Room {
     }
 
     /// As [`Self::skiagraph`], the arguments in one string, and it must succeed.
-    pub fn succeed(&self, arguments: &str) -> Answer {
+    pub(crate) fn succeed(&self, arguments: &str) -> Answer {
         let answer = self.skiagraph(arguments.split_whitespace());
         assert_eq!(answer.code, 0, "skiagraph {arguments}\n{}", answer.stderr);
         answer
@@ -63,12 +63,12 @@ impl Room {
 }
 
 /// A file of the repository.
-pub fn shipped(relative: &str) -> PathBuf {
+pub(crate) fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }
 
 /// A scenario of four frames, two cameras and few particles.
-pub const TINY: &str = r#"
+pub(crate) const TINY: &str = r#"
 schema = "skiagraph.scenario/1"
 name = "tiny"
 seeds = 2

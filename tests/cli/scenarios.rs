@@ -109,7 +109,7 @@ fn a_run_replaces_a_run_and_nothing_else() {
     let room = Room::new();
     room.write(
         "tiny.toml",
-        &TINY.replace("[tracker.annealed_particle_filter]\nparticles = 12\nlayers = 2", "[tracker.frozen]"),
+        TINY.replace("[tracker.annealed_particle_filter]\nparticles = 12\nlayers = 2", "[tracker.frozen]"),
     );
     room.succeed("run tiny.toml");
     room.succeed("run tiny.toml");

@@ -197,8 +197,8 @@ fn whitened_components(centred: &Mat<f64>, d: usize) -> Result<Mat<f64>, GpdmErr
         return Err(GpdmError::Constant { varying, latent: d });
     }
     let mut components = Mat::zeros(rows, d);
-    for c in 0..d {
-        let axis = eigen.eigenvectors.column(order[c]);
+    for (c, component) in order.iter().enumerate().take(d) {
+        let axis = eigen.eigenvectors.column(*component);
         let along = |i: usize| (0..columns).map(|j| centred[(i, j)] * axis[j]).sum::<f64>();
         let coordinates: Vec<f64> = (0..rows).map(along).collect();
         let largest = coordinates.iter().copied().fold(0.0_f64, |a, b| if b.abs() > a.abs() { b } else { a });
