@@ -3,7 +3,7 @@
 //!
 //! | paper | here |
 //! |---|---|
-//! | `X`, N x D observations | [`Gpdm::observations`], one row a frame |
+//! | `X`, N x D observations | [`Gpdm::observation`], one row a frame |
 //! | `Z`, N x d latents | [`Gpdm::latents`] |
 //! | `k_X` with beta | [`MapKernel`] |
 //! | `k_Z` with alpha | [`DynamicsKernel`] |
