@@ -128,11 +128,11 @@ impl<'a, 't> Solid<'a, 't> {
     }
 
     fn size(&self, document: &Document<'_>, size: f64) -> Result<f64, UrdfError> {
-        if size > 0.0 && size <= MAX_SIZE {
+        // real files mark centres of mass with solids of size 0, which cast no shadow
+        if (0.0..=MAX_SIZE).contains(&size) {
             return Ok(size);
         }
-        Err(document
-            .refuse(self.node, format!("a solid of size {size}; expected more than 0 and at most {MAX_SIZE} m")))
+        Err(document.refuse(self.node, format!("a solid of size {size}; expected 0 to {MAX_SIZE} m")))
     }
 
     fn check_place(&self, document: &Document<'_>) -> Result<(), UrdfError> {
