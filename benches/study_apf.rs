@@ -151,7 +151,7 @@ fn table(results: &Results) -> String {
     }
     text += "\n![HumanEva error of every scenario, matched and mismatched](apf.svg)\n";
     if let Some(protocol) = results.values().flat_map(|bodies| bodies.values()).map(|a| &a.protocol).next() {
-        text += &format!("\nProtocol: {protocol}.\n");
+        text += &format!("\nProtocol of the first row (the others alike, over their own frames): {protocol}.\n");
     }
     text + "\n## Reading\n\nSee `apf-notes.md` for what was tried and on which recordings the settings were chosen.\n"
 }

@@ -32,7 +32,7 @@ pub enum ContourTerm {
     /// Over the model's contour: its distance to the observed one. One distance transform a view and frame.
     #[default]
     OneSided,
-    /// The mean of both directions. One distance transform a view and *particle*: about a hundred times slower.
+    /// The mean of both directions. One distance transform a view and *particle*: much slower.
     TwoSided,
 }
 

@@ -33,8 +33,8 @@ pub struct AnnealedParticleFilterSettings {
     /// How the areas of silhouettes are compared: `"overlap"` (one minus intersection over union) or `"bidirectional"`
     /// (mean of the shares that either side has alone). Default: `"overlap"`.
     pub silhouette: SilhouetteTerm,
-    /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (about a
-    /// hundred times slower). Default: `"one_sided"`.
+    /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (much
+    /// slower). Default: `"one_sided"`.
     pub contour: ContourTerm,
     /// Weight of the contours beside the areas; 0 leaves them out. Default: 0.5.
     pub contour_weight: f64,
