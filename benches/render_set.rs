@@ -2,7 +2,7 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetParts, Start, TruthFacts};
+use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::observation::Observer;
@@ -40,7 +40,11 @@ fn stage(distortion: Distortion) -> Option<Stage> {
     });
     let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
     let truth = GroundTruth::from_motion(actor.clone(), &motion, &rig).ok()?;
-    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), training: motion } })
+    Some(Stage {
+        rig,
+        truth,
+        start: Start { body: actor, pose: motion.poses[0].clone(), training: Training::of_the_test(motion) },
+    })
 }
 
 impl Stage {

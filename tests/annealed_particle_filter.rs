@@ -80,7 +80,7 @@ fn error_mm(tracker: &mut dyn Tracker, body: &Humanoid) -> f64 {
 }
 
 fn filter(body: &Humanoid, rig: &CameraRig) -> AnnealedParticleFilter<Diffusion, SilhouetteLikelihood> {
-    let scales = ProposalScales::from_motion(body, &walk(body), Prediction::None).expect("a walk of many frames");
+    let scales = ProposalScales::from_motions(body, &[walk(body)], Prediction::None).expect("a walk of many frames");
     let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("sound scales");
     let likelihood =
         SilhouetteLikelihood::new(body.clone(), rig, SilhouetteSettings::default()).expect("sound settings");

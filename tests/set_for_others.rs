@@ -6,7 +6,7 @@ use std::process::Command;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use skiagraph::benchmark_set::{BenchmarkSet, Npz, RunPoses, SetParts, Start, TruthFacts, Values};
+use skiagraph::benchmark_set::{BenchmarkSet, Npz, RunPoses, SetParts, Start, Training, TruthFacts, Values};
 use skiagraph::body::{Humanoid, Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::observation::Observer;
@@ -44,7 +44,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let actor = shipped("actor").unwrap();
     let motion = motion(&actor);
     let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
-    let start = Start { body: actor, pose: motion.poses[0].clone(), training: motion.clone() };
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training: Training::of_the_test(motion.clone()) };
     let facts = TruthFacts { motion: "made up".into(), matched: true, mismatch: String::new() };
     let parts = SetParts {
         name: "for others",

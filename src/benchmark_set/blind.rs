@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::files::SetFiles;
 use super::manifest::{self, BlindManifest};
 use super::start_file::{self, Start};
-use super::{SetError, cameras_file, silhouette_png};
+use super::{SetError, cameras_file, silhouette_png, training_file};
 use crate::camera::CameraRig;
 use crate::observation::Observation;
 
@@ -53,7 +53,7 @@ impl BlindSet {
             start: Start::from_files(
                 &files.read(start_file::PATH)?,
                 &files.read(start_file::BODY_PATH)?,
-                &files.read(start_file::TRAINING_PATH)?,
+                &files.read(training_file::PATH)?,
             )?,
             set_hash: files.set_hash(),
             files,

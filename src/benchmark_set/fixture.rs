@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
-use super::{BenchmarkSet, SetError, SetParts, Start, TruthFacts};
+use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
 use crate::body::fixture::{person, walk};
 use crate::body::{DegreeOfFreedom, Drive, Flesh, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint};
 use crate::observation::Observer;
@@ -14,7 +14,8 @@ use crate::scene::fixture::rig;
 pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
     let motion = walk(frames);
     let truth = GroundTruth::from_motion(person(), &motion, &rig()).unwrap();
-    let start = Start { body: person(), pose: motion.poses[0].clone(), training: motion.clone() };
+    let start =
+        Start { body: person(), pose: motion.poses[0].clone(), training: Training::of_the_test(motion.clone()) };
     let facts = TruthFacts { motion: "made up".into(), matched: true, mismatch: String::new() };
     let parts = SetParts {
         name: "small",

@@ -21,6 +21,7 @@ mod run_poses;
 mod set;
 mod silhouette_png;
 mod start_file;
+mod training_file;
 mod truth_file;
 
 pub use blind::BlindSet;
@@ -32,3 +33,4 @@ pub use npz::Npz;
 pub use run_poses::RunPoses;
 pub use set::{BenchmarkSet, SetParts, TruthSet, verify_hashes};
 pub use start_file::Start;
+pub use training_file::Training;

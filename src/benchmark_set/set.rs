@@ -10,7 +10,7 @@ use super::blind::{BlindSet, silhouette_path};
 use super::files::SetFiles;
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
-use super::{Layer, Npz, SetError, body_file, cameras_file, exr_layers, silhouette_png, truth_file};
+use super::{Layer, Npz, SetError, body_file, cameras_file, exr_layers, silhouette_png, training_file, truth_file};
 use crate::body::Motion;
 use crate::camera::CameraRig;
 use crate::observation::{Observation, Observer};
@@ -104,7 +104,7 @@ impl BenchmarkSet {
             ("README.txt", include_bytes!("readme.txt").to_vec()),
             (cameras_file::PATH, cameras_file::to_json(parts.rig)?),
             (start_file::PATH, parts.start.to_json()?),
-            (start_file::TRAINING_PATH, parts.start.training_to_npz()?),
+            (training_file::PATH, parts.start.training_to_npz()?),
             (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &parts.start.body)?),
             (truth_file::PATH, npz.to_bytes(truth_file::PATH)?),
             (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
@@ -179,7 +179,7 @@ impl SetParts<'_> {
             return Err(SetError::inconsistent(detail));
         }
         let degrees = self.start.body.degrees_of_freedom.len();
-        let motions = self.refitted.into_iter().chain([&self.start.training]);
+        let motions = self.refitted.into_iter().chain(&self.start.training.motions);
         let mut poses = motions.flat_map(|m| &m.poses).chain([&self.start.pose]);
         if poses.any(|p| p.joint_angles.len() != degrees) {
             let detail = format!("start and refitted poses need the {degrees} angles of {:?}", self.start.body.name);

@@ -1,17 +1,15 @@
 //! `start/`: what a tracker is told before the first frame. `body.json` is its body, `start.json` where that begins, and
-//! `training.npz` (`fps`, `root`, `angles`, `angle_names`) how it has been seen to move.
+//! `training.npz` how it has been seen to move.
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use super::rigid::RigidRecord;
-use super::truth_file::{push_poses, read_poses};
-use super::{Array, Npz, SetError, body_file};
-use crate::body::{Humanoid, Motion, Pose};
+use super::{SetError, Training, body_file};
+use crate::body::{Humanoid, Pose};
 
 pub(super) const PATH: &str = "start/start.json";
 pub(super) const BODY_PATH: &str = "start/body.json";
-pub(super) const TRAINING_PATH: &str = "start/training.npz";
 const SCHEMA: &str = "skiagraph.start/1";
 
 /// What a tracker is told before the first frame.
@@ -22,7 +20,7 @@ pub struct Start {
     /// Its pose at frame 0.
     pub pose: Pose,
     /// How the body has been seen to move, at the rate of the observations: what proposals and motion models learn from.
-    pub training: Motion,
+    pub training: Training,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -49,9 +47,7 @@ impl Start {
     }
 
     pub(super) fn training_to_npz(&self) -> Result<Vec<u8>, SetError> {
-        let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![self.training.frames_per_second]))]);
-        push_poses(&mut npz, "", &[self.training.poses.len()], &self.body, self.training.poses.iter());
-        npz.to_bytes(TRAINING_PATH)
+        self.training.to_npz(&self.body)
     }
 
     pub(super) fn from_files(start: &[u8], body: &[u8], training: &[u8]) -> Result<Self, SetError> {
@@ -66,10 +62,7 @@ impl Start {
         }
         let world_from_root = record.root.transform().map_err(|e| SetError::malformed(PATH, e))?;
         let pose = Pose { world_from_root, joint_angles: DVector::from_vec(record.angles) };
-        let npz = Npz::from_bytes(TRAINING_PATH, training)?;
-        let poses = read_poses(&npz, TRAINING_PATH, "", Some(degrees))?;
-        let training = Motion { frames_per_second: npz.f64s(TRAINING_PATH, "fps", &[])?[0], poses };
-        Ok(Self { body, pose, training })
+        Ok(Self { body, pose, training: Training::from_npz(training, degrees)? })
     }
 }
 
@@ -80,8 +73,8 @@ mod tests {
 
     #[test]
     fn a_start_is_read_back_to_the_bit_and_must_fit_its_body() {
-        let training = walk(9);
-        let start = Start { body: person(), pose: training.poses[8].clone(), training };
+        let training = Training::new(vec![walk(9)]);
+        let start = Start { body: person(), pose: walk(9).poses[8].clone(), training };
         let body = body_file::to_json(BODY_PATH, &start.body).unwrap();
         let read = |start: &Start| {
             Start::from_files(&start.to_json().unwrap(), &body, &start.training_to_npz().unwrap())

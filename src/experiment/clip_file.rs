@@ -19,10 +19,10 @@ pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
 /// Below a folder of recordings no path is this deep, unless links make a circle.
 const GREATEST_DEPTH: usize = 12;
 
-/// Reads the recording of `[motion]` or `[training]` (`table`), then cuts, repeats and resamples it.
+/// Reads the recording of `[motion]` or `[[training.clips]]` (`table`), then cuts, repeats and resamples it.
 pub(super) fn load(
     file: &ScenarioFile,
-    table: &'static str,
+    table: &str,
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Result<Clip, ExperimentError> {

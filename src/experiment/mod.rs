@@ -23,6 +23,7 @@ mod run;
 mod scenario;
 mod staging;
 mod tracking;
+mod training;
 mod watch;
 
 pub use check::{Soundness, check};

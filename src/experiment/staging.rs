@@ -5,12 +5,12 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::scenario::CameraSettings;
-use super::{ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file};
-use crate::benchmark_set::{Start, TruthFacts};
+use super::{ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
+use crate::benchmark_set::{Start, Training, TruthFacts};
 use crate::body::retarget::{
     FitOptions, RetargetOptions, RetargetReport, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
 };
-use crate::body::{BodyShape, Humanoid, Motion, SHIPPED_ROBOTS, shipped};
+use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
 use crate::scene::GroundTruth;
 
@@ -54,19 +54,19 @@ impl Staged {
         };
         let performed = retarget(&clip, &actor_template, &RetargetOptions::default())?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
-        let training = match (&scenario.training, same_robot) {
-            (None, true) => performed.motion.clone(),
-            (None, false) => retarget(&clip, &tracker_template, &RetargetOptions::default())?.motion,
-            (Some(settings), _) => {
-                let clip = clip_file::load(file, "training", settings, mocap_directory)?;
-                retarget(&clip, &tracker_template, &RetargetOptions::default())?.motion
-            }
+        let training = match training::load(file, mocap_directory, &actor_template, &body)? {
+            Some(training) => training,
+            None if same_robot => Training::of_the_test(performed.motion.clone()),
+            None => Training::of_the_test(retarget(&clip, &tracker_template, &RetargetOptions::default())?.motion),
         };
         let rig = rig(file, &performed.motion)?;
         let ground_truth = GroundTruth::from_motion(performed.humanoid, &performed.motion, &rig)?;
         let refitted = match body == ground_truth.actor {
             true => performed.motion,
-            false => refit(&body, &ground_truth),
+            false => {
+                let markers: Vec<Markers> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
+                refit(&body, &markers, ground_truth.frames_per_second)
+            }
         };
         let Some(pose) = refitted.poses.first().cloned() else {
             return Err(unsound(file, "motion", "expected at least one frame, found none".to_owned()));
@@ -121,11 +121,11 @@ fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same
     }
 }
 
-fn refit(body: &Humanoid, truth: &GroundTruth) -> Motion {
-    let markers: Vec<_> = truth.frames.iter().map(|frame| frame.markers).collect();
-    let fits = fit_motion_to_markers(body, &markers, &body.zero_pose(), &FitOptions::default());
+/// The motion of `body` whose markers come nearest to those of another.
+pub(super) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64) -> Motion {
+    let fits = fit_motion_to_markers(body, markers, &body.zero_pose(), &FitOptions::default());
     let poses = fits.into_iter().map(|fit| fit.pose).collect();
-    Motion { frames_per_second: truth.frames_per_second, poses }.made_continuous(body)
+    Motion { frames_per_second, poses }.made_continuous(body)
 }
 
 fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {

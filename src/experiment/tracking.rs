@@ -136,7 +136,7 @@ fn build(
     let body = &set.start.body;
     Ok(match settings {
         TrackerSettings::AnnealedParticleFilter(s) => {
-            let scales = ProposalScales::from_motion(body, &set.start.training, s.prediction)?;
+            let scales = ProposalScales::from_motions(body, &set.start.training.motions, s.prediction)?;
             let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
             let likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, s.likelihood())?;
             Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?)

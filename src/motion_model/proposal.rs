@@ -24,23 +24,20 @@ impl ProposalScales {
     /// Joint angle that they never fall below, radians: a joint that rested in training may move in the test.
     pub const JOINT_FLOOR_RAD: f64 = 0.01;
 
-    /// Measures a training motion of `body` at the rate of the video to come (Balan et al. 2005).
+    /// Measures training motions of `body` at the rate of the video to come (Balan et al. 2005).
     ///
     /// The root mean square about zero is taken, not about the mean: what a motion model does not predict, steady
     /// travel included, the spread has to cover. With [`Prediction::ConstantVelocity`] that is the change of the
     /// change. The two horizontal directions share one value, since a test may walk another way than the training.
     ///
     /// # Errors
-    /// [`MotionModelError::TooFewFrames`] for fewer than two frames (three with a predicted velocity).
-    pub fn from_motion(body: &Humanoid, motion: &Motion, prediction: Prediction) -> Result<Self, MotionModelError> {
+    /// [`MotionModelError::TooFewFrames`] where no motion has two frames (three with a predicted velocity).
+    pub fn from_motions(body: &Humanoid, motions: &[Motion], prediction: Prediction) -> Result<Self, MotionModelError> {
         let expected = if prediction == Prediction::None { 2 } else { 3 };
-        let found = motion.poses.len();
-        if found < expected {
+        let steps: Vec<DVector<f64>> = motions.iter().flat_map(|motion| changes(body, motion, prediction)).collect();
+        if steps.is_empty() {
+            let found = motions.iter().map(|motion| motion.poses.len()).max().unwrap_or(0);
             return Err(MotionModelError::TooFewFrames { expected, found });
-        }
-        let mut steps = consecutive_steps(body, motion);
-        if prediction == Prediction::ConstantVelocity {
-            steps = steps.windows(2).map(|pair| &pair[1] - &pair[0]).collect();
         }
         let mut mean_square = DVector::zeros(body.step_len());
         for step in &steps {
@@ -70,6 +67,15 @@ impl ProposalScales {
     /// All standard deviations in the order of a step.
     pub(super) fn in_step_order(&self) -> Vec<f64> {
         self.root_translation_m.iter().chain(&self.root_rotation_rad).chain(&self.joints).copied().collect()
+    }
+}
+
+/// What a prediction leaves to be covered, frame by frame.
+fn changes(body: &Humanoid, motion: &Motion, prediction: Prediction) -> Vec<DVector<f64>> {
+    let steps: Vec<DVector<f64>> = consecutive_steps(body, motion);
+    match prediction {
+        Prediction::None => steps,
+        Prediction::ConstantVelocity => steps.windows(2).map(|pair| &pair[1] - &pair[0]).collect(),
     }
 }
 
@@ -103,7 +109,7 @@ mod tests {
     #[test]
     fn without_prediction_steady_travel_belongs_to_the_spread() {
         let body = Humanoid::tracker25().unwrap();
-        let scales = ProposalScales::from_motion(&body, &walk(&body, 21), Prediction::None).unwrap();
+        let scales = ProposalScales::from_motions(&body, &[walk(&body, 21)], Prediction::None).unwrap();
         let horizontal = 0.05 / 2.0_f64.sqrt();
         assert!((scales.root_translation_m[0] - horizontal).abs() < 1e-12);
         assert!((scales.root_translation_m[1] - horizontal).abs() < 1e-12);
@@ -113,7 +119,7 @@ mod tests {
     #[test]
     fn with_prediction_only_the_change_of_velocity_does() {
         let body = Humanoid::tracker25().unwrap();
-        let scales = ProposalScales::from_motion(&body, &walk(&body, 21), Prediction::ConstantVelocity).unwrap();
+        let scales = ProposalScales::from_motions(&body, &[walk(&body, 21)], Prediction::ConstantVelocity).unwrap();
         assert_eq!(scales.root_translation_m, [ProposalScales::ROOT_TRANSLATION_FLOOR_M; 3]);
         assert!((scales.joints[3] - 0.4).abs() < 1e-12);
     }
@@ -121,7 +127,7 @@ mod tests {
     #[test]
     fn what_rested_in_training_keeps_the_floor() {
         let body = Humanoid::tracker25().unwrap();
-        let scales = ProposalScales::from_motion(&body, &walk(&body, 21), Prediction::None).unwrap();
+        let scales = ProposalScales::from_motions(&body, &[walk(&body, 21)], Prediction::None).unwrap();
         assert_eq!(scales.root_translation_m[2], ProposalScales::ROOT_TRANSLATION_FLOOR_M);
         assert_eq!(scales.root_rotation_rad, [ProposalScales::ROOT_ROTATION_FLOOR_RAD; 3]);
         assert_eq!(scales.joints[4], ProposalScales::JOINT_FLOOR_RAD);
@@ -130,8 +136,8 @@ mod tests {
     #[test]
     fn one_frame_has_no_differences() {
         let body = Humanoid::tracker25().unwrap();
-        let refusal = ProposalScales::from_motion(&body, &walk(&body, 1), Prediction::None).unwrap_err();
+        let refusal = ProposalScales::from_motions(&body, &[walk(&body, 1)], Prediction::None).unwrap_err();
         assert_eq!(refusal.to_string(), "training motion: expected at least 2 frames, found 1");
-        assert!(ProposalScales::from_motion(&body, &walk(&body, 2), Prediction::ConstantVelocity).is_err());
+        assert!(ProposalScales::from_motions(&body, &[walk(&body, 2)], Prediction::ConstantVelocity).is_err());
     }
 }

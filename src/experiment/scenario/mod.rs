@@ -15,7 +15,7 @@ mod tracker;
 pub use bodies::{ActorSettings, ContactMode, Mismatch, TrackerBodySettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, Place};
-pub use motion::{Axis, MotionSettings};
+pub use motion::{Axis, MotionSettings, TrainingSettings};
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use tracker::{AnnealedParticleFilterSettings, FrozenSettings, OracleSettings, TrackerSettings};
@@ -42,9 +42,10 @@ pub struct Scenario {
     pub seeds: u32,
     /// The recording that the actor performs.
     pub motion: MotionSettings,
-    /// The recording that the tracker's proposal is learned from. Default: the frames of `[motion]` themselves.
+    /// The recordings that proposals and motion models are learned from. Default: for the spread of proposals the frames of
+    /// `[motion]` themselves; motion models need training.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub training: Option<MotionSettings>,
+    pub training: Option<TrainingSettings>,
     /// The body that is seen.
     #[serde(default)]
     pub actor: ActorSettings,

@@ -1,4 +1,4 @@
-//! `[motion]` and `[training]`: a recording and the part of it that is used.
+//! `[motion]` and `[training]`: recordings and the parts of them that are used.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,6 +42,14 @@ pub struct MotionSettings {
     /// Where the file is offered; said when it is missing. Default: empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub source: String,
+}
+
+/// The recordings that proposals and motion models are learned from. No frame of them may be one of the test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrainingSettings {
+    /// One or several recordings or parts of them, each as in `[motion]` and at its rate: `[[training.clips]]`.
+    pub clips: Vec<MotionSettings>,
 }
 
 /// An upward axis.

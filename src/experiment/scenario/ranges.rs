@@ -34,7 +34,10 @@ impl Scenario {
         within("seeds", self.seeds, 1..=100_000)?;
         motion("motion", &self.motion)?;
         if let Some(training) = &self.training {
-            motion("training", training)?;
+            require("training.clips", !training.clips.is_empty(), "at least one [[training.clips]]", "none")?;
+            for (i, clip) in training.clips.iter().enumerate() {
+                motion(&format!("training.clips[{i}]"), clip)?;
+            }
         }
         if let Some((length, girth)) = self.tracker_body.mismatch.percents() {
             within("tracker_body.mismatch.percent.length", length, 0.0..=50.0)?;
