@@ -100,7 +100,10 @@ struct MarkerRecord {
 }
 
 /// The bytes of the body's file.
-pub(super) fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
+///
+/// # Errors
+/// [`SetError::Malformed`] where a number is not finite and no limit.
+pub fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
     let markers = LANDMARKS.iter().zip(&body.markers).filter_map(|(landmark, marker)| {
         let marker = marker.as_ref()?;
         Some((landmark.name().to_string(), MarkerRecord { link: marker.link, point: marker.point_in_link.into() }))
@@ -117,8 +120,11 @@ pub(super) fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> 
     super::json::to_bytes(file, &record)
 }
 
-/// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked.
-pub(super) fn from_json(file: &str, bytes: &[u8]) -> Result<Humanoid, SetError> {
+/// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked. `file` is what errors call it.
+///
+/// # Errors
+/// [`SetError::Malformed`] that says what is wrong.
+pub fn from_json(file: &str, bytes: &[u8]) -> Result<Humanoid, SetError> {
     let record: BodyRecord = super::json::from_bytes(file, SCHEMA, bytes)?;
     record.body().map_err(|detail| SetError::malformed(file, detail))
 }

@@ -25,6 +25,7 @@ mod training_file;
 mod truth_file;
 
 pub use blind::BlindSet;
+pub use body_file::{from_json as body_from_json, to_json as body_to_json};
 pub use error::SetError;
 pub use exr_layers::Layer;
 pub use manifest::TruthFacts;

@@ -94,7 +94,10 @@ impl Npz {
     }
 
     /// The numbers of array `name`, which must have this shape (`None`: any length along that axis).
-    pub(super) fn f64s(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[f64], SetError> {
+    ///
+    /// # Errors
+    /// [`SetError::Malformed`] that says what was expected.
+    pub fn f64s(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[f64], SetError> {
         match &self.shaped(file, name, shape)?.values {
             Values::F64(values) => Ok(values),
             _ => Err(SetError::malformed(file, format!("{name}: expected element type <f8"))),

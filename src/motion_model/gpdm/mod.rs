@@ -16,6 +16,7 @@ mod kernel;
 mod layout;
 mod model;
 mod objective;
+mod parts;
 mod positive_definite;
 mod train;
 
@@ -23,4 +24,5 @@ pub use kernel::{DynamicsKernel, MapKernel};
 pub use layout::{DynamicsOrder, SequenceLayout};
 pub use model::{Gpdm, Moments};
 pub use objective::{Objective, Parameters};
-pub use train::{GpdmError, TrainingOptions, train};
+pub use parts::{GpdmParts, PartsError};
+pub use train::{GpdmError, Round, TrainingOptions, train, train_watched};

@@ -10,13 +10,13 @@ use super::positive_definite::PositiveDefinite;
 /// A learned Gaussian process dynamical model. Rows of every matrix argument and result are points.
 #[derive(Clone, Debug)]
 pub struct Gpdm {
-    mean: Vec<f64>,
-    centred: Mat<f64>,
-    scales: Vec<f64>,
-    latents: Mat<f64>,
-    map: MapKernel,
-    dynamics: DynamicsKernel,
-    layout: SequenceLayout,
+    pub(super) mean: Vec<f64>,
+    pub(super) centred: Mat<f64>,
+    pub(super) scales: Vec<f64>,
+    pub(super) latents: Mat<f64>,
+    pub(super) map: MapKernel,
+    pub(super) dynamics: DynamicsKernel,
+    pub(super) layout: SequenceLayout,
     predictors: Predictors,
 }
 

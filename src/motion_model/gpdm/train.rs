@@ -13,6 +13,9 @@ use crate::motion_model::lbfgs::{LbfgsOptions, minimise};
 /// Bounds on every kernel parameter: the 1/theta prior alone would let an amplitude run to zero for ever.
 const KERNEL_BOUNDS: [f64; 2] = [1e-6, 1e6];
 
+/// Most frames of one model: two kernel matrices of their square are held, half a gigabyte each.
+pub(super) const MOST_FRAMES: usize = 8192;
+
 /// How a GPDM is learned.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TrainingOptions {
@@ -54,6 +57,14 @@ pub enum GpdmError {
         /// The least length.
         needed: usize,
     },
+    /// More frames than one model can hold.
+    #[error("{frames} frames for one model, more than {most}: learn a graph, or give less")]
+    TooLong {
+        /// Frames of all sequences.
+        frames: usize,
+        /// The most.
+        most: usize,
+    },
     /// The rows of the observations are not those of the sequences.
     #[error("{rows} rows of observations for sequences of {frames} frames in all")]
     Rows {
@@ -83,6 +94,18 @@ pub enum GpdmError {
     /// A kernel matrix could not be factored however much jitter was added.
     #[error("the kernel matrix of the training motion is singular: are many frames the same?")]
     Singular,
+    /// Whoever looked on wanted no more.
+    #[error("learning was interrupted")]
+    Interrupted,
+}
+
+/// How far the learning of one model is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Round {
+    /// Rounds done, from 1.
+    pub number: usize,
+    /// Negative logarithm of the posterior after it, up to a constant.
+    pub loss: f64,
 }
 
 /// Learns a GPDM of `observations` (N x D, rows of all sequences one after another).
@@ -90,6 +113,19 @@ pub enum GpdmError {
 /// # Errors
 /// [`GpdmError`] where the sequences are too short, not finite or hardly vary.
 pub fn train(observations: MatRef<'_, f64>, lengths: &[usize], options: &TrainingOptions) -> Result<Gpdm, GpdmError> {
+    train_watched(observations, lengths, options, &mut |_| true)
+}
+
+/// As [`train`]; `keep_on` hears of every round and ends the work when it answers `false`.
+///
+/// # Errors
+/// As [`train`], and [`GpdmError::Interrupted`].
+pub fn train_watched(
+    observations: MatRef<'_, f64>,
+    lengths: &[usize],
+    options: &TrainingOptions,
+    keep_on: &mut dyn FnMut(Round) -> bool,
+) -> Result<Gpdm, GpdmError> {
     let layout = SequenceLayout { order: options.order, delta: options.delta, lengths: lengths.to_vec() };
     let mean = checked_mean(observations, &layout, options.latent_dimensions)?;
     let centred = Mat::from_fn(observations.nrows(), observations.ncols(), |i, j| observations[(i, j)] - mean[j]);
@@ -103,7 +139,7 @@ pub fn train(observations: MatRef<'_, f64>, lengths: &[usize], options: &Trainin
             noise_precision: std::f64::consts::E,
         },
     };
-    let (parameters, scales) = descend(centred.as_ref(), &layout, start, options)?;
+    let (parameters, scales) = descend(centred.as_ref(), &layout, start, options, keep_on)?;
     Gpdm::assemble(mean, centred, scales, parameters, layout).ok_or(GpdmError::Singular)
 }
 
@@ -112,6 +148,7 @@ fn descend(
     layout: &SequenceLayout,
     start: Parameters,
     options: &TrainingOptions,
+    keep_on: &mut dyn FnMut(Round) -> bool,
 ) -> Result<(Parameters, Vec<f64>), GpdmError> {
     let d = options.latent_dimensions;
     let balance = options.balance.unwrap_or(centred.ncols() as f64 / d as f64);
@@ -123,7 +160,7 @@ fn descend(
     lower[kernels..].fill(KERNEL_BOUNDS[0].ln());
     upper[kernels..].fill(KERNEL_BOUNDS[1].ln());
     let mut previous = f64::INFINITY;
-    for _ in 0..options.rounds {
+    for number in 1..=options.rounds {
         let scales = closed_form_scales(centred, &parameters)?;
         let objective = Objective::new(centred, &scales, layout, balance);
         let value = minimise(
@@ -134,6 +171,9 @@ fn descend(
             &lbfgs,
         );
         parameters = Parameters::unpack(&theta, d);
+        if !keep_on(Round { number, loss: value }) {
+            return Err(GpdmError::Interrupted);
+        }
         if (previous - value).abs() < 1e-4 * value.abs() {
             break;
         }
@@ -164,6 +204,9 @@ fn checked_mean(observations: MatRef<'_, f64>, layout: &SequenceLayout, latent: 
     let (rows, frames) = (observations.nrows(), layout.frames());
     if rows != frames || frames == 0 {
         return Err(GpdmError::Rows { rows, frames });
+    }
+    if frames > MOST_FRAMES {
+        return Err(GpdmError::TooLong { frames, most: MOST_FRAMES });
     }
     for dimension in 0..observations.ncols() {
         if let Some(frame) = observations.col(dimension).iter().position(|x| !x.is_finite()) {
@@ -283,6 +326,19 @@ mod tests {
             train(broken.as_ref(), &[40], &options).unwrap_err(),
             GpdmError::NotFinite { frame: 7, dimension: 3 }
         );
+    }
+
+    #[test]
+    fn learning_stops_after_the_round_in_which_it_is_told_to() {
+        let x = cycles(30);
+        let mut heard = Vec::new();
+        let mut twice = |round: Round| {
+            heard.push(round);
+            round.number < 2
+        };
+        let stopped = train_watched(x.as_ref(), &[30], &TrainingOptions::default(), &mut twice);
+        assert_eq!(stopped.unwrap_err(), GpdmError::Interrupted);
+        assert!(heard.len() == 2 && heard[1].loss < heard[0].loss, "{heard:?}");
     }
 
     #[test]

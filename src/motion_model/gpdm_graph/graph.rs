@@ -1,10 +1,10 @@
 //! A learned graph: its models, where they came from and where they may turn into each other.
 
-use nalgebra::{Point3, UnitQuaternion};
+use nalgebra::UnitQuaternion;
 
-use super::candidates::{CandidateDetector, detector};
-use super::segmentation::{Learned, SegmentRange, TrainingMotion, grow_segment, learn};
-use crate::body::{Humanoid, LinkFrames, Motion};
+use super::learner::GraphLearner;
+use super::segmentation::SegmentRange;
+use crate::body::{Humanoid, Motion};
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 
@@ -107,6 +107,9 @@ pub enum GraphError {
         /// What was given.
         found: String,
     },
+    /// Segments that were learned before are not the beginning of these motions.
+    #[error("the segments learned so far do not begin these training motions: learn them anew")]
+    OtherSegments,
     /// A model could not be learned.
     #[error("frames {} to {} of training motion {}: {source}", range.first, range.end, range.motion)]
     Model {
@@ -119,6 +122,7 @@ pub enum GraphError {
 
 impl GpdmGraph {
     /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
+    /// [`GraphLearner`] does the same step by step.
     ///
     /// # Errors
     /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
@@ -128,45 +132,16 @@ impl GpdmGraph {
         settings: &GraphSettings,
         mut progress: impl FnMut(&Segment, usize),
     ) -> Result<Self, GraphError> {
-        let (rate, clip, detector) = checked(motions, settings)?;
-        let chart = PoseChart::learn(body, motions);
-        let threshold = settings.threshold_per_joint * chart.groups().len() as f64;
-        let mut graph = Self { chart, frames_per_second: rate, segments: Vec::new(), candidates: Vec::new() };
-        let mut done = 0;
-        for (index, motion) in motions.iter().enumerate() {
-            let training = graph.training_motion(index, motion);
-            let mut first = 0;
-            while first < motion.poses.len() {
-                let learned = if settings.single {
-                    learn(&training, &graph.chart, first, motion.poses.len(), &settings.training)
-                } else {
-                    grow_segment(&training, &graph.chart, first, clip, threshold, &settings.training)
-                };
-                let range = SegmentRange { motion: index, first, end: motion.poses.len() };
-                let learned = learned.map_err(|source| GraphError::Model { range, source })?;
-                first = learned.range.end;
-                let segment = Segment::new(learned, &training);
-                progress(&segment, done + first);
-                graph.segments.push(segment);
-            }
-            done += motion.poses.len();
-            let turns = detector.detect(&joint_positions(body, motion), rate);
-            let located = turns.into_iter().filter_map(|frame| graph.locate(index, frame)).collect::<Vec<_>>();
-            graph.candidates.extend(located);
+        let mut learner = GraphLearner::new(body, motions, settings)?;
+        while let Some(segment) = learner.grow(&mut |_, _| true)? {
+            let segment = segment.clone();
+            progress(&segment, learner.frames_done());
         }
-        Ok(graph)
-    }
-
-    fn training_motion(&self, index: usize, motion: &Motion) -> TrainingMotion {
-        TrainingMotion {
-            index,
-            observations: self.chart.observe(motion),
-            rotations: motion.poses.iter().map(|pose| self.chart.rotations(pose)).collect(),
-        }
+        Ok(learner.finish())
     }
 
     /// The model and row of a training frame.
-    fn locate(&self, motion: usize, frame: usize) -> Option<Candidate> {
+    pub(super) fn locate(&self, motion: usize, frame: usize) -> Option<Candidate> {
         let holds = |s: &Segment| s.range.motion == motion && (s.range.first..s.range.end).contains(&frame);
         let segment = self.segments.iter().position(holds)?;
         Some(Candidate { segment, row: frame - self.segments[segment].range.first })
@@ -193,54 +168,4 @@ impl GpdmGraph {
             .map(|(k, row, r)| (k, row, distance(rotations, r)))
             .min_by(|a, b| a.2.total_cmp(&b.2))
     }
-}
-
-impl Segment {
-    fn new(learned: Learned, training: &TrainingMotion) -> Self {
-        let Learned { range, gpdm, errors } = learned;
-        Self { range, gpdm, errors, rotations: training.rotations[range.first..range.end].to_vec() }
-    }
-}
-
-fn checked(
-    motions: &[Motion],
-    settings: &GraphSettings,
-) -> Result<(f64, usize, Box<dyn CandidateDetector>), GraphError> {
-    let rate = motions.first().ok_or(GraphError::NoMotion)?.frames_per_second;
-    if let Some(other) = motions.iter().find(|m| m.frames_per_second != rate) {
-        return Err(GraphError::Rates { first: rate, other: other.frames_per_second });
-    }
-    let wrong = |key, expected, found| Err(GraphError::Setting { key, expected, found });
-    if !(settings.clip_s > 0.0 && settings.clip_s <= 60.0) {
-        return wrong("clip_s", "seconds, > 0 and at most 60", settings.clip_s.to_string());
-    }
-    if !(settings.threshold_per_joint > 0.0 && settings.threshold_per_joint.is_finite()) {
-        return wrong("threshold_per_joint", "rad^2, > 0", settings.threshold_per_joint.to_string());
-    }
-    if !(1..=8).contains(&settings.training.latent_dimensions) {
-        return wrong("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions.to_string());
-    }
-    let Some(detector) = detector(&settings.detector) else {
-        return wrong("detector", "\"short_term_pca\" or \"speed_minima\"", settings.detector.clone());
-    };
-    let least = settings.training.latent_dimensions.max(settings.training.order.lag() + 1) + 1;
-    let clip = ((settings.clip_s * rate).round() as usize).max(least);
-    if let Some(motion) = motions.iter().position(|m| m.poses.len() < clip) {
-        return Err(GraphError::ShorterThanClip { motion, frames: motions[motion].poses.len(), clip });
-    }
-    Ok((rate, clip, detector))
-}
-
-/// Where every moving joint is in the root's frame, frame by frame, metres.
-fn joint_positions(body: &Humanoid, motion: &Motion) -> Vec<Vec<Point3<f64>>> {
-    let mut frames = LinkFrames::default();
-    motion
-        .poses
-        .iter()
-        .map(|pose| {
-            body.link_frames_into(pose, &mut frames);
-            let root_from_world = pose.world_from_root.inverse();
-            frames.0[1..].iter().map(|link| root_from_world * Point3::from(link.translation.vector)).collect()
-        })
-        .collect()
 }

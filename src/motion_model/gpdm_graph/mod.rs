@@ -7,8 +7,11 @@
 
 mod candidates;
 mod graph;
+mod learner;
+mod parts;
 mod segmentation;
 
 pub use candidates::{CandidateDetector, ShortTermPca, SpeedMinima, detector};
 pub use graph::{Candidate, GpdmGraph, GraphError, GraphSettings, Segment};
+pub use learner::GraphLearner;
 pub use segmentation::SegmentRange;

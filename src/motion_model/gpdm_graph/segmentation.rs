@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 use nalgebra::UnitQuaternion;
 
-use super::super::gpdm::{Gpdm, GpdmError, TrainingOptions, train};
+use super::super::gpdm::{Gpdm, GpdmError, Round, TrainingOptions, train_watched};
 use super::super::pose_chart::{PoseChart, distance};
 
 /// Frames `first .. end` of one training motion.
@@ -43,13 +43,14 @@ pub(super) fn grow_segment(
     clip: usize,
     threshold: f64,
     options: &TrainingOptions,
+    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<Learned, GpdmError> {
     let frames = motion.observations.nrows();
     // a remainder shorter than a clip could not stand alone
     let end_after = |end: usize| if frames - end < clip { frames } else { end };
-    let mut best = learn(motion, chart, first, end_after((first + clip).min(frames)), options)?;
+    let mut best = learn(motion, chart, first, end_after((first + clip).min(frames)), options, keep_on)?;
     while best.range.end < frames {
-        let longer = learn(motion, chart, first, end_after((best.range.end + clip).min(frames)), options)?;
+        let longer = learn(motion, chart, first, end_after((best.range.end + clip).min(frames)), options, keep_on)?;
         if longer.errors.iter().any(|error| *error >= threshold || error.is_nan()) {
             break;
         }
@@ -65,12 +66,14 @@ pub(super) fn learn(
     first: usize,
     end: usize,
     options: &TrainingOptions,
+    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
 ) -> Result<Learned, GpdmError> {
+    let range = SegmentRange { motion: motion.index, first, end };
     let rows = motion.observations.as_ref().subrows(first, end - first);
-    let gpdm = train(rows, &[end - first], options)?;
+    let gpdm = train_watched(rows, &[end - first], options, &mut |round| keep_on(range, round))?;
     let simulated = gpdm.simulate(0).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
     let errors = reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations[first..end]);
-    Ok(Learned { range: SegmentRange { motion: motion.index, first, end }, gpdm, errors })
+    Ok(Learned { range, gpdm, errors })
 }
 
 /// S1 Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.

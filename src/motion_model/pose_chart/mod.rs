@@ -11,6 +11,7 @@ use nalgebra::{Isometry3, Matrix4, Quaternion, SymmetricEigen, Unit, UnitQuatern
 
 pub use joint_group::{Ball, JointGroup};
 
+use super::gpdm::PartsError;
 use crate::body::{Humanoid, Motion, Pose, rotation_about, rotation_from_vector, rotation_vector};
 
 /// How many numbers of an observation vector describe the root: roll, pitch, height, forward and sideways velocity, yaw rate.
@@ -64,6 +65,39 @@ impl PoseChart {
         let mut chart = Self { groups, means, root_units: [1.0; ROOT_DIMENSIONS], angles };
         chart.set_root_units(motions);
         chart
+    }
+
+    /// The chart of `body` with these mean rotations (`w x y z`, one a joint group) and units of the root's numbers, as
+    /// [`Self::mean_rotations`] and [`Self::root_units`] tell them.
+    ///
+    /// # Errors
+    /// [`PartsError`] unless there is one unit quaternion for every joint and the units are above zero.
+    pub fn from_parts(
+        body: &Humanoid,
+        means: &[[f64; 4]],
+        root_units: [f64; ROOT_DIMENSIONS],
+    ) -> Result<Self, PartsError> {
+        let groups = JointGroup::all_of(body);
+        if means.len() != groups.len() {
+            let detail = format!("expected one for each of {} joints, found {}", groups.len(), means.len());
+            return Err(PartsError::new("mean rotations", detail));
+        }
+        let means = means.iter().map(|m| unit_quaternion(*m)).collect::<Option<_>>();
+        let means = means.ok_or_else(|| PartsError::new("mean rotations", "expected unit quaternions"))?;
+        if !root_units.iter().all(|unit| *unit > 0.0 && unit.is_finite()) {
+            return Err(PartsError::new("root units", "expected numbers above zero"));
+        }
+        Ok(Self { groups, means, root_units, angles: body.degrees_of_freedom.len() })
+    }
+
+    /// Mean rotation of every joint group, `w x y z`; the identity for those that are charted by their angles.
+    pub fn mean_rotations(&self) -> Vec<[f64; 4]> {
+        self.means.iter().map(|q| [q.w, q.i, q.j, q.k]).collect()
+    }
+
+    /// Divisors of the root's numbers.
+    pub fn root_units(&self) -> [f64; ROOT_DIMENSIONS] {
+        self.root_units
     }
 
     /// Length D of an observation vector.
@@ -214,6 +248,12 @@ pub fn distance(a: &[UnitQuaternion<f64>], b: &[UnitQuaternion<f64>]) -> f64 {
         .sum()
 }
 
+/// The rotation of a quaternion `w x y z`, bit by bit; `None` unless it is of unit length.
+pub fn unit_quaternion([w, x, y, z]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
+    let q = Quaternion::new(w, x, y, z);
+    ((q.norm() - 1.0).abs() < 1e-9).then(|| UnitQuaternion::new_unchecked(q))
+}
+
 /// `(-pi, pi]` of an angle.
 fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
@@ -277,6 +317,17 @@ mod tests {
             assert!((a.translation.vector - b.translation.vector).norm() < 1e-9);
             assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
         }
+    }
+
+    #[test]
+    fn a_chart_is_put_together_from_its_numbers_and_nothing_else() {
+        let body = Humanoid::tracker25().unwrap();
+        let chart = PoseChart::learn(&body, &[walk(&body)]);
+        let (means, units) = (chart.mean_rotations(), chart.root_units());
+        assert_eq!(PoseChart::from_parts(&body, &means, units).unwrap(), chart);
+        assert!(PoseChart::from_parts(&body, &means[1..], units).is_err());
+        assert!(PoseChart::from_parts(&body, &vec![[0.9, 0.0, 0.0, 0.0]; means.len()], units).is_err());
+        assert!(PoseChart::from_parts(&body, &means, [0.0; ROOT_DIMENSIONS]).is_err());
     }
 
     #[test]

@@ -1,0 +1,88 @@
+//! What a model was learned from and how.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::body::{Humanoid, JointKind};
+use crate::motion_model::gpdm_graph::GraphSettings;
+
+/// What a model was learned from and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelFacts {
+    /// `skiagraph.model/1`.
+    pub schema: String,
+    /// The program that learned it, and its version.
+    pub program: String,
+    /// Whether all of the motion is learned; the state of an interrupted training is not whole.
+    pub whole: bool,
+    /// The robot that it moves.
+    pub robot: RobotFacts,
+    /// Frames a second of the training motions.
+    pub frames_per_second: f64,
+    /// The training motions, in the order of the segments' indices.
+    pub learned_from: Vec<LearnedFrom>,
+    /// How it was learned.
+    pub settings: GraphSettings,
+}
+
+/// Which robot.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RobotFacts {
+    /// Its name.
+    pub name: String,
+    /// SHA-256 of its joints (tree, axes, limits), whatever the size of its links.
+    pub joints_sha256: String,
+}
+
+/// One training motion.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LearnedFrom {
+    /// The recording's name.
+    pub clip: String,
+    /// SHA-256 of its file, where it is one file.
+    pub sha256: Option<String>,
+    /// First frame used, as the file counts, from 1; `None` for the recording's first.
+    pub first_frame: Option<usize>,
+    /// Last frame used; `None` for the recording's last.
+    pub last_frame: Option<usize>,
+    /// Frames at the model's rate.
+    pub frames: usize,
+    /// SHA-256 of the poses that the model learned.
+    pub poses_sha256: String,
+}
+
+impl RobotFacts {
+    /// Of a body.
+    pub fn of(body: &Humanoid) -> Self {
+        let mut text = String::new();
+        let numbers = |values: &[f64]| values.iter().map(|x| format!(" {:.9}", x + 0.0)).collect::<String>();
+        for joint in &body.joints {
+            let q = joint.parent_from_joint.rotation;
+            let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+            let turned = numbers(&[sign * q.w, sign * q.i, sign * q.j, sign * q.k]);
+            let kind = match &joint.kind {
+                JointKind::Fixed => "fixed".to_owned(),
+                JointKind::Revolute { axis, drive } => format!("revolute{} {drive:?}", numbers(axis.as_slice())),
+                JointKind::Prismatic { axis, drive } => format!("prismatic{} {drive:?}", numbers(axis.as_slice())),
+                JointKind::Spherical { first } => format!("spherical {first}"),
+                JointKind::Floating { first } => format!("floating {first}"),
+            };
+            text.push_str(&format!("{} {}{turned} {kind}\n", joint.name, joint.parent));
+        }
+        for dof in &body.degrees_of_freedom {
+            text.push_str(&format!("{}{}\n", dof.name, numbers(&[dof.lower, dof.upper])));
+        }
+        Self { name: body.name.clone(), joints_sha256: hex_sha256(text.as_bytes()) }
+    }
+}
+
+impl ModelFacts {
+    /// `gpdm` or `gpdm-graph`.
+    pub fn kind(&self) -> &'static str {
+        if self.settings.single { "gpdm" } else { "gpdm-graph" }
+    }
+}
+
+pub(in crate::experiment) fn hex_sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
