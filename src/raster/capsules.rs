@@ -8,8 +8,9 @@ use nalgebra::Vector3;
 
 use crate::camera::Pinhole;
 
-use super::outline::{CapsuleBlock, Outline, OutlineBlock, row_spans};
-use super::strips::{ROWS, STRIP, StripImage, StripLayout};
+use super::dispatch::{Dispatched, dispatch};
+use super::outline::{CapsuleBlock, Outline, OutlineBlock, RowSpans};
+use super::strips::{ROWS, Rows, STRIP, StripImage, StripLayout};
 use super::{Mask, PixelBounds, TaperedCapsule};
 
 /// Beyond this many pixels single precision no longer tells a pixel's half from its whole.
@@ -63,10 +64,8 @@ pub struct SilhouetteScratch {
     pub(super) image: StripImage,
     capsules: CapsuleBlock,
     outlines: OutlineBlock,
-    /// Centres of all rows: 0.5, 1.5, ...
-    centres: Vec<f32>,
-    starts: Vec<u32>,
-    ends: Vec<u32>,
+    /// Centres of all rows, 0.5, 1.5 and so on; NaN for the rows below the image that make a block whole.
+    centres: Vec<Rows<f32>>,
     /// A strip's contour.
     pub(super) edge: Vec<u32>,
 }
@@ -75,10 +74,7 @@ impl SilhouetteScratch {
     /// Draws the silhouettes on a cleared image, with the best instructions this processor has; the bits are the same on
     /// all.
     pub(super) fn draw(&mut self, pinhole: &Pinhole, capsules_in_camera: &[TaperedCapsule]) {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.draw_here(pinhole, capsules_in_camera),
-        );
+        dispatch(Drawing { scratch: self, pinhole, capsules_in_camera });
     }
 
     /// As [`Self::draw`], with the instructions that the caller was compiled for.
@@ -104,13 +100,11 @@ impl SilhouetteScratch {
     #[inline(always)]
     fn reshape(&mut self, pinhole: &Pinhole) {
         let layout = StripLayout::new(pinhole.width, pinhole.height);
-        self.image.reshape(layout);
-        if self.centres.len() < layout.rows {
-            self.centres = (0..layout.rows as u32).map(|row| row as f32 + 0.5).collect();
-            self.starts.resize(layout.rows, 0);
-            self.ends.resize(layout.rows, 0);
+        if self.image.layout() != layout {
+            self.centres = row_centres(layout);
             self.edge.resize(layout.rows, 0);
         }
+        self.image.reshape(layout);
     }
 
     #[inline(always)]
@@ -119,8 +113,7 @@ impl SilhouetteScratch {
         for lane in 0..self.outlines.count() {
             let outline = self.outlines.get(lane);
             if outline.is_within(FAR_AWAY) {
-                let (starts, ends) = (&mut self.starts, &mut self.ends);
-                draw_outline(&outline, &mut self.image, &self.centres, starts, ends);
+                draw_outline(&outline, &mut self.image, &self.centres);
             } else {
                 draw_by_rays(&self.capsules.get(lane), pinhole, &mut self.image);
             }
@@ -129,28 +122,49 @@ impl SilhouetteScratch {
     }
 }
 
-/// Draws one outline: first where it begins and ends in every row, then strip by strip the words between.
+/// Work for [`dispatch`].
+struct Drawing<'a> {
+    scratch: &'a mut SilhouetteScratch,
+    pinhole: &'a Pinhole,
+    capsules_in_camera: &'a [TaperedCapsule],
+}
+
+impl Dispatched for Drawing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        self.scratch.draw_here(self.pinhole, self.capsules_in_camera);
+    }
+}
+
+fn row_centres(layout: StripLayout) -> Vec<Rows<f32>> {
+    let centre = |row: usize| if row < layout.height as usize { row as f32 + 0.5 } else { f32::NAN };
+    (0..layout.rows).step_by(ROWS).map(|first| std::array::from_fn(|i| centre(first + i))).collect()
+}
+
+/// Draws one outline, block of rows by block of rows: where it begins and ends, and the words of all strips between.
 #[inline(always)]
-fn draw_outline(outline: &Outline, image: &mut StripImage, centres: &[f32], starts: &mut [u32], ends: &mut [u32]) {
+fn draw_outline(outline: &Outline, image: &mut StripImage, centres: &[Rows<f32>]) {
     let layout = image.layout();
     let (width, height) = (layout.width as f32, layout.height as f32);
     if outline.bottom <= 0.0 || outline.top >= height || outline.right <= 0.0 || outline.left >= width {
         return;
     }
     // Conversion to an integer cuts off below zero and above the end.
-    let first = outline.top as usize / ROWS * ROWS;
-    let last = (outline.bottom as usize + 1).next_multiple_of(ROWS).min(layout.rows);
-    let (starts, ends) = (&mut starts[first..last], &mut ends[first..last]);
-    row_spans(outline, width, &centres[first..last], starts, ends);
-    if let Some(below_image) = ends.get_mut((layout.height as usize).saturating_sub(first)..) {
-        below_image.fill(0);
-    }
+    let first = outline.top as usize / ROWS;
+    let last = ((outline.bottom as usize + 1).div_ceil(ROWS)).min(layout.rows / ROWS);
     let first_strip = outline.left as usize / STRIP as usize;
     let last_strip = (outline.right as usize / STRIP as usize + 1).min(layout.strips);
-    for strip in first_strip..last_strip {
-        let base = STRIP * strip as u32;
-        for ((word, start), end) in image.draw(strip, first, last).iter_mut().zip(&*starts).zip(&*ends) {
-            *word |= ones_from(start.saturating_sub(base)) & !ones_from(end.saturating_sub(base));
+    let spans = RowSpans::new(outline, width);
+    image.mark_blocks(first_strip..last_strip, first, last);
+    for (block, centres) in (first..last).zip(&centres[first..last]) {
+        let [starts, ends] = spans.of(centres);
+        for (strip, words) in (first_strip..last_strip).zip(image.block_in_strips(block, first_strip)) {
+            let base = STRIP * strip as u32;
+            for ((word, start), end) in words.iter_mut().zip(starts).zip(ends) {
+                *word |= ones_from(start.saturating_sub(base)) & !ones_from(end.saturating_sub(base));
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::camera::Pinhole;
 
 use super::contour_distance::ContourDistance;
+use super::dispatch::{Dispatched, dispatch};
 use super::strips::StripImage;
 use super::{Mask, Overlap, SilhouetteScratch, TaperedCapsule};
 
@@ -67,10 +68,7 @@ impl SilhouetteComparer {
 
     /// Compares the silhouette of `capsules_in_camera` (camera frame, metres) with the observed one.
     pub fn compare(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> Comparison {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.compare_here(scratch, capsules_in_camera),
-        )
+        dispatch(Comparing { comparer: self, scratch, capsules_in_camera })
     }
 
     /// As [`Self::compare`], with the instructions that the caller was compiled for.
@@ -80,6 +78,22 @@ impl SilhouetteComparer {
         let contour = self.contour.as_ref().map(|contour| contour.mean(&scratch.image, &mut scratch.edge));
         let [both, model] = scratch.image.count_and_clear(&self.observed);
         Comparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour }
+    }
+}
+
+/// Work for [`dispatch`].
+struct Comparing<'a> {
+    comparer: &'a SilhouetteComparer,
+    scratch: &'a mut SilhouetteScratch,
+    capsules_in_camera: &'a [TaperedCapsule],
+}
+
+impl Dispatched for Comparing<'_> {
+    type Output = Comparison;
+
+    #[inline(always)]
+    fn work(self) -> Comparison {
+        self.comparer.compare_here(self.scratch, self.capsules_in_camera)
     }
 }
 

@@ -10,6 +10,7 @@ mod capsules;
 mod comparer;
 mod contour;
 mod contour_distance;
+mod dispatch;
 mod distance;
 mod mask;
 mod outline;

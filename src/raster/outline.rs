@@ -14,6 +14,7 @@
 use crate::camera::Pinhole;
 
 use super::TaperedCapsule;
+use super::strips::{ROWS, Rows};
 
 /// Capsules whose outlines are found in one go: enough for a body, few enough to stay in the fastest cache.
 pub(super) const BLOCK: usize = 16;
@@ -298,21 +299,36 @@ pub(super) fn upper(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Start and end (pixels set are `start..end`) of the outline in every row whose centre is in `centres`; empty where it
-/// has none. A pixel whose centre lies exactly on the outline may fall on either side.
-#[inline(always)]
-pub(super) fn row_spans(outline: &Outline, width: f32, centres: &[f32], starts: &mut [u32], ends: &mut [u32]) {
-    let [arc_a, arc_b] = outline.arcs;
-    let (edge_a, edge_b) = (Edge::new(outline.tangents[0]), Edge::new(outline.tangents[1]));
-    for ((&y, start), end) in centres.iter().zip(starts).zip(ends) {
-        let [left_a, right_a] = arc_a.crossings(y);
-        let [left_b, right_b] = arc_b.crossings(y);
-        let (x_a, x_b) = (edge_a.crossing(y), edge_b.crossing(y));
-        // Every crossing lies in the hull, NaN stands for none: the hull is what is between the outermost.
-        let left = lower(x_a, lower(x_b, lower(left_a, lower(left_b, f32::INFINITY))));
-        let right = upper(x_a, upper(x_b, upper(right_a, upper(right_b, f32::NEG_INFINITY))));
-        *start = nearest_integer(lower(upper(left, 0.0), width));
-        *end = nearest_integer(lower(upper(right, 0.0), width));
+/// An outline made ready for asking where it lies in rows.
+pub(super) struct RowSpans {
+    arcs: [Arc; 2],
+    edges: [Edge; 2],
+    width: f32,
+}
+
+impl RowSpans {
+    /// Spans in an image of `width` pixels.
+    #[inline(always)]
+    pub(super) fn new(outline: &Outline, width: f32) -> Self {
+        Self { arcs: outline.arcs, edges: outline.tangents.map(Edge::new), width }
+    }
+
+    /// Starts and ends (pixels set are `start..end`) in the rows whose centres are `centres`; empty where there is none,
+    /// also where the centre is NaN. A pixel whose centre lies exactly on the outline may fall on either side.
+    #[inline(always)]
+    pub(super) fn of(&self, centres: &Rows<f32>) -> [Rows<u32>; 2] {
+        let (mut starts, mut ends) = ([0; ROWS], [0; ROWS]);
+        for ((&y, start), end) in centres.iter().zip(&mut starts).zip(&mut ends) {
+            let [left_a, right_a] = self.arcs[0].crossings(y);
+            let [left_b, right_b] = self.arcs[1].crossings(y);
+            let (x_a, x_b) = (self.edges[0].crossing(y), self.edges[1].crossing(y));
+            // Every crossing lies in the hull, NaN stands for none: the hull is what is between the outermost.
+            let left = lower(x_a, lower(x_b, lower(left_a, lower(left_b, f32::INFINITY))));
+            let right = upper(x_a, upper(x_b, upper(right_a, upper(right_b, f32::NEG_INFINITY))));
+            *start = nearest_integer(lower(upper(left, 0.0), self.width));
+            *end = nearest_integer(lower(upper(right, 0.0), self.width));
+        }
+        [starts, ends]
     }
 }
 

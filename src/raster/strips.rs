@@ -1,5 +1,7 @@
 //! A binary image laid out for drawing rows in parallel.
 
+use std::ops::Range;
+
 use super::{Mask, PixelBounds};
 
 /// Width of a strip: one word a row.
@@ -7,6 +9,9 @@ pub(super) const STRIP: u32 = 32;
 
 /// Rows of a strip are padded to a multiple of this, so that vectors of rows never straddle an end.
 pub(super) const ROWS: usize = 8;
+
+/// One number for every row of a block.
+pub(super) type Rows<T> = [T; ROWS];
 
 /// How an image is cut into vertical strips 32 pixels wide. A strip's rows lie one after another, one `u32` each, so that one
 /// instruction fills a word of eight rows.
@@ -92,12 +97,20 @@ impl StripImage {
         &self.words
     }
 
-    /// Rows of a strip, for drawing; afterwards they count as drawn on.
+    /// From now on blocks `first..last` of these strips count as drawn on.
     #[inline(always)]
-    pub(super) fn draw(&mut self, strip: usize, first: usize, last: usize) -> &mut [u32] {
-        self.mark(strip, first, last);
-        let start = strip * self.layout.rows;
-        &mut self.words[start + first..start + last]
+    pub(super) fn mark_blocks(&mut self, strips: Range<usize>, first: usize, last: usize) {
+        for (top, bottom) in &mut self.drawn[strips] {
+            (*top, *bottom) = ((*top).min(first * ROWS), (*bottom).max(last * ROWS));
+        }
+    }
+
+    /// The words of one block of rows, for drawing, in strip `first` and those to its right.
+    #[inline(always)]
+    pub(super) fn block_in_strips(&mut self, block: usize, first: usize) -> impl Iterator<Item = &mut Rows<u32>> {
+        let blocks = self.layout.rows / ROWS;
+        let (words, _) = self.words.as_chunks_mut();
+        words[first * blocks + block..].iter_mut().step_by(blocks.max(1))
     }
 
     /// Strip index and rows `first..last` of what was drawn on.
@@ -116,8 +129,9 @@ impl StripImage {
     /// Sets pixel `(x, y)`; outside the image nothing happens.
     pub(super) fn set(&mut self, x: u32, y: u32) {
         if x < self.layout.width && y < self.layout.height {
-            let row = y as usize;
-            self.draw((x / STRIP) as usize, row, row + 1)[0] |= 1 << (x % STRIP);
+            let (strip, row) = ((x / STRIP) as usize, y as usize);
+            self.mark(strip, row, row + 1);
+            self.words[strip * self.layout.rows + row] |= 1 << (x % STRIP);
         }
     }
 
@@ -130,10 +144,14 @@ impl StripImage {
         for ((words, others), drawn) in strips.zip(&mut self.drawn).filter(|(_, (first, last))| first < last) {
             let (first, last) = *drawn;
             let (mut both, mut here) = (0, 0);
-            for (word, other) in words[first..last].iter_mut().zip(&others[first..last]) {
-                both += (*word & other).count_ones();
-                here += word.count_ones();
-                *word = 0;
+            let (blocks, _) = words[first..last].as_chunks_mut::<ROWS>();
+            let (others, _) = others[first..last].as_chunks::<ROWS>();
+            for (words, others) in blocks.iter_mut().zip(others) {
+                for (word, other) in words.iter_mut().zip(others) {
+                    both += (*word & other).count_ones();
+                    here += word.count_ones();
+                    *word = 0;
+                }
             }
             *drawn = (rows, 0);
             counts = [counts[0] + u64::from(both), counts[1] + u64::from(here)];
