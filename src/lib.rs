@@ -18,6 +18,7 @@ pub mod benchmark_set;
 pub mod body;
 pub mod camera;
 pub mod cli;
+pub mod contact;
 pub mod evaluation;
 pub mod experiment;
 pub mod mocap;

@@ -17,7 +17,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("raster", &["camera", "rng"]),
     ("mocap", &[]),
     ("body", &["mocap", "raster", "camera", "rng"]),
-    ("contact", &["body"]),
+    ("contact", &["body", "raster"]),
     ("scene", &["body", "camera", "mocap", "contact", "rng"]),
     ("observation", &["scene", "body", "camera", "raster", "rng"]),
     ("motion_model", &["body", "rng"]),

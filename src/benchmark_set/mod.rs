@@ -7,6 +7,7 @@
 mod blind;
 mod body_file;
 mod cameras_file;
+mod contact_file;
 mod error;
 mod exr_layers;
 mod files;

@@ -10,7 +10,9 @@ use super::blind::{BlindSet, silhouette_path};
 use super::files::SetFiles;
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
-use super::{Layer, Npz, SetError, body_file, cameras_file, exr_layers, silhouette_png, training_file, truth_file};
+use super::{
+    Layer, Npz, SetError, body_file, cameras_file, contact_file, exr_layers, silhouette_png, training_file, truth_file,
+};
 use crate::body::Motion;
 use crate::camera::CameraRig;
 use crate::observation::{Observation, Observer};
@@ -110,6 +112,9 @@ impl BenchmarkSet {
             (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
         ] {
             files.insert(path.to_string(), bytes);
+        }
+        if let Some(contact) = contact_file::to_npz(truth) {
+            files.insert(contact_file::PATH.to_string(), contact.to_bytes(contact_file::PATH)?);
         }
         Self::from_files(SetFiles::in_memory(files))
     }
@@ -255,7 +260,7 @@ mod tests {
     fn one_flipped_byte_in_any_file_is_found_and_the_file_named() {
         let directory = written(&small_set(1).unwrap());
         let listing = fs::read_to_string(directory.path().join("files.sha256")).unwrap();
-        assert_eq!(listing.lines().count(), 8 + 3);
+        assert_eq!(listing.lines().count(), 9 + 3);
         for file in listing.lines().map(|line| &line[66..]) {
             let path = directory.path().join(file);
             let whole = fs::read(&path).unwrap();

@@ -11,6 +11,7 @@ mod jacobian;
 mod kinematics;
 mod landmark;
 mod limits;
+mod lowest;
 mod mass;
 mod mismatch;
 mod motion;

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Sequence, derivatives, energy_gap, humaneva, lag, mpjpe, orientation, pck, procrustes, silhouette, track_loss,
+    Sequence, contact_f1, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, mpjpe, orientation, pck,
+    procrustes, self_penetration, silhouette, track_loss,
 };
 
 /// One way to compare an estimate with the truth.
@@ -121,6 +122,19 @@ pub const METRICS: &[Metric] = &[
     derivatives::JITTER,
     lag::LAG,
     lag::LAG_CORRECTED,
+    contact_f1::F1,
+    foot_skate::SKATE,
+    foot_skate::TRUE_SKATE,
+    foot_skate::SLIP,
+    foot_skate::TRUE_SLIP,
+    foot_skate::PER_FRAME,
+    foot_skate::RATIO,
+    ground_gap::PENETRATION,
+    ground_gap::TRUE_PENETRATION,
+    ground_gap::FLOAT,
+    ground_gap::TRUE_FLOAT,
+    self_penetration::DEPTH,
+    self_penetration::TRUE_DEPTH,
 ];
 
 /// The metric of that name.

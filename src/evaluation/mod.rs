@@ -15,11 +15,16 @@
 //! ```
 
 mod bootstrap;
+mod contact_f1;
+#[cfg(test)]
+mod contact_fixture;
 mod derivatives;
 mod energy_gap;
 mod evaluate;
 #[cfg(test)]
 pub(crate) mod fixture;
+mod foot_skate;
+mod ground_gap;
 mod humaneva;
 mod lag;
 mod metric;
@@ -28,6 +33,7 @@ mod orientation;
 mod pck;
 mod per_frame;
 mod procrustes;
+mod self_penetration;
 mod sequence;
 mod silhouette;
 mod statistics;
@@ -40,7 +46,7 @@ pub use metric::{Direction, METRICS, Measurement, Metric, Unit, find_metric};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;
 pub use procrustes::Similarity;
-pub use sequence::{Energies, EvaluationError, RootRotations, Sequence};
+pub use sequence::{ContactPair, Energies, EvaluationError, RootRotations, Sequence};
 pub use silhouette::intersection_over_union;
 pub use statistics::{Spread, mean, quantile};
 pub use summary::{JointSummary, MetricSummary, Run, RunKey, Summary, summarise};

@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{Point3, UnitQuaternion};
 
 use crate::body::Markers;
+use crate::contact::GroundContacts;
 
 /// Truth and estimate of one clip, frame by frame. All slices have one entry a frame and the same length.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +26,36 @@ pub struct Sequence<'a> {
     pub view_overlaps: Option<&'a [Vec<Option<f64>>]>,
     /// Energies under the tracker's own likelihood, where it has one.
     pub energies: Option<Energies<'a>>,
+    /// What touches in truth and estimate, where known.
+    pub contacts: Option<ContactPair<'a>>,
+}
+
+/// Contact of actor and estimate, each by its own body's solids.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactPair<'a> {
+    /// Of the actor with the ground.
+    pub truth: &'a GroundContacts,
+    /// Of the estimate with the ground.
+    pub estimate: &'a GroundContacts,
+    /// Deepest self-collision of the actor, per frame, metres.
+    pub truth_self_depth_m: &'a [f64],
+    /// Deepest self-collision of the estimate, per frame, metres.
+    pub estimate_self_depth_m: &'a [f64],
+}
+
+impl ContactPair<'_> {
+    /// Lengths of all lists, by name.
+    fn lengths(&self) -> Vec<(&'static str, usize)> {
+        let mut lengths = vec![
+            ("true self-collision", self.truth_self_depth_m.len()),
+            ("estimated self-collision", self.estimate_self_depth_m.len()),
+        ];
+        for (name, contacts) in [("true contacts", self.truth), ("estimated contacts", self.estimate)] {
+            let tracks = contacts.links.iter().chain(&contacts.feet);
+            lengths.extend(tracks.map(|track| (name, track.frames.len())));
+        }
+        lengths
+    }
 }
 
 /// `world_from_root` rotations of actor and estimate. Both root links must have the same axes (X forward, Z up).
@@ -99,6 +130,7 @@ impl<'a> Sequence<'a> {
             roots: None,
             view_overlaps: None,
             energies: None,
+            contacts: None,
         }
     }
 
@@ -157,7 +189,9 @@ impl<'a> Sequence<'a> {
             ("energies at the truth", self.energies.map(|e| e.truth.len())),
             ("energies at the estimate", self.energies.map(|e| e.estimate.len())),
         ];
-        for (what, found) in lengths {
+        let contacts = self.contacts.map(|pair| pair.lengths()).unwrap_or_default();
+        let contacts = contacts.into_iter().map(|(what, found)| (what, Some(found)));
+        for (what, found) in lengths.into_iter().chain(contacts) {
             if let Some(found) = found.filter(|found| *found != expected) {
                 return Err(EvaluationError::Length { what, found, expected });
             }

@@ -7,6 +7,7 @@ use super::ScenarioError;
 use crate::benchmark_set::SetError;
 use crate::body::UrdfError;
 use crate::body::retarget::RetargetError;
+use crate::contact::ContactError;
 use crate::evaluation::EvaluationError;
 use crate::mocap::MocapError;
 use crate::motion_model::MotionModelError;
@@ -29,6 +30,9 @@ pub enum ExperimentError {
     /// A recording cannot be given to a robot.
     #[error(transparent)]
     Retarget(#[from] RetargetError),
+    /// A motion cannot be settled on the ground.
+    #[error("actor.contact: {0}")]
+    Contact(#[from] ContactError),
     /// There is nothing to see.
     #[error(transparent)]
     Scene(#[from] SceneError),

@@ -8,8 +8,10 @@ use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
 use crate::benchmark_set::{BenchmarkSet, BlindSet};
 use crate::body::{Humanoid, Markers, Motion, Pose, SilhouettePainter};
+use crate::contact::{ContactRule, GroundContacts, SelfCollision};
 use crate::evaluation::{
-    Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union, summarise,
+    ContactPair, Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union,
+    summarise,
 };
 use crate::observation::Observation;
 use crate::raster::Mask;
@@ -70,16 +72,17 @@ impl Measures {
                 },
             )
             .collect::<Result<_, _>>()?;
+        let touching = Touching::of_truth(set);
         let overlaps = |answer: usize| per_frame.iter().map(|f| f[answer].clone()).collect::<Vec<_>>();
         let mut seeds = Vec::new();
         for (index, seed) in tracked.poses.seeds.iter().enumerate() {
             let energy = tracked.search.get(index).map(|records| energies(records)).unwrap_or_default();
             let answer = Answer { poses: answers[index], overlaps: &overlaps(index), energy: &energy };
-            let (evaluation, markers) = answer.evaluate(set, &truth_energy)?;
+            let (evaluation, markers) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
             seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy });
         }
         let floor = Answer { poses: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
-        let (frozen, _) = floor.evaluate(set, &truth_energy)?;
+        let (frozen, _) = floor.evaluate(set, &truth_energy, touching.as_ref())?;
         let clip = blind.name.clone();
         let runs: Vec<Run<'_>> =
             seeds.iter().map(|s| Run { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
@@ -90,6 +93,27 @@ impl Measures {
     /// One entry a seed.
     pub fn runs(&self) -> Vec<Run<'_>> {
         self.seeds.iter().map(|s| Run { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
+    }
+}
+
+/// What of a body touches, frame by frame.
+struct Touching {
+    ground: GroundContacts,
+    self_depth_m: Vec<f64>,
+}
+
+impl Touching {
+    /// `None` for a body whose feet have no geometry: then nothing is said about contact.
+    fn new(body: &Humanoid, motion: &Motion) -> Option<Self> {
+        let ground = GroundContacts::of_motion(body, motion, &ContactRule::default()).ok()?;
+        let own = SelfCollision::new(body);
+        let self_depth_m = motion.poses.par_iter().map(|pose| own.deepest_m(&body.link_frames(pose))).collect();
+        Some(Self { ground, self_depth_m })
+    }
+
+    fn of_truth(set: &BenchmarkSet) -> Option<Self> {
+        let truth = &set.truth.ground_truth;
+        Self::new(&truth.actor, &truth.motion())
     }
 }
 
@@ -105,6 +129,7 @@ impl Answer<'_> {
         &self,
         set: &BenchmarkSet,
         truth_energy: &[Option<f64>],
+        truth_touching: Option<&Touching>,
     ) -> Result<(Evaluation, Vec<Markers>), ExperimentError> {
         let truth = &set.truth.ground_truth;
         let body = &set.blind.start.body;
@@ -113,6 +138,14 @@ impl Answer<'_> {
         let truth_roots: Vec<_> = truth.frames.iter().map(|frame| frame.pose.world_from_root.rotation).collect();
         let roots: Vec<_> = self.poses.iter().map(|pose| Some(pose.world_from_root.rotation)).collect();
         let both = !truth_energy.is_empty() && !self.energy.is_empty();
+        let motion = Motion { frames_per_second: truth.frames_per_second, poses: self.poses.to_vec() };
+        let touching = truth_touching.and_then(|_| Touching::new(body, &motion));
+        let contacts = truth_touching.zip(touching.as_ref()).map(|(truth, estimate)| ContactPair {
+            truth: &truth.ground,
+            estimate: &estimate.ground,
+            truth_self_depth_m: &truth.self_depth_m,
+            estimate_self_depth_m: &estimate.self_depth_m,
+        });
         let evaluation = evaluate(&Sequence {
             frames_per_second: truth.frames_per_second,
             first_scored: 1,
@@ -121,6 +154,7 @@ impl Answer<'_> {
             roots: Some(RootRotations { truth: &truth_roots, estimate: &roots }),
             view_overlaps: Some(self.overlaps),
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
+            contacts,
         })?;
         Ok((evaluation, markers))
     }

@@ -5,13 +5,14 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::scenario::CameraSettings;
-use super::{ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
+use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
 use crate::benchmark_set::{Start, Training, TruthFacts};
 use crate::body::retarget::{
-    FitOptions, RetargetOptions, RetargetReport, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
+    FitOptions, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
+use crate::contact::{ContactRule, GroundContacts, GroundQuality, fix};
 use crate::scene::GroundTruth;
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
@@ -52,7 +53,8 @@ impl Staged {
             true => actor_template.clone(),
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
-        let performed = retarget(&clip, &actor_template, &RetargetOptions::default())?;
+        let mut performed = retarget(&clip, &actor_template, &RetargetOptions::default())?;
+        let settled = settle(scenario.actor.contact, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
         let training = match training::load(file, mocap_directory, &actor_template, &body)? {
             Some(training) => training,
@@ -72,6 +74,7 @@ impl Staged {
             return Err(unsound(file, "motion", "expected at least one frame, found none".to_owned()));
         };
         let mut notes = performed.report.notes.clone();
+        notes.extend(settled);
         notes.extend(actor_template.notes.iter().map(|note| format!("actor.robot: {note}")));
         if !same_robot {
             notes.extend(tracker_template.notes.iter().map(|note| format!("tracker_body.robot: {note}")));
@@ -103,6 +106,23 @@ impl Staged {
     pub fn frames(&self) -> usize {
         self.ground_truth.frames.len()
     }
+}
+
+/// Does to the motion what `[actor] contact` says; what to tell the user about it.
+fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<String>, ExperimentError> {
+    let rule = ContactRule::default();
+    Ok(match mode {
+        ContactMode::Off => None,
+        ContactMode::Measure => {
+            let contacts = GroundContacts::of_motion(&performed.humanoid, &performed.motion, &rule)?;
+            Some(format!("contact: {}", GroundQuality::of(&contacts)))
+        }
+        ContactMode::Fix => {
+            let fixed = fix(&performed.humanoid, &performed.motion, &rule)?;
+            performed.motion = fixed.motion;
+            Some(format!("contact: {}", fixed.report))
+        }
+    })
 }
 
 /// The tracker's body: scaled to the subject that the actor was scaled to, then made wrong.

@@ -1,8 +1,8 @@
 //! Where the ground is: beneath the soles of feet that lie flat.
 
-use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
-use crate::body::{Flesh, Humanoid, Landmark, LinkFrames, Motion};
+use crate::body::{Humanoid, LinkFrames, Motion};
 
 /// Share of the flat soles that may lie below the ground.
 const BELOW_GROUND_SHARE: f64 = 0.2;
@@ -21,30 +21,13 @@ pub(super) struct Plane {
     height: f64,
 }
 
-/// Links of the left and of the right foot, ankle first: the one that carries the ankle's marker and all that hang on it.
-fn foot_links(humanoid: &Humanoid) -> [Vec<usize>; 2] {
-    [Landmark::LeftAnkle, Landmark::RightAnkle].map(|landmark| {
-        let ankle = humanoid.markers[landmark as usize].map(|marker| marker.link);
-        let mut is_foot = vec![false; humanoid.links.len()];
-        for link in 0..humanoid.links.len() {
-            is_foot[link] = ankle == Some(link) || humanoid.parent(link).is_some_and(|parent| is_foot[parent]);
-        }
-        (0..humanoid.links.len()).filter(|&link| is_foot[link]).collect()
-    })
-}
-
-fn lowest_of(humanoid: &Humanoid, frames: &LinkFrames, links: &[usize]) -> Option<Point3<f64>> {
-    let solids = links.iter().flat_map(|&link| humanoid.links[link].flesh.iter().map(move |flesh| (link, flesh)));
-    solids.filter_map(|(link, flesh)| lowest(flesh, &frames[link])).min_by(|a, b| a.z.total_cmp(&b.z))
-}
-
 /// Height of the lowest point of the feet's flesh in every pose, metres; empty where the feet have none.
 pub(super) fn foot_heights(humanoid: &Humanoid, motion: &Motion) -> Vec<f64> {
-    let feet = foot_links(humanoid).concat();
+    let feet = humanoid.foot_links().concat();
     let mut frames = LinkFrames::default();
     let heights = motion.poses.iter().filter_map(|pose| {
         humanoid.link_frames_into(pose, &mut frames);
-        lowest_of(humanoid, &frames, &feet).map(|point| point.z)
+        humanoid.lowest_point(&frames, &feet).map(|point| point.z)
     });
     heights.collect()
 }
@@ -77,14 +60,14 @@ pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: b
 
 /// Lowest point of every foot of every pose in which it lies flat; of all feet where none ever does.
 fn soles(humanoid: &Humanoid, motion: &Motion) -> Vec<Point3<f64>> {
-    let feet = foot_links(humanoid);
+    let feet = humanoid.foot_links();
     let mut frames = LinkFrames::default();
     let (mut flat, mut all) = (Vec::new(), Vec::new());
     for pose in &motion.poses {
         humanoid.link_frames_into(pose, &mut frames);
         for foot in &feet {
             let upright = foot.first().map_or(0.0, |&link| (frames[link].rotation * Vector3::z()).z);
-            let Some(lowest) = lowest_of(humanoid, &frames, foot) else { continue };
+            let Some(lowest) = humanoid.lowest_point(&frames, foot) else { continue };
             all.push(lowest);
             if upright > FLAT {
                 flat.push(lowest);
@@ -137,34 +120,9 @@ pub(super) fn centre_path(motion: &mut Motion) -> Vector3<f64> {
     shift
 }
 
-/// The lowest point of a solid; `None` of a mesh without vertices.
-fn lowest(flesh: &Flesh, world_from_link: &Isometry3<f64>) -> Option<Point3<f64>> {
-    let down_in = |frame: &Isometry3<f64>| frame.rotation.inverse() * -Vector3::z();
-    let lower = |a: Point3<f64>, b: Point3<f64>| if b.z < a.z { b } else { a };
-    match flesh {
-        Flesh::TaperedCapsule(capsule) => {
-            let bottom = |centre: &Point3<f64>, radius: f64| world_from_link * centre - Vector3::z() * radius;
-            Some(lower(bottom(&capsule.a, capsule.radius_a), bottom(&capsule.b, capsule.radius_b)))
-        }
-        Flesh::Box { link_from_box, half_extents } => {
-            let frame = world_from_link * link_from_box;
-            let corner = down_in(&frame).zip_map(&Vector3::from(*half_extents), |down, half| half.copysign(down));
-            Some(frame * Point3::from(corner))
-        }
-        Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
-            let frame = world_from_link * link_from_cylinder;
-            let down = down_in(&frame);
-            let rim = Vector3::new(down.x, down.y, 0.0).try_normalize(1e-12).unwrap_or_default() * *radius;
-            Some(frame * Point3::from(rim + Vector3::z() * half_length.copysign(down.z)))
-        }
-        Flesh::Mesh { vertices, .. } => vertices.iter().map(|vertex| world_from_link * vertex).reduce(lower),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::TaperedCapsule;
 
     #[test]
     fn a_walk_on_a_tilted_floor_tells_the_tilt() {
@@ -188,42 +146,5 @@ mod tests {
         let plane = Plane::beneath(&points).unwrap();
         assert!(plane.slope[0].abs() < 0.008, "{plane:?}");
         assert!((plane.height - 0.3).abs() < 5e-3);
-    }
-
-    #[test]
-    fn the_lowest_point_of_every_solid_lies_on_it_and_below_all_sampled_points() {
-        let frame = Isometry3::new(Vector3::new(0.1, -0.2, 0.5), Vector3::new(0.4, 0.9, -0.3));
-        let here = Isometry3::new(Vector3::new(0.3, 0.2, 0.1), Vector3::new(-0.7, 0.2, 0.5));
-        let whole = frame * here;
-        let capsule = TaperedCapsule {
-            a: here * Point3::origin(),
-            b: here * Point3::new(0.0, 0.0, 0.3),
-            radius_a: 0.04,
-            radius_b: 0.09,
-        };
-        let solids = [
-            Flesh::TaperedCapsule(capsule),
-            Flesh::Box { link_from_box: here, half_extents: [0.1, 0.2, 0.3] },
-            Flesh::Cylinder { link_from_cylinder: here, radius: 0.1, half_length: 0.3 },
-        ];
-        let inside: [fn(&Point3<f64>) -> bool; 3] = [
-            |p| {
-                (0..=100).any(|i| {
-                    let t = f64::from(i) / 100.0;
-                    (p - Point3::new(0.0, 0.0, 0.3 * t)).norm() <= 0.04 + 0.05 * t
-                })
-            },
-            |p| p.x.abs() <= 0.1 && p.y.abs() <= 0.2 && p.z.abs() <= 0.3,
-            |p| p.x * p.x + p.y * p.y <= 0.01 && p.z.abs() <= 0.3,
-        ];
-        for (solid, inside) in solids.iter().zip(inside) {
-            let bottom = lowest(solid, &frame).unwrap();
-            let grid = (0..40 * 40 * 40).map(|i| {
-                let at = |k: i32| -0.4 + 0.02 * f64::from(k % 40);
-                Point3::new(at(i), at(i / 40), at(i / 1600))
-            });
-            let sampled = grid.filter(inside).map(|p| (whole * p).z).fold(f64::INFINITY, f64::min);
-            assert!(bottom.z <= sampled + 1e-9 && sampled < bottom.z + 0.03, "{solid:?}: {} {sampled}", bottom.z);
-        }
     }
 }

@@ -13,33 +13,33 @@ use crate::body::{Humanoid, LinkFrames, LinkPoint, Pose, rotation_from_vector, r
 
 /// A point of the body shall be at a place.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PointGoal {
-    pub(super) on: LinkPoint,
-    pub(super) target: Point3<f64>,
+pub(crate) struct PointGoal {
+    pub(crate) on: LinkPoint,
+    pub(crate) target: Point3<f64>,
     /// Factor on the distance in metres.
-    pub(super) weight: f64,
+    pub(crate) weight: f64,
 }
 
 /// A link shall be oriented in a way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct OrientationGoal {
-    pub(super) link: usize,
-    pub(super) world_from_link: UnitQuaternion<f64>,
+pub(crate) struct OrientationGoal {
+    pub(crate) link: usize,
+    pub(crate) world_from_link: UnitQuaternion<f64>,
     /// The distance in metres that one radian amounts to.
-    pub(super) metres_per_radian: f64,
+    pub(crate) metres_per_radian: f64,
 }
 
 /// A degree of freedom shall have a value.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct AngleGoal {
-    pub(super) target: f64,
+pub(crate) struct AngleGoal {
+    pub(crate) target: f64,
     /// The distance in metres that one radian (or metre) amounts to.
-    pub(super) metres_per_unit: f64,
+    pub(crate) metres_per_unit: f64,
 }
 
 impl AngleGoal {
     /// One goal that pulls as both do.
-    pub(super) fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         let (a, b) = (self.metres_per_unit * self.metres_per_unit, other.metres_per_unit * other.metres_per_unit);
         if a + b == 0.0 {
             return self;
@@ -50,24 +50,24 @@ impl AngleGoal {
 
 /// All that a pose shall meet.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Goals {
-    pub(super) points: Vec<PointGoal>,
-    pub(super) orientations: Vec<OrientationGoal>,
+pub(crate) struct Goals {
+    pub(crate) points: Vec<PointGoal>,
+    pub(crate) orientations: Vec<OrientationGoal>,
     /// One per degree of freedom.
-    pub(super) angles: Vec<AngleGoal>,
+    pub(crate) angles: Vec<AngleGoal>,
 }
 
 /// The best pose found.
 #[derive(Clone, Debug)]
-pub(super) struct Solution {
-    pub(super) pose: Pose,
+pub(crate) struct Solution {
+    pub(crate) pose: Pose,
     /// Sum of squares, m^2.
-    pub(super) cost: f64,
-    pub(super) iterations: usize,
+    pub(crate) cost: f64,
+    pub(crate) iterations: usize,
 }
 
 /// Solves poses of one humanoid; holds the memory that frames share.
-pub(super) struct Solver<'a> {
+pub(crate) struct Solver<'a> {
     humanoid: &'a Humanoid,
     frames: LinkFrames,
     /// Lower triangle of the normal matrix, row by row, full rows of `size`.
@@ -87,7 +87,7 @@ const FIRST_DAMPING: f64 = 1e-6;
 const GREATEST_DAMPING: f64 = 1e6;
 
 impl<'a> Solver<'a> {
-    pub(super) fn new(humanoid: &'a Humanoid) -> Self {
+    pub(crate) fn new(humanoid: &'a Humanoid) -> Self {
         let size = 6 + humanoid.degrees_of_freedom.len();
         Self {
             humanoid,
@@ -102,7 +102,7 @@ impl<'a> Solver<'a> {
     }
 
     /// The pose near `start` that meets the goals best, in at most `max_iterations` steps.
-    pub(super) fn solve(&mut self, goals: &Goals, start: &Pose, max_iterations: usize) -> Solution {
+    pub(crate) fn solve(&mut self, goals: &Goals, start: &Pose, max_iterations: usize) -> Solution {
         let mut pose = start.clone();
         clamp(self.humanoid, &mut pose);
         let mut cost = self.cost(goals, &pose);
@@ -141,7 +141,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Sum of squares that a pose leaves, m^2.
-    pub(super) fn cost(&mut self, goals: &Goals, pose: &Pose) -> f64 {
+    pub(crate) fn cost(&mut self, goals: &Goals, pose: &Pose) -> f64 {
         self.humanoid.link_frames_into(pose, &mut self.frames);
         let square = |v: f64| v * v;
         let mut sum = 0.0;

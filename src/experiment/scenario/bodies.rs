@@ -10,7 +10,9 @@ pub struct ActorSettings {
     /// `actor`, `tracker25`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded
     /// subject. Default: `actor`.
     pub robot: String,
-    /// What contact with the ground does to the motion. Reserved: only `"off"` so far. Default: `"off"`.
+    /// What contact with the ground does to the motion. `"off"`: nothing. `"measure"`: nothing, but
+    /// the notes say how it skates, sinks and floats. `"fix"`: feet that stand are planted, nothing sinks, and what was moved is
+    /// said. Default: `"off"`.
     pub contact: ContactMode,
 }
 
@@ -21,6 +23,10 @@ pub enum ContactMode {
     /// Nothing: the motion stays as it was recorded.
     #[default]
     Off,
+    /// Nothing, but how it skates, sinks and floats is said.
+    Measure,
+    /// Standing feet are planted on the ground.
+    Fix,
 }
 
 /// The body that the tracker believes in. The model counts as *matched* when it is the actor's robot without mismatch;

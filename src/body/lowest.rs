@@ -1,0 +1,96 @@
+//! What of a body is nearest the ground.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::{Flesh, Humanoid, Landmark, LinkFrames};
+
+impl Flesh {
+    /// The point of the solid, whose link is at `world_from_link`, that lies lowest in the world; metres. `None` of a mesh
+    /// without vertices. Where several points are lowest it is one of them.
+    pub fn lowest_point(&self, world_from_link: &Isometry3<f64>) -> Option<Point3<f64>> {
+        let down_in = |frame: &Isometry3<f64>| frame.rotation.inverse() * -Vector3::z();
+        let lower = |a: Point3<f64>, b: Point3<f64>| if b.z < a.z { b } else { a };
+        match self {
+            Flesh::TaperedCapsule(capsule) => {
+                let bottom = |centre: &Point3<f64>, radius: f64| world_from_link * centre - Vector3::z() * radius;
+                Some(lower(bottom(&capsule.a, capsule.radius_a), bottom(&capsule.b, capsule.radius_b)))
+            }
+            Flesh::Box { link_from_box, half_extents } => {
+                let frame = world_from_link * link_from_box;
+                let corner = down_in(&frame).zip_map(&Vector3::from(*half_extents), |down, half| half.copysign(down));
+                Some(frame * Point3::from(corner))
+            }
+            Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+                let frame = world_from_link * link_from_cylinder;
+                let down = down_in(&frame);
+                let rim = Vector3::new(down.x, down.y, 0.0).try_normalize(1e-12).unwrap_or_default() * *radius;
+                Some(frame * Point3::from(rim + Vector3::z() * half_length.copysign(down.z)))
+            }
+            Flesh::Mesh { vertices, .. } => vertices.iter().map(|vertex| world_from_link * vertex).reduce(lower),
+        }
+    }
+}
+
+impl Humanoid {
+    /// Links of the left and of the right foot: the one that carries the ankle's marker, first, and all that hang on it. Empty
+    /// where the body has no such marker. A body without ankles has its foot's flesh on the shank, which then is the link.
+    pub fn foot_links(&self) -> [Vec<usize>; 2] {
+        [Landmark::LeftAnkle, Landmark::RightAnkle].map(|landmark| {
+            let ankle = self.markers[landmark as usize].map(|marker| marker.link);
+            let mut is_foot = vec![false; self.links.len()];
+            for link in 0..self.links.len() {
+                is_foot[link] = ankle == Some(link) || self.parent(link).is_some_and(|parent| is_foot[parent]);
+            }
+            (0..self.links.len()).filter(|&link| is_foot[link]).collect()
+        })
+    }
+
+    /// The lowest point of the flesh of these links, world, metres; `None` where they have none.
+    pub fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<Point3<f64>> {
+        let solids = links.iter().flat_map(|&link| self.links[link].flesh.iter().map(move |flesh| (link, flesh)));
+        solids.filter_map(|(link, flesh)| flesh.lowest_point(&frames[link])).min_by(|a, b| a.z.total_cmp(&b.z))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::TaperedCapsule;
+
+    #[test]
+    fn the_lowest_point_of_every_solid_lies_on_it_and_below_all_sampled_points() {
+        let frame = Isometry3::new(Vector3::new(0.1, -0.2, 0.5), Vector3::new(0.4, 0.9, -0.3));
+        let here = Isometry3::new(Vector3::new(0.3, 0.2, 0.1), Vector3::new(-0.7, 0.2, 0.5));
+        let whole = frame * here;
+        let capsule = TaperedCapsule {
+            a: here * Point3::origin(),
+            b: here * Point3::new(0.0, 0.0, 0.3),
+            radius_a: 0.04,
+            radius_b: 0.09,
+        };
+        let solids = [
+            Flesh::TaperedCapsule(capsule),
+            Flesh::Box { link_from_box: here, half_extents: [0.1, 0.2, 0.3] },
+            Flesh::Cylinder { link_from_cylinder: here, radius: 0.1, half_length: 0.3 },
+        ];
+        let inside: [fn(&Point3<f64>) -> bool; 3] = [
+            |p| {
+                (0..=100).any(|i| {
+                    let t = f64::from(i) / 100.0;
+                    (p - Point3::new(0.0, 0.0, 0.3 * t)).norm() <= 0.04 + 0.05 * t
+                })
+            },
+            |p| p.x.abs() <= 0.1 && p.y.abs() <= 0.2 && p.z.abs() <= 0.3,
+            |p| p.x * p.x + p.y * p.y <= 0.01 && p.z.abs() <= 0.3,
+        ];
+        for (solid, inside) in solids.iter().zip(inside) {
+            let bottom = solid.lowest_point(&frame).unwrap();
+            let grid = (0..40 * 40 * 40).map(|i| {
+                let at = |k: i32| -0.4 + 0.02 * f64::from(k % 40);
+                Point3::new(at(i), at(i / 40), at(i / 1600))
+            });
+            let sampled = grid.filter(inside).map(|p| (whole * p).z).fold(f64::INFINITY, f64::min);
+            assert!(bottom.z <= sampled + 1e-9 && sampled < bottom.z + 0.03, "{solid:?}: {} {sampled}", bottom.z);
+        }
+    }
+}

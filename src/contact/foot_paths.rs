@@ -1,0 +1,73 @@
+//! By how much each foot must be moved, frame by frame, so that it stands still where it stands and never sinks.
+
+use nalgebra::Vector3;
+
+use super::{ContactTrack, Stance};
+use crate::body::LinkFrames;
+
+/// Offsets of one foot from where it is now, world, metres, one a frame.
+///
+/// In a stance the foot keeps its orientation, and its offset is such that the material at its lowest point does not move: it
+/// stands, or rolls without slipping, with its lowest point at z = 0; what is left free, where it stands, is chosen nearest to
+/// where it was on average. Between two stances a cubic (Hermite) joins the offsets and their rates, raised wherever the foot
+/// would sink.
+pub(super) fn offsets(track: &ContactTrack, frames: &[LinkFrames]) -> Vec<Vector3<f64>> {
+    let mut offsets = vec![Vector3::zeros(); frames.len()];
+    let stances = track.stances();
+    for stance in &stances {
+        plant(track, frames, stance, &mut offsets[stance.clone()]);
+    }
+    for pair in stances.windows(2) {
+        join(&mut offsets, pair[0].end - 1, pair[1].start, [slope(&pair[0], true), slope(&pair[1], false)]);
+    }
+    if let (Some(first), Some(last)) = (stances.first(), stances.last()) {
+        let (before, after) = (offsets[first.start], offsets[last.end - 1]);
+        offsets[..first.start].fill(before);
+        offsets[last.end..].fill(after);
+    }
+    for (frame, offset) in offsets.iter_mut().enumerate() {
+        offset.z = offset.z.max(-track.frames[frame].gap_m);
+    }
+    offsets
+}
+
+fn plant(track: &ContactTrack, frames: &[LinkFrames], stance: &Stance, offsets: &mut [Vector3<f64>]) {
+    let slide = |frame: usize, of: usize| {
+        let contact = &track.frames[of];
+        let in_link = frames[of][contact.link].inverse_transform_point(&contact.point);
+        frames[frame + 1][contact.link] * in_link - frames[frame][contact.link] * in_link
+    };
+    for (i, frame) in stance.clone().enumerate() {
+        if i > 0 {
+            let slid = (slide(frame - 1, frame - 1) + slide(frame - 1, frame)) * 0.5;
+            offsets[i] = offsets[i - 1] - slid;
+        }
+    }
+    let mean = offsets.iter().sum::<Vector3<f64>>() / offsets.len() as f64;
+    for (offset, frame) in offsets.iter_mut().zip(stance.clone()) {
+        *offset -= mean;
+        offset.z = -track.frames[frame].gap_m;
+    }
+}
+
+/// The two frames of a stance that tell its offset's rate at its end or its beginning.
+fn slope(stance: &Stance, at_end: bool) -> [usize; 2] {
+    match at_end {
+        true => [(stance.end - 1).saturating_sub(1).max(stance.start), stance.end - 1],
+        false => [stance.start, (stance.start + 1).min(stance.end - 1)],
+    }
+}
+
+fn join(offsets: &mut [Vector3<f64>], from: usize, to: usize, slopes: [[usize; 2]; 2]) {
+    let span = (to - from) as f64;
+    let [leaving, arriving] = slopes.map(|[a, b]| (offsets[b] - offsets[a]) * span);
+    let (start, end) = (offsets[from], offsets[to]);
+    for (i, offset) in offsets[from + 1..to].iter_mut().enumerate() {
+        let t = (i + 1) as f64 / span;
+        let (t2, t3) = (t * t, t * t * t);
+        *offset = start * (2.0 * t3 - 3.0 * t2 + 1.0)
+            + leaving * (t3 - 2.0 * t2 + t)
+            + end * (3.0 * t2 - 2.0 * t3)
+            + arriving * (t3 - t2);
+    }
+}

@@ -1,0 +1,252 @@
+//! Exact contact of a motion with the ground z = 0.
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use super::{ContactError, ContactRule, FOOT_NAMES, Stance, Surface, stances};
+use crate::body::{Humanoid, LinkFrames, Motion};
+
+/// Contact of every link that has flesh, and of the two feet, in every frame of a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroundContacts {
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// One track a link with flesh, in the body's order.
+    pub links: Vec<ContactTrack>,
+    /// The left and the right foot, each the link that carries the ankle and all below it taken as one surface.
+    pub feet: [ContactTrack; 2],
+}
+
+/// Contact of one part of a body over a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactTrack {
+    /// The link's name, or one of [`FOOT_NAMES`].
+    pub name: String,
+    /// Indices of its links.
+    pub links: Vec<usize>,
+    /// One entry a frame.
+    pub frames: Vec<GroundContact>,
+}
+
+/// One part of a body and the ground in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundContact {
+    /// Height of the lowest point of its surface, metres; negative under the ground.
+    pub gap_m: f64,
+    /// That point, world, metres.
+    pub point: Point3<f64>,
+    /// The link that carries it.
+    pub link: usize,
+    /// Velocity of the material point that is lowest, world, m/s: central difference over one frame either way (one-sided at
+    /// the ends; zero in a motion of one frame). A sole that rolls has none.
+    pub velocity: Vector3<f64>,
+    /// Whether it stands on the ground by a [`ContactRule`].
+    pub in_contact: bool,
+}
+
+impl GroundContact {
+    /// How deep it is under the ground, metres; 0 above.
+    pub fn penetration_m(&self) -> f64 {
+        (-self.gap_m).max(0.0)
+    }
+
+    /// Speed along the ground, m/s.
+    pub fn slip_m_per_s(&self) -> f64 {
+        self.velocity.xy().norm()
+    }
+}
+
+impl ContactTrack {
+    /// Its uninterrupted contacts.
+    pub fn stances(&self) -> Vec<Stance> {
+        stances(&self.frames.iter().map(|frame| frame.in_contact).collect::<Vec<_>>())
+    }
+}
+
+impl GroundContacts {
+    /// Contact of `body` moved by `motion`, from the solids of its flesh.
+    ///
+    /// # Errors
+    /// [`ContactError`] for thresholds that make no sense, a motion that is empty, belongs to another body or is not finite,
+    /// and a body whose feet have no geometry.
+    pub fn of_motion(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Self, ContactError> {
+        Self::of_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
+    }
+
+    /// As [`Self::of_motion`], with the links at `frames` and `surface` around them.
+    ///
+    /// # Errors
+    /// [`ContactError`] for thresholds that make no sense, and for feet without surface.
+    pub fn of_frames(
+        body: &Humanoid,
+        surface: &dyn Surface,
+        frames: &[LinkFrames],
+        frames_per_second: f64,
+        rule: &ContactRule,
+    ) -> Result<Self, ContactError> {
+        rule.check()?;
+        let clip = Clip { surface, frames, frames_per_second, rule };
+        let [left, right] = body.foot_links();
+        let foot = |name, links| {
+            clip.track(name, links).ok_or_else(|| ContactError::NoFoot { body: body.name.clone(), foot: name })
+        };
+        let links = (0..body.links.len()).into_par_iter().filter_map(|l| clip.track(&body.links[l].name, vec![l]));
+        Ok(Self {
+            frames_per_second,
+            links: links.collect(),
+            feet: [foot(FOOT_NAMES[0], left)?, foot(FOOT_NAMES[1], right)?],
+        })
+    }
+}
+
+/// Where a motion puts every link, checked.
+pub(super) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
+    let (poses, frames_per_second) = (motion.poses.len(), motion.frames_per_second);
+    if poses == 0 || !(frames_per_second > 0.0 && frames_per_second.is_finite()) {
+        return Err(ContactError::EmptyMotion { poses, frames_per_second });
+    }
+    let of_pose = |(frame, pose): (usize, &crate::body::Pose)| {
+        let (found, expected) = (pose.joint_angles.len(), body.degrees_of_freedom.len());
+        if found != expected {
+            return Err(ContactError::WrongBody { frame, found, body: body.name.clone(), expected });
+        }
+        let frames = body.link_frames(pose);
+        let is_finite = |f: &nalgebra::Isometry3<f64>| {
+            f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
+        };
+        match frames.0.iter().position(|f| !is_finite(f)) {
+            Some(lost) => Err(ContactError::NotFinite { frame, link: body.links[lost].name.clone() }),
+            None => Ok(frames),
+        }
+    };
+    motion.poses.iter().enumerate().map(of_pose).collect()
+}
+
+/// What tracks are made of.
+struct Clip<'a> {
+    surface: &'a dyn Surface,
+    frames: &'a [LinkFrames],
+    frames_per_second: f64,
+    rule: &'a ContactRule,
+}
+
+impl Clip<'_> {
+    /// `None` where the links have no surface.
+    fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
+        let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
+        let lowest = lowest.collect::<Option<Vec<_>>>()?;
+        let reach = self.rule.speed_reach(self.frames_per_second);
+        let measures: Vec<(f64, f64)> = lowest
+            .iter()
+            .enumerate()
+            .map(|(frame, lowest)| (lowest.point.z, self.velocity(frame, lowest.link, &lowest.point, reach).norm()))
+            .collect();
+        let labels = self.rule.label(&measures, self.frames_per_second);
+        let frames = lowest.iter().zip(labels).enumerate().map(|(frame, (lowest, in_contact))| GroundContact {
+            gap_m: lowest.point.z,
+            point: lowest.point,
+            link: lowest.link,
+            velocity: self.velocity(frame, lowest.link, &lowest.point, 1),
+            in_contact,
+        });
+        Some(ContactTrack { name: name.to_owned(), frames: frames.collect(), links })
+    }
+
+    /// Mean velocity, over `reach` frames either way, of what of `link` is at `point` in this frame.
+    fn velocity(&self, frame: usize, link: usize, point: &Point3<f64>, reach: usize) -> Vector3<f64> {
+        let (before, after) = (frame.saturating_sub(reach), (frame + reach).min(self.frames.len() - 1));
+        if before == after {
+            return Vector3::zeros();
+        }
+        let in_link = self.frames[frame][link].inverse_transform_point(point);
+        let moved = self.frames[after][link] * in_link - self.frames[before][link] * in_link;
+        moved * (self.frames_per_second / (after - before) as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::person;
+    use crate::body::{Flesh, Humanoid, Landmark, LinkPoint, Pose};
+    use crate::raster::TaperedCapsule;
+    use nalgebra::{DVector, Isometry3, UnitQuaternion};
+
+    /// Two balls of 0.1 m on one link, 0.2 m apart along y: a body that is its own feet.
+    fn roller() -> Humanoid {
+        let mut body = person();
+        let ball = Flesh::TaperedCapsule(TaperedCapsule {
+            a: Point3::new(0.0, -0.1, 0.0),
+            b: Point3::new(0.0, 0.1, 0.0),
+            radius_a: 0.1,
+            radius_b: 0.1,
+        });
+        body.links.truncate(1);
+        body.joints.clear();
+        body.degrees_of_freedom.clear();
+        body.links[0].flesh = vec![ball];
+        body.markers = [None; 15];
+        for ankle in [Landmark::LeftAnkle, Landmark::RightAnkle] {
+            body.markers[ankle as usize] = Some(LinkPoint { link: 0, point_in_link: Point3::origin() });
+        }
+        body
+    }
+
+    fn moved(fps: f64, frames: usize, place: impl Fn(f64) -> Isometry3<f64>) -> Motion {
+        let pose = |frame| Pose { world_from_root: place(frame as f64 / fps), joint_angles: DVector::zeros(0) };
+        Motion { frames_per_second: fps, poses: (0..frames).map(pose).collect() }
+    }
+
+    fn contacts(motion: &Motion) -> Vec<GroundContact> {
+        GroundContacts::of_motion(&roller(), motion, &ContactRule::default()).unwrap().feet[0].frames.clone()
+    }
+
+    #[test]
+    fn a_ball_that_rolls_does_not_slip_and_one_that_slides_does() {
+        // 0.2 m/s: 2 rad/s about y at a radius of 0.1 m
+        let roll = |t: f64| {
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 2.0 * t);
+            Isometry3::from_parts(nalgebra::Translation3::new(0.2 * t, 0.0, 0.1), turn)
+        };
+        for contact in contacts(&moved(120.0, 30, roll)) {
+            assert!(contact.slip_m_per_s() < 1e-3, "{contact:?}");
+            assert!(contact.in_contact && contact.gap_m.abs() < 1e-12);
+        }
+        for contact in contacts(&moved(120.0, 30, |t| Isometry3::translation(0.2 * t, 0.0, 0.08))) {
+            assert!((contact.slip_m_per_s() - 0.2).abs() < 1e-12 && contact.in_contact);
+            assert!((contact.penetration_m() - 0.02).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_ball_that_falls_touches_when_it_has_stopped() {
+        let fall = |t: f64| Isometry3::translation(0.0, 0.0, 0.1 + (0.5 - t).max(0.0));
+        let found = contacts(&moved(60.0, 60, fall));
+        let first = found.iter().position(|contact| contact.in_contact).unwrap();
+        // at 30 frames it lies still; the speed's window of two frames either way falls below 0.25 m/s one frame later
+        assert_eq!(first, 31, "{:?}", found[first]);
+        assert!((found[15].velocity.z + 1.0).abs() < 1e-9 && !found[15].in_contact);
+    }
+
+    #[test]
+    fn motions_and_bodies_that_cannot_stand_are_refused_by_name() {
+        let refused = |body: &Humanoid, motion: &Motion| {
+            GroundContacts::of_motion(body, motion, &ContactRule::default()).unwrap_err().to_string()
+        };
+        let still = moved(60.0, 2, |_| Isometry3::identity());
+        assert!(refused(&roller(), &moved(60.0, 0, |_| Isometry3::identity())).contains("0 poses"));
+        assert!(refused(&roller(), &Motion { frames_per_second: 0.0, ..still.clone() }).contains("0 frames a second"));
+        let nowhere = moved(60.0, 2, |t| Isometry3::translation(t / 0.0, 0.0, 0.0));
+        assert!(refused(&roller(), &nowhere).starts_with("frame 0: link \"torso\""));
+        assert!(refused(&person(), &still).contains("0 joint angles"));
+        let mut bare = roller();
+        bare.links[0].flesh.clear();
+        assert!(refused(&bare, &still).contains("no left foot"));
+    }
+
+    #[test]
+    fn one_frame_has_contact_and_no_velocity() {
+        let found = contacts(&moved(60.0, 1, |_| Isometry3::translation(0.0, 0.0, 0.1)));
+        assert_eq!((found.len(), found[0].velocity), (1, Vector3::zeros()));
+    }
+}

@@ -1,0 +1,32 @@
+//! The seam between contact and what a body's surface is made of.
+
+use nalgebra::Point3;
+
+use crate::body::{Humanoid, LinkFrames};
+
+/// A point of a body's surface that moves with a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Index of the link that carries it.
+    pub link: usize,
+    /// World, metres.
+    pub point: Point3<f64>,
+}
+
+/// A surface that can touch the ground z = 0.
+pub trait Surface: Sync {
+    /// The lowest point of the surface of these links; `None` where they have none.
+    fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<SurfacePoint>;
+}
+
+/// The solids of the flesh.
+impl Surface for Humanoid {
+    fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<SurfacePoint> {
+        let lowest = |&link: &usize| {
+            let points = self.links[link].flesh.iter().filter_map(|flesh| flesh.lowest_point(&frames[link]));
+            let point = points.min_by(|a, b| a.z.total_cmp(&b.z))?;
+            Some(SurfacePoint { link, point })
+        };
+        links.iter().filter_map(lowest).min_by(|a, b| a.point.z.total_cmp(&b.point.z))
+    }
+}

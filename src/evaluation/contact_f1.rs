@@ -1,0 +1,47 @@
+//! Whether an estimate's feet stand when the actor's do.
+
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::sequence::Sequence;
+
+/// Harmonic mean of precision and recall.
+pub(super) const F1: Metric = Metric {
+    name: "contact_f1",
+    title: "Foot contact, F1",
+    unit: Unit::Fraction,
+    direction: Direction::HigherIsBetter,
+    protocol: "2 TP / (2 TP + FP + FN) over frames and feet, labels of actor and estimate each from their own solids by one rule: \
+               begins below 20 mm and 0.25 m/s, ends above 40 mm or 0.45 m/s, at least 50 ms; absent where neither ever stands",
+    measure: f1,
+};
+
+fn f1(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let pair = sequence.contacts?;
+    let (mut both, mut one) = (0_u32, 0_u32);
+    for (truth, estimate) in pair.truth.feet.iter().zip(&pair.estimate.feet) {
+        for frame in sequence.scored() {
+            match (truth.frames[frame].in_contact, estimate.frames[frame].in_contact) {
+                (true, true) => both += 1,
+                (false, false) => {}
+                _ => one += 1,
+            }
+        }
+    }
+    (both + one > 0).then(|| Measurement::Whole(f64::from(2 * both) / f64::from(2 * both + one)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact_fixture::{Foot, contacts, measured};
+
+    #[test]
+    fn f1_is_two_thirds_where_two_agree_one_is_missed_and_one_is_too_many() {
+        let feet = |on: [u8; 4]| -> Vec<Foot> { on.iter().map(|&on| (on == 1, 0.0, 0.0)).collect() };
+        // frame 0 is left out
+        let truth = contacts(&feet([1, 1, 1, 0]), &feet([1, 0, 0, 1]));
+        let estimate = contacts(&feet([0, 1, 0, 0]), &feet([0, 0, 1, 1]));
+        let found = measured(&truth, &estimate, [&[0.0; 4]; 2]);
+        assert!((found["contact_f1"].mean - 4.0 / 6.0).abs() < 1e-12);
+        let never = contacts(&feet([0; 4]), &feet([0; 4]));
+        assert!(!measured(&never, &never, [&[0.0; 4]; 2]).contains_key("contact_f1"));
+    }
+}

@@ -1,0 +1,46 @@
+//! Feet for tests of contact metrics.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::contact::{ContactTrack, FOOT_NAMES, GroundContact, GroundContacts};
+
+use super::evaluate::MetricValue;
+use super::fixture::standing;
+use super::{ContactPair, Sequence, evaluate};
+
+/// A foot in one frame: whether it stands, its gap and its speed along x in mm and mm/s.
+pub(crate) type Foot = (bool, f64, f64);
+
+/// Both feet at 60 Hz; no other link.
+pub(crate) fn contacts(left: &[Foot], right: &[Foot]) -> GroundContacts {
+    let track = |name: &str, feet: &[Foot]| ContactTrack {
+        name: name.to_owned(),
+        links: vec![0],
+        frames: feet
+            .iter()
+            .map(|&(in_contact, gap, speed)| GroundContact {
+                gap_m: 0.001 * gap,
+                point: Point3::new(0.0, 0.0, 0.001 * gap),
+                link: 0,
+                velocity: Vector3::new(0.001 * speed, 0.0, -7.0),
+                in_contact,
+            })
+            .collect(),
+    };
+    let feet = [track(FOOT_NAMES[0], left), track(FOOT_NAMES[1], right)];
+    GroundContacts { frames_per_second: 60.0, links: feet.to_vec(), feet }
+}
+
+/// Every metric of an estimate whose markers are right and whose feet are these; self-penetration in mm.
+pub(crate) fn measured(
+    truth: &GroundContacts,
+    estimate: &GroundContacts,
+    self_mm: [&[f64]; 2],
+) -> std::collections::BTreeMap<String, MetricValue> {
+    let markers = vec![standing(); truth.feet[0].frames.len()];
+    let [true_depths, depths] = self_mm.map(|mm| mm.iter().map(|d| 0.001 * d).collect::<Vec<_>>());
+    let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
+    sequence.contacts =
+        Some(ContactPair { truth, estimate, truth_self_depth_m: &true_depths, estimate_self_depth_m: &depths });
+    evaluate(&sequence).unwrap().metrics
+}

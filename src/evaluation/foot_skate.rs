@@ -1,0 +1,152 @@
+//! How feet slip along the ground while the actor's foot stands.
+
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::sequence::{ContactPair, Sequence};
+use super::statistics::mean_of;
+use crate::contact::GroundContacts;
+
+/// Speed in stance.
+pub(super) const SKATE: Metric = Metric {
+    name: "foot_skate_mm_per_s",
+    title: "Foot skate",
+    unit: Unit::MillimetrePerSecond,
+    direction: Direction::LowerIsBetter,
+    protocol: "horizontal speed of the material point of the estimate's foot that is lowest, central difference over one frame \
+               either way, over frames and feet in which the actor's foot stands (exact contact truth); pooled",
+    measure: |sequence| skate(sequence, |pair| pair.estimate),
+};
+
+/// The same of the actor.
+pub(super) const TRUE_SKATE: Metric = Metric {
+    name: "truth_foot_skate_mm_per_s",
+    title: "Foot skate of the truth itself",
+    direction: Direction::Neither,
+    protocol: "as foot_skate_mm_per_s, of the actor: what the recording itself skates",
+    measure: |sequence| skate(sequence, |pair| pair.truth),
+    ..SKATE
+};
+
+/// Length of the path in stance.
+pub(super) const SLIP: Metric = Metric {
+    name: "slip_per_stance_mm",
+    title: "Slip per stance",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "length of the path along the ground of the estimate's lowest points over one stance of the actor's foot, mean \
+               over the stances of both feet",
+    measure: |sequence| slip(sequence, |pair| pair.estimate),
+};
+
+/// The same of the actor.
+pub(super) const TRUE_SLIP: Metric = Metric {
+    name: "truth_slip_per_stance_mm",
+    title: "Slip per stance of the truth itself",
+    direction: Direction::Neither,
+    protocol: "as slip_per_stance_mm, of the actor",
+    measure: |sequence| slip(sequence, |pair| pair.truth),
+    ..SLIP
+};
+
+/// What other papers print.
+pub(super) const PER_FRAME: Metric = Metric {
+    name: "foot_skate_per_frame_mm",
+    title: "Foot skate, mm per frame (compatibility)",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "foot_skate_mm_per_s divided by the frame rate, for comparison with figures in mm/frame. Trap: it changes with the \
+               frame rate of the same motion; others guess contact from the estimate's own height or speed and follow a joint, \
+               not the sole: compare only what has the same rate and rule",
+    measure: |sequence| per_frame(sequence),
+};
+
+/// What other papers print.
+pub(super) const RATIO: Metric = Metric {
+    name: "skating_ratio",
+    title: "Skating ratio (compatibility)",
+    unit: Unit::Fraction,
+    direction: Direction::LowerIsBetter,
+    protocol: "share of stance frames (the actor's) in which the estimate's foot moves more than 25 mm along the ground in a \
+               frame. Trap: 25 mm a frame are 0.5 m/s at 20 Hz and 3 m/s at 120 Hz, so that the same motion has a lower ratio \
+               at a higher rate; others count frames by a height of 50 mm instead of contact",
+    measure: |sequence| ratio(sequence),
+};
+
+/// Slides longer than this in one frame count in [`RATIO`], millimetres.
+const SLIDE_MM: f64 = 25.0;
+
+type Who = for<'a> fn(&ContactPair<'a>) -> &'a GroundContacts;
+
+/// Speeds, mm/s, of the feet whose counterpart stands in the truth; none where the difference touches a frame left out.
+fn speeds_in_stance(sequence: &Sequence<'_>, who: Who, frame: usize) -> impl Iterator<Item = f64> {
+    let pair = sequence.contacts.filter(|_| frame > sequence.first_scored);
+    pair.into_iter().flat_map(move |pair| {
+        let feet = pair.truth.feet.iter().zip(&who(&pair).feet);
+        feet.filter(move |(truth, _)| truth.frames[frame].in_contact)
+            .map(move |(_, foot)| 1000.0 * foot.frames[frame].slip_m_per_s())
+    })
+}
+
+fn pooled(sequence: &Sequence<'_>, value: impl Fn(usize) -> Vec<f64>) -> Option<Measurement> {
+    sequence.contacts?;
+    let per_frame = sequence.per_scored_frame(|frame| mean_of(value(frame).into_iter()));
+    let mean = mean_of(sequence.scored().flat_map(value))?;
+    Some(Measurement::Pooled { per_frame, mean })
+}
+
+fn skate(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
+    pooled(sequence, |frame| speeds_in_stance(sequence, who, frame).collect())
+}
+
+fn per_frame(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let seconds = 1.0 / sequence.frames_per_second;
+    pooled(sequence, |frame| speeds_in_stance(sequence, |p| p.estimate, frame).map(|v| seconds * v).collect())
+}
+
+fn ratio(sequence: &Sequence<'_>) -> Option<Measurement> {
+    let slides = |speed: f64| f64::from(u8::from(speed / sequence.frames_per_second > SLIDE_MM));
+    pooled(sequence, |frame| speeds_in_stance(sequence, |p| p.estimate, frame).map(slides).collect())
+}
+
+fn slip(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
+    let pair = sequence.contacts?;
+    let of_foot = |foot: usize| {
+        let stances = pair.truth.feet[foot].stances().into_iter();
+        stances.filter_map(move |stance| {
+            let frames = stance.start.max(sequence.first_scored + 1)..stance.end;
+            let path = frames.clone().map(|f| 1000.0 * who(&pair).feet[foot].frames[f].slip_m_per_s());
+            (!frames.is_empty()).then(|| path.sum::<f64>() / sequence.frames_per_second)
+        })
+    };
+    Some(Measurement::Whole(mean_of((0..2).flat_map(of_foot))?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact_fixture::{contacts, measured};
+
+    #[test]
+    fn skate_counts_true_stance_alone_and_the_truth_has_its_own() {
+        // frame 0 is left out, frame 1 would touch it
+        let stands = [true, true, true, true, false, true];
+        let feet = |speeds: [f64; 6]| stands.iter().zip(speeds).map(|(s, v)| (*s, 0.0, v)).collect::<Vec<_>>();
+        let off = [(false, 50.0, 900.0); 6];
+        let truth = contacts(&feet([6.0; 6]), &off);
+        let estimate = contacts(&feet([9e3, 9e3, 60.0, 30.0, 9e3, 1800.0]), &off);
+        let found = measured(&truth, &estimate, [&[0.0; 6]; 2]);
+        assert!((found["foot_skate_mm_per_s"].mean - (60.0 + 30.0 + 1800.0) / 3.0).abs() < 1e-9);
+        assert_eq!(found["foot_skate_mm_per_s"].per_frame[4], None);
+        assert!((found["truth_foot_skate_mm_per_s"].mean - 6.0).abs() < 1e-9);
+        assert!((found["foot_skate_per_frame_mm"].mean - (1.0 + 0.5 + 30.0) / 3.0).abs() < 1e-9);
+        assert!((found["skating_ratio"].mean - 1.0 / 3.0).abs() < 1e-12, "30 mm in one of three frames");
+        // two stances: 1.0 + 0.5 mm and 30 mm
+        assert!((found["slip_per_stance_mm"].mean - (1.5 + 30.0) / 2.0).abs() < 1e-9);
+        assert!((found["truth_slip_per_stance_mm"].mean - (0.2 + 0.1) / 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn nobody_who_flies_skates() {
+        let flying = contacts(&[(false, 500.0, 900.0); 4], &[(false, 500.0, 900.0); 4]);
+        let found = measured(&flying, &flying, [&[0.0; 4]; 2]);
+        assert!(!found.contains_key("foot_skate_mm_per_s") && !found.contains_key("slip_per_stance_mm"));
+    }
+}

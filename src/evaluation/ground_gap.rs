@@ -1,0 +1,91 @@
+//! How deep a body is in the ground, and how high its feet hover where the actor stands.
+
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::sequence::{ContactPair, Sequence};
+use super::statistics::mean_of;
+use crate::contact::GroundContacts;
+
+/// Depth below the ground.
+pub(super) const PENETRATION: Metric = Metric {
+    name: "ground_penetration_mm",
+    title: "Penetration of the ground",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "depth under z = 0 of the lowest point of the tracker's body in the estimated pose, 0 where all of it is above; \
+               mean over frames",
+    measure: |sequence| penetration(sequence, |pair| pair.estimate),
+};
+
+/// The same of the actor.
+pub(super) const TRUE_PENETRATION: Metric = Metric {
+    name: "truth_ground_penetration_mm",
+    title: "Penetration of the ground by the truth itself",
+    direction: Direction::Neither,
+    protocol: "as ground_penetration_mm, of the actor",
+    measure: |sequence| penetration(sequence, |pair| pair.truth),
+    ..PENETRATION
+};
+
+/// Height above the ground in stance.
+pub(super) const FLOAT: Metric = Metric {
+    name: "foot_float_mm",
+    title: "Float in stance",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "height above z = 0 of the lowest point of the estimate's foot, 0 where it is below, over frames and feet in which \
+               the actor's foot stands; pooled",
+    measure: |sequence| float(sequence, |pair| pair.estimate),
+};
+
+/// The same of the actor.
+pub(super) const TRUE_FLOAT: Metric = Metric {
+    name: "truth_foot_float_mm",
+    title: "Float in stance of the truth itself",
+    direction: Direction::Neither,
+    protocol: "as foot_float_mm, of the actor",
+    measure: |sequence| float(sequence, |pair| pair.truth),
+    ..FLOAT
+};
+
+type Who = for<'a> fn(&ContactPair<'a>) -> &'a GroundContacts;
+
+fn penetration(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
+    let contacts = who(&sequence.contacts?);
+    let deepest =
+        |frame: usize| contacts.links.iter().map(|link| link.frames[frame].penetration_m()).fold(0.0, f64::max);
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(1000.0 * deepest(frame)))))
+}
+
+fn float(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
+    let pair = sequence.contacts?;
+    let heights = |frame: usize| {
+        let feet = pair.truth.feet.iter().zip(&who(&pair).feet);
+        feet.filter(move |(truth, _)| truth.frames[frame].in_contact)
+            .map(move |(_, foot)| 1000.0 * foot.frames[frame].gap_m.max(0.0))
+    };
+    let per_frame = sequence.per_scored_frame(|frame| mean_of(heights(frame)));
+    let mean = mean_of(sequence.scored().flat_map(heights))?;
+    Some(Measurement::Pooled { per_frame, mean })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact_fixture::{contacts, measured};
+
+    #[test]
+    fn the_deepest_part_penetrates_and_standing_feet_float() {
+        let truth = contacts(
+            &[(true, -2.0, 0.0); 4],
+            &[(false, 80.0, 0.0), (true, 1.0, 0.0), (true, 3.0, 0.0), (false, 9.0, 0.0)],
+        );
+        let left = [(true, 99.0, 0.0), (true, -10.0, 0.0), (true, 30.0, 0.0), (true, 0.0, 0.0)];
+        let right = [(true, 99.0, 0.0), (true, -40.0, 0.0), (true, 6.0, 0.0), (true, 50.0, 0.0)];
+        let found = measured(&truth, &contacts(&left, &right), [&[0.0; 4]; 2]);
+        assert!((found["ground_penetration_mm"].mean - 40.0 / 3.0).abs() < 1e-9, "40, 0 and 0 mm");
+        assert!((found["truth_ground_penetration_mm"].mean - 2.0).abs() < 1e-9);
+        // left stands in frames 1 to 3, right in 1 and 2: 0, 30, 0 and 0, 6 mm
+        assert!((found["foot_float_mm"].mean - 36.0 / 5.0).abs() < 1e-9);
+        assert!((found["truth_foot_float_mm"].mean - 4.0 / 5.0).abs() < 1e-9);
+        assert_eq!(found["foot_float_mm"].per_frame[2], Some(18.0));
+    }
+}

@@ -1,0 +1,43 @@
+//! How deep parts of a body are inside each other.
+
+use super::metric::{Direction, Measurement, Metric, Unit};
+
+/// Of the estimate.
+pub(super) const DEPTH: Metric = Metric {
+    name: "self_penetration_mm",
+    title: "Self-penetration",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "greatest depth by which two links of the tracker's body are inside each other, pairs that are adjacent or touch in \
+               the bind pose left out; mean over frames",
+    measure: |sequence| {
+        let depths = sequence.contacts?.estimate_self_depth_m;
+        Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(1000.0 * depths[frame]))))
+    },
+};
+
+/// Of the actor.
+pub(super) const TRUE_DEPTH: Metric = Metric {
+    name: "truth_self_penetration_mm",
+    title: "Self-penetration of the truth itself",
+    direction: Direction::Neither,
+    protocol: "as self_penetration_mm, of the actor",
+    measure: |sequence| {
+        let depths = sequence.contacts?.truth_self_depth_m;
+        Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(1000.0 * depths[frame]))))
+    },
+    ..DEPTH
+};
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact_fixture::{contacts, measured};
+
+    #[test]
+    fn depths_are_means_over_scored_frames() {
+        let feet = contacts(&[(true, 0.0, 0.0); 3], &[(true, 0.0, 0.0); 3]);
+        let found = measured(&feet, &feet, [&[90.0, 1.0, 0.0], &[90.0, 12.0, 4.0]]);
+        assert!((found["self_penetration_mm"].mean - 8.0).abs() < 1e-9);
+        assert!((found["truth_self_penetration_mm"].mean - 0.5).abs() < 1e-9);
+    }
+}
