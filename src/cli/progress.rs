@@ -45,6 +45,7 @@ impl Watch for Progress {
                 .with_style(style)
                 .with_prefix(match stage {
                     Stage::Render => "rendering",
+                    Stage::Learn => "learning",
                     Stage::Track => "tracking",
                     Stage::Evaluate => "measuring",
                 });

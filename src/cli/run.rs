@@ -8,7 +8,7 @@ use clap::Args;
 use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
 use super::{CommandError, notes, output, summary};
-use crate::experiment::{Destination, REPORT_FILE, run as run_experiment};
+use crate::experiment::{COMPARISON_PAGE, Destination, REPORT_FILE, ScenarioFile, compare, run as run_experiment};
 
 /// Render, track, evaluate and report in one go
 #[derive(Args, Debug)]
@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     force: bool,
 
-    /// Print run.json instead of a table
+    /// Print run.json (comparison.json of several methods) instead of a table
     #[arg(long)]
     json: bool,
 
@@ -53,6 +53,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&file.scenario.name));
     let progress = Progress::new(arguments.quiet);
     let to = Destination { path: &out, force: arguments.force };
+    if !file.scenario.methods.is_empty() {
+        return run_methods(arguments, &file, to, progress);
+    }
     let done = run_experiment(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
     drop(progress);
     if !arguments.quiet {
@@ -63,6 +66,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     } else {
         output::print(&summary::table(&done.record))?;
         output::print(&format!("\n  report: {}", out.join(REPORT_FILE).display()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run_methods(
+    arguments: &Arguments,
+    file: &ScenarioFile,
+    to: Destination<'_>,
+    progress: Progress,
+) -> Result<ExitCode, CommandError> {
+    let done = compare(file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
+    drop(progress);
+    if !arguments.quiet {
+        notes::tell(&done.notes);
+    }
+    if arguments.json {
+        output::print_json(&done.comparison)?;
+    } else {
+        output::print(&summary::methods(&done.comparison))?;
+        output::print(&format!("\n  report: {}", to.path.join(COMPARISON_PAGE).display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

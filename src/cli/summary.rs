@@ -1,7 +1,7 @@
 //! A run's numbers as a table for people.
 
 use crate::evaluation::{METRICS, MetricSummary};
-use crate::experiment::RunRecord;
+use crate::experiment::{Comparison, RunRecord};
 
 /// Metrics that the table shows; `--json` and the report have all.
 const SHOWN: [&str; 9] = [
@@ -45,6 +45,25 @@ pub(super) fn table(record: &RunRecord) -> String {
     }
     lines.push(format!("  {}", record.verdict.line));
     lines.extend(record.verdict.cause.as_ref().map(|cause| format!("  {cause}")));
+    lines.join("\n")
+}
+
+/// Several methods: mean error, its interval, and the frames lost.
+pub(super) fn methods(comparison: &Comparison) -> String {
+    let model = if comparison.matched { "matched model" } else { "mismatched model" };
+    let (frames, rate, seeds) = (comparison.frames, comparison.frames_per_second, comparison.seeds.len());
+    let mut lines = vec![
+        format!("{}: {frames} frames at {rate} Hz, {seeds} seed(s), {model}", comparison.scenario),
+        String::new(),
+        format!("  {:<28} {:>9}  {:^19}  {:>11}", "HumanEva error, mm", "mean", "95 % interval", "frames lost"),
+    ];
+    for (name, method) in &comparison.methods {
+        if let Some(error) = method.summary.metrics.get("humaneva_mm") {
+            let lost = method.summary.metrics.get("track_loss").map_or_else(|| "-".to_owned(), |m| number(m.mean));
+            let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
+            lines.push(format!("  {name:<28} {:>9}  {:^19}  {lost:>11}", number(error.mean), interval(error)));
+        }
+    }
     lines.join("\n")
 }
 

@@ -11,7 +11,7 @@ use crate::experiment::{Destination, ScenarioError, TrackerSettings, track_set};
 
 /// Run one tracker over a set, blindfolded
 ///
-/// Of the set it reads cameras, observations and start; the truth stays closed (to all but the oracle).
+/// Of the set it reads cameras, observations and start; the truth stays closed (to all but oracles).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400")]
@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// The tracker: annealed_particle_filter, frozen or oracle
+    /// The tracker: annealed_particle_filter, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or oracle
     #[arg(long, value_name = "NAME")]
     tracker: String,
 

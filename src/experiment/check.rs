@@ -4,7 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{ExperimentError, ScenarioFile, Staged, TrackerSettings};
+use super::{ExperimentError, ScenarioFile, Staged};
+use crate::tracker::FilterSettings;
 
 /// What a sound scenario amounts to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -31,7 +32,7 @@ pub struct Soundness {
     pub retarget_residual_mm: f64,
     /// Names of the cameras.
     pub cameras: Vec<String>,
-    /// The tracker's name.
+    /// The tracker's name; of several methods all, in the order of the methods' names.
     pub tracker: String,
     /// How many seeds.
     pub seeds: u32,
@@ -48,10 +49,10 @@ pub struct Soundness {
 pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soundness, ExperimentError> {
     let staged = Staged::new(file, mocap_directory)?;
     let scenario = &file.scenario;
-    let per_frame = match &scenario.tracker {
-        TrackerSettings::AnnealedParticleFilter(s) => s.particles as u64 * s.layers as u64,
-        TrackerSettings::Frozen(_) | TrackerSettings::Oracle(_) => 0,
-    };
+    let trackers = scenario.trackers();
+    let evaluations = |f: FilterSettings| f.particles as u64 * f.layers as u64;
+    let per_frame: u64 = trackers.iter().filter_map(|(_, t)| t.filter()).map(evaluations).sum();
+    let names: Vec<&str> = trackers.iter().map(|(_, t)| t.name()).collect();
     let (frames, frames_per_second) = (staged.frames(), staged.ground_truth.frames_per_second);
     Ok(Soundness {
         schema: "skiagraph.check/1",
@@ -64,7 +65,7 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
         matched: scenario.is_matched(),
         retarget_residual_mm: staged.report.mean_residual_mm,
         cameras: staged.rig.cameras.iter().map(|camera| camera.name.clone()).collect(),
-        tracker: scenario.tracker.name().to_owned(),
+        tracker: names.join(", "),
         seeds: scenario.seeds,
         likelihood_evaluations: per_frame * frames as u64 * u64::from(scenario.seeds),
         notes: staged.notes,

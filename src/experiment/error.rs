@@ -11,6 +11,7 @@ use crate::contact::ContactError;
 use crate::evaluation::EvaluationError;
 use crate::mocap::MocapError;
 use crate::motion_model::MotionModelError;
+use crate::motion_model::gpdm_graph::GraphError;
 use crate::report::ReportError;
 use crate::scene::SceneError;
 use crate::tracker::{SettingError, TrackError};
@@ -45,6 +46,14 @@ pub enum ExperimentError {
     /// A motion model cannot be made.
     #[error(transparent)]
     MotionModel(#[from] MotionModelError),
+    /// A motion model cannot be learned.
+    #[error(transparent)]
+    Learning(#[from] GraphError),
+    /// A model was to be learned of the test itself.
+    #[error(
+        "this tracker learns a motion model, and the set's training motion is that of the test itself; render it from a scenario with [[training.clips]]"
+    )]
+    NoTraining,
     /// Tracking could not go on.
     #[error(transparent)]
     Track(#[from] TrackError),

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::scenario::TrackerSettings;
 use super::tracking::Tracked;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
@@ -170,11 +169,9 @@ fn truth_energy(
     set: &BlindSet,
     refitted: Option<&Motion>,
 ) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let settings = tracked.record.as_ref().map(|record| &record.tracker);
-    let (Some(TrackerSettings::AnnealedParticleFilter(settings)), Some(refitted)) = (settings, refitted) else {
-        return Ok(Vec::new());
-    };
-    let mut likelihood = SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, settings.likelihood())?;
+    let settings = tracked.record.as_ref().and_then(|record| record.tracker.likelihood());
+    let (Some(settings), Some(refitted)) = (settings, refitted) else { return Ok(Vec::new()) };
+    let mut likelihood = SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, settings)?;
     let mut scratch = likelihood.scratch();
     let mut energies = Vec::with_capacity(set.frame_count);
     for (observation, pose) in set.observations().zip(&refitted.poses) {

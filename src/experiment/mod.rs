@@ -13,9 +13,12 @@
 
 mod check;
 mod clip_file;
+mod comparison;
 mod error;
+mod learning;
 mod measuring;
 mod model_file;
+mod nearest_training_pose;
 mod oracle;
 mod partial_directory;
 mod per_frame;
@@ -29,7 +32,9 @@ mod watch;
 
 pub use check::{Soundness, check};
 pub use clip_file::EMBEDDED_CLIPS;
+pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
 pub use error::ExperimentError;
+pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};

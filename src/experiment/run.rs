@@ -4,17 +4,17 @@ use std::fs;
 use std::path::Path;
 
 use super::error::output;
-use super::measuring::{Measures, check_fit};
+use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::partial_directory::PartialDirectory;
-use super::results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
+use super::results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord, tracker_in_words};
 use super::staging::Staged;
 use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, Files, Scenario, ScenarioFile, TrackerSettings};
+use super::{ExperimentError, Files, Models, Scenario, ScenarioFile, TrackerSettings};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet};
 use crate::observation::Observer;
 
-const SCENARIO_FILE: &str = "scenario.toml";
+pub(super) const SCENARIO_FILE: &str = "scenario.toml";
 /// All files of a run: what may be replaced by the next run.
 const RUN_FILES: [&str; 8] =
     [RUN_FILE, CONTACT_SHEET_FILE, PER_FRAME_FILE, POSES_FILE, REPORT_FILE, TRACK_FILE, SEARCH_FILE, SCENARIO_FILE];
@@ -98,11 +98,8 @@ pub fn track_set(
 ) -> Result<Tracked, ExperimentError> {
     let directory = PartialDirectory::begin(to.path, &RUN_FILES, to.force)?;
     let blind = BlindSet::read(set)?;
-    let truth = match settings {
-        TrackerSettings::Oracle(_) => TruthSet::read(set)?.refitted,
-        _ => None,
-    };
-    let tracked = track(&blind, settings, seeds, truth.as_ref(), watch)?;
+    let truth = if settings.needs_truth() { TruthSet::read(set)?.refitted } else { None };
+    let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
     directory.finish(&RUN_FILES)?;
     Ok(tracked)
@@ -138,15 +135,56 @@ pub fn run(
     let directory = PartialDirectory::begin(to.path, &RUN_FILES, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
-    let tracked = track(&set.blind, &file.scenario.tracker, &seeds, set.truth.refitted.as_ref(), watch)?;
-    // As somebody does who tracks first and evaluates later: what is measured is what is on the disk.
-    write_all(&directory, &tracked.files(&set.blind)?)?;
-    let tracked = Tracked::read(directory.folder())?;
-    let results = measure(&set, &tracked, watch)?;
-    directory.write(SCENARIO_FILE, scenario_text(&file.scenario)?.as_bytes())?;
-    write_all(&directory, &results.files)?;
+    let attempt = Attempt { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
+    let record = attempt.run(&mut Models::default(), watch)?.record;
     directory.finish(&RUN_FILES)?;
-    Ok(Done { record: results.record, notes })
+    Ok(Done { record, notes })
+}
+
+/// One tracker to be run on a set with all seeds.
+pub(super) struct Attempt<'a> {
+    pub(super) directory: &'a PartialDirectory,
+    /// Folder of the run inside the directory, which is there; empty for the directory itself.
+    pub(super) folder: &'a str,
+    pub(super) scenario: &'a Scenario,
+    pub(super) set: &'a BenchmarkSet,
+    pub(super) seeds: &'a [u64],
+}
+
+/// What came of an attempt.
+pub(super) struct Outcome {
+    pub(super) record: RunRecord,
+    pub(super) tracked: Tracked,
+    pub(super) tracker_in_words: String,
+    /// HumanEva error, mm, `[seed][frame]`.
+    pub(super) errors: Vec<Vec<Option<f64>>>,
+}
+
+impl Attempt<'_> {
+    /// Tracks, measures and writes the run's files.
+    pub(super) fn run(&self, models: &mut Models, watch: &dyn Watch) -> Result<Outcome, ExperimentError> {
+        let truth = self.set.truth.refitted.as_ref();
+        let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, watch)?;
+        // As somebody does who tracks first and evaluates later: what is measured is what is on the disk.
+        self.write(&tracked.files(&self.set.blind)?)?;
+        let tracked = Tracked::read(&self.directory.folder().join(self.folder))?;
+        let measures = Measures::new(self.set, &tracked, watch)?;
+        let results = Results::new(self.set, &tracked, &measures)?;
+        self.write(&vec![(SCENARIO_FILE, scenario_text(self.scenario)?.into_bytes())])?;
+        self.write(&results.files)?;
+        let error = |seed: &SeedMeasures| seed.evaluation.metrics.get("humaneva_mm").map(|m| m.per_frame.clone());
+        Ok(Outcome {
+            record: results.record,
+            tracker_in_words: tracker_in_words(&tracked),
+            errors: measures.seeds.iter().filter_map(error).collect(),
+            tracked,
+        })
+    }
+
+    fn write(&self, files: &Files) -> Result<(), ExperimentError> {
+        let path = |name: &str| Path::new(self.folder).join(name).to_string_lossy().into_owned();
+        files.iter().try_for_each(|(name, bytes)| self.directory.write(&path(name), bytes))
+    }
 }
 
 fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Results, ExperimentError> {
@@ -155,7 +193,7 @@ fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<R
 }
 
 /// The scenario with its overrides, to be run again.
-fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentError> {
+pub(super) fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentError> {
     toml::to_string(scenario)
         .map_err(|e| ExperimentError::Malformed { path: SCENARIO_FILE.into(), detail: e.to_string() })
 }

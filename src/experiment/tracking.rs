@@ -7,6 +7,7 @@
 //! | `energy` | (S, T) | energy of the estimate; NaN where there is none |
 //! | `evaluations` | (S, T) | likelihood evaluations |
 //! | `layers` | (S, T, L, 6) | one row an annealing layer, columns `layer_columns` |
+//! | `occupancy` | (S, T, K, 3) | one row a motion model, columns `occupancy_columns`; K = 0 without such models |
 
 use std::path::Path;
 use std::time::Instant;
@@ -14,14 +15,17 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::error::read_file;
+use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use super::scenario::TrackerSettings;
 use super::watch::{Stage, Watch, advance};
-use super::{ExperimentError, Files};
+use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models};
 use crate::benchmark_set::{Array, BlindSet, Npz, RunPoses, Values};
 use crate::body::Motion;
 use crate::motion_model::{Diffusion, ProposalScales};
-use crate::tracker::{AnnealedParticleFilter, Estimate, Frozen, LayerRecord, SilhouetteLikelihood, Tracker};
+use crate::tracker::{
+    AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, SilhouetteLikelihood, Tracker,
+};
 
 pub(super) const TRACK_FILE: &str = "track.json";
 pub(super) const POSES_FILE: &str = "poses.npz";
@@ -59,7 +63,7 @@ pub struct TrackRecord {
 /// How long tracking took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackTiming {
-    /// Seconds for all frames of all seeds, reading of observations included.
+    /// Seconds for all frames of all seeds, reading of observations included, learning of motion models not.
     pub seconds: f64,
     /// Frames of all seeds per second.
     pub frames_per_second: f64,
@@ -78,11 +82,14 @@ pub struct SearchRecord {
     pub evaluations: u64,
     /// Layer by layer.
     pub layers: Vec<LayerRecord>,
+    /// Model by model, for trackers in latent spaces.
+    pub occupancy: Vec<ModelOccupancy>,
 }
 
 /// Runs a tracker with every seed over a set, blindfolded; all seeds advance together, frame by frame.
 ///
-/// `truth` (one pose of the tracker's body a frame) is for the oracle alone.
+/// `truth` (one pose of the tracker's body a frame) is for oracles alone. Motion models that are among `models` are not learned
+/// again.
 ///
 /// # Errors
 /// [`ExperimentError`] if the set cannot be read, the settings make no sense, or tracking cannot go on.
@@ -91,16 +98,18 @@ pub fn track(
     settings: &TrackerSettings,
     seeds: &[u64],
     truth: Option<&Motion>,
+    models: &mut Models,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
-    let begin = Instant::now();
-    watch.begin(Stage::Track, set.frame_count * seeds.len());
+    let workshop = Workshop { set, truth, watch };
     let mut trackers = Vec::new();
     for seed in seeds {
-        let mut tracker = build(settings, set, *seed, truth)?;
+        let mut tracker = workshop.build(settings, models, *seed)?;
         tracker.start(&set.start.pose);
         trackers.push(tracker);
     }
+    watch.begin(Stage::Track, set.frame_count * seeds.len());
+    let begin = Instant::now();
     let mut estimates: Vec<Vec<Estimate>> = vec![Vec::with_capacity(set.frame_count); seeds.len()];
     for observation in set.observations() {
         let observation = observation?;
@@ -126,27 +135,52 @@ pub fn track(
     Ok(Tracked::new(record, set.frames_per_second, seeds, estimates))
 }
 
-/// The one place where a tracker's name becomes a tracker.
-fn build(
-    settings: &TrackerSettings,
-    set: &BlindSet,
-    seed: u64,
-    truth: Option<&Motion>,
-) -> Result<Box<dyn Tracker>, ExperimentError> {
-    let body = &set.start.body;
-    Ok(match settings {
-        TrackerSettings::AnnealedParticleFilter(s) => {
-            let scales = ProposalScales::from_motions(body, &set.start.training.motions, s.prediction)?;
-            let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
-            let likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, s.likelihood())?;
-            Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?)
-        }
-        TrackerSettings::Frozen(_) => Box::new(Frozen::default()),
-        TrackerSettings::Oracle(s) => {
-            let truth = truth.ok_or(ExperimentError::OracleNeedsTruth)?;
-            Box::new(Oracle::new(truth.poses.clone(), s.clone(), seed))
-        }
-    })
+/// What a tracker may be built from.
+struct Workshop<'a> {
+    set: &'a BlindSet,
+    /// One pose of the tracker's body a frame: for oracles alone.
+    truth: Option<&'a Motion>,
+    watch: &'a dyn Watch,
+}
+
+impl Workshop<'_> {
+    /// The one place where a tracker's name becomes a tracker.
+    fn build(
+        &self,
+        settings: &TrackerSettings,
+        models: &mut Models,
+        seed: u64,
+    ) -> Result<Box<dyn Tracker>, ExperimentError> {
+        let (body, training) = (&self.set.start.body, &self.set.start.training);
+        let truth = || self.truth.ok_or(ExperimentError::OracleNeedsTruth);
+        Ok(match settings {
+            TrackerSettings::AnnealedParticleFilter(s) => {
+                let scales = ProposalScales::from_motions(body, &training.motions, s.prediction)?;
+                let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
+                let likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
+                Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?)
+            }
+            TrackerSettings::Gpdm(s) => self.latent(s, models, seed)?,
+            TrackerSettings::SwitchingGpdm(s) => self.latent(s, models, seed)?,
+            TrackerSettings::GpdmGraph(s) => self.latent(s, models, seed)?,
+            TrackerSettings::Frozen(_) => Box::new(Frozen::default()),
+            TrackerSettings::NearestTrainingPose(_) if training.of_the_test => return Err(ExperimentError::NoTraining),
+            TrackerSettings::NearestTrainingPose(_) => Box::new(NearestTrainingPose::new(body, training, truth()?)),
+            TrackerSettings::Oracle(s) => Box::new(Oracle::new(truth()?.poses.clone(), s.clone(), seed)),
+        })
+    }
+
+    fn latent<T: LatentKind>(
+        &self,
+        settings: &LatentTrackerSettings<T>,
+        models: &mut Models,
+        seed: u64,
+    ) -> Result<Box<dyn Tracker>, ExperimentError> {
+        let model = models.latent(settings, self.set, self.truth, self.watch)?;
+        let body = self.set.start.body.clone();
+        let likelihood = SilhouetteLikelihood::new(body, &self.set.rig, settings.likelihood())?;
+        Ok(Box::new(AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?))
+    }
 }
 
 impl Tracked {
@@ -159,6 +193,7 @@ impl Tracked {
                 energy: e.energy,
                 evaluations: e.evaluations,
                 layers: e.layers,
+                occupancy: e.occupancy,
             });
             search.push(records.collect());
         }
@@ -218,6 +253,12 @@ fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
         let missing = layers - r.layers.len();
         r.layers.iter().map(row).chain(std::iter::repeat_n([f64::NAN; 6], missing)).collect::<Vec<_>>()
     };
+    let models = all().map(|r| r.occupancy.len()).max().unwrap_or(0);
+    let in_model = |m: &ModelOccupancy| [f64::from(m.particles), m.weight, f64::from(m.recovered)];
+    let in_models = |r: &SearchRecord| {
+        let missing = models - r.occupancy.len();
+        r.occupancy.iter().map(in_model).chain(std::iter::repeat_n([0.0; 3], missing)).collect::<Vec<_>>()
+    };
     let energies: Vec<f64> = all().map(|r| r.energy.unwrap_or(f64::NAN)).collect();
     let evaluations: Vec<i64> = all().map(|r| i64::try_from(r.evaluations).unwrap_or(i64::MAX)).collect();
     Npz::from_iter([
@@ -225,6 +266,11 @@ fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
         ("evaluations", Array::new(&[seeds, frames], evaluations)),
         ("layers", Array::new(&[seeds, frames, layers, 6], all().flat_map(rows).flatten().collect::<Vec<f64>>())),
         ("layer_columns", Array::names(LAYER_COLUMNS)),
+        (
+            "occupancy",
+            Array::new(&[seeds, frames, models, 3], all().flat_map(in_models).flatten().collect::<Vec<f64>>()),
+        ),
+        ("occupancy_columns", Array::names(["particles", "weight", "recovered"])),
     ])
 }
 
@@ -234,6 +280,13 @@ fn search_from_npz(npz: &Npz) -> Option<Vec<Vec<SearchRecord>>> {
     let array = npz.get("layers")?;
     let (Values::F64(layers), [seeds, frames, layer_count, 6]) = (&array.values, array.shape.as_slice()) else {
         return None;
+    };
+    let (occupancy, models) = match npz.get("occupancy") {
+        None => (&[][..], 0),
+        Some(array) => match (&array.values, array.shape.as_slice()) {
+            (Values::F64(values), [s, f, models, 3]) if s == seeds && f == frames => (values.as_slice(), *models),
+            _ => return None,
+        },
     };
     if energy.len() != seeds * frames || evaluations.len() != seeds * frames {
         return None;
@@ -248,10 +301,17 @@ fn search_from_npz(npz: &Npz) -> Option<Vec<Vec<SearchRecord>>> {
             energy_std: row[4],
             degenerate: row[5] != 0.0,
         });
+        let rows = occupancy[index * models * 3..(index + 1) * models * 3].as_chunks::<3>().0;
+        let in_models = rows.iter().map(|row| ModelOccupancy {
+            particles: row[0] as u32,
+            weight: row[1],
+            recovered: row[2] as u32,
+        });
         SearchRecord {
             energy: Some(energy[index]).filter(|e| !e.is_nan()),
             evaluations: u64::try_from(evaluations[index]).unwrap_or(0),
             layers: layers.collect(),
+            occupancy: in_models.collect(),
         }
     };
     Some((0..*seeds).map(|seed| (0..*frames).map(|frame| record(seed * frames + frame)).collect()).collect())
@@ -271,7 +331,12 @@ mod tests {
             energy_std: 0.05,
             degenerate: lambda == 0.0,
         };
-        let frame = |energy, layers| SearchRecord { energy, evaluations: 300, layers };
+        let frame = |energy, layers| SearchRecord {
+            energy,
+            evaluations: 300,
+            layers,
+            occupancy: vec![ModelOccupancy { particles: 7, weight: 0.25, recovered: 1 }; 2],
+        };
         let search = vec![
             vec![frame(Some(0.25), vec![layer(1.0), layer(0.0)]), frame(None, vec![layer(3.0)])],
             vec![frame(Some(0.5), vec![]), frame(Some(0.125), vec![layer(2.0), layer(9.0)])],
@@ -281,7 +346,8 @@ mod tests {
 
     #[test]
     fn arrays_that_do_not_fit_together_are_refused() {
-        let mut npz = search_to_npz(&[vec![SearchRecord { energy: None, evaluations: 1, layers: vec![] }]]);
+        let mut npz =
+            search_to_npz(&[vec![SearchRecord { energy: None, evaluations: 1, layers: vec![], occupancy: vec![] }]]);
         assert!(search_from_npz(&npz).is_some());
         npz = Npz::from_iter([
             ("energy", Array::new(&[2], vec![0.0; 2])),

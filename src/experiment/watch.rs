@@ -7,6 +7,8 @@ use super::ExperimentError;
 pub enum Stage {
     /// Frames are drawn.
     Render,
+    /// A motion model is learned from frames.
+    Learn,
     /// Frames are tracked.
     Track,
     /// Frames are measured.

@@ -12,6 +12,7 @@ pub mod pose_chart;
 mod proposal;
 
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 pub use diffusion::{Diffusion, DiffusionSettings, Prediction};
 pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings};
@@ -36,6 +37,12 @@ pub trait MotionModel: Send + Sync {
     /// A state of the next frame, drawn from the model. `past` holds the estimates of the frames before, oldest first.
     fn propagate(&self, state: &Self::State, past: &[Pose], rng: &mut ChaCha8Rng) -> Self::State;
 
+    /// As [`Self::propagate`] for all particles at once, each with its own random stream: models whose predictions are matrix
+    /// products save much by it. The result may not depend on the number of threads.
+    fn propagate_all(&self, states: &[Self::State], past: &[Pose], rngs: &mut [ChaCha8Rng]) -> Vec<Self::State> {
+        states.par_iter().zip(rngs.par_iter_mut()).map(|(state, rng)| self.propagate(state, past, rng)).collect()
+    }
+
     /// The pose behind a state.
     fn pose<'a>(&self, state: &'a Self::State) -> &'a Pose;
 
@@ -48,9 +55,9 @@ pub trait MotionModel: Send + Sync {
     /// The step from one state to another, written into `step`.
     fn difference(&self, from: &Self::State, to: &Self::State, step: &mut [f64]);
 
-    /// How many models a state can be in (the K latent spaces of S1); 1 where there is but one.
+    /// How many models a state can be in (the K latent spaces of S1); 0 where no model was learned.
     fn models(&self) -> usize {
-        1
+        0
     }
 
     /// Which of the models a state is in, `0 .. models()`.

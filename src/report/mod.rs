@@ -5,6 +5,7 @@
 
 mod base64;
 mod cell;
+mod comparison;
 mod contact_sheet;
 mod figures;
 #[cfg(test)]
@@ -17,6 +18,7 @@ pub mod plots;
 mod verdict;
 
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
+pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
 pub use contact_sheet::contact_sheet;
 pub use input::{FactGroup, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
 pub use page::render;

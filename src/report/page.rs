@@ -143,7 +143,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     Ok(environment.get_template("page.html")?.render(Value::from(Serde(&page)))?)
 }
 
-fn style() -> String {
+pub(super) fn style() -> String {
     let (light, dark) = (css_variables(false), css_variables(true));
     format!(":root{{{light}}}@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{STYLE}")
 }
@@ -248,7 +248,7 @@ fn sheet_on_page<'a>(input: &ReportInput<'_>, sheet: &'a Sheet<'a>) -> Result<Sh
 }
 
 /// A value for people: shares as percentages, the rest with a sensible number of decimals.
-fn number(value: f64, unit: Unit) -> String {
+pub(super) fn number(value: f64, unit: Unit) -> String {
     let decimals = match unit {
         Unit::Fraction | Unit::Millimetre | Unit::Degree | Unit::Millisecond => 1,
         Unit::Second | Unit::MetrePerSecondSquared => 2,
@@ -260,11 +260,11 @@ fn number(value: f64, unit: Unit) -> String {
     if text.trim_start_matches(['-', '0', '.']).is_empty() { text.trim_start_matches('-').to_owned() } else { text }
 }
 
-fn symbol(unit: Unit) -> &'static str {
+pub(super) fn symbol(unit: Unit) -> &'static str {
     if unit == Unit::Fraction { "%" } else { unit.symbol() }
 }
 
-fn between(low: f64, high: f64, unit: Unit) -> String {
+pub(super) fn between(low: f64, high: f64, unit: Unit) -> String {
     format!("{} to {}", number(low, unit), number(high, unit))
 }
 

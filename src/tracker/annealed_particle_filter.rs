@@ -71,11 +71,9 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             };
             return Ok((0..self.settings.particles).into_par_iter().map(draw).collect());
         }
-        let propagate = |(i, state): (usize, &M::State)| {
-            let mut rng = stream(self.seed, Purpose::Perturbation, frame, 0, i as u64);
-            self.model.propagate(state, &self.past, &mut rng)
-        };
-        Ok(self.particles.par_iter().enumerate().map(propagate).collect())
+        let count = self.particles.len() as u64;
+        let mut rngs: Vec<_> = (0..count).map(|i| stream(self.seed, Purpose::Perturbation, frame, 0, i)).collect();
+        Ok(self.model.propagate_all(&self.particles, &self.past, &mut rngs))
     }
 
     /// Step 2: the energy of every particle.
@@ -154,10 +152,10 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         }
     }
 
-    /// How the weighted particles are spread over the motion model's latent spaces; empty where there is but one.
+    /// How the weighted particles are spread over the motion model's latent spaces; empty where there are none.
     fn occupancy(&self, particles: &[M::State], weights: &[f64]) -> Vec<ModelOccupancy> {
         let models = self.model.models();
-        let mut occupancy = vec![ModelOccupancy::default(); if models > 1 { models } else { 0 }];
+        let mut occupancy = vec![ModelOccupancy::default(); models];
         for (state, weight) in particles.iter().zip(weights) {
             if let Some(model) = occupancy.get_mut(self.model.occupied(state)) {
                 model.particles += 1;

@@ -15,7 +15,7 @@ pub struct Estimate {
     pub layers: Vec<LayerRecord>,
     /// How many energies were evaluated for this frame.
     pub evaluations: u64,
-    /// Where the weighted particles were, for motion models of several latent spaces; empty for all others.
+    /// Where the weighted particles were, for motion models with latent spaces; empty for all others.
     pub occupancy: Vec<ModelOccupancy>,
 }
 

@@ -6,6 +6,8 @@
 
 mod bodies;
 mod complaint;
+mod latent;
+mod methods;
 mod motion;
 mod ranges;
 mod read;
@@ -15,10 +17,15 @@ mod tracker;
 pub use bodies::{ActorSettings, ContactMode, Mismatch, TrackerBodySettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, Place};
+pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
 pub use motion::{Axis, MotionSettings, TrainingSettings};
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
-pub use tracker::{AnnealedParticleFilterSettings, FrozenSettings, OracleSettings, TrackerSettings};
+pub use tracker::{
+    AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
+};
+
+use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -55,10 +62,14 @@ pub struct Scenario {
     /// The cameras.
     #[serde(default)]
     pub rig: RigSettings,
-    /// Who tracks: one of `[tracker.annealed_particle_filter]`, `[tracker.frozen]`, `[tracker.oracle]`.
+    /// Who tracks: one of `[tracker.annealed_particle_filter]`, `[tracker.gpdm]`, `[tracker.switching_gpdm]`,
+    /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`.
     /// Default: the annealed particle filter with its defaults.
-    #[serde(default)]
-    pub tracker: TrackerSettings,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracker: Option<TrackerSettings>,
+    /// Several trackers side by side in place of `[tracker]`, by name: `[methods.NAME.gpdm_graph]`. Default: none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub methods: BTreeMap<String, TrackerSettings>,
 }
 
 /// The version of the scenario format.

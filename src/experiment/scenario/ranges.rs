@@ -4,9 +4,12 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use super::{
-    AnnealedParticleFilterSettings, CameraSettings, MotionSettings, OracleSettings, RingSettings, Scenario,
-    TrackerSettings,
+    AnnealedParticleFilterSettings, CameraSettings, LatentKind, LatentTrackerSettings, MotionSettings, OracleSettings,
+    RingSettings, Scenario, TrackerSettings,
 };
+use crate::motion_model::MotionModelError;
+use crate::motion_model::gpdm_graph::detector;
+use crate::tracker::{FilterSettings, SilhouetteSettings};
 
 /// A value that makes no sense.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,7 +53,16 @@ impl Scenario {
             camera(&format!("rig.camera[{i}]"), c)?;
         }
         require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
-        self.tracker.first_problem("tracker.")
+        for (name, settings) in self.trackers() {
+            let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
+            require(&prefix, name.len() <= 64 && name.chars().all(plain), "letters, digits, `-` or `_`", name)?;
+            settings.first_problem(&prefix)?;
+            let key = format!("{prefix}{}", settings.name());
+            let needed = settings.learns() || matches!(settings, TrackerSettings::NearestTrainingPose(_));
+            require(&key, !needed || self.training.is_some(), "a motion to learn from: [[training.clips]]", "none")?;
+        }
+        let both = self.tracker.is_some() && !self.methods.is_empty();
+        require("tracker", !both, "either [tracker.*] or [methods.NAME.*]", "both")
     }
 }
 
@@ -59,7 +71,10 @@ impl TrackerSettings {
     pub(crate) fn first_problem(&self, prefix: &str) -> Verdict {
         match self {
             Self::AnnealedParticleFilter(s) => filter(&format!("{prefix}annealed_particle_filter"), s),
-            Self::Frozen(_) => Ok(()),
+            Self::Gpdm(s) => latent(&format!("{prefix}gpdm"), s),
+            Self::SwitchingGpdm(s) => latent(&format!("{prefix}switching_gpdm"), s),
+            Self::GpdmGraph(s) => latent(&format!("{prefix}gpdm_graph"), s),
+            Self::Frozen(_) | Self::NearestTrainingPose(_) => Ok(()),
             Self::Oracle(s) => oracle(&format!("{prefix}oracle"), s),
         }
     }
@@ -139,13 +154,35 @@ fn image_size(key: &str, size: [u32; 2]) -> Verdict {
 }
 
 fn filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
-    s.filter().validate().and_then(|()| s.likelihood().validate()).map_err(|e| Problem {
+    searching(table, s.filter(), s.likelihood())?;
+    within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
+}
+
+fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> Verdict {
+    filter.validate().and_then(|()| likelihood.validate()).map_err(|e| Problem {
         key: format!("{table}.{}", e.key),
         message: format!("expected {}, found {}", e.expected, e.found),
     })?;
-    within(&format!("{table}.particles"), s.particles, 1..=10_000_000)?;
-    within(&format!("{table}.layers"), s.layers, 1..=1000)?;
-    within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
+    within(&format!("{table}.particles"), filter.particles, 1..=10_000_000)?;
+    within(&format!("{table}.layers"), filter.layers, 1..=1000)
+}
+
+fn latent<T: LatentKind>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {
+    searching(table, s.filter(), s.likelihood())?;
+    match s.latent().validate() {
+        Err(MotionModelError::Setting { key, expected, found }) => {
+            Err(Problem { key: format!("{table}.{key}"), message: format!("expected {expected}, found {found}") })
+        }
+        _ => Ok(()),
+    }?;
+    let learning = s.model.learning();
+    within(&format!("{table}.model.clip_s"), learning.clip_s, 0.05..=60.0)?;
+    within(&format!("{table}.model.threshold_per_joint"), learning.threshold_per_joint, 1e-9..=10.0)?;
+    within(&format!("{table}.model.training.latent_dimensions"), learning.training.latent_dimensions, 1..=8)?;
+    within(&format!("{table}.model.training.rounds"), learning.training.rounds, 1..=1000)?;
+    within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)?;
+    let known = detector(&learning.detector).is_some();
+    require(&format!("{table}.model.detector"), known, "\"short_term_pca\" or \"speed_minima\"", learning.detector)
 }
 
 fn oracle(table: &str, s: &OracleSettings) -> Verdict {

@@ -149,9 +149,10 @@ fn set(table: &mut Table, assignment: &str) -> Result<(), Complaint> {
             *slot = Value::Table(Table::new());
         }
         let Value::Table(inner) = slot else { return Err(complain("expected a table")) };
-        if depth == 0 && *segment == "tracker" {
-            // A scenario has one tracker: naming another takes the first one's place.
-            let chosen = segments.get(1).copied().unwrap_or(last);
+        let method = depth == 1 && segments[0] == "methods";
+        if (depth == 0 && *segment == "tracker") || method {
+            // A scenario or method has one tracker: naming another takes the first one's place.
+            let chosen = segments.get(depth + 1).copied().unwrap_or(last);
             inner.retain(|name, _| name == chosen);
         }
         table = inner;
@@ -262,7 +263,7 @@ mod tests {
     fn an_unknown_tracker_names_those_there_are() {
         let error = parse("[tracker.frosen]\n", &[]).unwrap_err();
         assert!(error.contains("did you mean `frozen`?"), "{error}");
-        assert!(error.contains("annealed_particle_filter, frozen, oracle"), "{error}");
+        assert!(error.contains("gpdm_graph, frozen, nearest_training_pose, oracle"), "{error}");
     }
 
     #[test]
@@ -283,7 +284,7 @@ mod tests {
         let s = parse("[tracker.frozen]\n", &["seed=7", "tracker_body.mismatch=none", "motion.loop_to_s=2"]).unwrap();
         assert_eq!((s.seed, s.motion.loop_to_s, s.tracker_body.mismatch), (7, Some(2.0), Mismatch::None));
         let s = parse("[tracker.frozen]\n", &["tracker.oracle={}"]).unwrap();
-        assert!(matches!(s.tracker, TrackerSettings::Oracle(_)));
+        assert!(matches!(s.tracker(), TrackerSettings::Oracle(_)));
         let s = parse("", &["tracker_body.mismatch.percent={length=1.0, girth=2.0}"]).unwrap();
         assert_eq!(s.tracker_body.mismatch.percents(), Some((1.0, 2.0)));
     }

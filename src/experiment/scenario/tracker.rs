@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::complaint::{Complaint, did_you_mean};
+use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, RootMode, SwitchingGpdm};
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
 
@@ -15,6 +16,14 @@ pub enum TrackerSettings {
     AnnealedParticleFilter(AnnealedParticleFilterSettings),
     /// Never moves: the floor that every tracker must beat.
     Frozen(FrozenSettings),
+    /// Particles in the latent space of one GPDM: the original GPDM.
+    Gpdm(LatentTrackerSettings<Gpdm>),
+    /// Particles in the latent spaces of several GPDMs, which they leave with a constant probability.
+    SwitchingGpdm(LatentTrackerSettings<SwitchingGpdm>),
+    /// Particles on a GPDM graph.
+    GpdmGraph(LatentTrackerSettings<GpdmGraph>),
+    /// Knows the truth and answers with the training pose nearest to it: a floor, not a tracker.
+    NearestTrainingPose(NearestTrainingPoseSettings),
     /// Knows the truth and adds a planted error: a check of the evaluation, not a tracker.
     Oracle(OracleSettings),
 }
@@ -57,6 +66,11 @@ pub struct AnnealedParticleFilterSettings {
 #[serde(deny_unknown_fields)]
 pub struct FrozenSettings {}
 
+/// Nothing to set.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NearestTrainingPoseSettings {}
+
 /// The planted error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -81,13 +95,68 @@ impl TrackerSettings {
         match self {
             Self::AnnealedParticleFilter(_) => "annealed_particle_filter",
             Self::Frozen(_) => "frozen",
+            Self::Gpdm(_) => "gpdm",
+            Self::SwitchingGpdm(_) => "switching_gpdm",
+            Self::GpdmGraph(_) => "gpdm_graph",
+            Self::NearestTrainingPose(_) => "nearest_training_pose",
             Self::Oracle(_) => "oracle",
         }
     }
 
     /// Every tracker there is, with its default settings.
-    pub fn all() -> [Self; 3] {
-        [Self::default(), Self::Frozen(FrozenSettings::default()), Self::Oracle(OracleSettings::default())]
+    pub fn all() -> [Self; 7] {
+        [
+            Self::default(),
+            Self::Gpdm(LatentTrackerSettings::default()),
+            Self::SwitchingGpdm(LatentTrackerSettings::default()),
+            Self::GpdmGraph(LatentTrackerSettings::default()),
+            Self::Frozen(FrozenSettings::default()),
+            Self::NearestTrainingPose(NearestTrainingPoseSettings::default()),
+            Self::Oracle(OracleSettings::default()),
+        ]
+    }
+
+    /// What its likelihood takes; `None` for trackers without one.
+    pub fn likelihood(&self) -> Option<SilhouetteSettings> {
+        match self {
+            Self::AnnealedParticleFilter(s) => Some(s.likelihood()),
+            Self::Gpdm(s) => Some(s.likelihood()),
+            Self::SwitchingGpdm(s) => Some(s.likelihood()),
+            Self::GpdmGraph(s) => Some(s.likelihood()),
+            Self::Frozen(_) | Self::NearestTrainingPose(_) | Self::Oracle(_) => None,
+        }
+    }
+
+    /// What its filter takes; `None` for trackers without one.
+    pub fn filter(&self) -> Option<FilterSettings> {
+        match self {
+            Self::AnnealedParticleFilter(s) => Some(s.filter()),
+            Self::Gpdm(s) => Some(s.filter()),
+            Self::SwitchingGpdm(s) => Some(s.filter()),
+            Self::GpdmGraph(s) => Some(s.filter()),
+            Self::Frozen(_) | Self::NearestTrainingPose(_) | Self::Oracle(_) => None,
+        }
+    }
+
+    /// Whether a motion model has to be learned for it.
+    pub fn learns(&self) -> bool {
+        matches!(self, Self::Gpdm(_) | Self::SwitchingGpdm(_) | Self::GpdmGraph(_))
+    }
+
+    /// Whether the true root of every frame is given away to it.
+    pub fn is_given_roots(&self) -> bool {
+        let root = match self {
+            Self::Gpdm(s) => s.root,
+            Self::SwitchingGpdm(s) => s.root,
+            Self::GpdmGraph(s) => s.root,
+            _ => RootMode::Tracked,
+        };
+        root == RootMode::Oracle
+    }
+
+    /// Whether it cannot be built without the truth.
+    pub fn needs_truth(&self) -> bool {
+        matches!(self, Self::Oracle(_) | Self::NearestTrainingPose(_)) || self.is_given_roots()
     }
 
     /// The tracker of that name with its default settings.

@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 
 /// How many past latent points the next one depends on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DynamicsOrder {
     /// `z_t` from `z_{t-1}`, as S1 assumes.

@@ -17,7 +17,8 @@ const KERNEL_BOUNDS: [f64; 2] = [1e-6, 1e6];
 pub(super) const MOST_FRAMES: usize = 8192;
 
 /// How a GPDM is learned.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct TrainingOptions {
     /// Dimensions of the latent space, d. 3 in all of the literature that this follows.
     pub latent_dimensions: usize,

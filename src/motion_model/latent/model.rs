@@ -6,6 +6,7 @@ use faer::Mat;
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::{PlanarRoot, PlanarStep};
@@ -18,6 +19,9 @@ use crate::body::{Humanoid, Pose};
 /// Latents farther out than this many training radii are brought back: far from all training the radial kernel is zero
 /// and the linear part of the dynamics may explode.
 const GREATEST_RADII: f64 = 3.0;
+
+/// Most particles that are moved in one product of matrices.
+const BATCH: usize = 128;
 
 /// Root noise never falls below these: metres and radians a frame at 60 Hz.
 const ROOT_NOISE_FLOOR: PlanarStep =
@@ -53,6 +57,21 @@ pub struct LatentParticle {
     pose: Pose,
     /// Whether the particle had left the training region in this frame and was brought back.
     pub recovered: bool,
+}
+
+/// Where a particle starts from in a frame, after its inter-transition.
+struct Departure {
+    segment: usize,
+    latent: Vec<f64>,
+    before: Vec<f64>,
+}
+
+/// A particle on its way through a frame.
+struct Journey<'a> {
+    index: usize,
+    state: &'a LatentParticle,
+    departure: Departure,
+    rng: &'a mut ChaCha8Rng,
 }
 
 impl LatentModel {
@@ -110,21 +129,66 @@ impl LatentModel {
         (0..z.nrows()).map(|i| (i, squared(i))).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
     }
 
-    /// The mean observation vector at a latent point (S1 Eq. 6).
-    fn observation(&self, segment: usize, latent: &[f64]) -> Vec<f64> {
-        let point = Mat::from_fn(1, latent.len(), |_, c| latent[c]);
-        self.graph.segments[segment].gpdm.map_mean(point.as_ref()).row(0).iter().copied().collect()
+    /// S1's inter-transition: where the particle leaves from, in its own model or in the one it jumps to.
+    fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> Departure {
+        let at = (state.segment, self.nearest_row(state.segment, &state.latent));
+        match jump(&self.graph, &self.destinations, &self.settings.transition, at, &state.moving, rng) {
+            None => Departure { segment: state.segment, latent: state.latent.clone(), before: state.before.clone() },
+            Some(at) => {
+                let before = Candidate { row: at.row.saturating_sub(1), ..at };
+                Departure {
+                    segment: at.segment,
+                    latent: self.training_latent(at),
+                    before: self.training_latent(before),
+                }
+            }
+        }
     }
 
-    /// S1's intra-transition: the next latent point of a model, drawn from its dynamics.
-    fn advance(&self, segment: usize, latent: &[f64], before: &[f64], rng: &mut ChaCha8Rng) -> (Vec<f64>, bool) {
+    /// S1's intra-transition and mapping for particles of one model: the next latent points, drawn from its dynamics, and the
+    /// poses there. All in one product of matrices, which is many times faster than one by one.
+    fn advance(&self, journeys: &mut [Journey<'_>]) -> Vec<(usize, LatentParticle)> {
+        let Some(segment) = journeys.first().map(|j| j.departure.segment) else { return Vec::new() };
         let gpdm = &self.graph.segments[segment].gpdm;
-        let (d, lag) = (latent.len(), gpdm.layout().order.lag());
-        let input = Mat::from_fn(1, d * lag, |_, c| if c < d { latent[c] } else { before[c - d] });
-        let moments = gpdm.dynamics_moments(input.as_ref());
+        let (d, lag) = (gpdm.latents().ncols(), gpdm.layout().order.lag());
+        let input = |i: usize, c: usize| {
+            let from: &Departure = &journeys[i].departure;
+            if c < d { from.latent[c] } else { from.before[c - d] }
+        };
+        let moments = gpdm.dynamics_moments(Mat::from_fn(journeys.len(), d * lag, input).as_ref());
+        let drawn: Vec<(Vec<f64>, bool)> = journeys
+            .iter_mut()
+            .enumerate()
+            .map(|(i, journey)| {
+                let mean = (0..d).map(|c| moments.mean[(i, c)]);
+                self.draw(segment, mean, moments.variance[i].sqrt(), journey.rng)
+            })
+            .collect();
+        let observations = gpdm.map_mean(Mat::from_fn(drawn.len(), d, |i, c| drawn[i].0[c]).as_ref());
+        let arrive = |(i, (journey, (latent, recovered))): (usize, (&mut Journey<'_>, (Vec<f64>, bool)))| {
+            let observation: Vec<f64> = observations.row(i).iter().copied().collect();
+            let root = self.root_after(&journey.state.root, &self.graph.chart.planar_step(&observation), journey.rng);
+            let frame = journey.state.frame + 1;
+            let pose = self.pose_at(&observation, &root, frame);
+            let rotations = self.graph.chart.rotations(&pose);
+            let moving = Moving::between(&journey.state.moving.rotations, rotations, self.graph.frames_per_second);
+            let before = std::mem::take(&mut journey.departure.latent);
+            (journey.index, LatentParticle { segment, latent, before, root, frame, moving, pose, recovered })
+        };
+        journeys.iter_mut().zip(drawn).enumerate().map(arrive).collect()
+    }
+
+    /// A latent point about the dynamics' mean, and whether it had to be brought back to the training latents.
+    fn draw(
+        &self,
+        segment: usize,
+        mean: impl Iterator<Item = f64>,
+        deviation: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> (Vec<f64>, bool) {
         let (radius, spread) = self.extents[segment];
-        let deviation = moments.variance[0].sqrt().max(self.settings.noise_floor * spread);
-        let next: Vec<f64> = (0..d).map(|c| moments.mean[(0, c)] + deviation * normal(rng)).collect();
+        let deviation = deviation.max(self.settings.noise_floor * spread);
+        let next: Vec<f64> = mean.map(|m| m + deviation * normal(rng)).collect();
         let norm = next.iter().map(|x| x * x).sum::<f64>().sqrt();
         if norm <= GREATEST_RADII * radius {
             return (next, false);
@@ -133,28 +197,19 @@ impl LatentModel {
         (self.training_latent(Candidate { segment, row }), true)
     }
 
-    /// The particle whose latent point maps to a pose standing at `root`.
-    fn particle(
-        &self,
-        segment: usize,
-        latent: Vec<f64>,
-        before: Vec<f64>,
-        root: PlanarRoot,
-        from: Option<&LatentParticle>,
-    ) -> LatentParticle {
-        let observation = self.observation(segment, &latent);
-        let frame = from.map_or(0, |p| p.frame + 1);
-        let mut pose = self.graph.chart.place(&observation, &root);
+    /// The mean observation vector at a latent point (S1 Eq. 6).
+    fn observation(&self, segment: usize, latent: &[f64]) -> Vec<f64> {
+        let point = Mat::from_fn(1, latent.len(), |_, c| latent[c]);
+        self.graph.segments[segment].gpdm.map_mean(point.as_ref()).row(0).iter().copied().collect()
+    }
+
+    fn pose_at(&self, observation: &[f64], root: &PlanarRoot, frame: usize) -> Pose {
+        let mut pose = self.graph.chart.place(observation, root);
         if let Some(given) = self.given_roots.as_ref().and_then(|roots| roots.get(frame)) {
             pose.world_from_root = *given;
         }
         self.body.clamp_to_limits(&mut pose);
-        let rotations = self.graph.chart.rotations(&pose);
-        let moving = match from {
-            Some(from) => Moving::between(&from.moving.rotations, rotations, self.graph.frames_per_second),
-            None => Moving { velocities: vec![Default::default(); rotations.len()], rotations },
-        };
-        LatentParticle { segment, latent, before, root, frame, moving, pose, recovered: false }
+        pose
     }
 
     fn root_after(&self, root: &PlanarRoot, step: &PlanarStep, rng: &mut ChaCha8Rng) -> PlanarRoot {
@@ -177,8 +232,12 @@ impl LatentModel {
         let at = seed_of(seeds, index, count).map_or(Candidate { segment: 0, row: 0 }, |seed| seed.at);
         let before = self.training_latent(Candidate { row: at.row.saturating_sub(1), ..at });
         let jitter = self.settings.start_jitter * self.extents[at.segment].1;
-        let latent = self.training_latent(at).iter().map(|z| z + jitter * normal(rng)).collect();
-        self.particle(at.segment, latent, before, PlanarRoot::of(start), None)
+        let latent: Vec<f64> = self.training_latent(at).iter().map(|z| z + jitter * normal(rng)).collect();
+        let root = PlanarRoot::of(start);
+        let pose = self.pose_at(&self.observation(at.segment, &latent), &root, 0);
+        let rotations = self.graph.chart.rotations(&pose);
+        let moving = Moving { velocities: vec![Default::default(); rotations.len()], rotations };
+        LatentParticle { segment: at.segment, latent, before, root, frame: 0, moving, pose, recovered: false }
     }
 }
 
@@ -194,22 +253,28 @@ impl MotionModel for LatentModel {
         self.first_particle(&seeds, start, particle, particles, rng)
     }
 
-    fn propagate(&self, state: &LatentParticle, _past: &[Pose], rng: &mut ChaCha8Rng) -> LatentParticle {
-        let row = self.nearest_row(state.segment, &state.latent);
-        let at = (state.segment, row);
-        let destination = jump(&self.graph, &self.destinations, &self.settings.transition, at, &state.moving, rng);
-        let (segment, latent, before) = match destination {
-            None => (state.segment, state.latent.clone(), state.before.clone()),
-            Some(at) => {
-                let before = Candidate { row: at.row.saturating_sub(1), ..at };
-                (at.segment, self.training_latent(at), self.training_latent(before))
-            }
-        };
-        let (next, recovered) = self.advance(segment, &latent, &before, rng);
-        let step = self.graph.chart.planar_step(&self.observation(segment, &next));
-        let root = self.root_after(&state.root, &step, rng);
-        let moved = self.particle(segment, next, latent, root, Some(state));
-        LatentParticle { recovered, ..moved }
+    fn propagate(&self, state: &LatentParticle, past: &[Pose], rng: &mut ChaCha8Rng) -> LatentParticle {
+        let mut moved = self.propagate_all(std::slice::from_ref(state), past, std::slice::from_mut(rng));
+        moved.pop().unwrap_or_else(|| state.clone())
+    }
+
+    fn propagate_all(&self, states: &[LatentParticle], _past: &[Pose], rngs: &mut [ChaCha8Rng]) -> Vec<LatentParticle> {
+        let mut journeys: Vec<Journey<'_>> = states
+            .par_iter()
+            .zip(rngs.par_iter_mut())
+            .enumerate()
+            .map(|(index, (state, rng))| Journey { index, state, departure: self.depart(state, rng), rng })
+            .collect();
+        journeys.sort_by_key(|journey| journey.departure.segment);
+        // batches of a fixed size, so that the bits do not depend on the number of threads
+        let batches: Vec<&mut [Journey<'_>]> = journeys
+            .chunk_by_mut(|a, b| a.departure.segment == b.departure.segment)
+            .flat_map(|of_one_model| of_one_model.chunks_mut(BATCH))
+            .collect();
+        let mut moved: Vec<(usize, LatentParticle)> =
+            batches.into_par_iter().flat_map_iter(|batch| self.advance(batch)).collect();
+        moved.sort_by_key(|(index, _)| *index);
+        moved.into_iter().map(|(_, particle)| particle).collect()
     }
 
     fn pose<'a>(&self, state: &'a LatentParticle) -> &'a Pose {
@@ -222,10 +287,12 @@ impl MotionModel for LatentModel {
 
     fn step(&self, state: &LatentParticle, step: &[f64]) -> LatentParticle {
         let (latent, root) = step.split_at(state.latent.len());
-        let moved = state.latent.iter().zip(latent).map(|(z, s)| z + s).collect();
+        let latent: Vec<f64> = state.latent.iter().zip(latent).map(|(z, s)| z + s).collect();
         let root = state.root.after(&PlanarStep { forward: root[0], left: root[1], turn: root[2] });
-        let particle = self.particle(state.segment, moved, state.before.clone(), root, None);
-        LatentParticle { frame: state.frame, recovered: state.recovered, ..particle }
+        let pose = self.pose_at(&self.observation(state.segment, &latent), &root, state.frame);
+        let rotations = self.graph.chart.rotations(&pose);
+        let moving = Moving { rotations, velocities: state.moving.velocities.clone() };
+        LatentParticle { latent, root, pose, moving, ..state.clone() }
     }
 
     fn difference(&self, from: &LatentParticle, to: &LatentParticle, step: &mut [f64]) {

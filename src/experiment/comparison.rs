@@ -1,0 +1,150 @@
+//! Several methods on one set: a run folder each, and a comparison of all.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::error::output;
+use super::learning::Models;
+use super::partial_directory::PartialDirectory;
+use super::run::{Attempt, SCENARIO_FILE, draw, scenario_text};
+use super::watch::Watch;
+use super::{Destination, ExperimentError, Scenario, ScenarioFile, TrackTiming, TrackerSettings, to_json};
+use crate::evaluation::Summary;
+use crate::report::{ComparedMethod, ComparisonInput, comparison_page};
+
+/// The name of a comparison's numbers.
+pub const COMPARISON_FILE: &str = "comparison.json";
+/// The name of a comparison's page.
+pub const COMPARISON_PAGE: &str = "comparison.html";
+
+/// Several methods in numbers: `comparison.json`. All but `timing` is the same to the byte for the same scenario.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// `skiagraph.comparison/1`.
+    pub schema: String,
+    /// The scenario's name.
+    pub scenario: String,
+    /// All seeds.
+    pub seeds: Vec<u64>,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// Whether actor and tracker share one body.
+    pub matched: bool,
+    /// Hash of the set's files.
+    pub set_hash: String,
+    /// Version of the program.
+    pub version: String,
+    /// The methods by name; each has a run folder of that name.
+    pub methods: BTreeMap<String, MethodRecord>,
+}
+
+/// One method of a comparison.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MethodRecord {
+    /// The tracker's name.
+    pub tracker: String,
+    /// The tracker and all its settings, as a scenario writes them.
+    pub settings: TrackerSettings,
+    /// Whether the true root of every frame was given away to it.
+    pub given_roots: bool,
+    /// Number of learned models, where there are any.
+    pub models: Option<usize>,
+    /// Particles that left the region their model knows and were brought back, of all frames and seeds.
+    pub recovered_particles: u64,
+    /// Every metric over all seeds, with its protocol, interval and value per seed.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// Mean of every metric for a tracker that never moves.
+    pub frozen: BTreeMap<String, f64>,
+    /// What differs from run to run.
+    pub timing: Option<TrackTiming>,
+}
+
+/// A comparison that is done.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// Its numbers.
+    pub comparison: Comparison,
+    /// Error over frames of every method.
+    pub methods: Vec<ComparedMethod>,
+    /// What a user should know.
+    pub notes: Vec<String>,
+}
+
+/// `skiagraph run` of a scenario with methods: renders once, then tracks and measures with every method and all seeds.
+/// Motion models are learned once.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn compare(
+    file: &ScenarioFile,
+    mocap_directory: Option<&Path>,
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<Compared, ExperimentError> {
+    let scenario = &file.scenario;
+    let mut ours = vec![COMPARISON_FILE, COMPARISON_PAGE, SCENARIO_FILE];
+    ours.extend(scenario.methods.keys().map(String::as_str));
+    let directory = PartialDirectory::begin(to.path, &ours, to.force)?;
+    let (set, notes) = draw(file, mocap_directory, watch)?;
+    let seeds: Vec<u64> = scenario.all_seeds().collect();
+    let mut models = Models::default();
+    let mut compared =
+        Compared { comparison: empty(scenario, &set.blind, set.truth.facts.matched), methods: Vec::new(), notes };
+    for (name, settings) in &scenario.methods {
+        let folder = directory.folder().join(name);
+        fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
+        let alone = Scenario { tracker: Some(settings.clone()), methods: BTreeMap::new(), ..scenario.clone() };
+        let attempt = Attempt { directory: &directory, folder: name, scenario: &alone, set: &set, seeds: &seeds };
+        let done = attempt.run(&mut models, watch)?;
+        let occupancies = || done.tracked.search.iter().flatten().map(|record| &record.occupancy);
+        let record = MethodRecord {
+            tracker: settings.name().to_owned(),
+            settings: settings.clone(),
+            given_roots: settings.is_given_roots(),
+            models: occupancies().map(Vec::len).max().filter(|models| *models > 0),
+            recovered_particles: occupancies().flatten().map(|model| u64::from(model.recovered)).sum(),
+            summary: done.record.summary.clone(),
+            frozen: done.record.frozen.clone(),
+            timing: done.record.timing,
+        };
+        compared.comparison.methods.insert(name.clone(), record);
+        compared.methods.push(ComparedMethod {
+            name: name.clone(),
+            tracker: done.tracker_in_words,
+            summary: done.record.summary,
+            errors: done.errors,
+        });
+    }
+    let input = ComparisonInput {
+        title: &scenario.name,
+        frames: compared.comparison.frames,
+        seeds: seeds.len(),
+        matched: compared.comparison.matched,
+        methods: &compared.methods,
+    };
+    directory.write(SCENARIO_FILE, scenario_text(scenario)?.as_bytes())?;
+    directory.write(COMPARISON_PAGE, comparison_page(&input)?.as_bytes())?;
+    directory.write(COMPARISON_FILE, &to_json(&compared.comparison)?)?;
+    directory.finish(&ours)?;
+    Ok(compared)
+}
+
+fn empty(scenario: &Scenario, set: &crate::benchmark_set::BlindSet, matched: bool) -> Comparison {
+    Comparison {
+        schema: "skiagraph.comparison/1".to_owned(),
+        scenario: scenario.name.clone(),
+        seeds: scenario.all_seeds().collect(),
+        frames: set.frame_count,
+        frames_per_second: set.frames_per_second,
+        matched,
+        set_hash: set.set_hash.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        methods: BTreeMap::new(),
+    }
+}

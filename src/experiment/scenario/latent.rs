@@ -1,0 +1,238 @@
+//! `[tracker.gpdm]`, `[tracker.switching_gpdm]` and `[tracker.gpdm_graph]`: particles in learned latent spaces (S1).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::motion_model::gpdm::TrainingOptions;
+use crate::motion_model::gpdm_graph::GraphSettings;
+use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings};
+use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
+
+/// What tells one latent motion model from another: how it is learned, and how particles change models.
+pub trait LatentKind {
+    /// How the model is learned.
+    fn learning(&self) -> GraphSettings;
+
+    /// How particles change from one model to another.
+    fn transition(&self) -> InterTransition;
+}
+
+/// A particle filter in latent space (S1 section 3.3). One frame costs `particles x layers` likelihood evaluations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, bound(deserialize = "T: Default + Deserialize<'de>"))]
+#[schemars(rename = "{T}Tracker", bound = "T: Default + Serialize + JsonSchema")]
+pub struct LatentTrackerSettings<T> {
+    /// The motion model.
+    pub model: T,
+    /// Particles. Default: 1000, as S1.
+    pub particles: usize,
+    /// Annealing layers; 1 is S1's plain particle filter. Default: 1.
+    pub layers: usize,
+    /// Share of the particles that stays effective after weighting, in (0, 1]. Default: 0.1.
+    pub survival_rate: f64,
+    /// Where particles stand: `"tracked"` (by the model's own velocities) or `"oracle"` (the true root of every frame is given
+    /// away, to tell articulated from global error; every report says so). Default: `"tracked"`.
+    pub root: RootMode,
+    /// Least standard deviation of the process noise, as a share of the latents' spread. Default: 0.03.
+    pub noise_floor: f64,
+    /// Standard deviation of the first latents about their seeds, as a share of the latents' spread. Default: 0.1.
+    pub start_jitter: f64,
+    /// How particles are shared among the training poses that resemble the start pose: `"softmax"` or `"literal"` (S1 Eqs. 12
+    /// to 14). Default: `"softmax"`.
+    pub initialisation: Initialisation,
+    /// As for the annealed particle filter. Default: `"overlap"`.
+    pub silhouette: SilhouetteTerm,
+    /// As for the annealed particle filter. Default: `"one_sided"`.
+    pub contour: ContourTerm,
+    /// As for the annealed particle filter. Default: 0.5.
+    pub contour_weight: f64,
+    /// As for the annealed particle filter. Default: 1/24.
+    pub contour_reach: f64,
+    /// As for the annealed particle filter; only for several layers. Default: `"geometric"`.
+    pub kernel: Kernel,
+    /// As for the annealed particle filter. Default: `"weighted_mean"`.
+    pub estimator: Estimator,
+}
+
+/// Where particles stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RootMode {
+    /// Each particle carries its own root.
+    #[default]
+    Tracked,
+    /// The true root is given away.
+    Oracle,
+}
+
+/// The original GPDM: one model of each training clip; particles never change models.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Gpdm {
+    /// How the model is learned.
+    pub training: TrainingOptions,
+}
+
+/// The switching GPDM as S1 describes its competitor: the graph's models, left with a constant probability.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SwitchingGpdm {
+    /// Probability of leaving a model in one frame. Default: 0.05.
+    pub probability: f64,
+    /// Length of a clip of S1's Table 1, seconds. Default: 0.5.
+    pub clip_s: f64,
+    /// TH of S1's Table 1 per anatomical joint, rad^2. Default: 1/13.
+    pub threshold_per_joint: f64,
+    /// How each model is learned.
+    pub training: TrainingOptions,
+}
+
+/// The GPDM graph.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct GpdmGraph {
+    /// Length of a clip of S1's Table 1, seconds. Default: 0.5.
+    pub clip_s: f64,
+    /// TH of S1's Table 1 per anatomical joint, rad^2. Default: 1/13.
+    pub threshold_per_joint: f64,
+    /// What finds the moments at which the motion may turn into another: `"short_term_pca"` or `"speed_minima"`.
+    /// Default: `"short_term_pca"`.
+    pub detector: String,
+    /// Which particles near candidates jump: `"stay_weighted"` or `"literal"`. Default: `"stay_weighted"`.
+    pub jump_rule: JumpRule,
+    /// Greatest distance of a jump per anatomical joint, rad^2. Default: 1/13.
+    pub jump_threshold_per_joint: f64,
+    /// Distance at which a jump is 1/e as likely per anatomical joint, rad^2; for `"stay_weighted"`. Default: 0.25/13.
+    pub jump_width_per_joint: f64,
+    /// Weight of the squared difference of joint velocities, s^2. Default: 0.02.
+    pub velocity_weight: f64,
+    /// How each model is learned.
+    pub training: TrainingOptions,
+}
+
+impl<T: LatentKind> LatentTrackerSettings<T> {
+    /// What the filter itself takes of them.
+    pub fn filter(&self) -> FilterSettings {
+        FilterSettings {
+            particles: self.particles,
+            layers: self.layers,
+            survival_rate: self.survival_rate,
+            kernel: self.kernel,
+            estimator: self.estimator,
+        }
+    }
+
+    /// What the likelihood takes of them.
+    pub fn likelihood(&self) -> SilhouetteSettings {
+        SilhouetteSettings {
+            silhouette: self.silhouette,
+            contour: self.contour,
+            contour_weight: self.contour_weight,
+            contour_reach: self.contour_reach,
+        }
+    }
+
+    /// What the particles' motion takes of them.
+    pub fn latent(&self) -> LatentSettings {
+        LatentSettings {
+            transition: self.model.transition(),
+            initialisation: self.initialisation,
+            noise_floor: self.noise_floor,
+            start_jitter: self.start_jitter,
+        }
+    }
+}
+
+impl LatentKind for Gpdm {
+    fn learning(&self) -> GraphSettings {
+        GraphSettings { single: true, training: self.training.clone(), ..GraphSettings::default() }
+    }
+
+    fn transition(&self) -> InterTransition {
+        InterTransition::None
+    }
+}
+
+impl LatentKind for SwitchingGpdm {
+    fn learning(&self) -> GraphSettings {
+        GraphSettings {
+            clip_s: self.clip_s,
+            threshold_per_joint: self.threshold_per_joint,
+            training: self.training.clone(),
+            ..GraphSettings::default()
+        }
+    }
+
+    fn transition(&self) -> InterTransition {
+        InterTransition::Switching { probability: self.probability }
+    }
+}
+
+impl LatentKind for GpdmGraph {
+    fn learning(&self) -> GraphSettings {
+        GraphSettings {
+            clip_s: self.clip_s,
+            threshold_per_joint: self.threshold_per_joint,
+            detector: self.detector.clone(),
+            training: self.training.clone(),
+            single: false,
+        }
+    }
+
+    fn transition(&self) -> InterTransition {
+        InterTransition::Graph {
+            rule: self.jump_rule,
+            threshold: self.jump_threshold_per_joint,
+            width: self.jump_width_per_joint,
+            velocity_weight: self.velocity_weight,
+        }
+    }
+}
+
+impl<T: Default> Default for LatentTrackerSettings<T> {
+    fn default() -> Self {
+        let FilterSettings { particles, layers, survival_rate, kernel, estimator } =
+            FilterSettings::particle_filter(1000);
+        let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach } = SilhouetteSettings::default();
+        let LatentSettings { initialisation, noise_floor, start_jitter, .. } = LatentSettings::default();
+        Self {
+            model: T::default(),
+            particles,
+            layers,
+            survival_rate,
+            root: RootMode::Tracked,
+            noise_floor,
+            start_jitter,
+            initialisation,
+            silhouette,
+            contour,
+            contour_weight,
+            contour_reach,
+            kernel,
+            estimator,
+        }
+    }
+}
+
+impl Default for SwitchingGpdm {
+    fn default() -> Self {
+        let GraphSettings { clip_s, threshold_per_joint, training, .. } = GraphSettings::default();
+        Self { probability: 0.05, clip_s, threshold_per_joint, training }
+    }
+}
+
+impl Default for GpdmGraph {
+    fn default() -> Self {
+        let GraphSettings { clip_s, threshold_per_joint, detector, training, .. } = GraphSettings::default();
+        Self {
+            clip_s,
+            threshold_per_joint,
+            detector,
+            jump_rule: JumpRule::StayWeighted,
+            jump_threshold_per_joint: 1.0 / 13.0,
+            jump_width_per_joint: 0.25 / 13.0,
+            velocity_weight: 0.02,
+            training,
+        }
+    }
+}
