@@ -12,7 +12,7 @@ use crate::report::{
     FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Verdict, contact_sheet, frames_to_show, render, typical_run,
     verdict,
 };
-use crate::tracker::LayerRecord;
+use crate::tracker::{LayerRecord, ModelOccupancy};
 
 /// The name of a run's summary.
 pub const RUN_FILE: &str = "run.json";
@@ -86,7 +86,7 @@ impl Results {
     /// [`ExperimentError`] if an observation cannot be read again or the report cannot be drawn.
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Result<Self, ExperimentError> {
         let facts = facts(set, tracked);
-        let layers = layers(tracked);
+        let (layers, occupancy) = (layers(tracked), occupancy(tracked));
         let runs: Vec<ReportRun<'_>> = measures
             .runs()
             .into_iter()
@@ -97,6 +97,7 @@ impl Results {
                 truth_energy: &measures.truth_energy,
                 estimate_energy: &seed.energy,
                 layers: layers.get(index).map(Vec::as_slice).unwrap_or_default(),
+                occupancy: occupancy.get(index).map(Vec::as_slice).unwrap_or_default(),
             })
             .collect();
         let sheet = sheet(set, tracked, measures)?;
@@ -159,6 +160,12 @@ fn record(
 /// `[seed][frame][layer]`
 fn layers(tracked: &Tracked) -> Vec<Vec<Vec<LayerRecord>>> {
     let of_seed = |records: &Vec<super::SearchRecord>| records.iter().map(|r| r.layers.clone()).collect();
+    tracked.search.iter().map(of_seed).collect()
+}
+
+/// `[seed][frame][model]`
+fn occupancy(tracked: &Tracked) -> Vec<Vec<Vec<ModelOccupancy>>> {
+    let of_seed = |records: &Vec<super::SearchRecord>| records.iter().map(|r| r.occupancy.clone()).collect();
     tracked.search.iter().map(of_seed).collect()
 }
 

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::body::LANDMARKS;
 use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, quantile};
-use crate::tracker::LayerRecord;
+use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::input::worst_frame;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, Stroke, Svg};
@@ -45,6 +45,7 @@ pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Resul
         energies(typical)?,
         effective_sample_size(typical)?,
         annealing(typical)?,
+        occupancy(typical)?,
     ];
     Ok(made.into_iter().flatten().collect())
 }
@@ -223,6 +224,41 @@ fn annealing(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     lines("annealing", "Annealing λ by layer", format!("{how}{}", seed_note(run)), Span::Half, &plot)
 }
 
+/// S1 Fig. 7: bands on top of each other, one a model.
+fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
+    let models = run.occupancy.iter().map(Vec::len).max().unwrap_or(0);
+    if models < 2 {
+        return Ok(None);
+    }
+    let up_to = |frame: &Vec<ModelOccupancy>, end: usize| {
+        frame[..end.min(frame.len())].iter().map(|m| m.particles).sum::<u32>()
+    };
+    let band = |model: usize| {
+        let ends = |frame: &Vec<ModelOccupancy>| [f64::from(up_to(frame, model)), f64::from(up_to(frame, model + 1))];
+        let edges = run.occupancy.iter().map(ends).enumerate().map(|(frame, ends)| (frame as f64, ends));
+        let stroke = Stroke::solid(Colour::of_rank(model, models));
+        let points = edges.clone().map(|(frame, [_, high])| (frame, Some(high))).collect();
+        Line {
+            band: edges.map(|(x, ends)| (x, Some(ends))).collect(),
+            ..Line::new(&format!("model {}", model + 1), stroke, points)
+        }
+    };
+    let plot = LinePlot {
+        x_label: "frame".into(),
+        y_label: "particles".into(),
+        lines: (0..models).map(band).collect(),
+        y_from: Some(0.0),
+        ..LinePlot::default()
+    };
+    let recovered: u32 = run.occupancy.iter().flatten().map(|m| m.recovered).sum();
+    let how = format!(
+        "How many particles each learned model holds before resampling, one band on top of the other: a motion that goes through \
+         several models moves from band to band. {recovered} times a particle had left what its model knows and was brought back.{}",
+        seed_note(run)
+    );
+    lines("occupancy", "Particles in every model", how, Span::Whole, &plot)
+}
+
 fn of_layers(run: &ReportRun<'_>, value: fn(&LayerRecord) -> f64) -> Vec<Line> {
     let count = run.layers.iter().map(Vec::len).max().unwrap_or(0);
     let of_layer = |layer: usize| {
@@ -259,6 +295,12 @@ mod tests {
     fn a_full_run_has_every_figure() {
         let all = ["error", "joints", "pck", "energy", "survival", "annealing"];
         assert_eq!(ids(&Story { seeds: 2, ..Story::default() }), all);
+    }
+
+    #[test]
+    fn several_models_have_their_bands_and_one_has_none() {
+        assert!(ids(&Story { models: 3, ..Story::default() }).contains(&"occupancy"));
+        assert!(!ids(&Story { models: 1, ..Story::default() }).contains(&"occupancy"));
     }
 
     #[test]

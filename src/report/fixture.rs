@@ -9,7 +9,7 @@ use crate::evaluation::{
     Energies, Evaluation, RootRotations, Run, Sequence, evaluate, intersection_over_union, summarise,
 };
 use crate::raster::Mask;
-use crate::tracker::LayerRecord;
+use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::overlay::marker_bones;
 use super::{FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
@@ -24,6 +24,7 @@ pub(super) struct Story {
     pub(super) matched: bool,
     pub(super) frozen: bool,
     pub(super) layers: usize,
+    pub(super) models: usize,
     pub(super) energies: bool,
     /// Energy of the truth minus energy of the estimate.
     pub(super) gap: f64,
@@ -41,6 +42,7 @@ impl Default for Story {
             matched: false,
             frozen: true,
             layers: 5,
+            models: 0,
             energies: true,
             gap: -0.02,
             lost_from: None,
@@ -59,6 +61,9 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         estimates.iter().zip(&energies).map(|(estimate, energies)| measured(&truth, estimate, energies)).collect();
     let runs: Vec<Run<'_>> =
         evaluations.iter().zip(0..).map(|(evaluation, seed)| Run { clip: "walk", seed, evaluation }).collect();
+    let in_model = |f: usize, m: usize| ModelOccupancy { particles: ((f + m) % 7) as u32, weight: 0.1, recovered: 0 };
+    let occupancy: Vec<Vec<ModelOccupancy>> =
+        (0..FRAMES).map(|f| (0..story.models).map(|m| in_model(f, m)).collect()).collect();
     let layers: Vec<Vec<Vec<LayerRecord>>> = (0..story.seeds).map(|seed| layers(story, seed)).collect();
     let report_runs: Vec<ReportRun<'_>> = runs
         .iter()
@@ -69,6 +74,7 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
             truth_energy,
             estimate_energy,
             layers,
+            occupancy: &occupancy,
         })
         .collect();
     let still = vec![truth[0]; FRAMES];

@@ -4,7 +4,7 @@ use crate::body::Markers;
 use crate::camera::CameraRig;
 use crate::evaluation::{Evaluation, Run, Summary};
 use crate::raster::Mask;
-use crate::tracker::LayerRecord;
+use crate::tracker::{LayerRecord, ModelOccupancy};
 
 /// Everything a page shows. All runs are of one clip and differ in their seed.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +47,8 @@ pub struct ReportRun<'a> {
     pub estimate_energy: &'a [Option<f64>],
     /// What happened in every annealing layer, `[frame][layer]`; empty for trackers without layers.
     pub layers: &'a [Vec<LayerRecord>],
+    /// How many particles were in every motion model, `[frame][model]`; empty for trackers without learned models.
+    pub occupancy: &'a [Vec<ModelOccupancy>],
 }
 
 /// Observed and estimated bodies in some frames of one run.
