@@ -50,7 +50,9 @@ struct Error3d {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
-        eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's 49_01.amc, 14_14_f0401-1100.amc, 14_24.amc and skeletons");
+        eprintln!(
+            "SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's 49_01.amc, 14_14_f0401-1100.amc, 14_24.amc and skeletons"
+        );
         return Ok(());
     };
     let seeds: u32 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(10), |n| n.parse())?;
@@ -125,7 +127,12 @@ fn page(results: &Results, compared: &[(&str, Compared)], seeds: u32) -> String 
         if let Some(r) = results.reconstruction.get(motion) {
             text += &format!(
                 "| {motion} | {} | {} | {:.4} | {:.4} | **{:.1} %** | {paper} % | {:.1} |\n",
-                r.frames, r.models, r.single, r.graph, 100.0 * r.graph / r.single, r.seconds
+                r.frames,
+                r.models,
+                r.single,
+                r.graph,
+                100.0 * r.graph / r.single,
+                r.seconds
             );
         }
     }
