@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 
 use super::SetError;
 
-const LISTING: &str = "files.sha256";
+pub(super) const LISTING: &str = "files.sha256";
 /// Optional images that are worked out of the truth: not part of what identifies a set.
 pub(super) const LAYERS: &str = "truth/layers/";
 

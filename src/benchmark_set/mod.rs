@@ -33,6 +33,6 @@ pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;
 pub use run_poses::RunPoses;
-pub use set::{BenchmarkSet, SetParts, TruthSet, verify_hashes};
+pub use set::{BenchmarkSet, SET_ENTRIES, SetParts, TruthSet, is_set, verify_hashes};
 pub use start_file::Start;
 pub use training_file::Training;

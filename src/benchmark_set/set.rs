@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::files::SetFiles;
+use super::files::{LISTING, SetFiles};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -17,6 +17,12 @@ use crate::body::Motion;
 use crate::camera::CameraRig;
 use crate::observation::{Observation, Observer};
 use crate::scene::GroundTruth;
+
+/// All that lies in a set's directory, by name.
+pub const SET_ENTRIES: [&str; 7] =
+    [manifest::PATH, README, cameras_file::PATH, LISTING, "observations", "start", "truth"];
+
+const README: &str = "README.txt";
 
 /// A set in memory or on disk. Whichever it is, everything in it has been through its files: what `run` sees is to the
 /// bit what somebody sees who reads the set from disk.
@@ -103,7 +109,7 @@ impl BenchmarkSet {
         let npz = truth_file::to_npz(truth, refitted, parts.rig);
         for (path, bytes) in [
             (manifest::PATH, manifest::to_toml(&BlindManifest::new(parts.name, sequence), parts.facts)?),
-            ("README.txt", include_bytes!("readme.txt").to_vec()),
+            (README, include_bytes!("readme.txt").to_vec()),
             (cameras_file::PATH, cameras_file::to_json(parts.rig)?),
             (start_file::PATH, parts.start.to_json()?),
             (training_file::PATH, parts.start.training_to_npz()?),
@@ -159,6 +165,11 @@ impl BenchmarkSet {
             files.collect()
         })
     }
+}
+
+/// Whether there is a set, sound or not, in `directory`.
+pub fn is_set(directory: &Path) -> bool {
+    directory.join(LISTING).is_file()
 }
 
 /// Reads every file of the set in `directory` and compares it with its SHA-256.
@@ -243,6 +254,18 @@ mod tests {
         // and a copy made from disk is the same again
         let copy = written(&read);
         same(&set, &BenchmarkSet::read(copy.path()).unwrap());
+    }
+
+    #[test]
+    fn a_set_consists_of_its_entries() {
+        let directory = written(&small_set(1).unwrap());
+        let mut found: Vec<String> =
+            fs::read_dir(directory.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        let mut expected = SET_ENTRIES.map(str::to_owned);
+        found.sort();
+        expected.sort();
+        assert_eq!(found, expected);
+        assert!(is_set(directory.path()) && !is_set(&directory.path().join("truth")));
     }
 
     #[test]

@@ -66,25 +66,6 @@ impl Motion {
             _ => Some(here.clone()),
         }
     }
-
-    /// Standard deviation, over all pairs of successive frames, of how far each number moves: 3 root translations in the
-    /// world (m), 3 components of the root's rotation in its own frame (rad), then one per degree of freedom. The
-    /// annealed particle filter's first covariance (S2 section 4; Balan et al. 2005). All zero below two frames.
-    pub fn inter_frame_std(&self, humanoid: &Humanoid) -> Vec<f64> {
-        let between = |pair: &[Pose]| {
-            let mut step = vec![0.0; humanoid.step_len()];
-            humanoid.difference(&pair[0], &pair[1], &mut step);
-            step
-        };
-        let steps: Vec<Vec<f64>> = self.poses.windows(2).map(between).collect();
-        let count = steps.len().max(1) as f64;
-        (0..humanoid.step_len())
-            .map(|i| {
-                let mean = steps.iter().map(|s| s[i]).sum::<f64>() / count;
-                libm::sqrt(steps.iter().map(|s| (s[i] - mean) * (s[i] - mean)).sum::<f64>() / count)
-            })
-            .collect()
-    }
 }
 
 fn between(from: &Pose, to: &Pose, share: f64, vectors: &[usize]) -> Pose {
@@ -191,24 +172,6 @@ mod tests {
         let motion = Motion { frames_per_second: 24.0, poses: vec![pose(0.0, 0.0, [0.0; 4])] };
         for rate in [0.0, -30.0, f64::NAN, f64::INFINITY, 1e300] {
             assert!(motion.resampled(&hinge_and_ball(), rate).is_none(), "{rate}");
-        }
-    }
-
-    #[test]
-    fn the_spread_of_steps_leaves_out_their_mean() {
-        // Steps of 0.01 m and 0.03 m by turns, of +0.2 rad and -0.2 rad by turns, in the root's own frame.
-        let (mut x, mut angle) = (0.0, 0.0);
-        let poses = (0..5).map(|i| {
-            let now = pose(x, angle, [angle, 0.0, 0.0, angle]);
-            x += if i % 2 == 0 { 0.01 } else { 0.03 };
-            angle += if i % 2 == 0 { 0.2 } else { -0.2 };
-            now
-        });
-        let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
-        let spread = motion.inter_frame_std(&hinge_and_ball());
-        let expected = [0.01, 0.0, 0.0, 0.0, 0.0, 0.2, 0.2, 0.0, 0.0, 0.2];
-        for (i, (got, want)) in spread.iter().zip(expected).enumerate() {
-            assert!((got - want).abs() < 1e-12, "{i}: {got} is not {want}");
         }
     }
 }

@@ -7,6 +7,7 @@ mod check;
 mod evaluate;
 mod notes;
 mod output;
+mod output_arguments;
 mod progress;
 mod render;
 mod run;

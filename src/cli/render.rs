@@ -5,10 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::progress::Progress;
+use super::output_arguments::OutputArguments;
 use super::scenario_arguments::ScenarioArguments;
 use super::{CommandError, notes, output};
-use crate::experiment::{Destination, render};
+use crate::experiment::render;
 
 /// Make a benchmark set on disk
 #[derive(Args, Debug)]
@@ -18,35 +18,26 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
 
-    /// Where the set goes; a set of ours that is there is replaced
+    /// Where the set goes; a set that is there already is replaced only with --force
     #[arg(long, value_name = "SET")]
     out: PathBuf,
 
-    /// Move aside what is there and is not ours
-    #[arg(long)]
-    force: bool,
-
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
-
-    /// No progress, no notes
-    #[arg(long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: OutputArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let file = arguments.scenario.open()?;
-    let progress = Progress::new(arguments.quiet);
-    let to = Destination { path: &arguments.out, force: arguments.force };
+    let progress = arguments.output.progress();
+    let to = arguments.output.destination(&arguments.out);
     let (set, notes) = render(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
     drop(progress);
-    if !arguments.quiet {
+    if !arguments.output.quiet {
         notes::tell(&notes);
     }
     let (blind, place) = (&set.blind, arguments.out.display());
     let (frames, cameras) = (blind.frame_count, blind.rig.cameras.len());
-    if arguments.json {
+    if arguments.output.json {
         output::print_json(&serde_json::json!({
             "schema": "skiagraph.render/1",
             "set": place.to_string(),

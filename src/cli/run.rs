@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
 use super::{CommandError, notes, output, summary};
@@ -32,17 +33,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Move aside what is there and is not ours
-    #[arg(long)]
-    force: bool,
-
-    /// Print run.json (comparison.json of several methods) instead of a table
-    #[arg(long)]
-    json: bool,
-
-    /// No progress, no notes
-    #[arg(long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: OutputArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
@@ -51,17 +43,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     more.extend(arguments.seeds.map(|seeds| format!("seeds={seeds}")));
     let file = arguments.scenario.open_with(more)?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&file.scenario.name));
-    let progress = Progress::new(arguments.quiet);
-    let to = Destination { path: &out, force: arguments.force };
+    let progress = arguments.output.progress();
+    let to = arguments.output.destination(&out);
     if !file.scenario.methods.is_empty() {
         return run_methods(arguments, &file, to, progress);
     }
     let done = run_experiment(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
     drop(progress);
-    if !arguments.quiet {
+    if !arguments.output.quiet {
         notes::tell(&done.notes);
     }
-    if arguments.json {
+    if arguments.output.json {
         output::print_json(&done.record)?;
     } else {
         output::print(&summary::table(&done.record))?;
@@ -78,10 +70,10 @@ fn run_methods(
 ) -> Result<ExitCode, CommandError> {
     let done = compare(file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
     drop(progress);
-    if !arguments.quiet {
+    if !arguments.output.quiet {
         notes::tell(&done.notes);
     }
-    if arguments.json {
+    if arguments.output.json {
         output::print_json(&done.comparison)?;
     } else {
         output::print(&summary::methods(&done.comparison))?;

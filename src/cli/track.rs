@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::progress::Progress;
+use super::output_arguments::OutputArguments;
 use super::{CommandError, output};
-use crate::experiment::{Destination, ScenarioError, TrackerSettings, track_set};
+use crate::experiment::{ScenarioError, TrackerSettings, track_set};
 
 /// Run one tracker over a set, blindfolded
 ///
@@ -40,17 +40,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
 
-    /// Move aside what is there and is not ours
-    #[arg(long)]
-    force: bool,
-
-    /// Print track.json
-    #[arg(long)]
-    json: bool,
-
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: OutputArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
@@ -59,11 +50,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
         .map_err(ScenarioError::from)?;
     let first = u64::from(arguments.seed);
     let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
-    let progress = Progress::new(arguments.quiet);
-    let to = Destination { path: &arguments.out, force: arguments.force };
+    let progress = arguments.output.progress();
+    let to = arguments.output.destination(&arguments.out);
     let tracked = track_set(&arguments.set, &settings, &seeds, to, &progress)?;
     drop(progress);
-    if arguments.json {
+    if arguments.output.json {
         output::print_json(&tracked.record)?;
     } else if let Some(record) = &tracked.record {
         let frames = tracked.poses.estimates.first().map_or(0, Vec::len);

@@ -37,7 +37,8 @@ pub(super) fn load(
             Axis::Z => UpAxis::Z,
         }),
         skeleton: None,
-        keep_rest_pose: settings.first_frame.is_some() || settings.last_frame.is_some(),
+        // Frame numbers are those of the file: a rest pose is left out when the part that is used has been cut.
+        keep_rest_pose: true,
     };
     let places = Places { folder: &file.folder, mocap_directory };
     let clip = if let Some(name) = settings.clip.strip_prefix("embedded:") {
@@ -75,7 +76,10 @@ pub(super) fn load(
             return Err(unsound(key, format!("expected a frame of the clip (1 to {length}), found {frame}")));
         }
     }
-    let mut clip = if options.keep_rest_pose { clip.crop(first - 1..last)? } else { clip };
+    let mut clip = clip.crop(first - 1..last)?;
+    if settings.first_frame.is_none() {
+        clip = clip.without_inserted_rest_pose();
+    }
     if let Some(duration) = settings.loop_to_s {
         clip = clip.looped(duration)?;
     }
@@ -136,4 +140,30 @@ fn search(directory: &Path, name: &Path, depth: usize, found: &mut Vec<PathBuf>)
 
 fn sha256_of(path: &Path) -> std::io::Result<String> {
     Ok(Sha256::digest(fs::read(path)?).iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The shipped recording of CMU 01_01, whose first frame is an inserted rest pose.
+    fn shipped_bvh(frames: &str) -> Clip {
+        let text = format!(
+            "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n[motion]\nclip = \"01_01.bvh\"\n\
+             frames_per_second = 120.0\n{frames}"
+        );
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions");
+        let file = ScenarioFile::parse(&text, "a.toml", folder, &[]).unwrap();
+        load(&file, "motion", &file.scenario.motion, None).unwrap()
+    }
+
+    #[test]
+    fn an_inserted_rest_pose_is_used_only_where_the_first_frame_is_asked_for() {
+        let asked = shipped_bvh("first_frame = 1\nlast_frame = 30");
+        let (from_second, to_30) = (shipped_bvh("first_frame = 2\nlast_frame = 30"), shipped_bvh("last_frame = 30"));
+        assert!(asked.has_inserted_rest_pose() && !to_30.has_inserted_rest_pose());
+        assert_eq!(asked.frames.len(), to_30.frames.len() + 1);
+        assert_eq!(to_30.frames, from_second.frames);
+        assert_eq!(shipped_bvh("").frames[..to_30.frames.len()], to_30.frames);
+    }
 }

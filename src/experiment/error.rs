@@ -78,6 +78,16 @@ pub enum ExperimentError {
         /// How one can tell.
         detail: String,
     },
+    /// A set would be overwritten.
+    #[error(
+        "{path}: there is a benchmark set here already, and runs may have been made from it; choose another place with \
+         --out, or replace it with --force",
+        path = path.display()
+    )]
+    SetThere {
+        /// The place.
+        path: PathBuf,
+    },
     /// A file of a run does not hold what its format says.
     #[error("{path}: {detail}", path = path.display())]
     Malformed {

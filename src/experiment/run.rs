@@ -11,23 +11,19 @@ use super::staging::Staged;
 use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models, Scenario, ScenarioFile, TrackerSettings};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, SET_ENTRIES, SetParts, TruthSet, is_set};
 use crate::observation::Observer;
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
 /// All files of a run: what may be replaced by the next run.
 const RUN_FILES: [&str; 8] =
     [RUN_FILE, CONTACT_SHEET_FILE, PER_FRAME_FILE, POSES_FILE, REPORT_FILE, TRACK_FILE, SEARCH_FILE, SCENARIO_FILE];
-/// All files and directories of a set.
-const SET_FILES: [&str; 7] =
-    ["set.toml", "README.txt", "cameras.json", "files.sha256", "observations", "start", "truth"];
-
 /// Where a result goes.
 #[derive(Clone, Copy, Debug)]
 pub struct Destination<'a> {
     /// The directory.
     pub path: &'a Path,
-    /// Move aside what is there and is not ours, instead of refusing.
+    /// Replace a set that is there and move aside what is not ours, instead of refusing.
     pub force: bool,
 }
 
@@ -77,10 +73,14 @@ pub fn render(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    let directory = PartialDirectory::begin(to.path, &SET_FILES, to.force)?;
+    // A run takes minutes to repeat; the runs that were made from a set are worth nothing without it.
+    if is_set(to.path) && !to.force {
+        return Err(ExperimentError::SetThere { path: to.path.to_owned() });
+    }
+    let directory = PartialDirectory::begin(to.path, &SET_ENTRIES, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
-    set.write(directory.folder())?;
-    directory.finish(&SET_FILES)?;
+    set.write_with_layers(directory.folder(), &file.scenario.layers)?;
+    directory.finish(&SET_ENTRIES)?;
     Ok((set, notes))
 }
 

@@ -37,7 +37,7 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     picture.fill(colour(PAPER));
     for ((column, frame), left) in columns.iter().zip(&sheet.frames).zip((GAP..).step_by((CELL_WIDTH + GAP) as usize)) {
         let head = format!("FRAME {}  {:.2} S{}", frame.frame, seconds(sheet, frame), error_in_words(frame));
-        draw_text(&mut picture, &head, [left as f32 + 4.0, 13.0], LETTER_HEIGHT, WORDS);
+        draw_text(&mut picture, &head, [left as f32 + 4.0, 13.0], fitting_height(&head), WORDS);
         for ((cell, camera), top) in
             column.iter().zip(&sheet.rig.cameras).zip((HEAD..).step_by((CELL_HEIGHT + GAP) as usize))
         {
@@ -80,6 +80,12 @@ fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<View<'a>
     Ok(masks.map(|((observed, estimated), camera)| View { camera, observed, estimated, truth, estimate }).collect())
 }
 
+/// Height of a heading's letters that keeps it above its own column.
+fn fitting_height(head: &str) -> f32 {
+    let room = CELL_WIDTH as f32 - 8.0;
+    LETTER_HEIGHT * (room / text_width(head, LETTER_HEIGHT).max(room))
+}
+
 /// When the frame was.
 pub(super) fn seconds(sheet: &Sheet<'_>, frame: &SheetFrame) -> f64 {
     frame.frame as f64 / sheet.frames_per_second
@@ -103,6 +109,14 @@ impl SheetFrame {
 mod tests {
     use super::*;
     use crate::report::fixture::walking_sheet;
+
+    #[test]
+    fn a_long_heading_stays_above_its_column() {
+        for head in ["FRAME 7", "FRAME 299  4.98 S  114 MM", "FRAME 123456  2057.60 S  1234 MM"] {
+            assert!(text_width(head, fitting_height(head)) <= CELL_WIDTH as f32 - 7.9, "{head}");
+        }
+        assert_eq!(fitting_height("FRAME 7"), LETTER_HEIGHT);
+    }
 
     #[test]
     fn the_sheet_has_a_row_a_camera_and_a_column_a_frame() {

@@ -144,6 +144,20 @@ fn settings_out_of_range() {
 }
 
 #[test]
+fn layers_that_there_are_not() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    for (layers, words) in
+        [("layers=[\"colour\"]", "known here: depth, parts"), ("layers=[\"depth\",\"depth\"]", "each layer once")]
+    {
+        let answer = room.skiagraph(["render", "tiny.toml", layers, "--out", "set"]);
+        assert_eq!(answer.code, 2, "{}", answer.stderr);
+        assert!(answer.stderr.contains("layers") && answer.stderr.contains(words), "{}", answer.stderr);
+    }
+    assert_eq!(room.entries(), ["tiny.toml"]);
+}
+
+#[test]
 fn unknown_keys_are_shown_where_they_stand() {
     let room = Room::new();
     room.write("tiny.toml", TINY.replace("radius_m", "raduis_m"));
@@ -165,6 +179,53 @@ fn places_that_cannot_be_written() {
     assert_refused(&room, &["--out", "a.txt/run"], &["a.txt", "cannot create the directory"]);
     assert_refused(&room, &["--out", "a.txt"], &["a.txt: there is something here that is not a result of ours"]);
     assert_refused(&room, &["--out", "/"], &["/: there is something here"]);
+    if cfg!(target_os = "linux") {
+        // Nobody, root neither, may make directories there.
+        assert_refused(&room, &["--out", "/proc/run"], &["/proc: cannot write into the directory"]);
+        assert_refused(&room, &["--out", "/dev/full/run"], &["/dev/full", "cannot create the directory"]);
+    }
+}
+
+/// Runs `skiagraph ARGUMENTS` in a shell that was told `before` first.
+#[cfg(unix)]
+fn in_a_shell(room: &Room, before: &str, arguments: &str) -> (Option<i32>, String) {
+    let program = assert_cmd::cargo::cargo_bin!("skiagraph");
+    let script = format!("{before}; exec '{}' {arguments}", program.display());
+    let output = std::process::Command::new("sh").args(["-c", &script]).current_dir(room.path(".")).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[cfg(unix)]
+#[test]
+fn a_disk_that_fills_up_leaves_nothing_that_looks_whole() {
+    // No file may grow beyond a block; without the signal, writing fails as it does on a full disk.
+    let full = "trap '' XFSZ; ulimit -f 1";
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    for arguments in ["run tiny.toml --quiet --out a/run", "render tiny.toml --quiet --out a/set"] {
+        let (code, said) = in_a_shell(&room, full, arguments);
+        assert_eq!(code, Some(2), "{arguments}: {said}");
+        assert!(said.starts_with("error: a/") && said.contains("File too large"), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert_eq!(room.entries(), ["tiny.toml"], "{arguments}");
+    }
+    room.succeed("render tiny.toml --quiet --out set");
+    let (code, said) = in_a_shell(&room, full, "track set --tracker frozen --quiet --out run");
+    assert_eq!((code, room.entries()), (Some(2), vec!["set".to_owned(), "tiny.toml".to_owned()]), "{said}");
+    room.succeed("track set --tracker frozen --quiet --out run");
+    let (code, said) = in_a_shell(&room, full, "evaluate set run");
+    assert_eq!(code, Some(2), "{said}");
+    let left = std::fs::read_dir(room.path("run")).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+    let left: Vec<String> = left.filter(|name| name == "run.json" || name.ends_with(".partial")).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_that_is_full_is_said() {
+    let (code, said) = in_a_shell(&Room::new(), "exec > /dev/full", "schema");
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("cannot write the result to standard output"), "{said}");
 }
 
 #[test]

@@ -170,6 +170,41 @@ fn a_run_replaces_a_run_and_nothing_else() {
 }
 
 #[test]
+fn a_set_is_replaced_only_when_asked_to() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    let hash = |answer: &str| serde_json::from_str::<Value>(answer).unwrap()["set_hash"].clone();
+    let first = hash(&room.succeed("render tiny.toml --json --out set").stdout);
+    let refused = room.skiagraph(["render", "tiny.toml", "rig.ring.radius_m=4.0", "--out", "set"]);
+    assert_eq!(refused.code, 2);
+    assert!(refused.stderr.contains("set: there is a benchmark set here already"), "{}", refused.stderr);
+    let there = room.succeed("track set --tracker frozen --json --out run").stdout;
+    assert_eq!(hash(&there), first, "the set that was there is still there");
+    let second = hash(&room.succeed("render tiny.toml rig.ring.radius_m=4.0 --json --force --out set").stdout);
+    assert_ne!(first, second);
+    assert_eq!(room.entries(), ["run", "set", "tiny.toml"]);
+}
+
+#[test]
+fn render_writes_the_layers_that_a_scenario_asks_for() {
+    let room = Room::new();
+    room.write("plain.toml", TINY);
+    room.write("tiny.toml", TINY.replace("seeds = 2", "seeds = 2\nlayers = [\"depth\", \"parts\"]"));
+    let hash = |answer: &str| serde_json::from_str::<Value>(answer).unwrap()["set_hash"].clone();
+    let plain = hash(&room.succeed("render plain.toml --json --out plain").stdout);
+    assert_eq!(hash(&room.succeed("render tiny.toml --json --out set").stdout), plain);
+    assert!(!room.path("plain/truth/layers").exists());
+    for camera in ["cam00", "cam01"] {
+        let picture = room.read(&format!("set/truth/layers/{camera}/000003.exr"));
+        assert_eq!(picture[..4], [0x76, 0x2f, 0x31, 0x01], "the magic number of OpenEXR");
+        let names = |name: &[u8]| picture.windows(name.len()).any(|bytes| bytes == name);
+        assert!(names(b"depth.Z\0") && names(b"id.part\0"));
+    }
+    room.succeed("track set --tracker frozen --out run");
+    room.succeed("evaluate set run");
+}
+
+#[test]
 fn results_go_to_stdout_and_quiet_is_quiet() {
     let room = Room::new();
     room.write("tiny.toml", TINY);

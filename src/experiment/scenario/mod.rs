@@ -30,6 +30,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::benchmark_set::Layer;
+
 /// One experiment: whose motion, which bodies, which cameras, which tracker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -47,6 +49,10 @@ pub struct Scenario {
     /// How many seeds to run: `seed`, `seed + 1`, and so on. Default: 1.
     #[serde(default = "one")]
     pub seeds: u32,
+    /// Truth images that `render` writes beside the masks, one OpenEXR file a camera and frame: `"depth"` (metres along the
+    /// camera's axis) and `"parts"` (which link is seen). `run` has no use for them. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
     /// The recording that the actor performs.
     pub motion: MotionSettings,
     /// The recordings that proposals and motion models are learned from. Default: for the spread of proposals the frames of

@@ -35,6 +35,8 @@ impl Scenario {
             format!("{:?}", self.name),
         )?;
         within("seeds", self.seeds, 1..=100_000)?;
+        let repeated = self.layers.iter().enumerate().any(|(i, layer)| self.layers[..i].contains(layer));
+        require("layers", !repeated, "each layer once", format!("{:?}", self.layers).to_lowercase())?;
         motion("motion", &self.motion)?;
         if let Some(training) = &self.training {
             require("training.clips", !training.clips.is_empty(), "at least one [[training.clips]]", "none")?;
