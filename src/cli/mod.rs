@@ -5,6 +5,7 @@
 
 mod check;
 mod evaluate;
+mod inspect;
 mod notes;
 mod output;
 mod output_arguments;
@@ -15,6 +16,7 @@ mod scenario_arguments;
 mod schema;
 mod summary;
 mod track;
+mod train;
 
 use std::process::ExitCode;
 
@@ -52,6 +54,8 @@ enum Command {
     Render(render::Arguments),
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
+    Train(train::Arguments),
+    Inspect(inspect::Arguments),
 }
 
 /// Why a command failed.
@@ -98,6 +102,8 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Track(arguments) => track::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Train(arguments) => train::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
     }
 }
 

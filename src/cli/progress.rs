@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::notes;
 use crate::experiment::{Stage, Watch};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -14,6 +15,7 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 pub(super) struct Progress {
     bar: Mutex<ProgressBar>,
     visible: bool,
+    quiet: bool,
 }
 
 impl Progress {
@@ -26,7 +28,7 @@ impl Progress {
             }
         })
         .ok();
-        Self { bar: Mutex::new(ProgressBar::hidden()), visible: !quiet && std::io::stderr().is_terminal() }
+        Self { bar: Mutex::new(ProgressBar::hidden()), visible: !quiet && std::io::stderr().is_terminal(), quiet }
     }
 
     fn bar(&self) -> MutexGuard<'_, ProgressBar> {
@@ -39,21 +41,31 @@ impl Watch for Progress {
         let mut bar = self.bar();
         bar.finish_and_clear();
         if self.visible {
-            let template = "{prefix:>9} {wide_bar} {pos}/{len} frames, {eta} left";
+            let template = "{prefix:>9} {wide_bar} {pos}/{len} frames, {eta} left {msg}";
             let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
             *bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::stderr())
                 .with_style(style)
                 .with_prefix(match stage {
                     Stage::Render => "rendering",
-                    Stage::Learn => "learning",
                     Stage::Track => "tracking",
                     Stage::Evaluate => "measuring",
+                    Stage::Learn => "learning",
                 });
         }
     }
 
     fn advance(&self) {
         self.bar().inc(1);
+    }
+
+    fn tell(&self, state: &str) {
+        self.bar().set_message(state.to_owned());
+    }
+
+    fn say(&self, note: &str) {
+        if !self.quiet {
+            self.bar().suspend(|| notes::tell(&[note.to_owned()]));
+        }
     }
 
     fn interrupted(&self) -> bool {

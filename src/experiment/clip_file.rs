@@ -86,6 +86,19 @@ pub(super) fn load(
     Ok(clip.resampled(settings.frames_per_second)?)
 }
 
+/// SHA-256 of the file of a recording that [`load`] reads.
+pub(super) fn sha256_of_clip(
+    folder: &Path,
+    settings: &MotionSettings,
+    mocap_directory: Option<&Path>,
+) -> Option<String> {
+    if let Some(name) = settings.clip.strip_prefix("embedded:") {
+        let (_, text) = EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name)?;
+        return Some(super::model_file::hex_sha256(text.as_bytes()));
+    }
+    sha256_of(&Places { folder, mocap_directory }.find(&settings.clip, settings.sha256.as_deref())?).ok()
+}
+
 /// Where clips may be.
 struct Places<'a> {
     folder: &'a Path,

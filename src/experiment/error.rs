@@ -123,16 +123,30 @@ pub enum ExperimentError {
         /// The place.
         path: PathBuf,
     },
+    /// An argument of the command line makes no sense.
+    #[error("{argument}: {detail}")]
+    Argument {
+        /// The argument.
+        argument: &'static str,
+        /// What was expected and what was found.
+        detail: String,
+    },
     /// The user stopped it.
     #[error("interrupted; nothing was written")]
     Interrupted,
+    /// The user stopped a training.
+    #[error("interrupted; what is learned is kept in {}: the same command goes on from there", partial.display())]
+    TrainingInterrupted {
+        /// Where it is kept.
+        partial: PathBuf,
+    },
 }
 
 impl ExperimentError {
     /// The process's exit code: 2 for bad input or a place that cannot be written, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Interrupted => 130,
+            Self::Interrupted | Self::TrainingInterrupted { .. } => 130,
             _ => 2,
         }
     }

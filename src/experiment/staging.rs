@@ -148,7 +148,7 @@ pub(super) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64
     Motion { frames_per_second, poses }.made_continuous(body)
 }
 
-fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
+pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
     if SHIPPED_ROBOTS.iter().any(|(known, _)| *known == name) {
         return Ok(shipped(name)?);
     }

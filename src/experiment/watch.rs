@@ -23,6 +23,12 @@ pub trait Watch: Sync {
     /// One more frame is done.
     fn advance(&self);
 
+    /// Where the work stands, in words.
+    fn tell(&self, _state: &str) {}
+
+    /// Something that a user should know now.
+    fn say(&self, _note: &str) {}
+
     /// Whether the work should stop.
     fn interrupted(&self) -> bool;
 }

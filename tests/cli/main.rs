@@ -6,3 +6,4 @@ mod same_numbers;
 mod scenarios;
 #[path = "../support/mod.rs"]
 mod support;
+mod train;

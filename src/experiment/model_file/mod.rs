@@ -101,7 +101,7 @@ impl LearnedModel {
         let (dimensions, joints) = (graph.chart.dimensions(), graph.chart.groups().len());
         let all = |of: &dyn Fn(&GpdmParts) -> Vec<f64>| parts.iter().flat_map(of).collect::<Vec<f64>>();
         let latents = all(&|p| p.latents.clone());
-        let latent_dimensions = latents.len() / usize::max(frames, 1);
+        let latent_dimensions = self.facts.settings.training.latent_dimensions;
         let ranges = graph.segments.iter().flat_map(|s| [s.range.motion, s.range.first, s.range.end]);
         let rotations = graph.segments.iter().flat_map(|s| s.rotations.iter().flatten());
         let candidates = graph.candidates.iter().flat_map(|c| [c.segment, c.row]);

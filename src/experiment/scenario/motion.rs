@@ -62,6 +62,25 @@ pub enum Axis {
     Z,
 }
 
+impl MotionSettings {
+    /// All of a clip, once, at 60 frames a second.
+    pub fn of_clip(clip: &str) -> Self {
+        Self {
+            clip: clip.to_owned(),
+            skeleton: None,
+            first_frame: None,
+            last_frame: None,
+            frames_per_second: default_frames_per_second(),
+            loop_to_s: None,
+            metres_per_unit: None,
+            up: None,
+            source_hz: None,
+            sha256: None,
+            source: String::new(),
+        }
+    }
+}
+
 fn default_frames_per_second() -> f64 {
     60.0
 }

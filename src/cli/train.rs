@@ -1,0 +1,183 @@
+//! `skiagraph train`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::progress::Progress;
+use super::{CommandError, notes, output};
+use crate::experiment::{
+    ClipOptions, Destination, ExperimentError, LearnedModel, ScenarioFile, TrainingInput, train as learn,
+};
+use crate::motion_model::gpdm_graph::GraphSettings;
+
+/// Joints of the body over which S1 sums the distance that TH bounds.
+const JOINTS_OF_S1: f64 = 13.0;
+
+/// Learn a motion model from recordings
+///
+/// An interrupted training keeps its finished models in MODEL.partial; the same command goes on from there.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph train embedded:walk --model gpdm-graph --out walk.model\n  \
+                        skiagraph train ~/cmu/49/49_01.amc --model gpdm --first-frame 100 --last-frame 700 --out 49.model\n  \
+                        skiagraph train walk.bvh run.bvh --model gpdm-graph --threshold 0.5 --out both.model\n  \
+                        skiagraph train scenario.toml --model gpdm-graph --out graph.model\n  \
+                        skiagraph inspect walk.model --out walk.html")]
+pub(super) struct Arguments {
+    /// A scenario (.toml), whose [training] is learned on its tracker's body; or clips (.bvh, .amc, DeepMimic .txt, embedded:NAME)
+    #[arg(value_name = "SCENARIO|CLIP", required = true)]
+    inputs: Vec<String>,
+
+    /// One model for each whole recording, or a graph of models that the recordings are cut into
+    #[arg(long, value_enum)]
+    model: Kind,
+
+    /// Where the model goes; a model that is there is replaced
+    #[arg(long, value_name = "MODEL")]
+    out: PathBuf,
+
+    /// Robot that clips are retargeted to, or the path of a URDF [default: tracker25]
+    #[arg(long, value_name = "ROBOT")]
+    robot: Option<String>,
+
+    /// Frames a second to learn clips at [default: 60]
+    #[arg(long, value_name = "HZ")]
+    fps: Option<f64>,
+
+    /// First frame of each clip, as its file counts, from 1
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    first_frame: Option<u32>,
+
+    /// Last frame of each clip, inclusive
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    last_frame: Option<u32>,
+
+    /// Dimensions of the latent space, 1 to 8
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=8))]
+    dimensions: u8,
+
+    /// TH of S1's Table 1 for a body of 13 joints, rad^2: no frame of a segment strays further in simulation
+    #[arg(long, value_name = "TH", default_value_t = 1.0)]
+    threshold: f64,
+
+    /// Frames by which a segment grows [default: 0.5 s]
+    #[arg(long, value_name = "N")]
+    clip_length: Option<u32>,
+
+    /// Where to look, at any depth, for clips [default: $SKIAGRAPH_MOCAP]
+    #[arg(long, value_name = "DIR")]
+    mocap_dir: Option<PathBuf>,
+
+    /// Move aside what is there and is no model
+    #[arg(long)]
+    force: bool,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+
+    /// No progress, no notes
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// The original GPDM: one model for each recording
+    Gpdm,
+    /// The GPDM graph
+    GpdmGraph,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+    let progress = Progress::new(arguments.quiet);
+    let input = arguments.input()?;
+    let rate = input.motions.first().map_or(60.0, |motion| motion.frames_per_second);
+    let to = Destination { path: &arguments.out, force: arguments.force };
+    let trained = learn(&input, &arguments.settings(rate)?, to, &progress)?;
+    drop(progress);
+    if !arguments.quiet {
+        notes::tell(&trained.notes);
+    }
+    if arguments.json {
+        output::print_json(&facts(&arguments.out, &trained.model))?;
+    } else {
+        let (path, graph) = (arguments.out.display(), &trained.model.graph);
+        let frames: usize = graph.segments.iter().map(|s| s.errors.len()).sum();
+        output::print(&format!(
+            "{path}: {}, {} models of {frames} frames, {} candidates, mean reconstruction error {:.4} rad^2\n  \
+             look at it: skiagraph inspect {path}",
+            trained.model.facts.kind(),
+            graph.segments.len(),
+            graph.candidates.len(),
+            graph.mean_reconstruction_error(),
+        ))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn facts(path: &Path, model: &LearnedModel) -> serde_json::Value {
+    let frames: Vec<usize> = model.graph.segments.iter().map(|s| s.errors.len()).collect();
+    json!({
+        "schema": "skiagraph.train/1",
+        "model": path,
+        "facts": model.facts,
+        "frames": frames,
+        "candidates": model.graph.candidates.len(),
+        "mean_reconstruction_error_rad2": model.graph.mean_reconstruction_error(),
+    })
+}
+
+impl Arguments {
+    fn input(&self) -> Result<TrainingInput, ExperimentError> {
+        let mocap = self.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from));
+        let is_scenario = |input: &String| Path::new(input).extension().is_some_and(|e| e == "toml");
+        if !self.inputs.iter().any(is_scenario) {
+            let options = ClipOptions {
+                robot: self.robot.clone().unwrap_or_else(|| "tracker25".to_owned()),
+                frames_per_second: self.fps.unwrap_or(60.0),
+                first_frame: self.first_frame.map(|n| n as usize),
+                last_frame: self.last_frame.map(|n| n as usize),
+            };
+            return TrainingInput::of_clips(&self.inputs, &options, mocap.as_deref());
+        }
+        if self.inputs.len() > 1 {
+            let detail = "expected one scenario, or clips, found both or several scenarios".to_owned();
+            return Err(ExperimentError::Argument { argument: "SCENARIO|CLIP", detail });
+        }
+        let of_clips = [
+            ("--robot", self.robot.is_some()),
+            ("--fps", self.fps.is_some()),
+            ("--first-frame", self.first_frame.is_some()),
+            ("--last-frame", self.last_frame.is_some()),
+        ];
+        if let Some((argument, _)) = of_clips.into_iter().find(|(_, given)| *given) {
+            let detail = "is for clips; a scenario says it itself".to_owned();
+            return Err(ExperimentError::Argument { argument, detail });
+        }
+        let file = ScenarioFile::open(Path::new(&self.inputs[0]), &[])?;
+        TrainingInput::of_scenario(&file, mocap.as_deref())
+    }
+
+    fn settings(&self, frames_per_second: f64) -> Result<GraphSettings, ExperimentError> {
+        let mut settings = GraphSettings { single: self.model == Kind::Gpdm, ..GraphSettings::default() };
+        settings.training.latent_dimensions = usize::from(self.dimensions);
+        if !(self.threshold > 0.0 && self.threshold.is_finite()) {
+            let detail = format!("expected rad^2 above zero, found {}", self.threshold);
+            return Err(ExperimentError::Argument { argument: "--threshold", detail });
+        }
+        settings.threshold_per_joint = self.threshold / JOINTS_OF_S1;
+        if let Some(frames) = self.clip_length {
+            let least = u32::from(self.dimensions).max(2) + 1;
+            let most = (60.0 * frames_per_second) as u32;
+            if !(least..=most).contains(&frames) {
+                let detail = format!("expected {least} to {most} frames, found {frames}");
+                return Err(ExperimentError::Argument { argument: "--clip-length", detail });
+            }
+            settings.clip_s = f64::from(frames) / frames_per_second;
+        }
+        Ok(settings)
+    }
+}

@@ -1,0 +1,109 @@
+//! `skiagraph inspect`: what a model file holds, in numbers.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::{ExperimentError, LearnedModel, ModelFacts};
+use crate::motion_model::gpdm_graph::{Candidate, Segment};
+
+/// A model in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModelSummary {
+    /// `skiagraph.inspect/1`.
+    pub schema: &'static str,
+    /// What it was learned from and how.
+    pub facts: ModelFacts,
+    /// The models, in the order of the training frames.
+    pub models: Vec<OneModel>,
+    /// Inter-transition candidates.
+    pub candidates: usize,
+    /// Pairs of candidates of different models, either way: the inter-transitions that are possible.
+    pub inter_transitions: usize,
+    /// Distance between recording and simulation over all frames (S1 Eq. 9).
+    pub reconstruction_error_rad2: Spread,
+    /// The same of the model that this one is held against, and the ratio of the means.
+    pub against: Option<Against>,
+}
+
+/// One model of the graph.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OneModel {
+    /// Index of the training motion.
+    pub motion: usize,
+    /// First frame at the model's rate, from 0.
+    pub first: usize,
+    /// Number of frames.
+    pub frames: usize,
+    /// Distance between recording and simulation.
+    pub reconstruction_error_rad2: Spread,
+}
+
+/// Mean and greatest value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean over the frames.
+    pub mean: f64,
+    /// Greatest value of a frame.
+    pub max: f64,
+}
+
+/// Another model of the same motions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Against {
+    /// `gpdm` or `gpdm-graph`.
+    pub kind: &'static str,
+    /// Its reconstruction error.
+    pub reconstruction_error_rad2: Spread,
+    /// This model's mean error over the other's.
+    pub ratio: f64,
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let count = values.clone().count().max(1) as f64;
+        Self { mean: values.clone().sum::<f64>() / count, max: values.fold(0.0, f64::max) }
+    }
+}
+
+/// Reads a model and sums it up; beside it, where one is given, another model of the same motions.
+///
+/// # Errors
+/// [`ExperimentError`] that names the file where it is no whole model, or where the other learned other motions.
+pub fn inspect_model(path: &Path, against: Option<&Path>) -> Result<ModelSummary, ExperimentError> {
+    let model = LearnedModel::read(path)?;
+    let error = all_errors(&model);
+    let against = against.map(|other| held_against(&model, error.mean, other)).transpose()?;
+    let graph = &model.graph;
+    let of = |s: &Segment| OneModel {
+        motion: s.range.motion,
+        first: s.range.first,
+        frames: s.errors.len(),
+        reconstruction_error_rad2: Spread::of(s.errors.iter().copied()),
+    };
+    let pairs = |c: &Candidate| graph.candidates.iter().filter(|other| other.segment != c.segment).count();
+    Ok(ModelSummary {
+        schema: "skiagraph.inspect/1",
+        models: graph.segments.iter().map(of).collect(),
+        candidates: graph.candidates.len(),
+        inter_transitions: graph.candidates.iter().map(pairs).sum(),
+        reconstruction_error_rad2: error,
+        against,
+        facts: model.facts,
+    })
+}
+
+fn all_errors(model: &LearnedModel) -> Spread {
+    Spread::of(model.graph.segments.iter().flat_map(|s| s.errors.iter().copied()))
+}
+
+fn held_against(model: &LearnedModel, mean: f64, path: &Path) -> Result<Against, ExperimentError> {
+    let other = LearnedModel::read(path)?;
+    other.check_fits(path, &model.body, model.facts.frames_per_second)?;
+    if other.facts.learned_from != model.facts.learned_from {
+        let detail = "learned from other motions; only models of the same motions can be held against each other";
+        return Err(ExperimentError::Malformed { path: path.to_owned(), detail: detail.to_owned() });
+    }
+    let error = all_errors(&other);
+    Ok(Against { kind: other.facts.kind(), reconstruction_error_rad2: error, ratio: mean / error.mean })
+}

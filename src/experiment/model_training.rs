@@ -1,0 +1,283 @@
+//! `skiagraph train`: from recordings to a model file.
+//!
+//! Every finished segment is kept in `MODEL.partial` beside the model, itself a model file that says that it is not whole.
+//! The same training takes it up again; a training of anything else does not.
+
+use std::path::{Path, PathBuf};
+
+use super::model_file::hex_sha256;
+use super::partial_file::{beside, is_free, put};
+use super::scenario::DEFAULT_SCENARIO;
+use super::staging::robot;
+use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
+use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
+use crate::body::retarget::{RetargetOptions, retarget};
+use crate::body::{Humanoid, Motion};
+use crate::motion_model::gpdm::{GpdmError, Round};
+use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, SegmentRange};
+
+/// What a model is learned from.
+#[derive(Clone, Debug)]
+pub struct TrainingInput {
+    /// The body that moves.
+    pub body: Humanoid,
+    /// Its motions, all at one rate.
+    pub motions: Vec<Motion>,
+    /// Where each came from.
+    pub learned_from: Vec<LearnedFrom>,
+    /// What a user should know of the recordings.
+    pub notes: Vec<String>,
+}
+
+/// Which part of the recordings, at which rate, on which robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipOptions {
+    /// A robot that ships, or the path of a URDF file.
+    pub robot: String,
+    /// Frames a second to learn at.
+    pub frames_per_second: f64,
+    /// First frame of every recording that is used, as its file counts, from 1.
+    pub first_frame: Option<usize>,
+    /// Last frame of every recording that is used, inclusive.
+    pub last_frame: Option<usize>,
+}
+
+/// A model that was learned.
+#[derive(Clone, Debug)]
+pub struct Trained {
+    /// The model, as it was written.
+    pub model: LearnedModel,
+    /// What a user should know.
+    pub notes: Vec<String>,
+}
+
+impl TrainingInput {
+    /// The `[training]` of a scenario, on the tracker's body.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is refused.
+    pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
+        let Some(training) = &file.scenario.training else {
+            let message = "expected [[training.clips]]: a motion model may not be learned from the test's own frames";
+            return Err(ScenarioError::from(file.complaint("training", message.to_owned())).into());
+        };
+        let staged = Staged::new(file, mocap_directory)?;
+        let motions = staged.start.training.motions;
+        let from = |(clip, motion)| LearnedFrom::of(clip, &file.folder, mocap_directory, motion);
+        let learned_from = training.clips.iter().zip(&motions).map(from).collect();
+        Ok(Self { body: staged.start.body, motions, learned_from, notes: staged.notes })
+    }
+
+    /// Recordings, each retargeted to the robot at its subject's size.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] that names the recording or the robot.
+    pub fn of_clips(
+        clips: &[String],
+        options: &ClipOptions,
+        mocap_directory: Option<&Path>,
+    ) -> Result<Self, ExperimentError> {
+        // paths are relative to the working directory, and complaints name the clip
+        let file = ScenarioFile::parse(DEFAULT_SCENARIO, "skiagraph train", PathBuf::new(), &[])?;
+        let template = robot(&file, "--robot", &options.robot)?;
+        let mut input = Self { body: template.clone(), motions: vec![], learned_from: vec![], notes: vec![] };
+        for (index, clip) in clips.iter().enumerate() {
+            let settings = MotionSettings {
+                first_frame: options.first_frame,
+                last_frame: options.last_frame,
+                frames_per_second: options.frames_per_second,
+                ..MotionSettings::of_clip(clip)
+            };
+            let recording = clip_file::load(&file, clip, &settings, mocap_directory)?;
+            let performed = retarget(&recording, &template, &RetargetOptions::default())?;
+            input.learned_from.push(LearnedFrom::of(&settings, Path::new(""), mocap_directory, &performed.motion));
+            input.notes.extend(performed.report.notes.iter().map(|note| format!("{clip}: {note}")));
+            input.motions.push(performed.motion);
+            if index == 0 {
+                input.body = performed.humanoid;
+            }
+        }
+        Ok(input)
+    }
+
+    fn frames(&self) -> usize {
+        self.motions.iter().map(|motion| motion.poses.len()).sum()
+    }
+
+    /// What of the motions makes a model worse than it could be.
+    fn doubts(&self) -> Vec<String> {
+        let poses = || self.motions.iter().flat_map(|motion| &motion.poses);
+        let Some(first) = poses().next() else { return Vec::new() };
+        let still = |i: &usize| poses().all(|p| (p.joint_angles[*i] - first.joint_angles[*i]).abs() < 1e-9);
+        let still: Vec<&str> = (0..first.joint_angles.len())
+            .filter(still)
+            .map(|i| self.body.degrees_of_freedom[i].name.as_str())
+            .collect();
+        let repeated = |motion: &Motion| motion.poses.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        let mut doubts = Vec::new();
+        if !still.is_empty() {
+            doubts.push(format!("{} never move in the training motion; the model will keep them so", still.join(", ")));
+        }
+        for (from, count) in self.learned_from.iter().zip(self.motions.iter().map(repeated)).filter(|(_, n)| *n > 0) {
+            doubts.push(format!("{}: {count} frames equal the frame before; is its rate the recording's?", from.clip));
+        }
+        doubts
+    }
+}
+
+impl LearnedFrom {
+    fn of(settings: &MotionSettings, folder: &Path, mocap_directory: Option<&Path>, motion: &Motion) -> Self {
+        let numbers = motion.poses.iter().flat_map(|pose| {
+            let (t, q) = (pose.world_from_root.translation.vector, pose.world_from_root.rotation);
+            [t.x, t.y, t.z, q.w, q.i, q.j, q.k].into_iter().chain(pose.joint_angles.iter().copied())
+        });
+        let bytes: Vec<u8> = numbers.flat_map(f64::to_le_bytes).collect();
+        Self {
+            clip: settings.clip.clone(),
+            sha256: clip_file::sha256_of_clip(folder, settings, mocap_directory),
+            first_frame: settings.first_frame,
+            last_frame: settings.last_frame,
+            frames: motion.poses.len(),
+            poses_sha256: hex_sha256(&bytes),
+        }
+    }
+}
+
+/// Learns a model and writes it, whole, to `to`.
+///
+/// # Errors
+/// [`ExperimentError`] where the motions cannot be learned or the file cannot be written;
+/// [`ExperimentError::TrainingInterrupted`] where `watch` wanted no more.
+pub fn train(
+    input: &TrainingInput,
+    settings: &GraphSettings,
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<Trained, ExperimentError> {
+    if !is_free(to.path) && !to.force && LearnedModel::read(to.path).is_err() {
+        return Err(ExperimentError::Occupied { path: to.path.to_owned() });
+    }
+    let facts = facts(input, settings);
+    let mut learner =
+        GraphLearner::new(&input.body, &input.motions, settings).map_err(|e| in_words(input, e, to.path))?;
+    let partial = beside(to.path, ".partial");
+    let state = |graph: &GpdmGraph, whole: bool| LearnedModel {
+        facts: ModelFacts { whole, ..facts.clone() },
+        body: input.body.clone(),
+        graph: graph.clone(),
+    };
+    if let Some(kept) = kept(&partial, &facts, watch) {
+        let models = kept.graph.segments.len();
+        learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
+        watch.say(&format!("going on after {models} models that are kept in {}", partial.display()));
+    } else {
+        // whoever cannot write there shall know before the work
+        put(&partial, &state(learner.graph(), false).to_bytes()?)?;
+    }
+    watch.begin(Stage::Learn, input.frames());
+    (0..learner.frames_done()).for_each(|_| watch.advance());
+    if let Err(error) = grow_all(&mut learner, watch, |graph| put(&partial, &state(graph, false).to_bytes()?)) {
+        if learner.graph().segments.is_empty() {
+            std::fs::remove_file(&partial).ok();
+        }
+        return Err(match error {
+            Stopped::Learning(e) => in_words(input, e, &partial),
+            Stopped::Writing(e) => e,
+        });
+    }
+    let model = state(&learner.finish(), true);
+    if !is_free(to.path) && LearnedModel::read(to.path).is_err() {
+        move_aside(to.path)?;
+    }
+    put(to.path, &model.to_bytes()?)?;
+    std::fs::remove_file(&partial).ok();
+    let mut notes = input.notes.clone();
+    notes.extend(input.doubts());
+    if model.graph.candidates.is_empty() && !settings.single {
+        notes.push(
+            "no inter-transition candidates were found: particles pass from a model to the next of its recording only"
+                .into(),
+        );
+    }
+    Ok(Trained { model, notes })
+}
+
+/// Why learning stopped early.
+enum Stopped {
+    Learning(GraphError),
+    Writing(ExperimentError),
+}
+
+fn grow_all(
+    learner: &mut GraphLearner<'_>,
+    watch: &dyn Watch,
+    keep: impl Fn(&GpdmGraph) -> Result<(), ExperimentError>,
+) -> Result<(), Stopped> {
+    loop {
+        let (models, done) = (learner.graph().segments.len(), learner.frames_done());
+        let mut keep_on = |range: SegmentRange, round: Round| {
+            let frames = range.end - range.first;
+            let (number, loss) = (round.number, round.loss);
+            watch.tell(&format!("model {}: {frames} frames, round {number}, -ln posterior {loss:.1}", models + 1));
+            !watch.interrupted()
+        };
+        if learner.grow(&mut keep_on).map_err(Stopped::Learning)?.is_none() {
+            return Ok(());
+        }
+        keep(learner.graph()).map_err(Stopped::Writing)?;
+        (done..learner.frames_done()).for_each(|_| watch.advance());
+    }
+}
+
+fn facts(input: &TrainingInput, settings: &GraphSettings) -> ModelFacts {
+    ModelFacts {
+        schema: MODEL_SCHEMA.to_owned(),
+        program: concat!("skiagraph ", env!("CARGO_PKG_VERSION")).to_owned(),
+        whole: false,
+        robot: RobotFacts::of(&input.body),
+        frames_per_second: input.motions.first().map_or(0.0, |motion| motion.frames_per_second),
+        learned_from: input.learned_from.clone(),
+        settings: settings.clone(),
+    }
+}
+
+/// The state of an interrupted training of the same motions with the same settings.
+fn kept(partial: &Path, facts: &ModelFacts, watch: &dyn Watch) -> Option<LearnedModel> {
+    let bytes = std::fs::read(partial).ok()?;
+    match LearnedModel::from_bytes(partial, &bytes) {
+        Ok(kept) if kept.facts == *facts => Some(kept).filter(|kept| !kept.graph.segments.is_empty()),
+        _ => {
+            watch.say(&format!("{} is of another training, or damaged: learning anew", partial.display()));
+            None
+        }
+    }
+}
+
+fn move_aside(path: &Path) -> Result<(), ExperimentError> {
+    let aside = beside(path, "~");
+    if !is_free(&aside) {
+        return Err(ExperimentError::Occupied { path: aside });
+    }
+    std::fs::rename(path, aside).map_err(super::error::output(path, "move aside"))
+}
+
+/// The same error with the recording's name; an interruption with what is kept.
+fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> ExperimentError {
+    let of = |motion: usize| PathBuf::from(input.learned_from.get(motion).map_or("training", |from| &from.clip));
+    match error {
+        GraphError::Model { source: GpdmError::Interrupted, .. } => {
+            ExperimentError::TrainingInterrupted { partial: partial.to_owned() }
+        }
+        GraphError::Model { range, source } => ExperimentError::Malformed {
+            path: of(range.motion),
+            detail: format!("frames {} to {} of the training motion: {source}", range.first + 1, range.end),
+        },
+        GraphError::ShorterThanClip { motion, frames, clip } => ExperimentError::Malformed {
+            path: of(motion),
+            detail: format!(
+                "{frames} frames, fewer than one clip of {clip}: give a longer recording or a smaller --clip-length"
+            ),
+        },
+        other => other.into(),
+    }
+}

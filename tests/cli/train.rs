@@ -1,0 +1,139 @@
+//! `skiagraph train`: a model that is whole or absent, and bad input refused with one message.
+
+use std::fs;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use skiagraph::experiment::{ClipOptions, Destination, ExperimentError, Stage, TrainingInput, Watch, train};
+use skiagraph::motion_model::gpdm_graph::GraphSettings;
+
+use super::rooms::Room;
+
+const WALK: [&str; 6] = ["train", "embedded:walk", "--model", "gpdm-graph", "--out", "walk.model"];
+
+#[test]
+fn a_model_is_written_whole_and_the_same_training_gives_the_same_bytes() {
+    let room = Room::new();
+    let answer = room.skiagraph(WALK.iter().chain(&["--json"]));
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let said: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert_eq!(said["facts"]["schema"], "skiagraph.model/1");
+    assert_eq!(said["facts"]["robot"]["name"], "tracker25");
+    assert_eq!(said["facts"]["learned_from"][0]["clip"], "embedded:walk");
+    let bytes = fs::read(room.path("walk.model")).unwrap();
+    assert_eq!(room.skiagraph(WALK.iter()).code, 0, "a model of ours is replaced");
+    assert_eq!(fs::read(room.path("walk.model")).unwrap(), bytes);
+    assert_eq!(room.entries().len(), 1, "{:?}", room.entries());
+}
+
+#[test]
+fn a_graph_is_held_against_the_single_model_of_the_same_motion_and_no_other() {
+    let room = Room::new();
+    let train = |clip: &str, kind: &str, out: &str| {
+        let answer = room.skiagraph(["train", clip, "--model", kind, "--threshold", "1e-6", "--out", out]);
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+    };
+    train("embedded:walk", "gpdm-graph", "graph.model");
+    train("embedded:walk", "gpdm", "single.model");
+    train("embedded:run", "gpdm", "run.model");
+    let answer = room.skiagraph(["inspect", "graph.model", "--against", "single.model", "--json"]);
+    let said: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+    let models = said["models"].as_array().unwrap();
+    let frames: u64 = models.iter().map(|m| m["frames"].as_u64().unwrap()).sum();
+    assert_eq!(Some(frames), said["facts"]["learned_from"][0]["frames"].as_u64());
+    assert!(models.len() > 1, "a threshold of nothing cuts at every clip");
+    let mean = |v: &serde_json::Value| v["reconstruction_error_rad2"]["mean"].as_f64().unwrap();
+    let ratio = said["against"]["ratio"].as_f64().unwrap();
+    assert!((ratio - mean(&said) / mean(&said["against"])).abs() < 1e-12);
+    assert!(room.skiagraph(["inspect", "graph.model"]).stdout.contains("gpdm-graph"));
+    let refused = room.skiagraph(["inspect", "graph.model", "--against", "run.model"]);
+    assert!(refused.code == 2 && refused.stderr.contains("other motions"), "{}", refused.stderr);
+    let whole = room.read("graph.model");
+    room.write("cut.model", &whole[..whole.len() / 2]);
+    let refused = room.skiagraph(["inspect", "cut.model"]);
+    assert!(refused.code == 2 && refused.stderr.contains("cut.model"), "{}", refused.stderr);
+}
+
+#[test]
+fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
+    let room = Room::new();
+    room.write("mine.txt", "years of work");
+    let before = room.entries();
+    let cases: [(&[&str], &str); 8] = [
+        (&["embedded:walk", "--out", "x.model", "--clip-length", "2"], "--clip-length: expected 4 to"),
+        (&["embedded:walk", "--out", "x.model", "--threshold", "0"], "--threshold: expected rad^2 above zero"),
+        (
+            &["embedded:walk", "--out", "x.model", "--first-frame", "5", "--last-frame", "12"],
+            "fewer than one clip of 30",
+        ),
+        (&["embedded:wolk", "--out", "x.model"], "did you mean `embedded:walk`"),
+        (&["nothing.bvh", "--out", "x.model"], "`nothing.bvh` is not in"),
+        (&["embedded:walk", "--out", "x.model", "--fps", "0"], "found 0"),
+        (&["embedded:walk", "--out", "x.model", "--robot", "r2d2"], "neither a robot that ships"),
+        (&["embedded:walk", "--out", "mine.txt"], "not a result of ours"),
+    ];
+    for (arguments, words) in cases {
+        let answer = room.skiagraph(["train", "--model", "gpdm-graph"].iter().chain(arguments));
+        assert_eq!(answer.code, 2, "{arguments:?}: {}", answer.stderr);
+        assert_eq!(answer.stderr.lines().filter(|line| line.starts_with("error: ")).count(), 1, "{}", answer.stderr);
+        assert!(answer.stderr.contains(words), "{arguments:?}: {}", answer.stderr);
+        assert_eq!(room.entries(), before, "{arguments:?}");
+    }
+}
+
+/// Wants no more once so many frames have their model, and remembers what it was told.
+struct Onlooker {
+    patience: usize,
+    done: AtomicUsize,
+    heard: Mutex<Vec<String>>,
+}
+
+impl Onlooker {
+    fn new(patience: usize) -> Self {
+        Self { patience, done: AtomicUsize::new(0), heard: Mutex::new(Vec::new()) }
+    }
+}
+
+impl Watch for Onlooker {
+    fn begin(&self, _: Stage, _: usize) {}
+
+    fn advance(&self) {
+        self.done.fetch_add(1, Ordering::SeqCst);
+    }
+
+    fn say(&self, note: &str) {
+        self.heard.lock().unwrap().push(note.to_owned());
+    }
+
+    fn interrupted(&self) -> bool {
+        self.done.load(Ordering::SeqCst) >= self.patience
+    }
+}
+
+#[test]
+fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_does_not() {
+    let room = Room::new();
+    let options =
+        ClipOptions { robot: "tracker25".to_owned(), frames_per_second: 60.0, first_frame: None, last_frame: None };
+    let input = TrainingInput::of_clips(&["embedded:walk".to_owned()], &options, None).unwrap();
+    let settings = GraphSettings { threshold_per_joint: 1e-6, ..GraphSettings::default() };
+    let learn = |name: &str, settings: &GraphSettings, patience: usize| {
+        let onlooker = Onlooker::new(patience);
+        let learned = train(&input, settings, Destination { path: &room.path(name), force: false }, &onlooker);
+        (learned, onlooker.heard.into_inner().unwrap())
+    };
+    let (at_once, heard) = learn("at_once.model", &settings, usize::MAX);
+    assert!(at_once.unwrap().model.graph.segments.len() > 1 && heard.is_empty(), "{heard:?}");
+    let stopped = learn("walk.model", &settings, 1).0.unwrap_err();
+    assert!(matches!(stopped, ExperimentError::TrainingInterrupted { .. }) && stopped.exit_code() == 130, "{stopped}");
+    assert!(!room.path("walk.model").exists() && room.path("walk.model.partial").exists());
+    fs::copy(room.path("walk.model.partial"), room.path("other.model.partial")).unwrap();
+    let (learned, heard) = learn("walk.model", &settings, usize::MAX);
+    learned.unwrap();
+    assert!(heard.len() == 1 && heard[0].contains("going on after 1 models"), "{heard:?}");
+    assert_eq!(room.read("walk.model"), room.read("at_once.model"));
+    let (learned, heard) = learn("other.model", &GraphSettings { threshold_per_joint: 1e-5, ..settings }, usize::MAX);
+    learned.unwrap();
+    assert!(heard.len() == 1 && heard[0].contains("of another training"), "{heard:?}");
+    assert!(room.entries().iter().all(|name| !name.contains("partial")), "{:?}", room.entries());
+}
