@@ -67,7 +67,8 @@ mod tests {
         settings.training.rounds = 1;
         let graph = GpdmGraph::learn(&body, &[motion], &settings, |_, _| ()).unwrap();
         assert_eq!(graph.clone().checked().unwrap(), graph);
-        let broken: [(&str, &dyn Fn(&mut GpdmGraph)); 5] = [
+        type Break<'a> = (&'a str, &'a dyn Fn(&mut GpdmGraph));
+        let broken: [Break<'_>; 5] = [
             ("frames a second", &|g| g.frames_per_second = f64::NAN),
             ("segments", &|g| g.segments[0].range.first = 1),
             ("segments", &|g| g.segments[0].errors.truncate(9)),
