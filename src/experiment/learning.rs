@@ -9,10 +9,15 @@ use crate::body::{Humanoid, Motion};
 use crate::motion_model::LatentModel;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphLearner, GraphSettings};
 
+/// A start pose farther than this from every training pose is told to the user: rad^2 per joint, half a radian each.
+const FAR_START: f64 = 0.25;
+
 /// The motion models learned so far from one training: seeds and methods that ask for the same one share it.
 #[derive(Debug, Default)]
 pub struct Models {
     learned: Vec<(GraphSettings, Arc<GpdmGraph>)>,
+    /// Whether the user was told that the start is far from the training.
+    told_far_start: bool,
 }
 
 impl Models {
@@ -67,6 +72,7 @@ impl Models {
         let body = &set.start.body;
         let graph = self.learn(&settings.model.learning(), body, &set.start.training, watch)?;
         let model = LatentModel::new(body.clone(), graph, settings.latent())?;
+        self.tell_far_start(model.start_distance(&set.start.pose), watch);
         Ok(match settings.root {
             RootMode::Tracked => model,
             RootMode::Oracle => {
@@ -74,5 +80,50 @@ impl Models {
                 model.with_given_roots(truth.poses.iter().map(|pose| pose.world_from_root).collect())
             }
         })
+    }
+
+    /// Says once that particles start from the nearest training poses because the start pose is far from all of them.
+    fn tell_far_start(&mut self, distance: f64, watch: &dyn Watch) {
+        if distance > FAR_START && !self.told_far_start {
+            self.told_far_start = true;
+            let degrees = distance.sqrt().to_degrees();
+            watch.say(&format!(
+                "the start pose is {degrees:.0} degrees a joint away from the nearest training pose: particles start from there; \
+                 train on motion that holds such a pose"
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    #[derive(Default)]
+    struct Listener(Mutex<Vec<String>>);
+
+    impl Watch for Listener {
+        fn begin(&self, _: Stage, _: usize) {}
+        fn advance(&self) {}
+        fn say(&self, note: &str) {
+            self.0.lock().unwrap().push(note.to_owned());
+        }
+        fn interrupted(&self) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn a_start_far_from_the_training_is_told_once() {
+        let (mut models, listener) = (Models::default(), Listener::default());
+        models.tell_far_start(0.01, &listener);
+        assert!(listener.0.lock().unwrap().is_empty());
+        models.tell_far_start(1.0, &listener);
+        models.tell_far_start(1.0, &listener);
+        let told = listener.0.into_inner().unwrap();
+        assert_eq!(told.len(), 1);
+        assert!(told[0].contains("57 degrees"), "{told:?}");
     }
 }
