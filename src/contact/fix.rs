@@ -63,7 +63,7 @@ impl fmt::Display for FixReport {
     }
 }
 
-/// Settles a motion on the ground z = 0: feet that stand by `rule` are planted (see [`offsets`]), nothing sinks; every frame is a
+/// Settles a motion on the ground z = 0: feet that stand by `rule` are planted, nothing sinks; every frame is a
 /// least squares problem with the body's joint limits, in which feet follow their planted paths with the orientation that they
 /// have, and the root and all angles stay near where they were. No angle changes by more than 0.35 rad.
 ///
