@@ -263,7 +263,12 @@ mod tests {
     fn an_unknown_tracker_names_those_there_are() {
         let error = parse("[tracker.frosen]\n", &[]).unwrap_err();
         assert!(error.contains("did you mean `frozen`?"), "{error}");
-        assert!(error.contains("gpdm_graph, frozen, nearest_training_pose, oracle"), "{error}");
+        assert!(
+            error.contains(
+                "annealed_particle_filter, frozen, gpdm, switching_gpdm, gpdm_graph, nearest_training_pose, oracle"
+            ),
+            "{error}"
+        );
     }
 
     #[test]

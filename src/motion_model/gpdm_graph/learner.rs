@@ -17,7 +17,8 @@ use crate::motion_model::pose_chart::PoseChart;
 ///
 /// let body = Humanoid::tracker25().unwrap();
 /// let motion = Motion { frames_per_second: 60.0, poses: vec![body.zero_pose(); 10] };
-/// let refused = GraphLearner::new(&body, &[motion], &GraphSettings::default());
+/// let (motions, settings) = ([motion], GraphSettings::default());
+/// let refused = GraphLearner::new(&body, &motions, &settings);
 /// assert!(matches!(refused, Err(GraphError::ShorterThanClip { frames: 10, clip: 30, .. })));
 /// ```
 pub struct GraphLearner<'a> {
