@@ -54,6 +54,23 @@ pub(super) fn encode(file: &str, image: &DepthImage, layers: &[Layer]) -> Result
     Ok(bytes.into_inner())
 }
 
+/// Names of the channels of a set's truth images, those of the first camera and frame; none where the set has no images.
+///
+/// # Errors
+/// [`SetError`] where that image cannot be read or is no OpenEXR file.
+pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetError> {
+    let file = path(0, 0);
+    let full = directory.join(&file);
+    if !full.exists() {
+        return Ok(Vec::new());
+    }
+    let bytes = std::fs::read(&full).map_err(SetError::io(&full, "read"))?;
+    let meta = exr::meta::MetaData::read_from_buffered(bytes.as_slice(), false);
+    let meta = meta.map_err(|e| SetError::malformed(&file, e.to_string()))?;
+    let channels = meta.headers.iter().flat_map(|header| &header.channels.list);
+    Ok(channels.map(|channel| channel.name.to_string()).collect())
+}
+
 /// The smallest rectangle around the figure; one pixel where there is none, for EXR knows no empty window.
 struct Window {
     left: usize,

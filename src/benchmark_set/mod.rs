@@ -28,7 +28,7 @@ mod truth_file;
 pub use blind::BlindSet;
 pub use body_file::{from_json as body_from_json, to_json as body_to_json};
 pub use error::SetError;
-pub use exr_layers::Layer;
+pub use exr_layers::{Layer, layer_channels};
 pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;

@@ -1,25 +1,33 @@
 //! `skiagraph inspect`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 
+use super::inspect_words::in_words;
 use super::{CommandError, output};
-use crate::experiment::{ModelSummary, inspect_model};
+use crate::experiment::{Inspected, inspect};
 
-/// Say what a model file holds
+/// Say what a model, a recording, a robot or a benchmark set holds
 #[derive(Args, Debug)]
-#[command(after_help = "Examples:\n  skiagraph inspect walk.model\n  skiagraph inspect walk.model --json\n  \
-                        skiagraph inspect graph.model --against single.model")]
+#[command(after_help = "Examples:\n  skiagraph inspect walk.model --out walk.html\n  \
+                        skiagraph inspect graph.model --against single.model --out graph.html\n  \
+                        skiagraph inspect 01_01.bvh\n  skiagraph inspect tracker25 --json\n  \
+                        skiagraph inspect sets/walk")]
 pub(super) struct Arguments {
-    /// A model of skiagraph train
-    #[arg(value_name = "MODEL")]
-    model: PathBuf,
+    /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt, embedded:NAME); a robot (.urdf, or one that ships);
+    /// the directory of a benchmark set
+    #[arg(value_name = "MODEL|CLIP|ROBOT|SET")]
+    what: String,
 
     /// Another model of the same motions, whose reconstruction error is put beside
     #[arg(long, value_name = "MODEL")]
     against: Option<PathBuf>,
+
+    /// Write a page with pictures of the model: latent spaces, errors over frames, distances of frames
+    #[arg(long, value_name = "HTML")]
+    out: Option<PathBuf>,
 
     /// Print one JSON object
     #[arg(long)]
@@ -27,49 +35,15 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
-    let summary = inspect_model(&arguments.model, arguments.against.as_deref())?;
+    let found = inspect(&arguments.what, arguments.against.as_deref(), arguments.out.as_deref())?;
     if arguments.json {
-        output::print_json(&summary)?;
+        output::print_json(&found)?;
     } else {
-        output::print(&in_words(&arguments.model, &summary))?;
+        output::print(&in_words(&arguments.what, &found))?;
+        if let Some(page) = &arguments.out {
+            output::print(&format!("\n  pictures: {}", page.display()))?;
+        }
     }
-    Ok(ExitCode::SUCCESS)
-}
-
-fn in_words(path: &Path, s: &ModelSummary) -> String {
-    let facts = &s.facts;
-    let mut text = format!(
-        "{}: {}, {} models, {} candidates, {} inter-transitions\n  robot    {}\n  rate     {} Hz",
-        path.display(),
-        facts.kind(),
-        s.models.len(),
-        s.candidates,
-        s.inter_transitions,
-        facts.robot.name,
-        facts.frames_per_second,
-    );
-    for from in &facts.learned_from {
-        text.push_str(&format!("\n  learned  {}, {} frames", from.clip, from.frames));
-    }
-    let error = &s.reconstruction_error_rad2;
-    text.push_str(&format!(
-        "\n  error    mean {:.4} rad^2, max {:.4} rad^2 between recording and simulation",
-        error.mean, error.max
-    ));
-    if let Some(other) = &s.against {
-        let (kind, mean) = (other.kind, other.reconstruction_error_rad2.mean);
-        text.push_str(&format!(
-            "\n  against  {kind}: mean {mean:.4} rad^2; this is {:.1} % of it",
-            100.0 * other.ratio
-        ));
-    }
-    text.push_str("\n\n  model  motion  first  frames  mean rad^2  max rad^2");
-    for (index, model) in s.models.iter().enumerate() {
-        let error = &model.reconstruction_error_rad2;
-        text.push_str(&format!(
-            "\n  {index:>5}  {:>6}  {:>5}  {:>6}  {:>10.4}  {:>9.4}",
-            model.motion, model.first, model.frames, error.mean, error.max
-        ));
-    }
-    text
+    let sound = !matches!(&found, Inspected::Set(set) if !set.hashes_ok);
+    Ok(if sound { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

@@ -42,12 +42,7 @@ pub(super) fn load(
     };
     let places = Places { folder: &file.folder, mocap_directory };
     let clip = if let Some(name) = settings.clip.strip_prefix("embedded:") {
-        let known = EMBEDDED_CLIPS.map(|(name, _)| name);
-        let (_, text) = EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name).ok_or_else(|| {
-            let guess = did_you_mean(name, known).map(|g| format!(", did you mean `embedded:{g}`?"));
-            let guess = guess.unwrap_or_default();
-            unsound("clip", format!("there is no built-in clip `{name}`{guess} (there are: {})", known.join(", ")))
-        })?;
+        let text = embedded(name).map_err(|message| unsound("clip", message))?;
         mocap::parse_deepmimic(text, &settings.clip, &options)?
     } else {
         let path = places.find(&settings.clip, settings.sha256.as_deref());
@@ -84,6 +79,27 @@ pub(super) fn load(
         clip = clip.looped(duration)?;
     }
     Ok(clip.resampled(settings.frames_per_second)?)
+}
+
+/// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`.
+///
+/// # Errors
+/// [`ExperimentError`] that names the file.
+pub(super) fn read_whole(name: &str) -> Result<Clip, ExperimentError> {
+    let options = ReadOptions::default();
+    let Some(built_in) = name.strip_prefix("embedded:") else { return Ok(mocap::read(Path::new(name), &options)?) };
+    let text = embedded(built_in).map_err(|detail| ExperimentError::Malformed { path: PathBuf::from(name), detail })?;
+    Ok(mocap::parse_deepmimic(text, name, &options)?)
+}
+
+/// The text of a built-in clip, or a message that says which there are.
+fn embedded(name: &str) -> Result<&'static str, String> {
+    let known = EMBEDDED_CLIPS.map(|(name, _)| name);
+    EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name).map(|(_, text)| *text).ok_or_else(|| {
+        let guess = did_you_mean(name, known).map(|g| format!(", did you mean `embedded:{g}`?"));
+        let guess = guess.unwrap_or_default();
+        format!("there is no built-in clip `{name}`{guess} (there are: {})", known.join(", "))
+    })
 }
 
 /// SHA-256 of the file of a recording that [`load`] reads.

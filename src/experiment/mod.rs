@@ -37,7 +37,10 @@ pub use check::{Soundness, check};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
 pub use error::ExperimentError;
-pub use inspect::{Against, ModelSummary, OneModel, Spread, inspect_model};
+pub use inspect::{
+    Against, CameraSummary, ClipSummary, DegreeSummary, Inspected, ModelSummary, OneModel, RobotSummary, SetSummary,
+    Spread, inspect,
+};
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};

@@ -1,6 +1,7 @@
-//! Pictures, plots and one self-contained HTML page.
+//! Pictures, plots and self-contained HTML pages.
 //!
-//! [`render`] turns a [`ReportInput`] into a page that needs no network. Its parts serve others too: [`overlay`] draws
+//! [`render`] turns a [`ReportInput`] into a page that needs no network, [`comparison_page`] puts methods side by side,
+//! [`model_page`] shows what a motion model has learned. Its parts serve others too: [`overlay`] draws
 //! skeletons through a camera, [`contact_sheet`] puts views and frames into one picture, [`plots`] makes SVG.
 
 mod base64;
@@ -12,6 +13,9 @@ mod figures;
 mod fixture;
 mod input;
 mod lettering;
+mod model_distances;
+mod model_figures;
+mod model_page;
 pub mod overlay;
 mod page;
 pub mod plots;
@@ -21,5 +25,7 @@ pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
 pub use contact_sheet::contact_sheet;
 pub use input::{FactGroup, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
+pub use model_distances::{CandidateFrame, FrameDistances};
+pub use model_page::{LatentPath, ModelPageInput, OneModel, OtherModel, model_page};
 pub use page::render;
 pub use verdict::{Verdict, verdict};

@@ -1,6 +1,9 @@
 //! The two covariance functions of a GPDM.
 
-use faer::{Mat, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+
+use super::radial::radial;
 
 /// `k_X(z, z') = exp(-beta2/2 |z - z'|^2) + delta / beta3`: latent point to pose. Its amplitude is 1, absorbed by `W`.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -43,32 +46,9 @@ impl DynamicsKernel {
     /// Noise-free cross covariances: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
     pub(super) fn cross(&self, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
         let mut k = radial(self.amplitude, self.inverse_width, a, b);
-        for j in 0..b.nrows() {
-            for i in 0..a.nrows() {
-                let dot: f64 = (0..a.ncols()).map(|c| a[(i, c)] * b[(j, c)]).sum();
-                k[(i, j)] += self.linear * dot;
-            }
-        }
+        matmul(k.as_mut(), Accum::Add, a, b.transpose(), self.linear, Par::Seq);
         k
     }
-}
-
-fn radial(amplitude: f64, inverse_width: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let coordinates = a.to_owned();
-    let mut k = Mat::zeros(a.nrows(), b.nrows());
-    for j in 0..b.nrows() {
-        let column = k.col_as_slice_mut(j);
-        for c in 0..a.ncols() {
-            let centre = b[(j, c)];
-            for (value, x) in column.iter_mut().zip(coordinates.col_as_slice(c)) {
-                *value += (x - centre) * (x - centre);
-            }
-        }
-        for value in column.iter_mut() {
-            *value = amplitude * f64::exp(-0.5 * inverse_width * *value);
-        }
-    }
-    k
 }
 
 #[cfg(test)]

@@ -13,11 +13,13 @@
 //! alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms ([`train`]).
 
 mod kernel;
+mod lanes;
 mod layout;
 mod model;
 mod objective;
 mod parts;
 mod positive_definite;
+mod radial;
 mod train;
 
 pub use kernel::{DynamicsKernel, MapKernel};

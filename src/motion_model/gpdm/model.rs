@@ -67,10 +67,7 @@ impl Gpdm {
         let predicted = layout.predicted();
         let inputs = layout.inputs(latents.as_ref(), &predicted);
         let targets = layout.targets(latents.as_ref(), &predicted);
-        let factor = |mut k: Mat<f64>, precision: f64| {
-            (0..k.nrows()).for_each(|i| k[(i, i)] += 1.0 / precision);
-            PositiveDefinite::factor(k.as_ref())
-        };
+        let factor = |k: Mat<f64>, precision: f64| PositiveDefinite::factor(k.as_ref(), 1.0 / precision);
         let map_factor = factor(map.cross(latents.as_ref(), latents.as_ref()), map.noise_precision)?;
         let dynamics_factor = factor(dynamics.cross(inputs.as_ref(), inputs.as_ref()), dynamics.noise_precision)?;
         let predictors = Predictors {
@@ -115,40 +112,37 @@ impl Gpdm {
 
     /// Mean observations at latent points (P x d): P x D (S1 Eq. 2 and 6).
     pub fn map_mean(&self, latents: MatRef<'_, f64>) -> Mat<f64> {
-        let cross = self.map.cross(latents, self.latents.as_ref());
-        let mut observations = &cross * &self.predictors.map_weights;
-        for (j, mean) in self.mean.iter().enumerate() {
-            observations.col_mut(j).iter_mut().for_each(|value| *value += mean);
-        }
-        observations
+        self.map_mean_of(&self.map.cross(self.latents.as_ref(), latents))
     }
 
     /// As [`Self::map_mean`] with the variance of a dimension of unit scale: divide by `scales[d]^2` for dimension `d`.
     pub fn map_moments(&self, latents: MatRef<'_, f64>) -> Moments {
-        let cross = self.map.cross(latents, self.latents.as_ref());
-        let explained = self.predictors.map_factor.quadratic_forms(cross.transpose().to_owned());
+        let cross = self.map.cross(self.latents.as_ref(), latents);
+        let explained = self.predictors.map_factor.quadratic_forms(cross.as_ref());
         Moments {
-            mean: self.map_mean(latents),
+            mean: self.map_mean_of(&cross),
             variance: explained.into_iter().map(|e| (MapKernel::VARIANCE - e).max(0.0)).collect(),
         }
     }
 
+    /// Means for covariances with the training latents, one column a point.
+    fn map_mean_of(&self, cross: &Mat<f64>) -> Mat<f64> {
+        let mut observations = cross.transpose() * &self.predictors.map_weights;
+        for (j, mean) in self.mean.iter().enumerate() {
+            observations.col_as_slice_mut(j).iter_mut().for_each(|value| *value += mean);
+        }
+        observations
+    }
+
     /// Mean next latents after dynamics inputs (P x d, or P x 2d `[z_{t-1}; z_{t-2}]` for the second order).
     pub fn dynamics_mean(&self, inputs: MatRef<'_, f64>) -> Mat<f64> {
-        let cross = self.dynamics.cross(inputs, self.predictors.inputs.as_ref());
-        let mut next = &cross * &self.predictors.dynamics_weights;
-        if self.layout.delta {
-            for c in 0..next.ncols() {
-                next.col_mut(c).iter_mut().zip(inputs.col(c).iter()).for_each(|(value, last)| *value += last);
-            }
-        }
-        next
+        self.dynamics_mean_of(inputs, &self.dynamics.cross(self.predictors.inputs.as_ref(), inputs))
     }
 
     /// As [`Self::dynamics_mean`] with the isotropic predictive variance, process noise included.
     pub fn dynamics_moments(&self, inputs: MatRef<'_, f64>) -> Moments {
-        let cross = self.dynamics.cross(inputs, self.predictors.inputs.as_ref());
-        let explained = self.predictors.dynamics_factor.quadratic_forms(cross.transpose().to_owned());
+        let cross = self.dynamics.cross(self.predictors.inputs.as_ref(), inputs);
+        let explained = self.predictors.dynamics_factor.quadratic_forms(cross.as_ref());
         let variance = explained
             .into_iter()
             .enumerate()
@@ -157,7 +151,18 @@ impl Gpdm {
                 (self.dynamics.variance(squared) - explained).max(0.0) + 1.0 / self.dynamics.noise_precision
             })
             .collect();
-        Moments { mean: self.dynamics_mean(inputs), variance }
+        Moments { mean: self.dynamics_mean_of(inputs, &cross), variance }
+    }
+
+    /// Mean next latents for covariances with the training inputs, one column a point.
+    fn dynamics_mean_of(&self, inputs: MatRef<'_, f64>, cross: &Mat<f64>) -> Mat<f64> {
+        let mut next = cross.transpose() * &self.predictors.dynamics_weights;
+        if self.layout.delta {
+            for c in 0..next.ncols() {
+                next.col_mut(c).iter_mut().zip(inputs.col(c).iter()).for_each(|(value, last)| *value += last);
+            }
+        }
+        next
     }
 
     /// The mean prediction sequence: the dynamics' mean iterated from the first learned latents of sequence `sequence`,

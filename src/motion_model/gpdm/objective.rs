@@ -9,11 +9,12 @@
 //! `D/d` the balanced one.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, MatRef, Par, Scale};
 
 use super::kernel::{DynamicsKernel, MapKernel};
 use super::layout::{DynamicsOrder, SequenceLayout};
 use super::positive_definite::PositiveDefinite;
+use super::radial::{RadialGradient, radial_gradient, radial_lower, symmetric_times};
 
 /// Variance of the prior on the scales `W`, kappa^2.
 pub(super) const SCALE_PRIOR_VARIANCE: f64 = 1e6;
@@ -150,20 +151,10 @@ impl<'a> Objective<'a> {
 
 /// `D/2 ln|K_X| + 1/2 tr(K_X^-1 Y Y^T)` for `Y = X W`.
 fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>) -> Option<Term<2>> {
-    let (frames, dimensions) = (z.nrows(), scaled.ncols() as f64);
     let radial = radial_lower(1.0, kernel.inverse_width, z);
-    let mut covariance = radial.clone();
-    add_to_diagonal(&mut covariance, 1.0 / kernel.noise_precision);
-    let factor = PositiveDefinite::factor(covariance.as_ref())?;
-    let a = factor.solve(scaled);
-    let value = 0.5 * dimensions * factor.log_determinant() + 0.5 * inner_product(scaled, a.as_ref());
-    // G = dL/dK, lower triangle
-    let mut g = factor.inverse_lower();
-    subtract_gram(&mut g, 0.5 * dimensions, 0.5, a.as_ref());
-    let trace: f64 = (0..frames).map(|i| g[(i, i)]).sum();
-    multiply_lower(&mut g, &radial);
-    let (inputs, by_width) = radial_gradient(&g, kernel.inverse_width, z);
-    Some(Term { value, inputs, logarithms: [by_width, -trace / kernel.noise_precision] })
+    let gaussian = Gaussian::of(radial.as_ref(), kernel.noise_precision, scaled, 1.0)?;
+    let RadialGradient { inputs, width, .. } = radial_gradient(&gaussian.by_kernel, &radial, kernel.inverse_width, z);
+    Some(Term { value: gaussian.value, inputs, logarithms: [width, gaussian.by_precision] })
 }
 
 /// `balance (d/2 ln|K_Z| + 1/2 tr(K_Z^-1 V V^T))`, and its gradient by the targets `V`.
@@ -173,76 +164,52 @@ fn dynamics_term(
     targets: MatRef<'_, f64>,
     balance: f64,
 ) -> Option<(Term<4>, Mat<f64>)> {
-    let (steps, d) = (u.nrows(), targets.ncols() as f64);
     let radial = radial_lower(kernel.amplitude, kernel.inverse_width, u);
     let mut covariance = radial.clone();
-    triangular_matmul(
-        covariance.as_mut(),
-        BlockStructure::TriangularLower,
-        Accum::Add,
-        u.as_ref(),
-        BlockStructure::Rectangular,
-        u.transpose(),
-        BlockStructure::Rectangular,
-        kernel.linear,
-        Par::Seq,
-    );
-    add_to_diagonal(&mut covariance, 1.0 / kernel.noise_precision);
-    let factor = PositiveDefinite::factor(covariance.as_ref())?;
-    let mut b = factor.solve(targets);
-    let value = balance * (0.5 * d * factor.log_determinant() + 0.5 * inner_product(targets, b.as_ref()));
-    let mut h = factor.inverse_lower();
-    subtract_gram(&mut h, 0.5 * balance * d, 0.5 * balance, b.as_ref());
-    let trace: f64 = (0..steps).map(|i| h[(i, i)]).sum();
-    let hu = symmetric_times(&h, u.as_ref());
+    add_square(&mut covariance, kernel.linear, u.as_ref());
+    let gaussian = Gaussian::of(covariance.as_ref(), kernel.noise_precision, targets, balance)?;
+    let hu = symmetric_times(&gaussian.by_kernel, u);
     let by_linear = kernel.linear * inner_product(u.as_ref(), hu.as_ref());
-    multiply_lower(&mut h, &radial);
-    let by_amplitude = symmetric_sum(&h);
-    let (mut inputs, by_width) = radial_gradient(&h, kernel.inverse_width, u);
-    for c in 0..inputs.ncols() {
-        for (gradient, value) in inputs.col_mut(c).iter_mut().zip(hu.col(c).iter()) {
-            *gradient += 2.0 * kernel.linear * value;
-        }
-        if c < b.ncols() {
-            b.col_mut(c).iter_mut().for_each(|value| *value *= balance);
-        }
-    }
-    let logarithms = [by_amplitude, by_width, by_linear, -trace / kernel.noise_precision];
-    Some((Term { value, inputs, logarithms }, b))
+    let mut by_radial = radial_gradient(&gaussian.by_kernel, &radial, kernel.inverse_width, u);
+    by_radial.inputs += Scale(2.0 * kernel.linear) * &hu;
+    let logarithms = [by_radial.amplitude, by_radial.width, by_linear, gaussian.by_precision];
+    let term = Term { value: gaussian.value, inputs: by_radial.inputs, logarithms };
+    Some((term, Scale(balance) * gaussian.solution))
 }
 
-/// Lower triangle of `amplitude exp(-width/2 |x_i - x_j|^2)`.
-fn radial_lower(amplitude: f64, inverse_width: f64, x: &Mat<f64>) -> Mat<f64> {
-    let n = x.nrows();
-    let mut k = Mat::zeros(n, n);
-    for j in 0..n {
-        let column = &mut k.col_as_slice_mut(j)[j..];
-        for c in 0..x.ncols() {
-            let coordinates = &x.col_as_slice(c)[j..];
-            let centre = coordinates[0];
-            for (value, x) in column.iter_mut().zip(coordinates) {
-                *value += (x - centre) * (x - centre);
-            }
-        }
-        for value in column.iter_mut() {
-            *value = amplitude * f64::exp(-0.5 * inverse_width * *value);
-        }
-    }
-    k
+/// `weight (D/2 ln|K| + 1/2 tr(K^-1 Y Y^T))` with its derivatives.
+struct Gaussian {
+    value: f64,
+    /// `K^-1 Y`.
+    solution: Mat<f64>,
+    /// By the entries of `K`: `weight/2 (D K^-1 - K^-1 Y Y^T K^-1)`, lower triangle.
+    by_kernel: Mat<f64>,
+    /// By the logarithm of the noise's precision.
+    by_precision: f64,
 }
 
-fn add_to_diagonal(matrix: &mut Mat<f64>, value: f64) {
-    for i in 0..matrix.nrows() {
-        matrix[(i, i)] += value;
+impl Gaussian {
+    /// For the noise-free covariances (lower triangle) and the columns `Y`.
+    fn of(covariance: MatRef<'_, f64>, noise_precision: f64, y: MatRef<'_, f64>, weight: f64) -> Option<Self> {
+        let dimensions = y.ncols() as f64;
+        let factor = PositiveDefinite::factor(covariance, 1.0 / noise_precision)?;
+        let white = factor.whiten(y);
+        let square = inner_product(white.as_ref(), white.as_ref());
+        let solution = factor.solve_whitened(white.as_ref());
+        let mut by_kernel = factor.inverse_lower(0.5 * weight * dimensions);
+        add_square(&mut by_kernel, -0.5 * weight, solution.as_ref());
+        let trace: f64 = (0..y.nrows()).map(|i| by_kernel[(i, i)]).sum();
+        Some(Self {
+            value: 0.5 * weight * (dimensions * factor.log_determinant() + square),
+            solution,
+            by_kernel,
+            by_precision: -trace / noise_precision,
+        })
     }
 }
 
-/// Lower triangle of `inverse_weight M - gram_weight A A^T`, in place of `M`.
-fn subtract_gram(matrix: &mut Mat<f64>, inverse_weight: f64, gram_weight: f64, a: MatRef<'_, f64>) {
-    let n = matrix.nrows();
-    for j in 0..n {
-        matrix.col_as_slice_mut(j)[j..].iter_mut().for_each(|value| *value *= inverse_weight);
-    }
+/// Adds `weight A A^T` to the lower triangle.
+fn add_square(matrix: &mut Mat<f64>, weight: f64, a: MatRef<'_, f64>) {
     triangular_matmul(
         matrix.as_mut(),
         BlockStructure::TriangularLower,
@@ -251,57 +218,9 @@ fn subtract_gram(matrix: &mut Mat<f64>, inverse_weight: f64, gram_weight: f64, a
         BlockStructure::Rectangular,
         a.transpose(),
         BlockStructure::Rectangular,
-        -gram_weight,
+        weight,
         Par::Seq,
     );
-}
-
-/// Lower triangle of the elementwise product, in place of `a`.
-fn multiply_lower(a: &mut Mat<f64>, b: &Mat<f64>) {
-    let n = a.nrows();
-    for j in 0..n {
-        let factors = &b.col_as_slice(j)[j..];
-        a.col_as_slice_mut(j)[j..].iter_mut().zip(factors).for_each(|(value, factor)| *value *= factor);
-    }
-}
-
-/// `S X` for the symmetric `S` of which the lower triangle is given.
-fn symmetric_times(lower: &Mat<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
-    let mut product = Mat::zeros(x.nrows(), x.ncols());
-    let mut add = |matrix: MatRef<'_, f64>, structure: BlockStructure| {
-        triangular_matmul(
-            product.as_mut(),
-            BlockStructure::Rectangular,
-            Accum::Add,
-            matrix,
-            structure,
-            x,
-            BlockStructure::Rectangular,
-            1.0,
-            Par::Seq,
-        );
-    };
-    add(lower.as_ref(), BlockStructure::TriangularLower);
-    add(lower.transpose(), BlockStructure::StrictTriangularUpper);
-    product
-}
-
-fn symmetric_sum(lower: &Mat<f64>) -> f64 {
-    let n = lower.nrows();
-    (0..n).map(|j| 2.0 * lower.col_as_slice(j)[j..].iter().sum::<f64>() - lower[(j, j)]).sum()
-}
-
-/// Gradients by the inputs, `-2 width (diag(S 1) X - S X)`, and by `ln width`, `-width/2 sum(S o dist^2)`, of a loss
-/// whose derivative by the radial kernel, times the kernel, is the symmetric `S` (lower triangle given).
-fn radial_gradient(s: &Mat<f64>, inverse_width: f64, x: &Mat<f64>) -> (Mat<f64>, f64) {
-    let d = x.ncols();
-    let with_ones = Mat::from_fn(x.nrows(), d + 1, |i, c| if c < d { x[(i, c)] } else { 1.0 });
-    let product = symmetric_times(s, with_ones.as_ref());
-    let gradient =
-        Mat::from_fn(x.nrows(), d, |i, c| -2.0 * inverse_width * (product[(i, d)] * x[(i, c)] - product[(i, c)]));
-    // sum(S o dist^2) = 2 tr(X^T (diag(S 1) X - S X))
-    let by_width = 0.5 * inner_product(x.as_ref(), gradient.as_ref());
-    (gradient, by_width)
 }
 
 fn inner_product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
@@ -340,6 +259,15 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn gradients_equal_central_differences_where_matrices_are_factored_in_several_blocks() {
+        let observations = Mat::from_fn(71, 5, |i, j| wave(i, j + 3));
+        let layout = SequenceLayout { order: DynamicsOrder::Second, delta: true, lengths: vec![40, 31] };
+        let objective = Objective::new(observations.as_ref(), &[0.9, 1.1, 0.7, 1.4, 1.0], &layout, 5.0);
+        let worst = worst_gradient_error(&objective, &example(71).pack());
+        assert!(worst < 1e-6, "relative error {worst:e}");
     }
 
     fn worst_gradient_error(objective: &Objective<'_>, theta: &[f64]) -> f64 {

@@ -1,117 +1,276 @@
 //! Cholesky factor of a kernel matrix, with what a Gaussian process asks of it.
+//!
+//! The inverse `L^-1` of the factor is worked out while the matrix is factored, by the same row operations: blocks of a few
+//! dozen columns, and between them products of large matrices, which is where a processor is fast. All that follows
+//! is products with `L^-1`.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
-use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::{Mat, MatRef, Par};
+use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
+use faer::{Accum, Mat, MatRef, Par};
 
-/// The lower Cholesky factor of a symmetric positive definite matrix.
+use super::lanes::{Loop, add_scaled, dispatch, dot};
+
+/// Columns that are factored at once.
+const BLOCK: usize = 32;
+
+/// Rows of `L^-1` that are multiplied at once.
+const PANEL: usize = 48;
+
+/// A symmetric positive definite matrix `K = L L^T`.
 #[derive(Debug)]
 pub(super) struct PositiveDefinite {
-    lower: Mat<f64>,
+    /// `L^-1`, zero above the diagonal.
+    inverse_factor: Mat<f64>,
+    log_determinant: f64,
 }
 
 /// Shares of the mean diagonal that are added, one after another, until the factorisation succeeds.
 const JITTERS: [f64; 8] = [0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4];
 
 impl PositiveDefinite {
-    /// Factors a matrix of which the lower triangle is read; `None` where it is not positive definite even with a
-    /// jitter of 1e-4 of its mean diagonal.
-    pub(super) fn factor(matrix: MatRef<'_, f64>) -> Option<Self> {
+    /// Factors `matrix`, of which the lower triangle is read, with `ridge` added to its diagonal; `None` where it is not
+    /// positive definite even with a jitter of 1e-4 of its mean diagonal.
+    pub(super) fn factor(matrix: MatRef<'_, f64>, ridge: f64) -> Option<Self> {
         let n = matrix.nrows();
-        let mean_diagonal = (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n.max(1) as f64;
+        let mean_diagonal = ridge + (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n.max(1) as f64;
         if !mean_diagonal.is_finite() {
             return None;
         }
-        let request = llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
-        let mut memory = MemBuffer::new(request);
         JITTERS.iter().find_map(|jitter| {
             let mut lower = matrix.to_owned();
-            for i in 0..n {
-                lower[(i, i)] += jitter * mean_diagonal;
-            }
-            let stack = MemStack::new(&mut memory);
-            llt::factor::cholesky_in_place(lower.as_mut(), Default::default(), Par::Seq, stack, Default::default())
-                .ok()?;
-            (0..n).all(|i| lower[(i, i)].is_finite()).then_some(Self { lower })
+            (0..n).for_each(|i| lower[(i, i)] += ridge + jitter * mean_diagonal);
+            Elimination::of(lower).finish()
         })
     }
 
     /// `ln |K|`.
     pub(super) fn log_determinant(&self) -> f64 {
-        2.0 * (0..self.lower.nrows()).map(|i| self.lower[(i, i)].ln()).sum::<f64>()
+        self.log_determinant
     }
 
-    /// The lower triangle of `K^-1`; what stands above the diagonal is unspecified.
-    pub(super) fn inverse_lower(&self) -> Mat<f64> {
-        let n = self.lower.nrows();
+    /// The lower triangle of `weight K^-1`; zero above the diagonal.
+    pub(super) fn inverse_lower(&self, weight: f64) -> Mat<f64> {
+        let n = self.inverse_factor.nrows();
         let mut inverse = Mat::zeros(n, n);
-        let mut memory = MemBuffer::new(llt::inverse::inverse_scratch::<f64>(n, Par::Seq));
-        llt::inverse::inverse(inverse.as_mut(), self.lower.as_ref(), Par::Seq, MemStack::new(&mut memory));
+        for (first, end) in blocks(n, PANEL) {
+            let rows = self.inverse_factor.get(first..end, ..end);
+            triangular_matmul(
+                inverse.get_mut(..end, ..end),
+                BlockStructure::TriangularLower,
+                Accum::Add,
+                rows.transpose(),
+                BlockStructure::Rectangular,
+                rows,
+                BlockStructure::Rectangular,
+                weight,
+                Par::Seq,
+            );
+        }
         inverse
+    }
+
+    /// `L^-1 B`: columns whose squares sum to `b^T K^-1 b`.
+    pub(super) fn whiten(&self, right: MatRef<'_, f64>) -> Mat<f64> {
+        let mut white = Mat::zeros(right.nrows(), right.ncols());
+        for (first, end) in blocks(right.nrows(), PANEL) {
+            let rows = self.inverse_factor.get(first..end, ..end);
+            matmul(white.get_mut(first..end, ..), Accum::Replace, rows, right.get(..end, ..), 1.0, Par::Seq);
+        }
+        white
+    }
+
+    /// `L^-T W`: for whitened columns `W = L^-1 B` the solution `K^-1 B`.
+    pub(super) fn solve_whitened(&self, white: MatRef<'_, f64>) -> Mat<f64> {
+        let mut solution = Mat::zeros(white.nrows(), white.ncols());
+        for (first, end) in blocks(white.nrows(), PANEL) {
+            let rows = self.inverse_factor.get(first..end, ..end).transpose();
+            matmul(solution.get_mut(..end, ..), Accum::Add, rows, white.get(first..end, ..), 1.0, Par::Seq);
+        }
+        solution
     }
 
     /// `K^-1 B`.
     pub(super) fn solve(&self, right: MatRef<'_, f64>) -> Mat<f64> {
-        let mut solution = right.to_owned();
-        solve_lower_triangular_in_place(self.lower.as_ref(), solution.as_mut(), Par::Seq);
-        solve_upper_triangular_in_place(self.lower.transpose(), solution.as_mut(), Par::Seq);
-        solution
+        self.solve_whitened(self.whiten(right).as_ref())
     }
 
-    /// `|L^-1 b|^2 = b^T K^-1 b` of every column `b`.
-    pub(super) fn quadratic_forms(&self, mut columns: Mat<f64>) -> Vec<f64> {
-        solve_lower_triangular_in_place(self.lower.as_ref(), columns.as_mut(), Par::Seq);
-        (0..columns.ncols()).map(|j| columns.col(j).iter().map(|x| x * x).sum()).collect()
+    /// `b^T K^-1 b` of every column `b`.
+    pub(super) fn quadratic_forms(&self, columns: MatRef<'_, f64>) -> Vec<f64> {
+        let white = self.whiten(columns);
+        (0..white.ncols()).map(|j| dot(white.col_as_slice(j), white.col_as_slice(j))).collect()
+    }
+}
+
+/// First and end of every block of at most `size`.
+fn blocks(n: usize, size: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).step_by(size).map(move |first| (first, (first + size).min(n)))
+}
+
+/// Row operations that turn a matrix into its Cholesky factor and the unit matrix into that factor's inverse.
+struct Elimination {
+    /// The matrix, lower triangle; what is left of it stands right and below of the blocks that are done.
+    matrix: Mat<f64>,
+    /// Rows of `L^-1` as far as blocks are done, below them what the row operations have made of the unit matrix.
+    inverse: Mat<f64>,
+    log_determinant: f64,
+}
+
+impl Elimination {
+    fn of(matrix: Mat<f64>) -> Self {
+        let n = matrix.nrows();
+        Self { matrix, inverse: Mat::zeros(n, n), log_determinant: 0.0 }
+    }
+
+    fn finish(mut self) -> Option<PositiveDefinite> {
+        let n = self.matrix.nrows();
+        let mut memory =
+            MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(BLOCK, Par::Seq, Default::default()));
+        blocks(n, BLOCK).try_for_each(|(first, end)| self.eliminate(first, end, MemStack::new(&mut memory)))?;
+        let Self { inverse, log_determinant, .. } = self;
+        log_determinant.is_finite().then_some(PositiveDefinite { inverse_factor: inverse, log_determinant })
+    }
+
+    /// Does the columns `first .. end`; `None` where a pivot is not positive.
+    fn eliminate(&mut self, first: usize, end: usize, stack: &mut MemStack) -> Option<()> {
+        let n = self.matrix.nrows();
+        let block = self.matrix.get_mut(first..end, first..end);
+        llt::factor::cholesky_in_place(block, Default::default(), Par::Seq, stack, Default::default()).ok()?;
+        let block = self.matrix.get(first..end, first..end);
+        self.log_determinant += 2.0 * (0..end - first).map(|i| block[(i, i)].ln()).sum::<f64>();
+        let block_inverse = inverse_of_lower(block);
+        let done = &block_inverse * self.inverse.get(first..end, ..first);
+        self.inverse.get_mut(first..end, ..first).copy_from(&done);
+        self.inverse.get_mut(first..end, first..end).copy_from(&block_inverse);
+        if end == n {
+            return Some(());
+        }
+        let panel = self.matrix.get(end.., first..end) * block_inverse.transpose();
+        triangular_matmul(
+            self.matrix.get_mut(end.., end..),
+            BlockStructure::TriangularLower,
+            Accum::Add,
+            panel.as_ref(),
+            BlockStructure::Rectangular,
+            panel.transpose(),
+            BlockStructure::Rectangular,
+            -1.0,
+            Par::Seq,
+        );
+        let (above, below) = self.inverse.split_at_row_mut(end);
+        let done = above.as_ref().get(first..end, ..end);
+        matmul(below.get_mut(.., ..end), Accum::Add, panel.as_ref(), done, -1.0, Par::Seq);
+        Some(())
+    }
+}
+
+/// The inverse of a small lower triangular matrix, zero above the diagonal.
+fn inverse_of_lower(lower: MatRef<'_, f64>) -> Mat<f64> {
+    let lower = lower.to_owned();
+    let mut inverse = Mat::identity(lower.nrows(), lower.nrows());
+    dispatch(ForwardSubstitution { lower: &lower, columns: &mut inverse });
+    inverse
+}
+
+struct ForwardSubstitution<'a> {
+    lower: &'a Mat<f64>,
+    /// The unit matrix, to become the inverse.
+    columns: &'a mut Mat<f64>,
+}
+
+impl Loop for ForwardSubstitution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let n = self.lower.nrows();
+        for j in 0..n {
+            let column = self.columns.col_as_slice_mut(j);
+            for i in j..n {
+                let of_lower = &self.lower.col_as_slice(i)[i..];
+                let value = column[i] / of_lower[0];
+                column[i] = value;
+                add_scaled(&mut column[i + 1..], -value, &of_lower[1..]);
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use faer::linalg::solvers::DenseSolveCore;
+
     use super::*;
 
-    fn example() -> Mat<f64> {
-        Mat::from_fn(3, 3, |i, j| [[4.0, 2.0, 0.6], [2.0, 3.0, 0.4], [0.6, 0.4, 2.0]][i][j])
+    /// A kernel matrix of points on a line, with a ridge.
+    fn example(n: usize) -> Mat<f64> {
+        Mat::from_fn(n, n, |i, j| (-0.02 * (i as f64 - j as f64).powi(2)).exp() + if i == j { 0.05 } else { 0.0 })
+    }
+
+    fn greatest_difference(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+        let pairs = (0..a.ncols()).flat_map(|j| (0..a.nrows()).map(move |i| (i, j)));
+        pairs.map(|(i, j)| (a[(i, j)] - b[(i, j)]).abs()).fold(0.0, f64::max)
     }
 
     #[test]
-    fn inverse_solution_and_quadratic_form_agree_with_the_matrix() {
-        let matrix = example();
-        let factor = PositiveDefinite::factor(matrix.as_ref()).unwrap();
-        let mut inverse = factor.inverse_lower();
-        for i in 0..3 {
-            for j in i + 1..3 {
-                inverse[(i, j)] = inverse[(j, i)];
+    fn inverse_solution_and_quadratic_forms_agree_with_another_decomposition_for_any_number_of_blocks() {
+        for n in [1, 2, 7, BLOCK, BLOCK + 1, PANEL + 5, 2 * PANEL, 3 * BLOCK + 1] {
+            let matrix = example(n);
+            let expected = matrix.partial_piv_lu().inverse();
+            let factor = PositiveDefinite::factor(matrix.as_ref(), 0.0).unwrap();
+            let mut inverse = factor.inverse_lower(1.0);
+            for j in 0..n {
+                assert!((0..j).all(|i| inverse[(i, j)] == 0.0));
+                (0..j).for_each(|i| inverse[(i, j)] = inverse[(j, i)]);
+            }
+            assert!(greatest_difference(&inverse, &expected) < 1e-11, "{n}");
+            let right = Mat::from_fn(n, 3, |i, j| ((i * (j + 1)) as f64 * 0.7).sin());
+            let solution = factor.solve(right.as_ref());
+            assert!(greatest_difference(&solution, &(&expected * &right)) < 1e-11, "{n}");
+            for (j, form) in factor.quadratic_forms(right.as_ref()).iter().enumerate() {
+                let by_hand: f64 = (0..n).map(|i| right[(i, j)] * solution[(i, j)]).sum();
+                assert!((form - by_hand).abs() < 1e-11, "{n}");
             }
         }
-        let identity = &matrix * &inverse;
-        let right = Mat::from_fn(3, 2, |i, j| (i + 2 * j) as f64 - 1.0);
-        let solution = factor.solve(right.as_ref());
-        for i in 0..3 {
-            for j in 0..3 {
-                assert!((identity[(i, j)] - f64::from(u8::from(i == j))).abs() < 1e-14);
-            }
-        }
-        let back = &matrix * &solution;
-        assert!((0..3).all(|i| (0..2).all(|j| (back[(i, j)] - right[(i, j)]).abs() < 1e-13)));
-        let forms = factor.quadratic_forms(right.clone());
-        for (j, form) in forms.iter().enumerate() {
-            let expected: f64 = (0..3).map(|i| right[(i, j)] * solution[(i, j)]).sum();
-            assert!((form - expected).abs() < 1e-13);
-        }
+    }
+
+    #[test]
+    fn a_ridge_is_as_if_it_stood_in_the_matrix() {
+        let matrix = example(60);
+        let ridged = Mat::from_fn(60, 60, |i, j| matrix[(i, j)] + if i == j { 0.25 } else { 0.0 });
+        let (a, b) = (PositiveDefinite::factor(matrix.as_ref(), 0.25), PositiveDefinite::factor(ridged.as_ref(), 0.0));
+        assert_eq!(a.unwrap().log_determinant(), b.unwrap().log_determinant());
     }
 
     #[test]
     fn log_determinant_is_that_of_the_expansion_by_hand() {
+        let matrix = Mat::from_fn(3, 3, |i, j| [[4.0, 2.0, 0.6], [2.0, 3.0, 0.4], [0.6, 0.4, 2.0]][i][j]);
         let by_hand: f64 = 4.0 * (3.0 * 2.0 - 0.16) - 2.0 * (2.0 * 2.0 - 0.4 * 0.6) + 0.6 * (2.0 * 0.4 - 3.0 * 0.6);
-        let factor = PositiveDefinite::factor(example().as_ref()).unwrap();
+        let factor = PositiveDefinite::factor(matrix.as_ref(), 0.0).unwrap();
         assert!((factor.log_determinant() - by_hand.ln()).abs() < 1e-13);
     }
 
     #[test]
     fn a_singular_matrix_is_factored_with_jitter_and_an_indefinite_one_refused() {
-        assert!(PositiveDefinite::factor(Mat::from_fn(2, 2, |_, _| 1.0).as_ref()).is_some());
-        assert!(PositiveDefinite::factor(Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 3.0 }).as_ref()).is_none());
-        assert!(PositiveDefinite::factor(Mat::from_fn(2, 2, |_, _| f64::NAN).as_ref()).is_none());
+        let factor = |n: usize, value: &dyn Fn(usize, usize) -> f64| {
+            PositiveDefinite::factor(Mat::from_fn(n, n, value).as_ref(), 0.0)
+        };
+        for n in [2, BLOCK + 2] {
+            assert!(factor(n, &|_, _| 1.0).is_some());
+            assert!(factor(n, &|i, j| if i == j { 1.0 } else { 3.0 }).is_none());
+            assert!(factor(n, &|_, _| f64::NAN).is_none());
+            // finite on the diagonal, but not where only the second block looks
+            assert!(
+                factor(n, &|i, j| if i == j {
+                    1.0
+                } else if i + 1 == n || j + 1 == n {
+                    f64::NAN
+                } else {
+                    0.0
+                })
+                .is_none()
+            );
+        }
     }
 }

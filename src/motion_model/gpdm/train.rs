@@ -187,13 +187,11 @@ fn descend(
 /// `w_d^2 = N / (x_d^T K_X^-1 x_d + kappa^-2)`: where the loss is least for given latents.
 fn closed_form_scales(centred: MatRef<'_, f64>, parameters: &Parameters) -> Result<Vec<f64>, GpdmError> {
     let z = parameters.latents.as_ref();
-    let mut covariance = parameters.map.cross(z, z);
-    for i in 0..covariance.nrows() {
-        covariance[(i, i)] += 1.0 / parameters.map.noise_precision;
-    }
-    let factor = PositiveDefinite::factor(covariance.as_ref()).ok_or(GpdmError::Singular)?;
+    let covariance = parameters.map.cross(z, z);
+    let ridge = 1.0 / parameters.map.noise_precision;
+    let factor = PositiveDefinite::factor(covariance.as_ref(), ridge).ok_or(GpdmError::Singular)?;
     let frames = centred.nrows() as f64;
-    let forms = factor.quadratic_forms(centred.to_owned());
+    let forms = factor.quadratic_forms(centred);
     Ok(forms.into_iter().map(|form| (frames / (form + 1.0 / SCALE_PRIOR_VARIANCE)).sqrt()).collect())
 }
 

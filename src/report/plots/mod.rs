@@ -1,14 +1,16 @@
-//! Plots as SVG: lines with bands, and bars.
+//! Plots as SVG: lines with bands, bars, and paths through a plane.
 //!
 //! Colours are CSS variables with a fallback, so that a plot inside a page follows the page's light or dark theme
 //! ([`css_variables`]) and a plot in a file of its own brings its theme along ([`Svg::standalone`]).
 
 mod bars;
 mod lines;
+mod paths;
 mod style;
 
 pub use bars::{Bar, BarGroup, BarPlot};
 pub use lines::{Line, LinePlot};
+pub use paths::{Path, PathPanel, PathPlot};
 pub use style::{Colour, Stroke, Svg, css_variables};
 
 /// Size of a plot in CSS pixels.

@@ -1,10 +1,11 @@
-//! `skiagraph inspect`: what a model file holds, in numbers.
+//! What a model file holds, in numbers.
 
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::{ExperimentError, LearnedModel, ModelFacts};
+use super::super::{ExperimentError, LearnedModel, ModelFacts};
+use super::INSPECT_SCHEMA;
 use crate::motion_model::gpdm_graph::{Candidate, Segment};
 
 /// A model in numbers.
@@ -12,6 +13,8 @@ use crate::motion_model::gpdm_graph::{Candidate, Segment};
 pub struct ModelSummary {
     /// `skiagraph.inspect/1`.
     pub schema: &'static str,
+    /// `model`.
+    pub what: &'static str,
     /// What it was learned from and how.
     pub facts: ModelFacts,
     /// The models, in the order of the training frames.
@@ -66,44 +69,49 @@ impl Spread {
     }
 }
 
-/// Reads a model and sums it up; beside it, where one is given, another model of the same motions.
+impl ModelSummary {
+    /// Of a model and, where one is given, another of the same motions.
+    pub(super) fn of(model: &LearnedModel, other: Option<&LearnedModel>) -> Self {
+        let error = all_errors(model);
+        let graph = &model.graph;
+        let of = |s: &Segment| OneModel {
+            motion: s.range.motion,
+            first: s.range.first,
+            frames: s.errors.len(),
+            reconstruction_error_rad2: Spread::of(s.errors.iter().copied()),
+        };
+        let pairs = |c: &Candidate| graph.candidates.iter().filter(|other| other.segment != c.segment).count();
+        let against = |other: &LearnedModel| {
+            let of_other = all_errors(other);
+            Against { kind: other.facts.kind(), reconstruction_error_rad2: of_other, ratio: error.mean / of_other.mean }
+        };
+        Self {
+            schema: INSPECT_SCHEMA,
+            what: "model",
+            facts: model.facts.clone(),
+            models: graph.segments.iter().map(of).collect(),
+            candidates: graph.candidates.len(),
+            inter_transitions: graph.candidates.iter().map(pairs).sum(),
+            reconstruction_error_rad2: error,
+            against: other.map(against),
+        }
+    }
+}
+
+/// Reads another model of the same motions.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the file where it is no whole model, or where the other learned other motions.
-pub fn inspect_model(path: &Path, against: Option<&Path>) -> Result<ModelSummary, ExperimentError> {
-    let model = LearnedModel::read(path)?;
-    let error = all_errors(&model);
-    let against = against.map(|other| held_against(&model, error.mean, other)).transpose()?;
-    let graph = &model.graph;
-    let of = |s: &Segment| OneModel {
-        motion: s.range.motion,
-        first: s.range.first,
-        frames: s.errors.len(),
-        reconstruction_error_rad2: Spread::of(s.errors.iter().copied()),
-    };
-    let pairs = |c: &Candidate| graph.candidates.iter().filter(|other| other.segment != c.segment).count();
-    Ok(ModelSummary {
-        schema: "skiagraph.inspect/1",
-        models: graph.segments.iter().map(of).collect(),
-        candidates: graph.candidates.len(),
-        inter_transitions: graph.candidates.iter().map(pairs).sum(),
-        reconstruction_error_rad2: error,
-        against,
-        facts: model.facts,
-    })
-}
-
-fn all_errors(model: &LearnedModel) -> Spread {
-    Spread::of(model.graph.segments.iter().flat_map(|s| s.errors.iter().copied()))
-}
-
-fn held_against(model: &LearnedModel, mean: f64, path: &Path) -> Result<Against, ExperimentError> {
+/// [`ExperimentError`] that names the file where it is no whole model, or learned other motions.
+pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedModel, ExperimentError> {
     let other = LearnedModel::read(path)?;
     other.check_fits(path, &model.body, model.facts.frames_per_second)?;
     if other.facts.learned_from != model.facts.learned_from {
         let detail = "learned from other motions; only models of the same motions can be held against each other";
         return Err(ExperimentError::Malformed { path: path.to_owned(), detail: detail.to_owned() });
     }
-    let error = all_errors(&other);
-    Ok(Against { kind: other.facts.kind(), reconstruction_error_rad2: error, ratio: mean / error.mean })
+    Ok(other)
+}
+
+fn all_errors(model: &LearnedModel) -> Spread {
+    Spread::of(model.graph.segments.iter().flat_map(|s| s.errors.iter().copied()))
 }

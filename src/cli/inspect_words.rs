@@ -1,0 +1,121 @@
+//! What `skiagraph inspect` says to people.
+
+use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary};
+
+pub(super) fn in_words(name: &str, found: &Inspected) -> String {
+    match found {
+        Inspected::Model(model) => of_model(name, model),
+        Inspected::Clip(clip) => of_clip(name, clip),
+        Inspected::Robot(robot) => of_robot(name, robot),
+        Inspected::Set(set) => of_set(name, set),
+    }
+}
+
+fn of_model(name: &str, s: &ModelSummary) -> String {
+    let facts = &s.facts;
+    let mut text = format!(
+        "{name}: {}, {} models, {} candidates, {} inter-transitions\n  robot    {}\n  rate     {} Hz",
+        facts.kind(),
+        s.models.len(),
+        s.candidates,
+        s.inter_transitions,
+        facts.robot.name,
+        facts.frames_per_second,
+    );
+    for from in &facts.learned_from {
+        text.push_str(&format!("\n  learned  {}, {} frames", from.clip, from.frames));
+    }
+    let error = &s.reconstruction_error_rad2;
+    text.push_str(&format!(
+        "\n  error    mean {:.4} rad^2, max {:.4} rad^2 between recording and simulation",
+        error.mean, error.max
+    ));
+    if let Some(other) = &s.against {
+        let (kind, mean) = (other.kind, other.reconstruction_error_rad2.mean);
+        let share = 100.0 * other.ratio;
+        text.push_str(&format!("\n  against  {kind}: mean {mean:.4} rad^2; this is {share:.1} % of it"));
+    }
+    text.push_str("\n\n  model  motion  first  frames  mean rad^2  max rad^2");
+    for (index, model) in s.models.iter().enumerate() {
+        let error = &model.reconstruction_error_rad2;
+        text.push_str(&format!(
+            "\n  {index:>5}  {:>6}  {:>5}  {:>6}  {:>10.4}  {:>9.4}",
+            model.motion, model.first, model.frames, error.mean, error.max
+        ));
+    }
+    text
+}
+
+fn of_clip(name: &str, s: &ClipSummary) -> String {
+    let root = s.joints.first().map_or("", |(joint, _)| joint.as_str());
+    let mut text = format!(
+        "{name}: recording of {} frames at {} Hz, {:.2} s{}\n  skeleton {} joints, root {root}\n  height   {:.2} m\n  \
+         path     {:.2} m along the ground",
+        s.frames,
+        s.frames_per_second,
+        s.duration_s,
+        if s.cyclic { ", one cycle" } else { "" },
+        s.joints.len(),
+        s.height_m,
+        s.path_m,
+    );
+    push_notes(&mut text, &s.notes);
+    text
+}
+
+fn of_robot(name: &str, s: &RobotSummary) -> String {
+    let ([fleshed, links], [moving, joints]) = (s.links, s.joints);
+    let mut text = format!(
+        "{name}: robot {}\n  links    {links}, {fleshed} of them with flesh\n  joints   {joints}, {moving} of them move\n  \
+         freedom  {} joint angles and the root's 6\n  mass     {:.2} kg\n  height   {:.2} m between the lowest and the highest joint",
+        s.name,
+        s.degrees_of_freedom.len(),
+        s.mass_kg,
+        s.height_m,
+    );
+    if !s.missing_markers.is_empty() {
+        text.push_str(&format!("\n  markers  none for {}", s.missing_markers.join(", ")));
+    }
+    push_notes(&mut text, &s.notes);
+    let width = s.degrees_of_freedom.iter().map(|dof| dof.name.len()).max().unwrap_or(0).max("angle".len());
+    text.push_str(&format!("\n\n  {:<width$}    lower    upper  velocity   effort", "angle"));
+    let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.3}"));
+    for DegreeSummary { name, lower, upper, max_velocity, max_effort } in &s.degrees_of_freedom {
+        let [lower, upper, velocity, effort] = [*lower, *upper, *max_velocity, *max_effort].map(shown);
+        text.push_str(&format!("\n  {name:<width$}  {lower:>7}  {upper:>7}  {velocity:>8}  {effort:>7}"));
+    }
+    text
+}
+
+fn of_set(name: &str, s: &SetSummary) -> String {
+    let bodies = match (s.matched, s.mismatch.as_str()) {
+        (true, _) => "matched: tracker and actor have one body".to_owned(),
+        (false, "") => format!("actor {}, tracker {}", s.actor, s.tracker_body),
+        (false, how) => format!("actor {}, tracker {}; {how}", s.actor, s.tracker_body),
+    };
+    let training = if s.training_of_the_test { "the test's own motion" } else { "other motion" };
+    let hashes = s.fault.as_ref().map_or_else(|| "all as listed".to_owned(), |fault| format!("BROKEN: {fault}"));
+    let mut text = format!(
+        "{name}: benchmark set {}, {} frames at {} Hz\n  motion   {}\n  bodies   {bodies}\n  training {} frames, {training}\n  \
+         layers   {}\n  set hash {}\n  files    {hashes}\n",
+        s.name,
+        s.frames,
+        s.frames_per_second,
+        s.motion,
+        s.training_frames,
+        if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
+        s.set_hash,
+    );
+    for camera in &s.cameras {
+        let [width, height] = camera.size_px;
+        let lens = if camera.distorts { "lens with distortion" } else { "ideal lens" };
+        text.push_str(&format!("\n  camera   {}, {width}x{height}, {lens}", camera.name));
+    }
+    text
+}
+
+fn push_notes(text: &mut String, notes: &[String]) {
+    for note in notes {
+        text.push_str(&format!("\n  note     {note}"));
+    }
+}

@@ -1,0 +1,114 @@
+//! `skiagraph inspect`: what a file or directory holds, whichever kind of ours it is.
+
+mod clip;
+mod model;
+mod model_page;
+mod robot;
+mod set;
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::partial_file::put;
+use super::{EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
+use crate::body::SHIPPED_ROBOTS;
+
+pub use clip::ClipSummary;
+pub use model::{Against, ModelSummary, OneModel, Spread};
+pub use robot::{DegreeSummary, RobotSummary};
+pub use set::{CameraSummary, SetSummary};
+
+const INSPECT_SCHEMA: &str = "skiagraph.inspect/1";
+
+/// What was looked at.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Inspected {
+    /// A motion model.
+    Model(Box<ModelSummary>),
+    /// A recording.
+    Clip(ClipSummary),
+    /// A robot.
+    Robot(RobotSummary),
+    /// A benchmark set.
+    Set(SetSummary),
+}
+
+/// The kinds of things that can be looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Model,
+    Clip,
+    Robot,
+    Set,
+}
+
+/// Looks at what `name` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held `against`
+/// another of the same motions, and have its pictures written to `page`.
+///
+/// # Errors
+/// [`ExperimentError`] that names what cannot be read or is nothing of ours.
+pub fn inspect(name: &str, against: Option<&Path>, page: Option<&Path>) -> Result<Inspected, ExperimentError> {
+    let path = Path::new(name);
+    let kind = kind_of(name, path)?;
+    if kind != Kind::Model {
+        let of_models = [("--against", against.is_some()), ("--out", page.is_some())];
+        if let Some((argument, _)) = of_models.into_iter().find(|(_, given)| *given) {
+            let detail = format!("is for models of skiagraph train, and {name} is none");
+            return Err(ExperimentError::Argument { argument, detail });
+        }
+    }
+    Ok(match kind {
+        Kind::Clip => Inspected::Clip(ClipSummary::of(&clip_file::read_whole(name)?)),
+        Kind::Robot => Inspected::Robot(RobotSummary::of(name, &robot::read(name, path)?)),
+        Kind::Set => Inspected::Set(SetSummary::read(path)?),
+        Kind::Model => {
+            let model = LearnedModel::read(path)?;
+            let other = against.map(|other| model::read_other(other, &model)).transpose()?;
+            if let Some(page) = page {
+                let html = model_page::html(path, &model, against.zip(other.as_ref()))?;
+                put(page, html.as_bytes())?;
+            }
+            Inspected::Model(Box::new(ModelSummary::of(&model, other.as_ref())))
+        }
+    })
+}
+
+fn kind_of(name: &str, path: &Path) -> Result<Kind, ExperimentError> {
+    if name.starts_with("embedded:") {
+        return Ok(Kind::Clip);
+    }
+    if path.is_dir() {
+        return Ok(Kind::Set);
+    }
+    if SHIPPED_ROBOTS.iter().any(|(known, _)| *known == name) && !path.exists() {
+        return Ok(Kind::Robot);
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("bvh" | "amc" | "asf" | "txt") => return Ok(Kind::Clip),
+        Some("urdf" | "xml") => return Ok(Kind::Robot),
+        Some("model") => return Ok(Kind::Model),
+        _ => {}
+    }
+    // models may have any name; all of them are archives
+    if starts_with(path, b"PK")? {
+        return Ok(Kind::Model);
+    }
+    let clips = EMBEDDED_CLIPS.map(|(name, _)| format!("embedded:{name}")).join(", ");
+    let robots = SHIPPED_ROBOTS.map(|(name, _)| name).join(", ");
+    let detail = format!(
+        "expected a model of skiagraph train, a recording (.bvh, .amc, DeepMimic .txt, {clips}), a robot (.urdf, {robots}) or a \
+         benchmark set's directory"
+    );
+    Err(ExperimentError::Malformed { path: path.to_owned(), detail })
+}
+
+fn starts_with(path: &Path, wanted: &[u8; 2]) -> Result<bool, ExperimentError> {
+    use std::io::Read;
+    let mut found = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(2).read_to_end(&mut found));
+    read.map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })?;
+    Ok(found == wanted)
+}

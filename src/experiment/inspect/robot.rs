@@ -1,0 +1,86 @@
+//! What a robot is.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::INSPECT_SCHEMA;
+use crate::body::{Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
+
+/// A robot in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RobotSummary {
+    /// `skiagraph.inspect/1`.
+    pub schema: &'static str,
+    /// `robot`.
+    pub what: &'static str,
+    /// The robot's name as its URDF says.
+    pub name: String,
+    /// Where it was read from.
+    pub from: String,
+    /// Links with flesh over all links.
+    pub links: [usize; 2],
+    /// Joints that move over all joints.
+    pub joints: [usize; 2],
+    /// The numbers that a pose holds beside the root.
+    pub degrees_of_freedom: Vec<DegreeSummary>,
+    /// Mass of all links.
+    pub mass_kg: f64,
+    /// Height of the box around all links' origins in the zero pose; flesh not counted.
+    pub height_m: f64,
+    /// Body markers that it has no place for.
+    pub missing_markers: Vec<&'static str>,
+    /// What a user should know: limits that were assumed, joints that are locked.
+    pub notes: Vec<String>,
+}
+
+/// One number of a pose.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DegreeSummary {
+    /// Its name.
+    pub name: String,
+    /// Lowest value, radians or metres; `None` where unlimited.
+    pub lower: Option<f64>,
+    /// Highest value; `None` where unlimited.
+    pub upper: Option<f64>,
+    /// Greatest speed, rad/s or m/s; `None` where the file does not say.
+    pub max_velocity: Option<f64>,
+    /// Greatest effort, N m or N; `None` where the file does not say.
+    pub max_effort: Option<f64>,
+}
+
+/// A robot that ships, or one from a file.
+pub(super) fn read(name: &str, path: &Path) -> Result<Humanoid, UrdfError> {
+    if path.exists() { Humanoid::load(path) } else { shipped(name) }
+}
+
+impl RobotSummary {
+    pub(super) fn of(from: &str, body: &Humanoid) -> Self {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let heights = || body.link_frames(&body.zero_pose()).0.into_iter().map(|f| f.translation.vector.z);
+        let markers = LANDMARKS.iter().zip(&body.markers).filter(|(_, place)| place.is_none());
+        Self {
+            schema: INSPECT_SCHEMA,
+            what: "robot",
+            name: body.name.clone(),
+            from: from.to_owned(),
+            links: [body.links.iter().filter(|link| !link.flesh.is_empty()).count(), body.links.len()],
+            joints: [body.joints.iter().filter(|j| j.kind != JointKind::Fixed).count(), body.joints.len()],
+            degrees_of_freedom: body
+                .degrees_of_freedom
+                .iter()
+                .map(|dof| DegreeSummary {
+                    name: dof.name.clone(),
+                    lower: finite(dof.lower),
+                    upper: finite(dof.upper),
+                    max_velocity: finite(dof.max_velocity),
+                    max_effort: finite(dof.max_effort),
+                })
+                .collect(),
+            mass_kg: body.total_mass(),
+            height_m: heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min),
+            missing_markers: markers.map(|(landmark, _)| landmark.name()).collect(),
+            notes: body.notes.clone(),
+        }
+    }
+}

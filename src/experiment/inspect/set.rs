@@ -1,0 +1,94 @@
+//! What a benchmark set holds, and whether it is whole.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::super::ExperimentError;
+use super::INSPECT_SCHEMA;
+use crate::benchmark_set::{BenchmarkSet, layer_channels, verify_hashes};
+
+/// A set in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SetSummary {
+    /// `skiagraph.inspect/1`.
+    pub schema: &'static str,
+    /// `set`.
+    pub what: &'static str,
+    /// Its name.
+    pub name: String,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// Its cameras.
+    pub cameras: Vec<CameraSummary>,
+    /// Channels of the truth images, where there are any.
+    pub layers: Vec<String>,
+    /// The actor's robot.
+    pub actor: String,
+    /// The tracker's robot.
+    pub tracker_body: String,
+    /// Whether they are one body.
+    pub matched: bool,
+    /// How they differ, in words.
+    pub mismatch: String,
+    /// Where the motion came from.
+    pub motion: String,
+    /// Frames of training motion on the blind side.
+    pub training_frames: usize,
+    /// Whether that training is the test's own motion.
+    pub training_of_the_test: bool,
+    /// SHA-256 of the list of files, which names the set.
+    pub set_hash: String,
+    /// Whether every file is there, unchanged, and none is there that is not listed.
+    pub hashes_ok: bool,
+    /// The first file that is not, and what is wrong with it.
+    pub fault: Option<String>,
+}
+
+/// One camera.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CameraSummary {
+    /// Its name.
+    pub name: String,
+    /// Width and height of its images.
+    pub size_px: [u32; 2],
+    /// Whether its lens distorts.
+    pub distorts: bool,
+}
+
+impl SetSummary {
+    /// Reads both sides of a set and checks every file's hash.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] where the set cannot be read so far as to say what it is.
+    pub(super) fn read(directory: &Path) -> Result<Self, ExperimentError> {
+        let BenchmarkSet { blind, truth } = BenchmarkSet::read(directory)?;
+        let fault = verify_hashes(directory).err().map(|error| error.to_string());
+        let camera = |camera: &crate::camera::Camera| CameraSummary {
+            name: camera.name.clone(),
+            size_px: [camera.pinhole.width, camera.pinhole.height],
+            distorts: camera.distortion.coefficients() != [0.0; 5],
+        };
+        Ok(Self {
+            schema: INSPECT_SCHEMA,
+            what: "set",
+            name: blind.name.clone(),
+            frames: blind.frame_count,
+            frames_per_second: blind.frames_per_second,
+            cameras: blind.rig.cameras.iter().map(camera).collect(),
+            layers: layer_channels(directory)?,
+            actor: truth.ground_truth.actor.name.clone(),
+            tracker_body: blind.start.body.name.clone(),
+            matched: truth.facts.matched,
+            mismatch: truth.facts.mismatch.clone(),
+            motion: truth.facts.motion.clone(),
+            training_frames: blind.start.training.frames(),
+            training_of_the_test: blind.start.training.of_the_test,
+            set_hash: blind.set_hash.clone(),
+            hashes_ok: fault.is_none(),
+            fault,
+        })
+    }
+}

@@ -1,0 +1,235 @@
+//! One page on what a motion model has learned.
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior, Value};
+use serde::Serialize;
+
+use super::model_distances::{CandidateFrame, FrameDistances, all_shown, draw};
+use super::model_figures::{self, Drawing};
+use super::page::style;
+use super::{FactGroup, ReportError};
+
+const TEMPLATE: &str = include_str!("model_page.html");
+
+/// Points of a latent space, each of as many coordinates as it has dimensions, the principal axis first.
+pub type LatentPath = Vec<Vec<f64>>;
+
+/// What the page shows.
+#[derive(Clone, Debug)]
+pub struct ModelPageInput<'a> {
+    /// The model's name.
+    pub title: &'a str,
+    /// What kind of model it is and of what, each a few words.
+    pub chips: Vec<String>,
+    /// The models in the order of the training frames, at least one.
+    pub models: Vec<OneModel>,
+    /// The bound that segments were grown to keep, rad^2; `None` where there was none.
+    pub threshold: Option<f64>,
+    /// Another model of the same motions.
+    pub against: Option<OtherModel>,
+    /// Distances between training frames.
+    pub distances: FrameDistances,
+    /// Where particles may change models.
+    pub candidates: Vec<CandidateFrame>,
+    /// What else a reader should know.
+    pub facts: Vec<FactGroup>,
+}
+
+/// One learned GPDM.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OneModel {
+    /// Its first training frame, counted over all recordings.
+    pub start: usize,
+    /// The recording that it was learned from.
+    pub recording: String,
+    /// Its first frame in that recording, from 0.
+    pub first: usize,
+    /// Learned latents, one a frame.
+    pub learned: LatentPath,
+    /// Mean prediction from the first learned latent on, in the same axes.
+    pub predicted: LatentPath,
+    /// Distance between recording and simulation, one a frame, rad^2.
+    pub errors: Vec<f64>,
+}
+
+/// The model that this one is held against.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherModel {
+    /// What to call it.
+    pub name: String,
+    /// Distance between recording and simulation over the same frames, rad^2.
+    pub errors: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct Page<'a> {
+    style: String,
+    title: &'a str,
+    chips: &'a [String],
+    headlines: Vec<Headline>,
+    errors: Drawing,
+    against: Option<&'a str>,
+    has_threshold: bool,
+    models: Vec<ModelOnPage<'a>>,
+    distances: String,
+    candidates: usize,
+    all_crosses: bool,
+    several: bool,
+    facts: &'a [FactGroup],
+}
+
+#[derive(Serialize)]
+struct Headline {
+    value: String,
+    unit: &'static str,
+    meaning: &'static str,
+}
+
+#[derive(Serialize)]
+struct ModelOnPage<'a> {
+    number: usize,
+    recording: &'a str,
+    first: usize,
+    last: usize,
+    frames: usize,
+    mean: String,
+    greatest: String,
+    latents: Drawing,
+}
+
+/// The page: HTML with its plots inside, no network needed.
+///
+/// # Errors
+/// [`ReportError`] without a model, or where a plot or picture cannot be drawn.
+pub fn model_page(input: &ModelPageInput<'_>) -> Result<String, ReportError> {
+    if input.models.is_empty() {
+        return Err(ReportError::NoRun);
+    }
+    let starts: Vec<usize> = input.models.iter().map(|m| m.start).collect();
+    let page = Page {
+        style: style(),
+        title: input.title,
+        chips: &input.chips,
+        headlines: headlines(input),
+        errors: model_figures::errors(input)?,
+        against: input.against.as_ref().map(|other| other.name.as_str()),
+        has_threshold: input.threshold.is_some(),
+        models: input.models.iter().enumerate().map(|(i, m)| on_page(i, m)).collect::<Result<_, _>>()?,
+        distances: draw(&input.distances, &input.candidates, &starts)?,
+        candidates: input.candidates.len(),
+        all_crosses: all_shown(&input.candidates),
+        several: input.models.len() > 1,
+        facts: &input.facts,
+    };
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.add_template("model_page.html", TEMPLATE)?;
+    Ok(environment.get_template("model_page.html")?.render(Value::from(Serde(&page)))?)
+}
+
+fn on_page(index: usize, model: &OneModel) -> Result<ModelOnPage<'_>, ReportError> {
+    let frames = model.errors.len();
+    let [mean, greatest] = mean_and_greatest(&model.errors).map(rad2);
+    Ok(ModelOnPage {
+        number: index + 1,
+        recording: &model.recording,
+        first: model.first + 1,
+        last: model.first + frames,
+        frames,
+        mean,
+        greatest,
+        latents: model_figures::latents(index, model)?,
+    })
+}
+
+fn headlines(input: &ModelPageInput<'_>) -> Vec<Headline> {
+    let all: Vec<f64> = input.models.iter().flat_map(|m| m.errors.iter().copied()).collect();
+    let [mean, greatest] = mean_and_greatest(&all);
+    let headline = |value: String, unit, meaning| Headline { value, unit, meaning };
+    let mut headlines = vec![
+        headline(rad2(mean), "rad\u{b2}", "mean distance between recording and simulation, summed over the joints"),
+        headline(rad2(greatest), "rad\u{b2}", "greatest distance of a frame"),
+        headline(input.models.len().to_string(), "", "models"),
+        headline(input.candidates.len().to_string(), "", "moments at which particles may change models"),
+    ];
+    if let Some(other) = &input.against {
+        let [of_other, _] = mean_and_greatest(&other.errors);
+        let share = format!("{:.1}", 100.0 * mean / of_other);
+        headlines.insert(1, headline(share, "%", "of the mean error of the model it is held against"));
+    }
+    headlines
+}
+
+fn mean_and_greatest(errors: &[f64]) -> [f64; 2] {
+    [errors.iter().sum::<f64>() / errors.len().max(1) as f64, errors.iter().copied().fold(0.0, f64::max)]
+}
+
+/// Three digits that count.
+fn rad2(value: f64) -> String {
+    if value >= 1.0 { format!("{value:.2}") } else { format!("{value:.4}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn input(models: usize) -> ModelPageInput<'static> {
+        let one = |index: usize| {
+            let angle = |t: usize| 0.2 * (t + 30 * index) as f64;
+            OneModel {
+                start: 30 * index,
+                recording: "walk <1>".to_owned(),
+                first: 30 * index,
+                learned: (0..30).map(|t| vec![angle(t).sin(), angle(t).cos(), 0.3 * angle(t)]).collect(),
+                predicted: (0..30).map(|t| vec![angle(t).sin(), angle(t).cos(), 0.25 * angle(t)]).collect(),
+                errors: (0..30).map(|t| 0.01 * t as f64).collect(),
+            }
+        };
+        let edge = 30 * models;
+        let far = |i: usize, j: usize| (i as f32 * 0.1 - j as f32 * 0.1).abs();
+        ModelPageInput {
+            title: "walk & run.model",
+            chips: vec!["gpdm-graph".to_owned()],
+            models: (0..models).map(one).collect(),
+            threshold: Some(1.0),
+            against: None,
+            distances: FrameDistances {
+                step: 1,
+                frames: edge,
+                values: (0..edge * edge).map(|k| far(k / edge, k % edge)).collect(),
+            },
+            candidates: (0..models).map(|model| CandidateFrame { frame: 30 * model + 9, model }).collect(),
+            facts: vec![],
+        }
+    }
+
+    /// Set `SKIAGRAPH_MODEL_PAGE` to a path to look at the page in a browser.
+    #[test]
+    fn a_page_shows_every_model_and_needs_no_network() {
+        let mut input = input(3);
+        input.against = Some(OtherModel { name: "single.model".to_owned(), errors: vec![0.29; 90] });
+        let html = model_page(&input).unwrap();
+        if let Some(path) = std::env::var_os("SKIAGRAPH_MODEL_PAGE") {
+            std::fs::write(path, &html).unwrap();
+        }
+        assert!(html.contains("walk &amp; run.model") && html.contains("walk &lt;1&gt;") && !html.contains("<1>"));
+        assert!((1..=3).all(|k| html.contains(&format!("id=\"model-{k}\""))));
+        assert!(html.contains("50.0<small>%"), "0.145 of 0.29");
+        let outside = html.replace("http://www.w3.org/2000/svg", "");
+        assert!(["http:", "https:", "src=", "@import", "<link"].iter().all(|r| !outside.contains(r)));
+    }
+
+    #[test]
+    fn a_model_of_one_dimension_and_one_alone_have_their_page_and_none_is_refused() {
+        let mut flat = input(1);
+        let OneModel { learned, predicted, .. } = &mut flat.models[0];
+        learned.iter_mut().chain(predicted).for_each(|z| z.truncate(1));
+        flat.threshold = None;
+        flat.candidates.clear();
+        let html = model_page(&flat).unwrap();
+        assert!(html.contains("No such moments") && !html.contains(">TH<"));
+        assert!(model_page(&input(0)).is_err());
+    }
+}

@@ -1,0 +1,80 @@
+//! `skiagraph inspect`: what models, recordings, robots and sets hold, and a clear word on anything else.
+
+use std::fs;
+
+use super::rooms::{Room, TINY, shipped};
+
+fn json(room: &Room, arguments: &[&str]) -> serde_json::Value {
+    let answer = room.skiagraph(["inspect"].iter().chain(arguments).chain(&["--json"]));
+    assert_eq!(answer.code, 0, "{arguments:?}: {}", answer.stderr);
+    let said: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert_eq!(said["schema"], "skiagraph.inspect/1");
+    said
+}
+
+#[test]
+fn a_model_has_its_page() {
+    let room = Room::new();
+    room.succeed("train embedded:walk --model gpdm-graph --threshold 1e-6 --out walk.model");
+    let answer = room.succeed("inspect walk.model --out pages/walk.html");
+    assert!(answer.stdout.contains("pictures: pages/walk.html"), "{}", answer.stdout);
+    let html = fs::read_to_string(room.path("pages/walk.html")).unwrap();
+    let models = json(&room, &["walk.model"])["models"].as_array().unwrap().len();
+    assert!(models > 1);
+    assert_eq!(html.matches("<figure id=\"model-").count(), models);
+    assert!(html.contains("data:image/png;base64,") && html.contains("embedded:walk"));
+}
+
+#[test]
+fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
+    let room = Room::new();
+    let walk = json(&room, &["embedded:walk"]);
+    assert_eq!((walk["what"].as_str(), walk["cyclic"].as_bool()), (Some("clip"), Some(true)));
+    let bvh = shipped("scenarios/motions/01_01.bvh");
+    let jumps = json(&room, &[bvh.to_str().unwrap()]);
+    assert_eq!(jumps["frames_per_second"], 120.0);
+    assert!((1.3..2.0).contains(&jumps["height_m"].as_f64().unwrap()), "{}", jumps["height_m"]);
+    assert!(jumps["notes"].to_string().contains("unit guessed"), "{}", jumps["notes"]);
+    let robot = json(&room, &["tracker25"]);
+    assert_eq!(robot["degrees_of_freedom"].as_array().unwrap().len(), 19);
+    assert!((robot["mass_kg"].as_f64().unwrap() - 73.0).abs() < 0.01);
+    let urdf = shipped("robots/actor.urdf");
+    assert_eq!(json(&room, &[urdf.to_str().unwrap()])["degrees_of_freedom"].as_array().unwrap().len(), 44);
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    let set = json(&room, &["set"]);
+    assert_eq!((set["frames"].as_u64(), set["hashes_ok"].as_bool()), (Some(4), Some(true)));
+    assert_eq!(set["cameras"].as_array().unwrap().len(), 2);
+    for (what, words) in [("embedded:walk", "recording of"), ("actor", "44 joint angles"), ("set", "all as listed")] {
+        let answer = room.succeed(&format!("inspect {what}"));
+        assert!(answer.stdout.contains(words), "{}", answer.stdout);
+    }
+    let silhouette = fs::read_dir(room.path("set/observations/cam00")).unwrap().next().unwrap().unwrap().path();
+    fs::write(silhouette, "nothing").unwrap();
+    let broken = room.skiagraph(["inspect", "set"]);
+    assert!(broken.code == 1 && broken.stdout.contains("BROKEN"), "{}", broken.stdout);
+}
+
+#[test]
+fn what_is_nothing_of_ours_is_refused_with_one_message() {
+    let room = Room::new();
+    room.write("mine.doc", "years of work");
+    room.write("mine.model", "years of work");
+    fs::create_dir(room.path("folder")).unwrap();
+    let cases: [(&[&str], &str); 8] = [
+        (&["nowhere"], "nowhere: cannot be read"),
+        (&["mine.doc"], "expected a model of skiagraph train, a recording"),
+        (&["mine.model"], "no whole model"),
+        (&["folder"], "is not a whole benchmark set"),
+        (&["embedded:wolk"], "did you mean `embedded:walk`"),
+        (&["nowhere.bvh"], "nowhere.bvh"),
+        (&["nowhere.urdf"], "nowhere.urdf"),
+        (&["embedded:walk", "--out", "x.html"], "--out: is for models"),
+    ];
+    for (arguments, words) in cases {
+        let answer = room.skiagraph(["inspect"].iter().chain(arguments));
+        assert_eq!(answer.code, 2, "{arguments:?}: {}", answer.stderr);
+        assert!(answer.stderr.contains(words), "{arguments:?}: {}", answer.stderr);
+    }
+    assert!(!room.path("x.html").exists());
+}
