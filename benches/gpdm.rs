@@ -26,7 +26,7 @@ fn loss_and_gradient(bencher: divan::Bencher<'_, '_>, frames: usize) {
     let observations = motion(frames);
     let scales = vec![1.0; DIMENSIONS];
     let layout = SequenceLayout { order: DynamicsOrder::First, delta: false, lengths: vec![frames] };
-    let objective = Objective::new(observations.as_ref(), &scales, &layout, 1.0);
+    let mut objective = Objective::new(observations.as_ref(), &scales, &layout, 1.0);
     let theta = Parameters {
         latents: Mat::from_fn(frames, 3, |i, c| ((i as f64) * 0.0967 + c as f64 * 1.6).sin() * 1.4),
         map: MapKernel { inverse_width: 1.0, noise_precision: 50.0 },

@@ -91,7 +91,7 @@ fn of_set(name: &str, s: &SetSummary) -> String {
     let bodies = match (s.matched, s.mismatch.as_str()) {
         (true, _) => "matched: tracker and actor have one body".to_owned(),
         (false, "") => format!("actor {}, tracker {}", s.actor, s.tracker_body),
-        (false, how) => format!("actor {}, tracker {}; {how}", s.actor, s.tracker_body),
+        (false, how) => how.to_owned(),
     };
     let training = if s.training_of_the_test { "the test's own motion" } else { "other motion" };
     let hashes = s.fault.as_ref().map_or_else(|| "all as listed".to_owned(), |fault| format!("BROKEN: {fault}"));

@@ -26,9 +26,18 @@ pub(super) fn load(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Result<Clip, ExperimentError> {
-    let unsound = |key: &str, message: String| -> ExperimentError {
+    read_part(&file.folder, settings, mocap_directory, &|key, message| {
         ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
-    };
+    })
+}
+
+/// As [`load`] for clips below `folder`; `unsound` is how a complaint about a key of the settings is put.
+pub(super) fn read_part(
+    folder: &Path,
+    settings: &MotionSettings,
+    mocap_directory: Option<&Path>,
+    unsound: &dyn Fn(&'static str, String) -> ExperimentError,
+) -> Result<Clip, ExperimentError> {
     let mut options = ReadOptions {
         frames_per_second: settings.source_hz,
         metres_per_unit: settings.metres_per_unit,
@@ -40,7 +49,7 @@ pub(super) fn load(
         // Frame numbers are those of the file: a rest pose is left out when the part that is used has been cut.
         keep_rest_pose: true,
     };
-    let places = Places { folder: &file.folder, mocap_directory };
+    let places = Places { folder, mocap_directory };
     let clip = if let Some(name) = settings.clip.strip_prefix("embedded:") {
         let text = embedded(name).map_err(|message| unsound("clip", message))?;
         mocap::parse_deepmimic(text, &settings.clip, &options)?

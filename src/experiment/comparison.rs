@@ -93,7 +93,7 @@ pub fn compare(
     let directory = PartialDirectory::begin(to.path, &ours, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
-    let mut models = Models::default();
+    let mut models = Models::of(file);
     let mut compared =
         Compared { comparison: empty(scenario, &set.blind, set.truth.facts.matched), methods: Vec::new(), notes };
     for (name, settings) in &scenario.methods {

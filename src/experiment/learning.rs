@@ -1,26 +1,40 @@
-//! Learning the motion models that trackers ask for, each once.
+//! Learning the motion models that trackers ask for, or reading them from files, each once.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::training::shared_frames;
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, LatentKind, LatentTrackerSettings, RootMode};
+use super::{ExperimentError, LatentKind, LatentTrackerSettings, LearnedFrom, LearnedModel, ModelFacts};
+use super::{MotionSettings, RootMode, ScenarioFile};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::{Humanoid, Motion};
 use crate::motion_model::LatentModel;
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphLearner, GraphSettings};
+use crate::motion_model::gpdm::{GpdmError, Round};
+use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, SegmentRange};
 
 /// A start pose farther than this from every training pose is told to the user: rad^2 per joint, half a radian each.
 const FAR_START: f64 = 0.25;
 
-/// The motion models learned so far from one training: seeds and methods that ask for the same one share it.
+/// The motion models that trackers have asked for so far: seeds and methods that ask for the same one share it.
 #[derive(Debug, Default)]
 pub struct Models {
+    /// Folder that the paths of model files are relative to; empty for the working directory.
+    folder: PathBuf,
+    /// The test's motion, where it is known: no model may have been learned from it.
+    test: Option<MotionSettings>,
     learned: Vec<(GraphSettings, Arc<GpdmGraph>)>,
+    read: Vec<(PathBuf, ModelFacts, Arc<GpdmGraph>)>,
     /// Whether the user was told that the start is far from the training.
     told_far_start: bool,
 }
 
 impl Models {
+    /// Models for the trackers of a scenario, whose paths are relative to its folder.
+    pub fn of(file: &ScenarioFile) -> Self {
+        Self { folder: file.folder.clone(), test: Some(file.scenario.motion.clone()), ..Self::default() }
+    }
+
     /// The model of these settings, learned if it is not there yet.
     ///
     /// # Errors
@@ -40,28 +54,53 @@ impl Models {
         }
         watch.begin(Stage::Learn, training.frames());
         let mut learner = GraphLearner::new(body, &training.motions, settings)?;
-        loop {
-            let before = learner.frames_done();
-            let grown = learner.grow(&mut |_, _| !watch.interrupted());
-            if watch.interrupted() {
-                return Err(ExperimentError::Interrupted);
-            }
-            if grown?.is_none() {
-                break;
-            }
-            (before..learner.frames_done()).for_each(|_| watch.advance());
-        }
-        let graph = learner.finish();
-        let graph = Arc::new(graph);
+        grow_all(&mut learner, watch, |_| Ok(()))?;
+        let graph = Arc::new(learner.finish());
         self.learned.push((settings.clone(), graph.clone()));
         Ok(graph)
+    }
+
+    /// The model of a file, for this body and rate; `single` for one GPDM of each recording, else a graph.
+    fn of_file(
+        &mut self,
+        name: &str,
+        single: bool,
+        body: &Humanoid,
+        rate: f64,
+    ) -> Result<Arc<GpdmGraph>, ExperimentError> {
+        let path = self.folder.join(name);
+        let at = match self.read.iter().position(|(known, ..)| *known == path) {
+            Some(at) => at,
+            None => {
+                let LearnedModel { facts, graph, .. } = LearnedModel::read(&path)?;
+                self.read.push((path.clone(), facts, graph.into()));
+                self.read.len() - 1
+            }
+        };
+        let (_, facts, graph) = &self.read[at];
+        facts.check_fits(&path, body, rate)?;
+        let unfit = |detail: String| Err(ExperimentError::Malformed { path: path.clone(), detail });
+        if facts.settings.single != single {
+            let (found, wanted) = if single { ("gpdm-graph", "gpdm") } else { ("gpdm", "gpdm-graph") };
+            return unfit(format!("is a {found}, and this tracker wants a {wanted}; learn one with --model {wanted}"));
+        }
+        let of_test = |from: &LearnedFrom| self.test.as_ref().is_some_and(|test| shares_frames(from, test));
+        if let Some(from) = facts.learned_from.iter().find(|from| of_test(from)) {
+            return unfit(format!(
+                "learned from frames of `{}` that are frames of the scenario's [motion] too; learn from other frames than \
+                 those of the test",
+                from.clip
+            ));
+        }
+        Ok(graph.clone())
     }
 
     /// The particles' motion that a tracker asks for. `truth`, one pose of the tracker's body a frame, gives roots away where the
     /// settings want that; nothing else is taken of it.
     ///
     /// # Errors
-    /// As [`Self::learn`]; [`ExperimentError::OracleNeedsTruth`] where roots cannot be given away.
+    /// As [`Self::learn`] and [`ModelFacts::check_fits`]; [`ExperimentError::OracleNeedsTruth`] where roots cannot be given
+    /// away.
     pub(super) fn latent<T: LatentKind>(
         &mut self,
         settings: &LatentTrackerSettings<T>,
@@ -69,8 +108,11 @@ impl Models {
         truth: Option<&Motion>,
         watch: &dyn Watch,
     ) -> Result<LatentModel, ExperimentError> {
-        let body = &set.start.body;
-        let graph = self.learn(&settings.model.learning(), body, &set.start.training, watch)?;
+        let (body, learning) = (&set.start.body, settings.model.learning());
+        let graph = match &settings.model_file {
+            Some(name) => self.of_file(name, learning.single, body, set.frames_per_second)?,
+            None => self.learn(&learning, body, &set.start.training, watch)?,
+        };
         let model = LatentModel::new(body.clone(), graph, settings.latent())?;
         self.tell_far_start(model.start_distance(&set.start.pose), watch);
         Ok(match settings.root {
@@ -92,6 +134,57 @@ impl Models {
                  train on motion that holds such a pose"
             ));
         }
+    }
+}
+
+/// Whether a model learned from frames of the test's motion.
+fn shares_frames(from: &LearnedFrom, test: &MotionSettings) -> bool {
+    let learned = MotionSettings {
+        sha256: from.sha256.clone(),
+        first_frame: from.first_frame,
+        last_frame: from.last_frame,
+        ..MotionSettings::of_clip(&from.clip)
+    };
+    shared_frames(&learned, test).is_some()
+}
+
+/// Why learning stopped early.
+pub(super) enum Stopped {
+    /// Nothing can be learned, or whoever looked on wanted no more.
+    Learning(GraphError),
+    /// What is learned cannot be kept.
+    Keeping(ExperimentError),
+}
+
+impl From<Stopped> for ExperimentError {
+    fn from(stopped: Stopped) -> Self {
+        match stopped {
+            Stopped::Learning(GraphError::Model { source: GpdmError::Interrupted, .. }) => Self::Interrupted,
+            Stopped::Learning(error) => error.into(),
+            Stopped::Keeping(error) => error,
+        }
+    }
+}
+
+/// Learns every segment that is left; `keep` hears of the graph after each.
+pub(super) fn grow_all(
+    learner: &mut GraphLearner<'_>,
+    watch: &dyn Watch,
+    keep: impl Fn(&GpdmGraph) -> Result<(), ExperimentError>,
+) -> Result<(), Stopped> {
+    loop {
+        let (models, done) = (learner.graph().segments.len(), learner.frames_done());
+        let mut keep_on = |range: SegmentRange, round: Round| {
+            let frames = range.end - range.first;
+            let (number, loss) = (round.number, round.loss);
+            watch.tell(&format!("model {}: {frames} frames, round {number}, -ln posterior {loss:.1}", models + 1));
+            !watch.interrupted()
+        };
+        if learner.grow(&mut keep_on).map_err(Stopped::Learning)?.is_none() {
+            return Ok(());
+        }
+        keep(learner.graph()).map_err(Stopped::Keeping)?;
+        (done..learner.frames_done()).for_each(|_| watch.advance());
     }
 }
 

@@ -5,16 +5,16 @@
 
 use std::path::{Path, PathBuf};
 
+use super::learning::{Stopped, grow_all};
 use super::model_file::hex_sha256;
 use super::partial_file::{beside, is_free, put};
-use super::scenario::DEFAULT_SCENARIO;
-use super::staging::robot;
+use super::staging::robot_named;
 use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
 use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
 use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion};
-use crate::motion_model::gpdm::{GpdmError, Round};
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, SegmentRange};
+use crate::motion_model::gpdm::GpdmError;
+use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
 
 /// What a model is learned from.
 #[derive(Clone, Debug)]
@@ -77,9 +77,8 @@ impl TrainingInput {
         options: &ClipOptions,
         mocap_directory: Option<&Path>,
     ) -> Result<Self, ExperimentError> {
-        // paths are relative to the working directory, and complaints name the clip
-        let file = ScenarioFile::parse(DEFAULT_SCENARIO, "skiagraph train", PathBuf::new(), &[])?;
-        let template = robot(&file, "--robot", &options.robot)?;
+        let template = robot_named(Path::new(""), &options.robot)
+            .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
         let mut input = Self { body: template.clone(), motions: vec![], learned_from: vec![], notes: vec![] };
         for (index, clip) in clips.iter().enumerate() {
             let settings = MotionSettings {
@@ -88,7 +87,7 @@ impl TrainingInput {
                 frames_per_second: options.frames_per_second,
                 ..MotionSettings::of_clip(clip)
             };
-            let recording = clip_file::load(&file, clip, &settings, mocap_directory)?;
+            let recording = clip_file::read_part(Path::new(""), &settings, mocap_directory, &in_arguments)?;
             let performed = retarget(&recording, &template, &RetargetOptions::default())?;
             input.learned_from.push(LearnedFrom::of(&settings, Path::new(""), mocap_directory, &performed.motion));
             input.notes.extend(performed.report.notes.iter().map(|note| format!("{clip}: {note}")));
@@ -182,7 +181,7 @@ pub fn train(
         }
         return Err(match error {
             Stopped::Learning(e) => in_words(input, e, &partial),
-            Stopped::Writing(e) => e,
+            Stopped::Keeping(e) => e,
         });
     }
     let model = state(&learner.finish(), true);
@@ -202,31 +201,14 @@ pub fn train(
     Ok(Trained { model, notes })
 }
 
-/// Why learning stopped early.
-enum Stopped {
-    Learning(GraphError),
-    Writing(ExperimentError),
-}
-
-fn grow_all(
-    learner: &mut GraphLearner<'_>,
-    watch: &dyn Watch,
-    keep: impl Fn(&GpdmGraph) -> Result<(), ExperimentError>,
-) -> Result<(), Stopped> {
-    loop {
-        let (models, done) = (learner.graph().segments.len(), learner.frames_done());
-        let mut keep_on = |range: SegmentRange, round: Round| {
-            let frames = range.end - range.first;
-            let (number, loss) = (round.number, round.loss);
-            watch.tell(&format!("model {}: {frames} frames, round {number}, -ln posterior {loss:.1}", models + 1));
-            !watch.interrupted()
-        };
-        if learner.grow(&mut keep_on).map_err(Stopped::Learning)?.is_none() {
-            return Ok(());
-        }
-        keep(learner.graph()).map_err(Stopped::Writing)?;
-        (done..learner.frames_done()).for_each(|_| watch.advance());
-    }
+/// A complaint about a key of a clip's settings as one about the argument that gave it.
+fn in_arguments(key: &'static str, detail: String) -> ExperimentError {
+    let argument = match key {
+        "first_frame" => "--first-frame",
+        "last_frame" => "--last-frame",
+        _ => "CLIP",
+    };
+    ExperimentError::Argument { argument, detail }
 }
 
 fn facts(input: &TrainingInput, settings: &GraphSettings) -> ModelFacts {

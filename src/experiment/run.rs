@@ -136,7 +136,7 @@ pub fn run(
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = Attempt { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
-    let record = attempt.run(&mut Models::default(), watch)?.record;
+    let record = attempt.run(&mut Models::of(file), watch)?.record;
     directory.finish(&RUN_FILES)?;
     Ok(Done { record, notes })
 }

@@ -10,7 +10,7 @@ use crate::benchmark_set::{Start, Training, TruthFacts};
 use crate::body::retarget::{
     FitOptions, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
 };
-use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, shipped};
+use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
 use crate::contact::{ContactRule, GroundContacts, GroundQuality, fix};
 use crate::scene::GroundTruth;
@@ -148,17 +148,40 @@ pub(super) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64
     Motion { frames_per_second, poses }.made_continuous(body)
 }
 
-pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
-    if SHIPPED_ROBOTS.iter().any(|(known, _)| *known == name) {
-        return Ok(shipped(name)?);
+fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
+    robot_named(&file.folder, name).map_err(|e| e.put(|message| unsound(file, key, message)))
+}
+
+/// Why there is no robot of a name.
+pub(super) enum NoRobot {
+    /// None ships, and no file is there; in words.
+    Unknown(String),
+    /// The file cannot be used.
+    Unusable(UrdfError),
+}
+
+impl NoRobot {
+    /// As an error; `complain` puts the words where they belong.
+    pub(super) fn put(self, complain: impl FnOnce(String) -> ExperimentError) -> ExperimentError {
+        match self {
+            Self::Unknown(words) => complain(words),
+            Self::Unusable(error) => error.into(),
+        }
     }
-    let path = file.folder.join(name);
+}
+
+/// A robot that ships, or one of a file below `folder`.
+pub(super) fn robot_named(folder: &Path, name: &str) -> Result<Humanoid, NoRobot> {
+    if SHIPPED_ROBOTS.iter().any(|(known, _)| *known == name) {
+        return shipped(name).map_err(NoRobot::Unusable);
+    }
+    let path = folder.join(name);
     if !path.is_file() {
         let known = SHIPPED_ROBOTS.map(|(known, _)| known).join(", ");
-        let message = format!("`{name}` is neither a robot that ships ({known}) nor the file {}", path.display());
-        return Err(unsound(file, key, message));
+        let words = format!("`{name}` is neither a robot that ships ({known}) nor the file {}", path.display());
+        return Err(NoRobot::Unknown(words));
     }
-    Ok(Humanoid::load(&path)?)
+    Humanoid::load(&path).map_err(NoRobot::Unusable)
 }
 
 fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentError> {

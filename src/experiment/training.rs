@@ -67,7 +67,7 @@ fn markers(body: &Humanoid, motion: &Motion) -> Vec<Markers> {
 
 /// First and last frame that two parts of the same recording have in common. Files are told apart by hash where both are
 /// known, else by their names without folders.
-fn shared_frames(a: &MotionSettings, b: &MotionSettings) -> Option<(usize, usize)> {
+pub(super) fn shared_frames(a: &MotionSettings, b: &MotionSettings) -> Option<(usize, usize)> {
     let name = |m: &MotionSettings| m.clip.rsplit(['/', '\\']).next().map(str::to_owned);
     let same = match (&a.sha256, &b.sha256) {
         (Some(a), Some(b)) => a.eq_ignore_ascii_case(b),

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use skiagraph::experiment::{ClipOptions, Destination, ExperimentError, Stage, TrainingInput, Watch, train};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
 
-use super::rooms::Room;
+use super::rooms::{Room, TINY};
 
 const WALK: [&str; 6] = ["train", "embedded:walk", "--model", "gpdm-graph", "--out", "walk.model"];
 
@@ -59,7 +59,7 @@ fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
     let room = Room::new();
     room.write("mine.txt", "years of work");
     let before = room.entries();
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
         (&["embedded:walk", "--out", "x.model", "--clip-length", "2"], "--clip-length: expected 4 to"),
         (&["embedded:walk", "--out", "x.model", "--threshold", "0"], "--threshold: expected rad^2 above zero"),
         (
@@ -67,7 +67,11 @@ fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
             "fewer than one clip of 30",
         ),
         (&["embedded:wolk", "--out", "x.model"], "did you mean `embedded:walk`"),
-        (&["nothing.bvh", "--out", "x.model"], "`nothing.bvh` is not in"),
+        (&["nothing.bvh", "--out", "x.model"], "error: CLIP: `nothing.bvh` is not in"),
+        (
+            &["embedded:walk", "--out", "x.model", "--last-frame", "999"],
+            "error: --last-frame: expected a frame of the clip",
+        ),
         (&["embedded:walk", "--out", "x.model", "--fps", "0"], "found 0"),
         (&["embedded:walk", "--out", "x.model", "--robot", "r2d2"], "neither a robot that ships"),
         (&["embedded:walk", "--out", "mine.txt"], "not a result of ours"),
@@ -136,4 +140,61 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     learned.unwrap();
     assert!(heard.len() == 1 && heard[0].contains("of another training"), "{heard:?}");
     assert!(room.entries().iter().all(|name| !name.contains("partial")), "{:?}", room.entries());
+}
+
+const ON_A_MODEL: &str = r#"
+[tracker.gpdm_graph]
+model_file = "run.model"
+particles = 20
+"#;
+
+/// The tiny scenario with another tracker.
+fn tiny_with(tracker: &str) -> String {
+    let (before, _) = TINY.split_once("[tracker.").unwrap();
+    format!("{before}{tracker}")
+}
+
+#[test]
+fn a_tracker_moves_on_a_model_that_was_trained_before_as_on_one_learned_now() {
+    let room = Room::new();
+    room.write("tiny.toml", tiny_with(ON_A_MODEL));
+    room.succeed("train embedded:run --model gpdm-graph --out run.model");
+    let models = |run: &str| {
+        let record: serde_json::Value = serde_json::from_slice(&room.read(&format!("{run}/track.json"))).unwrap();
+        assert_eq!(record["tracker"]["gpdm_graph"]["model_file"], "run.model");
+    };
+    room.succeed("run tiny.toml --out runs/file");
+    models("runs/file");
+    room.succeed("render tiny.toml --out set");
+    room.succeed("track set --tracker gpdm_graph model_file=run.model particles=20 --seeds 2 --out runs/apart");
+    models("runs/apart");
+    assert_eq!(room.read("runs/file/poses.npz"), room.read("runs/apart/poses.npz"));
+}
+
+#[test]
+fn a_model_that_does_not_fit_is_refused_with_the_reason_and_nothing_is_left() {
+    let room = Room::new();
+    let train = |arguments: &str| room.succeed(&format!("train {arguments} --quiet"));
+    train("embedded:run --model gpdm-graph --out run.model");
+    train("embedded:run --model gpdm --out single.model");
+    train("embedded:run --model gpdm-graph --robot actor --out actor.model");
+    train("embedded:run --model gpdm-graph --fps 30 --out slow.model");
+    train("embedded:walk --model gpdm-graph --out walk.model");
+    room.write("cut.model", &room.read("run.model")[..999]);
+    let cases = [
+        ("nowhere.model", "nowhere.model: cannot be read"),
+        ("cut.model", "no whole model"),
+        ("single.model", "learn one with --model gpdm-graph"),
+        ("actor.model", "whose joints are not those of"),
+        ("slow.model", "learned at 30 frames a second, found 60"),
+        ("walk.model", "learned from frames of `embedded:walk`"),
+        ("run.model\"\nmodel.clip_s = 0.7 # \"", "model_file: expected no keys of `model`"),
+    ];
+    for (file, words) in cases {
+        room.write("tiny.toml", tiny_with(&ON_A_MODEL.replace("run.model", file)));
+        let answer = room.skiagraph(["run", "tiny.toml", "--out", "run"]);
+        assert_eq!(answer.code, 2, "{file}: {}", answer.stderr);
+        assert!(answer.stderr.contains(words), "{file}: {}", answer.stderr);
+        assert!(!room.path("run").exists(), "{file}");
+    }
 }

@@ -104,7 +104,7 @@ impl ModelSummary {
 /// [`ExperimentError`] that names the file where it is no whole model, or learned other motions.
 pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedModel, ExperimentError> {
     let other = LearnedModel::read(path)?;
-    other.check_fits(path, &model.body, model.facts.frames_per_second)?;
+    other.facts.check_fits(path, &model.body, model.facts.frames_per_second)?;
     if other.facts.learned_from != model.facts.learned_from {
         let detail = "learned from other motions; only models of the same motions can be held against each other";
         return Err(ExperimentError::Malformed { path: path.to_owned(), detail: detail.to_owned() });

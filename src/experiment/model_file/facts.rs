@@ -1,9 +1,13 @@
 //! What a model was learned from and how.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::malformed;
 use crate::body::{Humanoid, JointKind};
+use crate::experiment::ExperimentError;
 use crate::motion_model::gpdm_graph::GraphSettings;
 
 /// What a model was learned from and how.
@@ -80,6 +84,29 @@ impl ModelFacts {
     /// `gpdm` or `gpdm-graph`.
     pub fn kind(&self) -> &'static str {
         if self.settings.single { "gpdm" } else { "gpdm-graph" }
+    }
+
+    /// An error unless the model was learned for this robot, of whatever size, and this rate. `path` is its file.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Malformed`] that says what differs and what to do.
+    pub fn check_fits(&self, path: &Path, body: &Humanoid, frames_per_second: f64) -> Result<(), ExperimentError> {
+        let (known, found) = (&self.robot, RobotFacts::of(body));
+        if known.joints_sha256 != found.joints_sha256 {
+            let detail = format!(
+                "learned for the robot `{}`, whose joints are not those of `{}`; learn a model with that robot",
+                known.name, found.name
+            );
+            return Err(malformed(path, detail));
+        }
+        let own = self.frames_per_second;
+        if own != frames_per_second {
+            let detail = format!(
+                "learned at {own} frames a second, found {frames_per_second}; learn a model at that rate (--fps)"
+            );
+            return Err(malformed(path, detail));
+        }
+        Ok(())
     }
 }
 

@@ -127,29 +127,6 @@ impl LearnedModel {
         ]);
         Ok(npz.to_bytes("model")?)
     }
-
-    /// An error unless the model was learned for this robot, of whatever size, and this rate. `path` is its file.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Malformed`] that says what differs and what to do.
-    pub fn check_fits(&self, path: &Path, body: &Humanoid, frames_per_second: f64) -> Result<(), ExperimentError> {
-        let (known, found) = (&self.facts.robot, RobotFacts::of(body));
-        if known.joints_sha256 != found.joints_sha256 {
-            let detail = format!(
-                "learned for the robot `{}`, whose joints are not those of `{}`; learn a model with that robot",
-                known.name, found.name
-            );
-            return Err(malformed(path, detail));
-        }
-        let own = self.facts.frames_per_second;
-        if own != frames_per_second {
-            let detail = format!(
-                "learned at {own} frames a second, found {frames_per_second}; learn a model at that rate (--fps)"
-            );
-            return Err(malformed(path, detail));
-        }
-        Ok(())
-    }
 }
 
 fn facts_of(path: &Path, npz: &Npz) -> Result<ModelFacts, ExperimentError> {

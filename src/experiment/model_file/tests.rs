@@ -96,10 +96,10 @@ fn another_robot_and_another_rate_are_refused_and_another_size_is_not() {
     let model = model();
     let path = Path::new("walk.model");
     let wider = crate::body::BodyShape::random_mismatch(&model.body, 1, 0.05, 0.1);
-    model.check_fits(path, &model.body.reshaped(&wider), 60.0).unwrap();
-    let message = model.check_fits(path, &Humanoid::actor().unwrap(), 60.0).unwrap_err().to_string();
+    model.facts.check_fits(path, &model.body.reshaped(&wider), 60.0).unwrap();
+    let message = model.facts.check_fits(path, &Humanoid::actor().unwrap(), 60.0).unwrap_err().to_string();
     assert!(message.starts_with("walk.model: learned for the robot"), "{message}");
-    let message = model.check_fits(path, &model.body, 30.0).unwrap_err().to_string();
+    let message = model.facts.check_fits(path, &model.body, 30.0).unwrap_err().to_string();
     assert!(message.contains("60 frames a second, found 30"), "{message}");
 }
 

@@ -24,6 +24,10 @@ pub trait LatentKind {
 pub struct LatentTrackerSettings<T> {
     /// The motion model.
     pub model: T,
+    /// A model of `skiagraph train` in place of one learned from `[[training.clips]]`: its path, relative to the scenario. How it
+    /// was learned stands in the file; of `model` only how particles change models may then be set. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model_file: Option<String>,
     /// Particles. Default: 1000, as S1.
     pub particles: usize,
     /// Annealing layers; 1 is S1's plain particle filter. Default: 1.
@@ -197,6 +201,7 @@ impl<T: Default> Default for LatentTrackerSettings<T> {
         let LatentSettings { initialisation, noise_floor, start_jitter, .. } = LatentSettings::default();
         Self {
             model: T::default(),
+            model_file: None,
             particles,
             layers,
             survival_rate,

@@ -169,7 +169,7 @@ fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings
     within(&format!("{table}.layers"), filter.layers, 1..=1000)
 }
 
-fn latent<T: LatentKind>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {
+fn latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {
     searching(table, s.filter(), s.likelihood())?;
     match s.latent().validate() {
         Err(MotionModelError::Setting { key, expected, found }) => {
@@ -178,6 +178,9 @@ fn latent<T: LatentKind>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {
         _ => Ok(()),
     }?;
     let learning = s.model.learning();
+    let said = s.model_file.is_some() && learning != T::default().learning();
+    let alone = "no keys of `model` beside it that say how it is learned, for it is";
+    require(&format!("{table}.model_file"), !said, alone, "some")?;
     within(&format!("{table}.model.clip_s"), learning.clip_s, 0.05..=60.0)?;
     within(&format!("{table}.model.threshold_per_joint"), learning.threshold_per_joint, 1e-9..=10.0)?;
     within(&format!("{table}.model.training.latent_dimensions"), learning.training.latent_dimensions, 1..=8)?;

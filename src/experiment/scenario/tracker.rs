@@ -140,7 +140,12 @@ impl TrackerSettings {
 
     /// Whether a motion model has to be learned for it.
     pub fn learns(&self) -> bool {
-        matches!(self, Self::Gpdm(_) | Self::SwitchingGpdm(_) | Self::GpdmGraph(_))
+        match self {
+            Self::Gpdm(s) => s.model_file.is_none(),
+            Self::SwitchingGpdm(s) => s.model_file.is_none(),
+            Self::GpdmGraph(s) => s.model_file.is_none(),
+            _ => false,
+        }
     }
 
     /// Whether the true root of every frame is given away to it.

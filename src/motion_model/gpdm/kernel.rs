@@ -31,9 +31,9 @@ impl MapKernel {
     /// Prior variance of a noise-free value, `k_X(z, z)` without the noise.
     pub const VARIANCE: f64 = 1.0;
 
-    /// Noise-free cross covariances: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
-    pub(super) fn cross(&self, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-        radial(1.0, self.inverse_width, a, b)
+    /// Writes noise-free cross covariances: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
+    pub(super) fn cross(&self, a: &Mat<f64>, b: MatRef<'_, f64>, values: &mut Mat<f64>) {
+        radial(1.0, self.inverse_width, a, b, values);
     }
 }
 
@@ -43,11 +43,10 @@ impl DynamicsKernel {
         self.amplitude + self.linear * squared_norm
     }
 
-    /// Noise-free cross covariances: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
-    pub(super) fn cross(&self, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-        let mut k = radial(self.amplitude, self.inverse_width, a, b);
-        matmul(k.as_mut(), Accum::Add, a, b.transpose(), self.linear, Par::Seq);
-        k
+    /// Writes noise-free cross covariances: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
+    pub(super) fn cross(&self, a: &Mat<f64>, b: MatRef<'_, f64>, values: &mut Mat<f64>) {
+        radial(self.amplitude, self.inverse_width, a, b, values);
+        matmul(values.as_mut(), Accum::Add, a, b.transpose(), self.linear, Par::Seq);
     }
 }
 
@@ -59,9 +58,10 @@ mod tests {
     fn both_kernels_equal_their_formulas() {
         let a = Mat::from_fn(2, 3, |i, j| 0.3 * i as f64 - 0.2 * j as f64);
         let b = Mat::from_fn(4, 3, |i, j| 0.1 * (i * j) as f64 + 0.05);
-        let map = MapKernel { inverse_width: 1.7, noise_precision: 10.0 }.cross(a.as_ref(), b.as_ref());
+        let (mut map, mut dynamics) = (Mat::zeros(2, 4), Mat::zeros(2, 4));
+        MapKernel { inverse_width: 1.7, noise_precision: 10.0 }.cross(&a, b.as_ref(), &mut map);
         let kernel = DynamicsKernel { amplitude: 0.4, inverse_width: 0.9, linear: 0.6, noise_precision: 5.0 };
-        let dynamics = kernel.cross(a.as_ref(), b.as_ref());
+        kernel.cross(&a, b.as_ref(), &mut dynamics);
         for i in 0..2 {
             for j in 0..4 {
                 let squared: f64 = (0..3).map(|c| (a[(i, c)] - b[(j, c)]).powi(2)).sum();

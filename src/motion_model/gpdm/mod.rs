@@ -19,6 +19,7 @@ mod model;
 mod objective;
 mod parts;
 mod positive_definite;
+mod predictor;
 mod radial;
 mod train;
 

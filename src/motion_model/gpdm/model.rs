@@ -6,6 +6,7 @@ use super::kernel::{DynamicsKernel, MapKernel};
 use super::layout::SequenceLayout;
 use super::objective::Parameters;
 use super::positive_definite::PositiveDefinite;
+use super::predictor::Predictor;
 
 /// A learned Gaussian process dynamical model. Rows of every matrix argument and result are points.
 #[derive(Clone, Debug)]
@@ -23,13 +24,10 @@ pub struct Gpdm {
 /// What follows from a model and makes prediction fast.
 #[derive(Clone, Debug)]
 struct Predictors {
+    /// Inputs of the dynamics.
     inputs: Mat<f64>,
-    /// `K_X^-1 X`, N x D.
-    map_weights: Mat<f64>,
-    /// `K_Z^-1 V`.
-    dynamics_weights: Mat<f64>,
-    map_factor: std::sync::Arc<PositiveDefinite>,
-    dynamics_factor: std::sync::Arc<PositiveDefinite>,
+    map: Predictor,
+    dynamics: Predictor,
 }
 
 /// Means (one row a point) and one isotropic variance a point.
@@ -67,15 +65,19 @@ impl Gpdm {
         let predicted = layout.predicted();
         let inputs = layout.inputs(latents.as_ref(), &predicted);
         let targets = layout.targets(latents.as_ref(), &predicted);
-        let factor = |k: Mat<f64>, precision: f64| PositiveDefinite::factor(k.as_ref(), 1.0 / precision);
-        let map_factor = factor(map.cross(latents.as_ref(), latents.as_ref()), map.noise_precision)?;
-        let dynamics_factor = factor(dynamics.cross(inputs.as_ref(), inputs.as_ref()), dynamics.noise_precision)?;
+        let factor = |points: &Mat<f64>, precision: f64, cross: &dyn Fn(&mut Mat<f64>)| {
+            let mut covariance = Mat::zeros(points.nrows(), points.nrows());
+            cross(&mut covariance);
+            PositiveDefinite::factor(covariance.as_ref(), 1.0 / precision)
+        };
+        let of_map = |values: &mut Mat<f64>| map.cross(&latents, latents.as_ref(), values);
+        let map_factor = factor(&latents, map.noise_precision, &of_map)?;
+        let of_dynamics = |values: &mut Mat<f64>| dynamics.cross(&inputs, inputs.as_ref(), values);
+        let dynamics_factor = factor(&inputs, dynamics.noise_precision, &of_dynamics)?;
         let predictors = Predictors {
-            map_weights: map_factor.solve(centred.as_ref()),
-            dynamics_weights: dynamics_factor.solve(targets.as_ref()),
+            map: Predictor::new(map_factor, centred.as_ref()),
+            dynamics: Predictor::new(dynamics_factor, targets.as_ref()),
             inputs,
-            map_factor: map_factor.into(),
-            dynamics_factor: dynamics_factor.into(),
         };
         Some(Self { mean, centred, scales, latents, map, dynamics, layout, predictors })
     }
@@ -112,22 +114,18 @@ impl Gpdm {
 
     /// Mean observations at latent points (P x d): P x D (S1 Eq. 2 and 6).
     pub fn map_mean(&self, latents: MatRef<'_, f64>) -> Mat<f64> {
-        self.map_mean_of(&self.map.cross(self.latents.as_ref(), latents))
+        self.with_mean(self.predictors.map.mean(latents, |points, cross| self.map.cross(&self.latents, points, cross)))
     }
 
     /// As [`Self::map_mean`] with the variance of a dimension of unit scale: divide by `scales[d]^2` for dimension `d`.
     pub fn map_moments(&self, latents: MatRef<'_, f64>) -> Moments {
-        let cross = self.map.cross(self.latents.as_ref(), latents);
-        let explained = self.predictors.map_factor.quadratic_forms(cross.as_ref());
-        Moments {
-            mean: self.map_mean_of(&cross),
-            variance: explained.into_iter().map(|e| (MapKernel::VARIANCE - e).max(0.0)).collect(),
-        }
+        let cross = |points: MatRef<'_, f64>, cross: &mut Mat<f64>| self.map.cross(&self.latents, points, cross);
+        let (mean, explained) = self.predictors.map.mean_and_explained(latents, cross);
+        let variance = explained.into_iter().map(|e| (MapKernel::VARIANCE - e).max(0.0)).collect();
+        Moments { mean: self.with_mean(mean), variance }
     }
 
-    /// Means for covariances with the training latents, one column a point.
-    fn map_mean_of(&self, cross: &Mat<f64>) -> Mat<f64> {
-        let mut observations = cross.transpose() * &self.predictors.map_weights;
+    fn with_mean(&self, mut observations: Mat<f64>) -> Mat<f64> {
         for (j, mean) in self.mean.iter().enumerate() {
             observations.col_as_slice_mut(j).iter_mut().for_each(|value| *value += mean);
         }
@@ -136,13 +134,15 @@ impl Gpdm {
 
     /// Mean next latents after dynamics inputs (P x d, or P x 2d `[z_{t-1}; z_{t-2}]` for the second order).
     pub fn dynamics_mean(&self, inputs: MatRef<'_, f64>) -> Mat<f64> {
-        self.dynamics_mean_of(inputs, &self.dynamics.cross(self.predictors.inputs.as_ref(), inputs))
+        let Predictors { inputs: known, dynamics, .. } = &self.predictors;
+        self.with_last(inputs, dynamics.mean(inputs, |points, cross| self.dynamics.cross(known, points, cross)))
     }
 
     /// As [`Self::dynamics_mean`] with the isotropic predictive variance, process noise included.
     pub fn dynamics_moments(&self, inputs: MatRef<'_, f64>) -> Moments {
-        let cross = self.dynamics.cross(self.predictors.inputs.as_ref(), inputs);
-        let explained = self.predictors.dynamics_factor.quadratic_forms(cross.as_ref());
+        let Predictors { inputs: known, dynamics, .. } = &self.predictors;
+        let cross = |points: MatRef<'_, f64>, cross: &mut Mat<f64>| self.dynamics.cross(known, points, cross);
+        let (mean, explained) = dynamics.mean_and_explained(inputs, cross);
         let variance = explained
             .into_iter()
             .enumerate()
@@ -151,12 +151,11 @@ impl Gpdm {
                 (self.dynamics.variance(squared) - explained).max(0.0) + 1.0 / self.dynamics.noise_precision
             })
             .collect();
-        Moments { mean: self.dynamics_mean_of(inputs, &cross), variance }
+        Moments { mean: self.with_last(inputs, mean), variance }
     }
 
-    /// Mean next latents for covariances with the training inputs, one column a point.
-    fn dynamics_mean_of(&self, inputs: MatRef<'_, f64>, cross: &Mat<f64>) -> Mat<f64> {
-        let mut next = cross.transpose() * &self.predictors.dynamics_weights;
+    /// Of predicted steps the points that they lead to.
+    fn with_last(&self, inputs: MatRef<'_, f64>, mut next: Mat<f64>) -> Mat<f64> {
         if self.layout.delta {
             for c in 0..next.ncols() {
                 next.col_mut(c).iter_mut().zip(inputs.col(c).iter()).for_each(|(value, last)| *value += last);

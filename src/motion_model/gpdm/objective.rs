@@ -78,6 +78,37 @@ pub struct Objective<'a> {
     scaled: Mat<f64>,
     scales: &'a [f64],
     balance: f64,
+    room_of_map: Room,
+    room_of_dynamics: Room,
+}
+
+/// Matrices that every evaluation needs anew. Getting their memory from the system each time would cost as much as half
+/// of the arithmetic.
+struct Room {
+    radial: Mat<f64>,
+    covariance: Mat<f64>,
+    factor: PositiveDefinite,
+    /// `L^-1 Y`.
+    white: Mat<f64>,
+    /// `K^-1 Y`.
+    solution: Mat<f64>,
+    /// Derivative by the entries of `K`: `weight/2 (D K^-1 - K^-1 Y Y^T K^-1)`, lower triangle.
+    by_kernel: Mat<f64>,
+}
+
+impl Room {
+    /// For `rows` points with `columns` values each.
+    fn new(rows: usize, columns: usize) -> Self {
+        let square = || Mat::zeros(rows, rows);
+        Self {
+            radial: square(),
+            covariance: square(),
+            factor: PositiveDefinite::identity(rows),
+            white: Mat::zeros(rows, columns),
+            solution: Mat::zeros(rows, columns),
+            by_kernel: square(),
+        }
+    }
 }
 
 /// A loss term's value, with gradients by its inputs and by the logarithms of its kernel's parameters.
@@ -91,11 +122,15 @@ impl<'a> Objective<'a> {
     /// For centred observations `X` (N x D), scales `W` (D) and the weight of the dynamics.
     pub fn new(observations: MatRef<'_, f64>, scales: &'a [f64], layout: &'a SequenceLayout, balance: f64) -> Self {
         let scaled = Mat::from_fn(observations.nrows(), observations.ncols(), |i, j| observations[(i, j)] * scales[j]);
-        Self { layout, predicted: layout.predicted(), scaled, scales, balance }
+        let predicted = layout.predicted();
+        let room_of_map = Room::new(scaled.nrows(), scaled.ncols());
+        // made when the number of latent dimensions is known
+        let room_of_dynamics = Room::new(0, 0);
+        Self { layout, predicted, scaled, scales, balance, room_of_map, room_of_dynamics }
     }
 
     /// The loss at packed parameters, its gradient written to `gradient`; infinite where a kernel is singular.
-    pub fn value_and_gradient(&self, theta: &[f64], latent_dimensions: usize, gradient: &mut [f64]) -> f64 {
+    pub fn value_and_gradient(&mut self, theta: &[f64], latent_dimensions: usize, gradient: &mut [f64]) -> f64 {
         let parameters = Parameters::unpack(theta, latent_dimensions);
         let Some((map, dynamics, targets)) = self.terms(&parameters) else {
             gradient.fill(0.0);
@@ -115,12 +150,17 @@ impl<'a> Objective<'a> {
         map.value + dynamics.value + start + self.scale_prior() + theta[kernels..].iter().sum::<f64>()
     }
 
-    fn terms(&self, parameters: &Parameters) -> Option<(Term<2>, Term<4>, Mat<f64>)> {
+    fn terms(&mut self, parameters: &Parameters) -> Option<(Term<2>, Term<4>, Mat<f64>)> {
         let latents = parameters.latents.as_ref();
-        let map = map_term(&parameters.latents, &parameters.map, self.scaled.as_ref())?;
+        let map = map_term(&parameters.latents, &parameters.map, self.scaled.as_ref(), &mut self.room_of_map)?;
         let inputs = self.layout.inputs(latents, &self.predicted);
         let targets = self.layout.targets(latents, &self.predicted);
-        let (dynamics, by_targets) = dynamics_term(&inputs, &parameters.dynamics, targets.as_ref(), self.balance)?;
+        let room = &mut self.room_of_dynamics;
+        if room.white.ncols() != targets.ncols() {
+            *room = Room::new(targets.nrows(), targets.ncols());
+        }
+        let (dynamics, by_targets) =
+            dynamics_term(&inputs, &parameters.dynamics, targets.as_ref(), self.balance, room)?;
         Some((map, dynamics, by_targets))
     }
 
@@ -150,11 +190,12 @@ impl<'a> Objective<'a> {
 }
 
 /// `D/2 ln|K_X| + 1/2 tr(K_X^-1 Y Y^T)` for `Y = X W`.
-fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>) -> Option<Term<2>> {
-    let radial = radial_lower(1.0, kernel.inverse_width, z);
-    let gaussian = Gaussian::of(radial.as_ref(), kernel.noise_precision, scaled, 1.0)?;
-    let RadialGradient { inputs, width, .. } = radial_gradient(&gaussian.by_kernel, &radial, kernel.inverse_width, z);
-    Some(Term { value: gaussian.value, inputs, logarithms: [width, gaussian.by_precision] })
+fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>, room: &mut Room) -> Option<Term<2>> {
+    radial_lower(1.0, kernel.inverse_width, z, &mut room.radial);
+    room.covariance.copy_from_triangular_lower(&room.radial);
+    let (value, by_precision) = room.gaussian(kernel.noise_precision, scaled, 1.0)?;
+    let RadialGradient { inputs, width, .. } = radial_gradient(&room.by_kernel, &room.radial, kernel.inverse_width, z);
+    Some(Term { value, inputs, logarithms: [width, by_precision] })
 }
 
 /// `balance (d/2 ln|K_Z| + 1/2 tr(K_Z^-1 V V^T))`, and its gradient by the targets `V`.
@@ -163,48 +204,37 @@ fn dynamics_term(
     kernel: &DynamicsKernel,
     targets: MatRef<'_, f64>,
     balance: f64,
+    room: &mut Room,
 ) -> Option<(Term<4>, Mat<f64>)> {
-    let radial = radial_lower(kernel.amplitude, kernel.inverse_width, u);
-    let mut covariance = radial.clone();
-    add_square(&mut covariance, kernel.linear, u.as_ref());
-    let gaussian = Gaussian::of(covariance.as_ref(), kernel.noise_precision, targets, balance)?;
-    let hu = symmetric_times(&gaussian.by_kernel, u);
+    radial_lower(kernel.amplitude, kernel.inverse_width, u, &mut room.radial);
+    room.covariance.copy_from_triangular_lower(&room.radial);
+    add_square(&mut room.covariance, kernel.linear, u.as_ref());
+    let (value, by_precision) = room.gaussian(kernel.noise_precision, targets, balance)?;
+    let hu = symmetric_times(&room.by_kernel, u);
     let by_linear = kernel.linear * inner_product(u.as_ref(), hu.as_ref());
-    let mut by_radial = radial_gradient(&gaussian.by_kernel, &radial, kernel.inverse_width, u);
+    let mut by_radial = radial_gradient(&room.by_kernel, &room.radial, kernel.inverse_width, u);
     by_radial.inputs += Scale(2.0 * kernel.linear) * &hu;
-    let logarithms = [by_radial.amplitude, by_radial.width, by_linear, gaussian.by_precision];
-    let term = Term { value: gaussian.value, inputs: by_radial.inputs, logarithms };
-    Some((term, Scale(balance) * gaussian.solution))
+    let logarithms = [by_radial.amplitude, by_radial.width, by_linear, by_precision];
+    Some((Term { value, inputs: by_radial.inputs, logarithms }, Scale(balance) * &room.solution))
 }
 
-/// `weight (D/2 ln|K| + 1/2 tr(K^-1 Y Y^T))` with its derivatives.
-struct Gaussian {
-    value: f64,
-    /// `K^-1 Y`.
-    solution: Mat<f64>,
-    /// By the entries of `K`: `weight/2 (D K^-1 - K^-1 Y Y^T K^-1)`, lower triangle.
-    by_kernel: Mat<f64>,
-    /// By the logarithm of the noise's precision.
-    by_precision: f64,
-}
-
-impl Gaussian {
-    /// For the noise-free covariances (lower triangle) and the columns `Y`.
-    fn of(covariance: MatRef<'_, f64>, noise_precision: f64, y: MatRef<'_, f64>, weight: f64) -> Option<Self> {
+impl Room {
+    /// `weight (D/2 ln|K| + 1/2 tr(K^-1 Y Y^T))` and its derivative by the logarithm of the noise's precision, for the
+    /// noise-free covariances in the room (lower triangle) and the columns `Y`. Leaves the solution and the derivative by the
+    /// kernel in the room.
+    fn gaussian(&mut self, noise_precision: f64, y: MatRef<'_, f64>, weight: f64) -> Option<(f64, f64)> {
         let dimensions = y.ncols() as f64;
-        let factor = PositiveDefinite::factor(covariance, 1.0 / noise_precision)?;
-        let white = factor.whiten(y);
-        let square = inner_product(white.as_ref(), white.as_ref());
-        let solution = factor.solve_whitened(white.as_ref());
-        let mut by_kernel = factor.inverse_lower(0.5 * weight * dimensions);
-        add_square(&mut by_kernel, -0.5 * weight, solution.as_ref());
-        let trace: f64 = (0..y.nrows()).map(|i| by_kernel[(i, i)]).sum();
-        Some(Self {
-            value: 0.5 * weight * (dimensions * factor.log_determinant() + square),
-            solution,
-            by_kernel,
-            by_precision: -trace / noise_precision,
-        })
+        if !self.factor.become_factor_of(self.covariance.as_ref(), 1.0 / noise_precision) {
+            return None;
+        }
+        self.factor.whiten(y, &mut self.white);
+        let square = inner_product(self.white.as_ref(), self.white.as_ref());
+        self.factor.solve_whitened(self.white.as_ref(), &mut self.solution);
+        self.factor.inverse_lower(0.5 * weight * dimensions, &mut self.by_kernel);
+        add_square(&mut self.by_kernel, -0.5 * weight, self.solution.as_ref());
+        let trace: f64 = (0..y.nrows()).map(|i| self.by_kernel[(i, i)]).sum();
+        let value = 0.5 * weight * (dimensions * self.factor.log_determinant() + square);
+        Some((value, -trace / noise_precision))
     }
 }
 
@@ -252,8 +282,8 @@ mod tests {
                 for balance in [1.0, 13.0] {
                     for lengths in [vec![20], vec![9, 11]] {
                         let layout = SequenceLayout { order, delta, lengths };
-                        let objective = Objective::new(observations.as_ref(), &scales, &layout, balance);
-                        let worst = worst_gradient_error(&objective, &example(20).pack());
+                        let mut objective = Objective::new(observations.as_ref(), &scales, &layout, balance);
+                        let worst = worst_gradient_error(&mut objective, &example(20).pack());
                         assert!(worst < 1e-6, "{layout:?} balance {balance}: relative error {worst:e}");
                     }
                 }
@@ -265,12 +295,12 @@ mod tests {
     fn gradients_equal_central_differences_where_matrices_are_factored_in_several_blocks() {
         let observations = Mat::from_fn(71, 5, |i, j| wave(i, j + 3));
         let layout = SequenceLayout { order: DynamicsOrder::Second, delta: true, lengths: vec![40, 31] };
-        let objective = Objective::new(observations.as_ref(), &[0.9, 1.1, 0.7, 1.4, 1.0], &layout, 5.0);
-        let worst = worst_gradient_error(&objective, &example(71).pack());
+        let mut objective = Objective::new(observations.as_ref(), &[0.9, 1.1, 0.7, 1.4, 1.0], &layout, 5.0);
+        let worst = worst_gradient_error(&mut objective, &example(71).pack());
         assert!(worst < 1e-6, "relative error {worst:e}");
     }
 
-    fn worst_gradient_error(objective: &Objective<'_>, theta: &[f64]) -> f64 {
+    fn worst_gradient_error(objective: &mut Objective<'_>, theta: &[f64]) -> f64 {
         let mut gradient = vec![0.0; theta.len()];
         let mut ignored = gradient.clone();
         objective.value_and_gradient(theta, 3, &mut gradient);

@@ -8,6 +8,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
+use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::lanes::{Loop, add_scaled, dispatch, dot};
@@ -18,31 +19,60 @@ const BLOCK: usize = 32;
 /// Rows of `L^-1` that are multiplied at once.
 const PANEL: usize = 48;
 
-/// A symmetric positive definite matrix `K = L L^T`.
+/// A symmetric positive definite matrix `K = L L^T`, and room to factor others of its size.
 #[derive(Debug)]
 pub(super) struct PositiveDefinite {
-    /// `L^-1`, zero above the diagonal.
+    /// `L^-1`, zero above the diagonal. While it comes to be: as far as blocks are done, and below them what the row
+    /// operations have made of the unit matrix.
     inverse_factor: Mat<f64>,
     log_determinant: f64,
+    /// What is left of the matrix while it is factored, lower triangle, right and below of the blocks that are done.
+    left: Mat<f64>,
+    /// A block column of `L` below its diagonal block.
+    panel: Mat<f64>,
+    /// A block row of `L^-1` left of its diagonal block.
+    rows: Mat<f64>,
 }
 
 /// Shares of the mean diagonal that are added, one after another, until the factorisation succeeds.
 const JITTERS: [f64; 8] = [0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4];
 
 impl PositiveDefinite {
+    /// The unit matrix: room for matrices of `n` rows.
+    pub(super) fn identity(n: usize) -> Self {
+        Self {
+            inverse_factor: Mat::identity(n, n),
+            log_determinant: 0.0,
+            left: Mat::zeros(n, n),
+            panel: Mat::zeros(n, BLOCK),
+            rows: Mat::zeros(BLOCK, n),
+        }
+    }
+
     /// Factors `matrix`, of which the lower triangle is read, with `ridge` added to its diagonal; `None` where it is not
     /// positive definite even with a jitter of 1e-4 of its mean diagonal.
     pub(super) fn factor(matrix: MatRef<'_, f64>, ridge: f64) -> Option<Self> {
+        let mut factor = Self::identity(matrix.nrows());
+        factor.become_factor_of(matrix, ridge).then_some(factor)
+    }
+
+    /// As [`Self::factor`] in the room of this one, for a matrix of the same size; whether there is a factor.
+    pub(super) fn become_factor_of(&mut self, matrix: MatRef<'_, f64>, ridge: f64) -> bool {
         let n = matrix.nrows();
         let mean_diagonal = ridge + (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n.max(1) as f64;
-        if !mean_diagonal.is_finite() {
-            return None;
-        }
-        JITTERS.iter().find_map(|jitter| {
-            let mut lower = matrix.to_owned();
-            (0..n).for_each(|i| lower[(i, i)] += ridge + jitter * mean_diagonal);
-            Elimination::of(lower).finish()
-        })
+        mean_diagonal.is_finite()
+            && JITTERS.iter().any(|jitter| {
+                self.left.copy_from_triangular_lower(matrix);
+                (0..n).for_each(|i| self.left[(i, i)] += ridge + jitter * mean_diagonal);
+                self.inverse_factor.fill(0.0);
+                self.log_determinant = 0.0;
+                self.eliminate_all()
+            })
+    }
+
+    /// The same without room for others.
+    pub(super) fn settled(self) -> Self {
+        Self { left: Mat::new(), panel: Mat::new(), rows: Mat::new(), ..self }
     }
 
     /// `ln |K|`.
@@ -50,11 +80,10 @@ impl PositiveDefinite {
         self.log_determinant
     }
 
-    /// The lower triangle of `weight K^-1`; zero above the diagonal.
-    pub(super) fn inverse_lower(&self, weight: f64) -> Mat<f64> {
-        let n = self.inverse_factor.nrows();
-        let mut inverse = Mat::zeros(n, n);
-        for (first, end) in blocks(n, PANEL) {
+    /// Writes the lower triangle of `weight K^-1`; above the diagonal stands zero.
+    pub(super) fn inverse_lower(&self, weight: f64, inverse: &mut Mat<f64>) {
+        inverse.fill(0.0);
+        for (first, end) in blocks(self.inverse_factor.nrows(), PANEL) {
             let rows = self.inverse_factor.get(first..end, ..end);
             triangular_matmul(
                 inverse.get_mut(..end, ..end),
@@ -68,101 +97,102 @@ impl PositiveDefinite {
                 Par::Seq,
             );
         }
-        inverse
     }
 
-    /// `L^-1 B`: columns whose squares sum to `b^T K^-1 b`.
-    pub(super) fn whiten(&self, right: MatRef<'_, f64>) -> Mat<f64> {
-        let mut white = Mat::zeros(right.nrows(), right.ncols());
+    /// Writes `L^-1 B`: columns whose squares sum to `b^T K^-1 b`.
+    pub(super) fn whiten(&self, right: MatRef<'_, f64>, white: &mut Mat<f64>) {
         for (first, end) in blocks(right.nrows(), PANEL) {
             let rows = self.inverse_factor.get(first..end, ..end);
             matmul(white.get_mut(first..end, ..), Accum::Replace, rows, right.get(..end, ..), 1.0, Par::Seq);
         }
-        white
     }
 
-    /// `L^-T W`: for whitened columns `W = L^-1 B` the solution `K^-1 B`.
-    pub(super) fn solve_whitened(&self, white: MatRef<'_, f64>) -> Mat<f64> {
-        let mut solution = Mat::zeros(white.nrows(), white.ncols());
+    /// Writes `L^-T W`: for whitened columns `W = L^-1 B` the solution `K^-1 B`.
+    pub(super) fn solve_whitened(&self, white: MatRef<'_, f64>, solution: &mut Mat<f64>) {
+        solution.fill(0.0);
         for (first, end) in blocks(white.nrows(), PANEL) {
             let rows = self.inverse_factor.get(first..end, ..end).transpose();
             matmul(solution.get_mut(..end, ..), Accum::Add, rows, white.get(first..end, ..), 1.0, Par::Seq);
         }
-        solution
     }
 
     /// `K^-1 B`.
     pub(super) fn solve(&self, right: MatRef<'_, f64>) -> Mat<f64> {
-        self.solve_whitened(self.whiten(right).as_ref())
+        let (mut white, mut solution) =
+            (Mat::zeros(right.nrows(), right.ncols()), Mat::zeros(right.nrows(), right.ncols()));
+        self.whiten(right, &mut white);
+        self.solve_whitened(white.as_ref(), &mut solution);
+        solution
     }
 
     /// `b^T K^-1 b` of every column `b`.
     pub(super) fn quadratic_forms(&self, columns: MatRef<'_, f64>) -> Vec<f64> {
-        let white = self.whiten(columns);
-        (0..white.ncols()).map(|j| dot(white.col_as_slice(j), white.col_as_slice(j))).collect()
-    }
-}
-
-/// First and end of every block of at most `size`.
-fn blocks(n: usize, size: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..n).step_by(size).map(move |first| (first, (first + size).min(n)))
-}
-
-/// Row operations that turn a matrix into its Cholesky factor and the unit matrix into that factor's inverse.
-struct Elimination {
-    /// The matrix, lower triangle; what is left of it stands right and below of the blocks that are done.
-    matrix: Mat<f64>,
-    /// Rows of `L^-1` as far as blocks are done, below them what the row operations have made of the unit matrix.
-    inverse: Mat<f64>,
-    log_determinant: f64,
-}
-
-impl Elimination {
-    fn of(matrix: Mat<f64>) -> Self {
-        let n = matrix.nrows();
-        Self { matrix, inverse: Mat::zeros(n, n), log_determinant: 0.0 }
+        let mut white = Mat::zeros(columns.nrows(), columns.ncols());
+        self.whiten(columns, &mut white);
+        squares_of_columns(&white).collect()
     }
 
-    fn finish(mut self) -> Option<PositiveDefinite> {
-        let n = self.matrix.nrows();
-        let mut memory =
-            MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(BLOCK, Par::Seq, Default::default()));
-        blocks(n, BLOCK).try_for_each(|(first, end)| self.eliminate(first, end, MemStack::new(&mut memory)))?;
-        let Self { inverse, log_determinant, .. } = self;
-        log_determinant.is_finite().then_some(PositiveDefinite { inverse_factor: inverse, log_determinant })
+    fn eliminate_all(&mut self) -> bool {
+        let request = llt::factor::cholesky_in_place_scratch::<f64>(BLOCK, Par::Seq, Default::default());
+        let mut memory = MemBuffer::new(request);
+        blocks(self.left.nrows(), BLOCK).all(|(first, end)| self.eliminate(first, end, MemStack::new(&mut memory)))
+            && self.log_determinant.is_finite()
     }
 
-    /// Does the columns `first .. end`; `None` where a pivot is not positive.
-    fn eliminate(&mut self, first: usize, end: usize, stack: &mut MemStack) -> Option<()> {
-        let n = self.matrix.nrows();
-        let block = self.matrix.get_mut(first..end, first..end);
-        llt::factor::cholesky_in_place(block, Default::default(), Par::Seq, stack, Default::default()).ok()?;
-        let block = self.matrix.get(first..end, first..end);
-        self.log_determinant += 2.0 * (0..end - first).map(|i| block[(i, i)].ln()).sum::<f64>();
-        let block_inverse = inverse_of_lower(block);
-        let done = &block_inverse * self.inverse.get(first..end, ..first);
-        self.inverse.get_mut(first..end, ..first).copy_from(&done);
-        self.inverse.get_mut(first..end, first..end).copy_from(&block_inverse);
-        if end == n {
-            return Some(());
+    /// Does the columns `first .. end`; `false` where a pivot is not positive.
+    fn eliminate(&mut self, first: usize, end: usize, stack: &mut MemStack) -> bool {
+        let (n, size) = (self.left.nrows(), end - first);
+        let block = self.left.get_mut(first..end, first..end);
+        if llt::factor::cholesky_in_place(block, Default::default(), Par::Seq, stack, Default::default()).is_err() {
+            return false;
         }
-        let panel = self.matrix.get(end.., first..end) * block_inverse.transpose();
+        let block = self.left.get(first..end, first..end);
+        self.log_determinant += 2.0 * (0..size).map(|i| block[(i, i)].ln()).sum::<f64>();
+        let block_inverse = inverse_of_lower(block);
+        let mut rows = self.rows.get_mut(..size, ..first);
+        matmul(
+            rows.rb_mut(),
+            Accum::Replace,
+            &block_inverse,
+            self.inverse_factor.get(first..end, ..first),
+            1.0,
+            Par::Seq,
+        );
+        self.inverse_factor.get_mut(first..end, ..first).copy_from(&rows);
+        self.inverse_factor.get_mut(first..end, first..end).copy_from(&block_inverse);
+        if end == n {
+            return true;
+        }
+        let mut panel = self.panel.get_mut(..n - end, ..size);
+        let below = self.left.get(end.., first..end);
+        matmul(panel.rb_mut(), Accum::Replace, below, block_inverse.transpose(), 1.0, Par::Seq);
+        let panel = self.panel.get(..n - end, ..size);
         triangular_matmul(
-            self.matrix.get_mut(end.., end..),
+            self.left.get_mut(end.., end..),
             BlockStructure::TriangularLower,
             Accum::Add,
-            panel.as_ref(),
+            panel,
             BlockStructure::Rectangular,
             panel.transpose(),
             BlockStructure::Rectangular,
             -1.0,
             Par::Seq,
         );
-        let (above, below) = self.inverse.split_at_row_mut(end);
+        let (above, below) = self.inverse_factor.split_at_row_mut(end);
         let done = above.as_ref().get(first..end, ..end);
-        matmul(below.get_mut(.., ..end), Accum::Add, panel.as_ref(), done, -1.0, Par::Seq);
-        Some(())
+        matmul(below.get_mut(.., ..end), Accum::Add, panel, done, -1.0, Par::Seq);
+        true
     }
+}
+
+/// The square of the length of every column.
+pub(super) fn squares_of_columns(columns: &Mat<f64>) -> impl Iterator<Item = f64> + '_ {
+    (0..columns.ncols()).map(|j| dot(columns.col_as_slice(j), columns.col_as_slice(j)))
+}
+
+/// First and end of every block of at most `size`.
+fn blocks(n: usize, size: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).step_by(size).map(move |first| (first, (first + size).min(n)))
 }
 
 /// The inverse of a small lower triangular matrix, zero above the diagonal.
@@ -219,7 +249,8 @@ mod tests {
             let matrix = example(n);
             let expected = matrix.partial_piv_lu().inverse();
             let factor = PositiveDefinite::factor(matrix.as_ref(), 0.0).unwrap();
-            let mut inverse = factor.inverse_lower(1.0);
+            let mut inverse = Mat::from_fn(n, n, |_, _| f64::NAN);
+            factor.inverse_lower(1.0, &mut inverse);
             for j in 0..n {
                 assert!((0..j).all(|i| inverse[(i, j)] == 0.0));
                 (0..j).for_each(|i| inverse[(i, j)] = inverse[(j, i)]);

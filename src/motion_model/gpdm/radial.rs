@@ -4,19 +4,14 @@ use faer::{Mat, MatRef};
 
 use super::lanes::{Loop, add_scaled, dispatch, dot, scaled_exponentials, sum};
 
-/// Values between rows of `a` and rows of `b`: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
-pub(super) fn radial(amplitude: f64, inverse_width: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let a = a.to_owned();
-    let mut values = Mat::zeros(a.nrows(), b.nrows());
-    dispatch(Columns { amplitude, inverse_width, a: &a, b, lower: false, values: &mut values });
-    values
+/// Writes the values between rows of `a` and rows of `b`: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
+pub(super) fn radial(amplitude: f64, inverse_width: f64, a: &Mat<f64>, b: MatRef<'_, f64>, values: &mut Mat<f64>) {
+    dispatch(Columns { amplitude, inverse_width, a, b, lower: false, values });
 }
 
-/// Lower triangle of the values between the rows of `x`.
-pub(super) fn radial_lower(amplitude: f64, inverse_width: f64, x: &Mat<f64>) -> Mat<f64> {
-    let mut values = Mat::zeros(x.nrows(), x.nrows());
-    dispatch(Columns { amplitude, inverse_width, a: x, b: x.as_ref(), lower: true, values: &mut values });
-    values
+/// Writes the lower triangle of the values between the rows of `x`.
+pub(super) fn radial_lower(amplitude: f64, inverse_width: f64, x: &Mat<f64>, values: &mut Mat<f64>) {
+    dispatch(Columns { amplitude, inverse_width, a: x, b: x.as_ref(), lower: true, values });
 }
 
 struct Columns<'a> {
@@ -37,6 +32,7 @@ impl Loop for Columns<'_> {
         for j in 0..self.b.nrows() {
             let first = if self.lower { j } else { 0 };
             let column = &mut self.values.col_as_slice_mut(j)[first..];
+            column.fill(0.0);
             for c in 0..self.a.ncols() {
                 let centre = self.b[(j, c)];
                 for (value, x) in column.iter_mut().zip(&self.a.col_as_slice(c)[first..]) {
@@ -157,7 +153,9 @@ mod tests {
     #[test]
     fn the_lower_triangle_is_that_of_all_values_and_products_are_those_of_the_whole_matrix() {
         let x = Mat::from_fn(21, 3, |i, c| ((i * (c + 2)) as f64 * 0.31).sin());
-        let (lower, all) = (radial_lower(0.7, 1.3, &x), radial(0.7, 1.3, x.as_ref(), x.as_ref()));
+        let (mut lower, mut all) = (Mat::zeros(21, 21), Mat::from_fn(21, 21, |_, _| f64::NAN));
+        radial_lower(0.7, 1.3, &x, &mut lower);
+        radial(0.7, 1.3, &x, x.as_ref(), &mut all);
         assert!((0..21).all(|j| (j..21).all(|i| lower[(i, j)].to_bits() == all[(i, j)].to_bits())));
         let (product, expected) = (symmetric_times(&lower, &x), &all * &x);
         assert!((0..21).all(|i| (0..3).all(|c| (product[(i, c)] - expected[(i, c)]).abs() < 1e-12)));

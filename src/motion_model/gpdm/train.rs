@@ -163,7 +163,7 @@ fn descend(
     let mut previous = f64::INFINITY;
     for number in 1..=options.rounds {
         let scales = closed_form_scales(centred, &parameters)?;
-        let objective = Objective::new(centred, &scales, layout, balance);
+        let mut objective = Objective::new(centred, &scales, layout, balance);
         let value = minimise(
             |theta, gradient| objective.value_and_gradient(theta, d, gradient),
             &mut theta,
@@ -186,8 +186,9 @@ fn descend(
 
 /// `w_d^2 = N / (x_d^T K_X^-1 x_d + kappa^-2)`: where the loss is least for given latents.
 fn closed_form_scales(centred: MatRef<'_, f64>, parameters: &Parameters) -> Result<Vec<f64>, GpdmError> {
-    let z = parameters.latents.as_ref();
-    let covariance = parameters.map.cross(z, z);
+    let z = &parameters.latents;
+    let mut covariance = Mat::zeros(z.nrows(), z.nrows());
+    parameters.map.cross(z, z.as_ref(), &mut covariance);
     let ridge = 1.0 / parameters.map.noise_precision;
     let factor = PositiveDefinite::factor(covariance.as_ref(), ridge).ok_or(GpdmError::Singular)?;
     let frames = centred.nrows() as f64;
