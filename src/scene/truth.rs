@@ -76,7 +76,7 @@ pub enum SceneError {
     },
     /// Nobody would see anything.
     #[error(
-        "the subject is outside all views in all {frames} frames (it begins at {start:?} m); move the cameras or the motion"
+        "the subject is outside all views in all {frames} frames (it begins at {start:.2?} m); move the cameras or the motion"
     )]
     OutOfView {
         /// Number of frames.
