@@ -1,10 +1,17 @@
 //! One loss with its gradient, one training, and 1000 predictions of a GPDM with D = 60 observed and d = 3 latent
-//! dimensions, on one thread. `cargo bench --bench gpdm`
+//! dimensions, on one thread; and reading a model file. `cargo bench --bench gpdm`
+//!
+//! `benches/reference/gpdm_numpy.py` times the same losses and predictions in NumPy and SciPy.
+
+use std::path::Path;
 
 use faer::Mat;
+use skiagraph::body::{Humanoid, Motion};
+use skiagraph::experiment::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 use skiagraph::motion_model::gpdm::{
     DynamicsKernel, DynamicsOrder, MapKernel, Objective, Parameters, SequenceLayout, TrainingOptions, train,
 };
+use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 
 fn main() {
     divan::main();
@@ -49,4 +56,43 @@ fn predict_1000_particles_mean_and_variance(bencher: divan::Bencher<'_, '_>, fra
     let Ok(model) = train(motion(frames).as_ref(), &[frames], &options) else { return };
     let particles = Mat::from_fn(1000, 3, |i, c| ((i * (c + 2)) as f64 * 0.37).sin());
     bencher.bench_local(|| model.map_moments(divan::black_box(particles.as_ref())));
+}
+
+/// A file of one model of so many frames of tracker25.
+fn model_file(frames: usize) -> Option<Vec<u8>> {
+    let body = Humanoid::tracker25().ok()?;
+    let pose = |t: usize| {
+        let mut pose = body.zero_pose();
+        let angles = pose.joint_angles.iter_mut().enumerate();
+        angles.for_each(|(i, angle)| *angle = 0.2 * (0.1 * t as f64 + i as f64).sin() + 0.1 * (0.017 * t as f64).sin());
+        pose
+    };
+    let motion = Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() };
+    let training = TrainingOptions { rounds: 1, iterations: 5, ..TrainingOptions::default() };
+    let settings = GraphSettings { single: true, training, ..GraphSettings::default() };
+    let graph = GpdmGraph::learn(&body, &[motion], &settings, |_, _| ()).ok()?;
+    let from = LearnedFrom {
+        clip: "swing".to_owned(),
+        sha256: None,
+        first_frame: None,
+        last_frame: None,
+        frames,
+        poses_sha256: String::new(),
+    };
+    let facts = ModelFacts {
+        schema: MODEL_SCHEMA.to_owned(),
+        program: "bench".to_owned(),
+        whole: true,
+        robot: RobotFacts::of(&body),
+        frames_per_second: 60.0,
+        learned_from: vec![from],
+        settings,
+    };
+    LearnedModel { facts, body, graph }.to_bytes().ok()
+}
+
+#[divan::bench(args = [150, 480], sample_count = 20)]
+fn read_a_model_file(bencher: divan::Bencher<'_, '_>, frames: usize) {
+    let Some(bytes) = model_file(frames) else { return };
+    bencher.bench_local(|| LearnedModel::from_bytes(Path::new("swing.model"), divan::black_box(&bytes)));
 }

@@ -33,7 +33,7 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
     if let Some(other) = &s.against {
         let (kind, mean) = (other.kind, other.reconstruction_error_rad2.mean);
         let share = 100.0 * other.ratio;
-        text.push_str(&format!("\n  against  {kind}: mean {mean:.4} rad^2; this is {share:.1} % of it"));
+        text.push_str(&format!("\n  against  {kind}: mean {mean:.4} rad^2; this is {share:.3} % of it"));
     }
     text.push_str("\n\n  model  motion  first  frames  mean rad^2  max rad^2");
     for (index, model) in s.models.iter().enumerate() {

@@ -115,7 +115,7 @@ impl TrainingInput {
         let repeated = |motion: &Motion| motion.poses.windows(2).filter(|pair| pair[0] == pair[1]).count();
         let mut doubts = Vec::new();
         if !still.is_empty() {
-            doubts.push(format!("{} never move in the training motion; the model will keep them so", still.join(", ")));
+            doubts.push(format!("no movement in the training motion, and none in the model: {}", still.join(", ")));
         }
         for (from, count) in self.learned_from.iter().zip(self.motions.iter().map(repeated)).filter(|(_, n)| *n > 0) {
             doubts.push(format!("{}: {count} frames equal the frame before; is its rate the recording's?", from.clip));

@@ -156,7 +156,8 @@ fn headlines(input: &ModelPageInput<'_>) -> Vec<Headline> {
     ];
     if let Some(other) = &input.against {
         let [of_other, _] = mean_and_greatest(&other.errors);
-        let share = format!("{:.1}", 100.0 * mean / of_other);
+        let percent = 100.0 * mean / of_other;
+        let share = if percent < 1.0 { format!("{percent:.3}") } else { format!("{percent:.1}") };
         headlines.insert(1, headline(share, "%", "of the mean error of the model it is held against"));
     }
     headlines

@@ -49,8 +49,7 @@ fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
         let answer = room.succeed(&format!("inspect {what}"));
         assert!(answer.stdout.contains(words), "{}", answer.stdout);
     }
-    let silhouette = fs::read_dir(room.path("set/observations/cam00")).unwrap().next().unwrap().unwrap().path();
-    fs::write(silhouette, "nothing").unwrap();
+    room.write("set/observations/cam00/silhouette/000002.png", "nothing");
     let broken = room.skiagraph(["inspect", "set"]);
     assert!(broken.code == 1 && broken.stdout.contains("BROKEN"), "{}", broken.stdout);
 }

@@ -168,7 +168,8 @@ fn a_tracker_moves_on_a_model_that_was_trained_before_as_on_one_learned_now() {
     room.succeed("render tiny.toml --out set");
     room.succeed("track set --tracker gpdm_graph model_file=run.model particles=20 --seeds 2 --out runs/apart");
     models("runs/apart");
-    assert_eq!(room.read("runs/file/poses.npz"), room.read("runs/apart/poses.npz"));
+    // poses.npz of `run` holds the truth beside the estimates
+    assert!(room.read("runs/file/search.npz") == room.read("runs/apart/search.npz"));
 }
 
 #[test]
