@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::inspect_words::in_words;
-use super::{CommandError, output};
+use super::{CommandError, inspect_contacts, output};
 use crate::experiment::{Inspected, inspect};
 
 /// Say what a model, a recording, a robot or a benchmark set holds
@@ -14,7 +14,8 @@ use crate::experiment::{Inspected, inspect};
 #[command(after_help = "Examples:\n  skiagraph inspect walk.model --out walk.html\n  \
                         skiagraph inspect graph.model --against single.model --out graph.html\n  \
                         skiagraph inspect 01_01.bvh\n  skiagraph inspect tracker25 --json\n  \
-                        skiagraph inspect sets/walk")]
+                        skiagraph inspect sets/walk\n  \
+                        skiagraph inspect embedded:walk --contacts --out walk.svg")]
 pub(super) struct Arguments {
     /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt, embedded:NAME); a robot (.urdf, or one that ships);
     /// the directory of a benchmark set
@@ -25,8 +26,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "MODEL")]
     against: Option<PathBuf>,
 
-    /// Write a page with pictures of the model: latent spaces, errors over frames, distances of frames
-    #[arg(long, value_name = "HTML")]
+    /// Say how a recording, given to the robot `actor`, or the truth of a set stands on the ground: which foot when, slips, gaps,
+    /// the worst frames
+    #[arg(long, conflicts_with = "against")]
+    contacts: bool,
+
+    /// Write a page with pictures of the model: latent spaces, errors over frames, distances of frames; with --contacts a chart,
+    /// .svg or .html
+    #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
     /// Print one JSON object
@@ -35,6 +42,10 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+    if arguments.contacts {
+        inspect_contacts::run(&arguments.what, arguments.out.as_deref(), arguments.json)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let found = inspect(&arguments.what, arguments.against.as_deref(), arguments.out.as_deref())?;
     if arguments.json {
         output::print_json(&found)?;

@@ -6,6 +6,7 @@
 mod check;
 mod evaluate;
 mod inspect;
+mod inspect_contacts;
 mod inspect_words;
 mod notes;
 mod output;

@@ -19,7 +19,7 @@ pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule)
 }
 
 /// A tapered capsule as distances see it: the first ball, the way to the last, and how the radius grows on it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Axis {
     /// Centre of the first ball, metres.
     pub(super) start: Vector3<f64>,
@@ -42,28 +42,36 @@ impl Axis {
             let (centre, radius) = if growth > 0.0 { (solid.b, solid.radius_b) } else { (solid.a, solid.radius_a) };
             return Self { start: centre.coords, along: Vector3::x(), length: 0.0, radius, taper: 0.0 };
         }
-        Self {
-            start: solid.a.coords,
-            along: axis / length,
-            length,
-            radius: solid.radius_a,
-            taper: growth / length,
-        }
+        Self { start: solid.a.coords, along: axis / length, length, radius: solid.radius_a, taper: growth / length }
     }
 
     fn end(&self) -> Vector3<f64> {
         self.start + self.along * self.length
     }
 
-    fn end_radius(&self) -> f64 {
+    /// Radius of the last ball.
+    pub(super) fn end_radius(&self) -> f64 {
         self.radius + self.taper * self.length
+    }
+
+    /// Squared distance of the axes alone (Ericson 2005, Real-Time Collision Detection, 5.1.9).
+    pub(super) fn squared_distance_of_axes(&self, other: &Self) -> f64 {
+        let (u, v, w) = (&self.along, &other.along, self.start - other.start);
+        let (c, uw, vw) = (u.dot(v), u.dot(&w), v.dot(&w));
+        let sine_squared = 1.0 - c * c;
+        let s = if sine_squared > 0.0 { ((c * vw - uw) / sine_squared).clamp(0.0, self.length) } else { 0.0 };
+        let t = (vw + c * s).clamp(0.0, other.length);
+        let s = (c * t - uw).clamp(0.0, self.length);
+        (w + u * s - v * t).norm_squared()
     }
 
     /// Signed distance of two.
     pub(super) fn distance(&self, other: &Self) -> f64 {
         self.between_sides(other).unwrap_or_else(|| {
-            let of_mine = self.from_ball(&other.start, other.radius).min(self.from_ball(&other.end(), other.end_radius()));
-            let of_theirs = other.from_ball(&self.start, self.radius).min(other.from_ball(&self.end(), self.end_radius()));
+            let of_mine =
+                self.from_ball(&other.start, other.radius).min(self.from_ball(&other.end(), other.end_radius()));
+            let of_theirs =
+                other.from_ball(&self.start, self.radius).min(other.from_ball(&self.end(), self.end_radius()));
             of_mine.min(of_theirs)
         })
     }

@@ -8,16 +8,17 @@ use rayon::prelude::*;
 use super::foot_paths::offsets;
 use super::ground_contacts::link_frames;
 use super::{ContactError, ContactRule, GroundContacts, GroundQuality};
-use crate::body::retarget::{AngleGoal, Goals, PointGoal, Solver};
+use crate::body::retarget::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
 use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
 
-/// How often contact is told anew and the feet are planted again.
-const ROUNDS: usize = 4;
 /// Greatest change of any angle from the recorded motion, radians (metres where prismatic).
 const GREATEST_CHANGE: f64 = 0.35;
 /// Weight of feet on their paths against that of the root where it was.
 const FOOT_WEIGHT: f64 = 30.0;
 const ROOT_WEIGHT: f64 = 1.0;
+/// What a radian by which the root is turned amounts to, metres: the head is that far from it, and all that hangs on the root is
+/// swung when it tilts.
+const UPRIGHT: f64 = 0.7;
 /// What a radian away from the angle before amounts to, metres.
 const ANGLE_WEIGHT: f64 = 0.1;
 /// A link is held in place and orientation by its origin and points this far along its axes, metres.
@@ -38,26 +39,45 @@ pub struct Fixed {
 pub struct FixReport {
     /// How the motion stood.
     pub before: GroundQuality,
-    /// How it stands.
+    /// How it stands, in stances told anew of the settled motion.
     pub after: GroundQuality,
-    /// Mean distance by which joints were moved, over all joints and frames, mm.
+    /// The same in the stances of the motion as it was.
+    pub after_in_old_stances: GroundQuality,
+    /// By how much the whole motion was raised first, mm; 0 for a motion that was not underground.
+    pub raised_mm: f64,
+    /// Mean distance by which joints were moved beyond that, over all joints and frames, mm.
     pub moved_mm: f64,
-    /// Greatest distance by which a joint was moved, mm.
-    pub moved_most_mm: f64,
+    /// Greatest distance by which a joint was moved beyond that.
+    pub moved_most: MostMoved,
     /// Greatest change of each degree of freedom, radians (metres where prismatic), in the body's order; at most 0.35.
     pub angle_changes: Vec<f64>,
 }
 
+/// What was moved most.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MostMoved {
+    /// How far, mm.
+    pub mm: f64,
+    /// Which link.
+    pub link: String,
+    /// In which frame.
+    pub frame: usize,
+}
+
 impl fmt::Display for FixReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.raised_mm > 0.0 {
+            write!(f, "the motion was underground and is raised by {:.0} mm as a whole; ", self.raised_mm)?;
+        }
         let greatest = self.angle_changes.iter().copied().fold(0.0, f64::max);
+        let MostMoved { mm, link, frame } = &self.moved_most;
         write!(
             f,
-            "before: {}; fixed: {}; joints moved by {:.1} mm on average, {:.1} mm at most, angles by {:.1} degrees at most",
+            "before: {}; fixed: {}; joints moved by {:.1} mm on average, {mm:.1} mm at most ({link}, frame {frame}), angles by {:.1} \
+             degrees at most",
             self.before,
             self.after,
             self.moved_mm,
-            self.moved_most_mm,
             greatest.to_degrees()
         )
     }
@@ -65,30 +85,46 @@ impl fmt::Display for FixReport {
 
 /// Settles a motion on the ground z = 0: feet that stand by `rule` are planted, nothing sinks; every frame is a
 /// least squares problem with the body's joint limits, in which feet follow their planted paths with the orientation that they
-/// have, and the root and all angles stay near where they were. No angle changes by more than 0.35 rad.
+/// have, and the root and all angles stay near where they were. No angle changes by more than 0.35 rad. A motion whose standing
+/// feet are underground, further than contact begins above it, is first raised as a whole.
 ///
 /// # Errors
 /// As [`GroundContacts::of_motion`].
 pub fn fix(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Fixed, ContactError> {
     let before = GroundContacts::of_motion(body, motion, rule)?;
-    let mut settled = motion.clone();
-    for _ in 0..ROUNDS {
-        let frames = link_frames(body, &settled)?;
-        let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, rule)?;
-        let paths = [0, 1].map(|foot| offsets(&contacts.feet[foot], &frames));
-        let feet = [0, 1].map(|foot| contacts.feet[foot].links.as_slice());
-        settled.poses = (0..frames.len())
-            .into_par_iter()
-            .map(|frame| {
-                let shifts = [paths[0][frame], paths[1][frame]];
-                place(&bounded(body, &motion.poses[frame]), &settled.poses[frame], &frames[frame], feet, shifts)
-            })
-            .collect();
-    }
-    let settled = settled.made_continuous(body);
-    let after = GroundContacts::of_motion(body, &settled, rule)?;
-    let report = report(body, motion, &settled, [&before, &after])?;
+    let depth = depth_of_feet(&before);
+    let raised_m = if depth > rule.enter_gap_m { depth } else { 0.0 };
+    let old = raised(motion, raised_m);
+    let old_frames = link_frames(body, &old)?;
+    let contacts = GroundContacts::of_frames(body, body, &old_frames, motion.frames_per_second, rule)?;
+    let feet = contacts.feet.each_ref().map(|foot| foot.links.clone());
+    let paths = contacts.feet.each_ref().map(|foot| offsets(foot, &old_frames, motion.frames_per_second));
+    let poses = (0..old_frames.len()).into_par_iter().map(|frame| {
+        let shifts = [paths[0][frame], paths[1][frame]];
+        place(&bounded(body, &old.poses[frame]), &old.poses[frame], &old_frames[frame], &feet, shifts)
+    });
+    let settled = Motion { poses: poses.collect(), ..old.clone() }.made_continuous(body);
+    let report = report(body, [&old, &settled], [&before, &contacts], raised_m, rule)?;
     Ok(Fixed { motion: settled, report })
+}
+
+/// Median depth of standing feet under the ground, or of the lower foot where none ever stands, metres; negative above.
+fn depth_of_feet(contacts: &GroundContacts) -> f64 {
+    let [left, right] = &contacts.feet;
+    let pairs = left.frames.iter().zip(&right.frames);
+    let mut depths: Vec<f64> =
+        pairs.clone().flat_map(|(a, b)| [a, b]).filter(|foot| foot.in_contact).map(|foot| -foot.gap_m).collect();
+    if depths.is_empty() {
+        depths = pairs.map(|(a, b)| -a.gap_m.min(b.gap_m)).collect();
+    }
+    depths.sort_by(f64::total_cmp);
+    depths[depths.len() / 2]
+}
+
+fn raised(motion: &Motion, by_m: f64) -> Motion {
+    let mut raised = motion.clone();
+    raised.poses.iter_mut().for_each(|pose| pose.world_from_root.translation.z += by_m);
+    raised
 }
 
 /// The body without flesh, its limits narrowed to what may be changed of `pose`.
@@ -104,50 +140,66 @@ fn bounded(body: &Humanoid, pose: &Pose) -> Humanoid {
 }
 
 /// The pose nearest `pose` whose feet are shifted.
-fn place(body: &Humanoid, pose: &Pose, frames: &LinkFrames, feet: [&[usize]; 2], shifts: [Vector3<f64>; 2]) -> Pose {
-    let mut points = hold(frames, 0, ROOT_WEIGHT, &Vector3::zeros());
-    for (links, shift) in feet.into_iter().zip(&shifts) {
+fn place(body: &Humanoid, pose: &Pose, frames: &LinkFrames, feet: &[Vec<usize>; 2], shifts: [Vector3<f64>; 2]) -> Pose {
+    let mut points = vec![stay_at(frames, 0, Vector3::zeros(), ROOT_WEIGHT, &Vector3::zeros())];
+    let upright = OrientationGoal { link: 0, world_from_link: frames[0].rotation, metres_per_radian: UPRIGHT };
+    for (links, shift) in feet.iter().zip(&shifts) {
         points.extend(links.iter().flat_map(|&link| hold(frames, link, FOOT_WEIGHT, shift)));
     }
     let stay = |&target: &f64| AngleGoal { target, metres_per_unit: ANGLE_WEIGHT };
     let angles = pose.joint_angles.iter().map(stay).collect();
-    Solver::new(body).solve(&Goals { points, orientations: Vec::new(), angles }, pose, MAX_ITERATIONS).pose
+    Solver::new(body).solve(&Goals { points, orientations: vec![upright], angles }, pose, MAX_ITERATIONS).pose
 }
 
 /// Goals that hold a link where it is, but for a shift.
 fn hold(frames: &LinkFrames, link: usize, weight: f64, shift: &Vector3<f64>) -> Vec<PointGoal> {
     let places = [Vector3::zeros(), Vector3::x() * HOLD, Vector3::y() * HOLD];
-    let goal = |place: Vector3<f64>| {
-        let point_in_link = Point3::from(place);
-        PointGoal { on: LinkPoint { link, point_in_link }, target: frames[link] * point_in_link + shift, weight }
-    };
-    places.into_iter().map(goal).collect()
+    places.into_iter().map(|place| stay_at(frames, link, place, weight, shift)).collect()
 }
 
+/// A goal that holds a point of a link where it is, but for a shift.
+fn stay_at(frames: &LinkFrames, link: usize, place: Vector3<f64>, weight: f64, shift: &Vector3<f64>) -> PointGoal {
+    let point_in_link = Point3::from(place);
+    PointGoal { on: LinkPoint { link, point_in_link }, target: frames[link] * point_in_link + shift, weight }
+}
+
+/// `contacts` are those of the motion as it was, and once raised.
 fn report(
     body: &Humanoid,
-    motion: &Motion,
-    settled: &Motion,
-    [before, after]: [&GroundContacts; 2],
+    [old, settled]: [&Motion; 2],
+    [before, on_ground]: [&GroundContacts; 2],
+    raised_m: f64,
+    rule: &ContactRule,
 ) -> Result<FixReport, ContactError> {
-    let (mut sum, mut most, mut count) = (0.0, 0.0_f64, 0_usize);
-    for (old, new) in link_frames(body, motion)?.iter().zip(&link_frames(body, settled)?) {
-        for (a, b) in old.0.iter().zip(&new.0) {
-            let moved = 1000.0 * (a.translation.vector - b.translation.vector).norm();
-            (sum, most, count) = (sum + moved, most.max(moved), count + 1);
+    let mut after = GroundContacts::of_motion(body, settled, rule)?;
+    let own = GroundQuality::of(&after);
+    for (foot, as_was) in after.feet.iter_mut().zip(&on_ground.feet) {
+        foot.frames.iter_mut().zip(&as_was.frames).for_each(|(frame, as_was)| frame.in_contact = as_was.in_contact);
+    }
+    let (mut sum, mut count, mut most) = (0.0, 0_usize, MostMoved::default());
+    let pairs = link_frames(body, old)?.into_iter().zip(link_frames(body, settled)?);
+    for (frame, (old, new)) in pairs.enumerate() {
+        for (link, (a, b)) in old.0.iter().zip(&new.0).enumerate() {
+            let mm = 1000.0 * (a.translation.vector - b.translation.vector).norm();
+            (sum, count) = (sum + mm, count + 1);
+            if mm > most.mm {
+                most = MostMoved { mm, link: body.links[link].name.clone(), frame };
+            }
         }
     }
     let mut angle_changes = vec![0.0_f64; body.degrees_of_freedom.len()];
-    for (old, new) in motion.poses.iter().zip(&settled.poses) {
+    for (old, new) in old.poses.iter().zip(&settled.poses) {
         for (change, (a, b)) in angle_changes.iter_mut().zip(old.joint_angles.iter().zip(&new.joint_angles)) {
             *change = change.max((a - b).abs());
         }
     }
     Ok(FixReport {
         before: GroundQuality::of(before),
-        after: GroundQuality::of(after),
+        after: own,
+        after_in_old_stances: GroundQuality::of(&after),
+        raised_mm: 1000.0 * raised_m,
         moved_mm: sum / count.max(1) as f64,
-        moved_most_mm: most,
+        moved_most: most,
         angle_changes,
     })
 }
@@ -192,7 +244,28 @@ mod tests {
     fn what_stands_already_is_left_alone() {
         let (body, motion) = statue(0.0, 0.0);
         let fixed = fix(&body, &motion, &ContactRule::default()).unwrap();
-        assert!(fixed.report.moved_most_mm < 1e-3, "{}", fixed.report);
+        assert!(fixed.report.moved_most.mm < 1e-3, "{}", fixed.report);
+    }
+
+    #[test]
+    fn a_motion_that_is_underground_is_raised_as_a_whole_and_that_is_said() {
+        let (body, motion) = statue(0.0, -0.4);
+        let fixed = fix(&body, &motion, &ContactRule::default()).unwrap();
+        assert!((fixed.report.raised_mm - 400.0).abs() < 1e-6, "{}", fixed.report);
+        assert!((fixed.report.before.penetration_mm - 400.0).abs() < 1e-6 && fixed.report.after.penetration_mm < 0.5);
+        assert!(fixed.report.moved_most.mm < 1e-3, "raised, not bent: {}", fixed.report);
+        assert!(fixed.report.to_string().starts_with("the motion was underground and is raised by 400 mm as a whole"));
+        // what sinks by millimetres is bent, not raised
+        let (_, shallow) = statue(0.0, -0.015);
+        assert_eq!(fix(&body, &shallow, &ContactRule::default()).unwrap().report.raised_mm, 0.0);
+    }
+
+    #[test]
+    fn a_motion_that_never_comes_near_the_ground_is_left_alone() {
+        let (body, motion) = statue(0.3, 1.0);
+        let fixed = fix(&body, &motion, &ContactRule::default()).unwrap();
+        assert_eq!((fixed.report.after.standing, fixed.report.raised_mm), (0.0, 0.0));
+        assert!(fixed.report.moved_most.mm < 1e-3 && fixed.report.to_string().contains("no foot ever stands"));
     }
 
     #[test]

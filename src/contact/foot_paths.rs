@@ -5,20 +5,25 @@ use nalgebra::Vector3;
 use super::{ContactTrack, Stance};
 use crate::body::LinkFrames;
 
+/// Time within which the rate of a foot's offset dies out once the foot has left the ground, seconds.
+const RATES_DIE_OUT_S: f64 = 0.05;
+
 /// Offsets of one foot from where it is now, world, metres, one a frame.
 ///
 /// In a stance the foot keeps its orientation, and its offset is such that the material at its lowest point does not move: it
 /// stands, or rolls without slipping, with its lowest point at z = 0; what is left free, where it stands, is chosen nearest to
-/// where it was on average. Between two stances a cubic (Hermite) joins the offsets and their rates, raised wherever the foot
-/// would sink.
-pub(super) fn offsets(track: &ContactTrack, frames: &[LinkFrames]) -> Vec<Vector3<f64>> {
+/// where it was on average. Between two stances a smooth step joins the offsets, their rates dying out within 0.05 s; the
+/// foot is raised wherever it would sink.
+pub(super) fn offsets(track: &ContactTrack, frames: &[LinkFrames], frames_per_second: f64) -> Vec<Vector3<f64>> {
+    let reach = RATES_DIE_OUT_S * frames_per_second;
     let mut offsets = vec![Vector3::zeros(); frames.len()];
     let stances = track.stances();
     for stance in &stances {
         plant(track, frames, stance, &mut offsets[stance.clone()]);
     }
     for pair in stances.windows(2) {
-        join(&mut offsets, pair[0].end - 1, pair[1].start, [slope(&pair[0], true), slope(&pair[1], false)]);
+        let rates = [slope(&pair[0], true), slope(&pair[1], false)];
+        join(&mut offsets, pair[0].end - 1, pair[1].start, rates, reach);
     }
     if let (Some(first), Some(last)) = (stances.first(), stances.last()) {
         let (before, after) = (offsets[first.start], offsets[last.end - 1]);
@@ -58,16 +63,19 @@ fn slope(stance: &Stance, at_end: bool) -> [usize; 2] {
     }
 }
 
-fn join(offsets: &mut [Vector3<f64>], from: usize, to: usize, slopes: [[usize; 2]; 2]) {
+/// Joins two offsets, `from` and `to` frames: a smooth step, to which the rates of either end, a frame's change, are added and
+/// die out within `reach` frames, so that they do not carry the foot away.
+fn join(offsets: &mut [Vector3<f64>], from: usize, to: usize, rates: [[usize; 2]; 2], reach: f64) {
     let span = (to - from) as f64;
-    let [leaving, arriving] = slopes.map(|[a, b]| (offsets[b] - offsets[a]) * span);
+    let reach = reach.min(span);
+    let [leaving, arriving] = rates.map(|[a, b]| offsets[b] - offsets[a]);
     let (start, end) = (offsets[from], offsets[to]);
+    // rises at rate 1, and is back at 0 without a kink after `reach` frames
+    let dying = |frames: f64| frames * (1.0 - (frames / reach).min(1.0)) * (1.0 - (frames / reach).min(1.0));
     for (i, offset) in offsets[from + 1..to].iter_mut().enumerate() {
-        let t = (i + 1) as f64 / span;
-        let (t2, t3) = (t * t, t * t * t);
-        *offset = start * (2.0 * t3 - 3.0 * t2 + 1.0)
-            + leaving * (t3 - 2.0 * t2 + t)
-            + end * (3.0 * t2 - 2.0 * t3)
-            + arriving * (t3 - t2);
+        let after = (i + 1) as f64;
+        let t = after / span;
+        *offset =
+            start + (end - start) * (t * t * (3.0 - 2.0 * t)) + leaving * dying(after) - arriving * dying(span - after);
     }
 }

@@ -99,6 +99,19 @@ impl GroundContacts {
     }
 }
 
+/// Whether a body has two feet with geometry to stand on.
+///
+/// # Errors
+/// [`ContactError::NoFoot`] that names the foot.
+pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
+    let bare = |links: &Vec<usize>| links.iter().all(|&link| body.links[link].flesh.is_empty());
+    let feet = body.foot_links();
+    match FOOT_NAMES.into_iter().zip(&feet).find(|(_, links)| bare(links)) {
+        Some((foot, _)) => Err(ContactError::NoFoot { body: body.name.clone(), foot }),
+        None => Ok(()),
+    }
+}
+
 /// Where a motion puts every link, checked.
 pub(super) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
     let (poses, frames_per_second) = (motion.poses.len(), motion.frames_per_second);
@@ -242,6 +255,8 @@ mod tests {
         let mut bare = roller();
         bare.links[0].flesh.clear();
         assert!(refused(&bare, &still).contains("no left foot"));
+        assert!(check_feet(&bare).unwrap_err().to_string().contains("no left foot"));
+        assert_eq!(check_feet(&roller()), Ok(()));
     }
 
     #[test]

@@ -37,6 +37,13 @@ impl GroundQuality {
 
 impl fmt::Display for GroundQuality {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.standing == 0.0 {
+            return write!(
+                f,
+                "no foot ever stands, the deepest point is {:.1} mm under the ground",
+                self.penetration_mm
+            );
+        }
         write!(
             f,
             "standing feet skate {:.1} mm/s and float up to {:.1} mm, the deepest point is {:.1} mm under the ground",

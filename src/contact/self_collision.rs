@@ -115,7 +115,7 @@ fn fleshy_parent(body: &Humanoid, link: usize) -> Option<usize> {
 }
 
 /// A ball that holds the solid; `None` of an empty mesh.
-fn bounding_ball(flesh: &Flesh) -> Option<(Point3<f64>, f64)> {
+pub(super) fn bounding_ball(flesh: &Flesh) -> Option<(Point3<f64>, f64)> {
     match flesh {
         Flesh::TaperedCapsule(c) => {
             let centre = nalgebra::center(&c.a, &c.b);

@@ -7,14 +7,15 @@ use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
 use crate::benchmark_set::{BenchmarkSet, BlindSet};
 use crate::body::{Humanoid, Markers, Motion, Pose, SilhouettePainter};
-use crate::contact::{ContactRule, GroundContacts, SelfCollision};
+use crate::contact::{ContactRule, ContactTrack, GroundContacts, SelfCollision};
 use crate::evaluation::{
     ContactPair, Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union,
     summarise,
 };
 use crate::observation::Observation;
 use crate::raster::Mask;
-use crate::tracker::{Likelihood, SilhouetteLikelihood};
+use crate::report::FootStances;
+use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood};
 
 /// The measures of a run: every seed, all seeds together, and the floor.
 #[derive(Clone, Debug)]
@@ -42,6 +43,8 @@ pub struct SeedMeasures {
     pub markers: Vec<Markers>,
     /// Energy of the answers, per frame; empty where unknown.
     pub energy: Vec<Option<f64>>,
+    /// When the actor's and the answers' feet stand; empty where either body has none.
+    pub stances: Vec<FootStances>,
 }
 
 impl Measures {
@@ -77,11 +80,11 @@ impl Measures {
         for (index, seed) in tracked.poses.seeds.iter().enumerate() {
             let energy = tracked.search.get(index).map(|records| energies(records)).unwrap_or_default();
             let answer = Answer { poses: answers[index], overlaps: &overlaps(index), energy: &energy };
-            let (evaluation, markers) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
-            seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy });
+            let (evaluation, markers, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
+            seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, stances });
         }
         let floor = Answer { poses: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
-        let (frozen, _) = floor.evaluate(set, &truth_energy, touching.as_ref())?;
+        let (frozen, ..) = floor.evaluate(set, &truth_energy, touching.as_ref())?;
         let clip = blind.name.clone();
         let runs: Vec<Run<'_>> =
             seeds.iter().map(|s| Run { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
@@ -129,7 +132,7 @@ impl Answer<'_> {
         set: &BenchmarkSet,
         truth_energy: &[Option<f64>],
         truth_touching: Option<&Touching>,
-    ) -> Result<(Evaluation, Vec<Markers>), ExperimentError> {
+    ) -> Result<(Evaluation, Vec<Markers>, Vec<FootStances>), ExperimentError> {
         let truth = &set.truth.ground_truth;
         let body = &set.blind.start.body;
         let markers: Vec<Markers> = self.poses.iter().map(|pose| body.markers(&body.link_frames(pose))).collect();
@@ -155,8 +158,19 @@ impl Answer<'_> {
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
             contacts,
         })?;
-        Ok((evaluation, markers))
+        let stances = contacts.map(|pair| foot_stances(&pair)).unwrap_or_default();
+        Ok((evaluation, markers, stances))
     }
+}
+
+fn foot_stances(pair: &ContactPair<'_>) -> Vec<FootStances> {
+    let stances = |foot: &ContactTrack| foot.stances().into_iter().map(|stance| [stance.start, stance.end]).collect();
+    let of_foot = |(truth, estimate): (&ContactTrack, &ContactTrack)| FootStances {
+        foot: truth.name.clone(),
+        truth: stances(truth),
+        estimate: stances(estimate),
+    };
+    pair.truth.feet.iter().zip(&pair.estimate.feet).map(of_foot).collect()
 }
 
 fn energies(records: &[SearchRecord]) -> Vec<Option<f64>> {
@@ -171,12 +185,23 @@ fn truth_energy(
 ) -> Result<Vec<Option<f64>>, ExperimentError> {
     let settings = tracked.record.as_ref().and_then(|record| record.tracker.likelihood());
     let (Some(settings), Some(refitted)) = (settings, refitted) else { return Ok(Vec::new()) };
-    let mut likelihood = SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, settings)?;
+    let likelihood = SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, settings)?;
+    match tracked.record.as_ref().and_then(|record| record.tracker.plausibility()) {
+        None => energies_of(refitted, likelihood, set),
+        Some(plausibility) => energies_of(refitted, PlausibleLikelihood::new(likelihood, plausibility)?, set),
+    }
+}
+
+fn energies_of(
+    motion: &Motion,
+    mut likelihood: impl Likelihood,
+    set: &BlindSet,
+) -> Result<Vec<Option<f64>>, ExperimentError> {
     let mut scratch = likelihood.scratch();
     let mut energies = Vec::with_capacity(set.frame_count);
-    for (observation, pose) in set.observations().zip(&refitted.poses) {
+    for (observation, pose) in set.observations().zip(&motion.poses) {
         likelihood.prepare(&observation?)?;
-        energies.push(Some(likelihood.energy(pose, &mut scratch)));
+        energies.push(Some(likelihood.energy_unrejected(pose, &mut scratch)));
     }
     Ok(energies)
 }

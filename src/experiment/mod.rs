@@ -38,8 +38,8 @@ pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
 pub use error::ExperimentError;
 pub use inspect::{
-    Against, CameraSummary, ClipSummary, DegreeSummary, Inspected, ModelSummary, OneModel, RobotSummary, SetSummary,
-    Spread, inspect,
+    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
+    RobotSummary, SetSummary, Spread, StanceSummary, WorstContact, inspect, inspect_contacts,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};

@@ -98,6 +98,7 @@ impl Results {
                 estimate_energy: &seed.energy,
                 layers: layers.get(index).map(Vec::as_slice).unwrap_or_default(),
                 occupancy: occupancy.get(index).map(Vec::as_slice).unwrap_or_default(),
+                stances: &seed.stances,
             })
             .collect();
         let sheet = sheet(set, tracked, measures)?;

@@ -12,7 +12,7 @@ use crate::body::retarget::{
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
-use crate::contact::{ContactRule, GroundContacts, GroundQuality, fix};
+use crate::contact::{ContactRule, GroundContacts, GroundQuality, check_feet, fix};
 use crate::scene::GroundTruth;
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
@@ -59,7 +59,13 @@ impl Staged {
         let training = match training::load(file, mocap_directory, &actor_template, &body)? {
             Some(training) => training,
             None if same_robot => Training::of_the_test(performed.motion.clone()),
-            None => Training::of_the_test(retarget(&clip, &tracker_template, &RetargetOptions::default())?.motion),
+            None => {
+                let mut own = retarget(&clip, &tracker_template, &RetargetOptions::default())?;
+                if check_feet(&own.humanoid).is_ok() {
+                    settle(scenario.actor.contact, &mut own)?;
+                }
+                Training::of_the_test(own.motion)
+            }
         };
         let rig = rig(file, &performed.motion)?;
         let ground_truth = GroundTruth::from_motion(performed.humanoid, &performed.motion, &rig)?;
@@ -79,6 +85,8 @@ impl Staged {
         if !same_robot {
             notes.extend(tracker_template.notes.iter().map(|note| format!("tracker_body.robot: {note}")));
         }
+        notes.extend(footless("actor.robot", &ground_truth.actor));
+        notes.extend(footless("tracker_body.robot", &body));
         let unseen = ground_truth.unseen_frames(&rig).len();
         if unseen > 0 {
             let frames = ground_truth.frames.len();
@@ -108,8 +116,13 @@ impl Staged {
     }
 }
 
+/// What to tell the user about a body that cannot stand.
+fn footless(key: &str, body: &Humanoid) -> Option<String> {
+    check_feet(body).err().map(|e| format!("{key}: {e}; until then contact is not measured"))
+}
+
 /// Does to the motion what `[actor] contact` says; what to tell the user about it.
-fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<String>, ExperimentError> {
+pub(super) fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<String>, ExperimentError> {
     let rule = ContactRule::default();
     Ok(match mode {
         ContactMode::Off => None,

@@ -24,7 +24,8 @@ use crate::benchmark_set::{Array, BlindSet, Npz, RunPoses, Values};
 use crate::body::Motion;
 use crate::motion_model::{Diffusion, ProposalScales};
 use crate::tracker::{
-    AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, SilhouetteLikelihood, Tracker,
+    AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
+    Tracker,
 };
 
 pub(super) const TRACK_FILE: &str = "track.json";
@@ -158,7 +159,13 @@ impl Workshop<'_> {
                 let scales = ProposalScales::from_motions(body, &training.motions, s.prediction)?;
                 let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
                 let likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
-                Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?)
+                match s.plausibility {
+                    None => Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?),
+                    Some(plausibility) => {
+                        let likelihood = PlausibleLikelihood::new(likelihood, plausibility)?;
+                        Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?)
+                    }
+                }
             }
             TrackerSettings::Gpdm(s) => self.latent(s, models, seed)?,
             TrackerSettings::SwitchingGpdm(s) => self.latent(s, models, seed)?,

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use super::staging::refit;
+use super::staging::{refit, settle};
 use super::{ExperimentError, MotionSettings, ScenarioError, ScenarioFile, clip_file};
 use crate::benchmark_set::Training;
 use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, LinkFrames, Markers, Motion};
 
 /// The recordings of `[training]` as motions of `body`, which is the tracker's. As for the test, a recording is first given to
-/// the actor's robot, and the tracker's body is then fitted to the markers: what differs between training and test is the
-/// motion alone. `None` where the scenario has no training.
+/// the actor's robot and settled as `[actor] contact` says, and the tracker's body is then fitted to the markers: what differs
+/// between training and test is the motion alone. `None` where the scenario has no training.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file and key, also where training and test share frames or differ in rate.
@@ -44,7 +44,8 @@ pub(super) fn load(
             return Err(unsound("clip", message));
         }
         let recording = clip_file::load(file, &table, clip, mocap_directory)?;
-        let performed = retarget(&recording, actor_template, &RetargetOptions::default())?;
+        let mut performed = retarget(&recording, actor_template, &RetargetOptions::default())?;
+        settle(file.scenario.actor.contact, &mut performed)?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {
             let message = format!("expected at least 3 frames to learn from, found {}", motion.poses.len());

@@ -7,7 +7,7 @@ use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, quantile};
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::input::worst_frame;
-use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, Stroke, Svg};
+use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 use super::{ReportError, ReportInput, ReportRun};
 
 /// A plot at several widths: the page shows the one that fits.
@@ -40,6 +40,7 @@ enum Span {
 pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Vec<Figure>, ReportError> {
     let made = [
         error_over_frames(input, typical)?,
+        stances(typical)?,
         per_joint(input)?,
         pck_curve(input)?,
         energies(typical)?,
@@ -110,6 +111,37 @@ fn error_over_frames(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result
         how += " Above 150 mm for fifteen frames in a row, the body counts as lost.";
     }
     lines("error", "Error over the clip", how, Span::Whole, &plot)
+}
+
+fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
+    let frames = run.run.evaluation.frames as f64;
+    if run.stances.iter().all(|foot| foot.truth.is_empty() && foot.estimate.is_empty()) {
+        return Ok(None);
+    }
+    let spans = |stances: &[[usize; 2]]| stances.iter().map(|stance| stance.map(|frame| frame as f64)).collect();
+    let rows = run.stances.iter().flat_map(|foot| {
+        [("true", Colour::Grey, &foot.truth), ("estimate", Colour::Blue, &foot.estimate)].map(
+            |(whose, colour, stances)| SpanRow {
+                name: format!("{}, {whose}", foot.foot),
+                colour,
+                spans: spans(stances),
+            },
+        )
+    });
+    let plot = SpanPlot { x_label: "frame".into(), x_range: [0.0, frames], rows: rows.collect() };
+    let how_to_read = format!(
+        "Bars: frames in which the foot stands on the ground, told from the solids of each body by one rule.{}",
+        seed_note(run)
+    );
+    let draw = |width| plot.svg(width).map(|Svg(text)| text);
+    Ok(Some(Figure {
+        id: "stances",
+        title: "Which foot stands when",
+        how_to_read,
+        broad: Some(draw(BROAD)?),
+        wide: draw(WIDE)?,
+        narrow: draw(NARROW)?,
+    }))
 }
 
 fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {

@@ -12,7 +12,7 @@ use crate::raster::Mask;
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::overlay::marker_bones;
-use super::{FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
+use super::{FactGroup, FootStances, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
 
 const FRAMES: usize = 121;
 const FPS: f64 = 60.0;
@@ -59,6 +59,11 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
     let energies: Vec<[Vec<Option<f64>>; 2]> = (0..story.seeds).map(|seed| energies(story, seed)).collect();
     let evaluations: Vec<Evaluation> =
         estimates.iter().zip(&energies).map(|(estimate, energies)| measured(&truth, estimate, energies)).collect();
+    let stances = ["left foot", "right foot"].map(|foot| FootStances {
+        foot: foot.to_owned(),
+        truth: vec![[0, 40], [60, 100]],
+        estimate: vec![[0, 35], [62, 104]],
+    });
     let runs: Vec<Run<'_>> =
         evaluations.iter().zip(0..).map(|(evaluation, seed)| Run { clip: "walk", seed, evaluation }).collect();
     let in_model = |f: usize, m: usize| ModelOccupancy { particles: ((f + m) % 7) as u32, weight: 0.1, recovered: 0 };
@@ -75,6 +80,7 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
             estimate_energy,
             layers,
             occupancy: &occupancy,
+            stances: &stances,
         })
         .collect();
     let still = vec![truth[0]; FRAMES];

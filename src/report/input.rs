@@ -49,6 +49,19 @@ pub struct ReportRun<'a> {
     pub layers: &'a [Vec<LayerRecord>],
     /// How many particles were in every motion model, `[frame][model]`; empty for trackers without learned models.
     pub occupancy: &'a [Vec<ModelOccupancy>],
+    /// When the feet stand, one entry a foot; empty where the bodies have no feet to stand on.
+    pub stances: &'a [FootStances],
+}
+
+/// When one foot stands: first frame and the frame after the last, of every stance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FootStances {
+    /// The foot's name.
+    pub foot: String,
+    /// The actor's.
+    pub truth: Vec<[usize; 2]>,
+    /// The estimate's.
+    pub estimate: Vec<[usize; 2]>,
 }
 
 /// Observed and estimated bodies in some frames of one run.

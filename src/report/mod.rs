@@ -7,6 +7,7 @@
 mod base64;
 mod cell;
 mod comparison;
+mod contact_chart;
 mod contact_sheet;
 mod figures;
 #[cfg(test)]
@@ -23,8 +24,11 @@ mod verdict;
 
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
+pub use contact_chart::{ContactChart, FootCourse};
 pub use contact_sheet::contact_sheet;
-pub use input::{FactGroup, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
+pub use input::{
+    FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run,
+};
 pub use model_distances::{CandidateFrame, FrameDistances};
 pub use model_page::{LatentPath, ModelPageInput, OneModel, OtherModel, model_page};
 pub use page::render;

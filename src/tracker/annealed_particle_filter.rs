@@ -76,9 +76,17 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         Ok(self.model.propagate_all(&self.particles, &self.past, &mut rngs))
     }
 
-    /// Step 2: the energy of every particle.
+    /// Step 2: the energy of every particle. A rule that rejects them all is lifted: somebody has to lead.
     fn energies(&self, particles: &[M::State]) -> Vec<f64> {
-        let energy = |scratch: &mut L::Scratch, state| self.likelihood.energy(self.model.pose(state), scratch);
+        let energies = self.energies_by(particles, L::energy);
+        if energies.iter().any(|energy| energy.is_finite()) {
+            return energies;
+        }
+        self.energies_by(particles, L::energy_unrejected)
+    }
+
+    fn energies_by(&self, particles: &[M::State], by: impl Fn(&L, &Pose, &mut L::Scratch) -> f64 + Sync) -> Vec<f64> {
+        let energy = |scratch: &mut L::Scratch, state| by(&self.likelihood, self.model.pose(state), scratch);
         particles.par_iter().map_init(|| self.likelihood.scratch(), energy).collect()
     }
 
@@ -208,7 +216,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let occupancy = self.occupancy(&particles, &selection.weights);
         self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
         self.remember(&pose);
-        let energy = Some(self.likelihood.energy(&pose, &mut self.likelihood.scratch()));
+        let energy = Some(self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch()));
         Ok(Estimate { frame, pose, energy, layers: records, evaluations: (count * layers + 1) as u64, occupancy })
     }
 }

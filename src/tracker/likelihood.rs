@@ -23,4 +23,9 @@ pub trait Likelihood: Send + Sync {
 
     /// The energy of `pose`; not finite for a pose that cannot be. Same bits for the same pose, whatever the scratch.
     fn energy(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64;
+
+    /// The energy of `pose` as if no pose were rejected for what it is; the same as [`Self::energy`] where none ever is.
+    fn energy_unrejected(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64 {
+        self.energy(pose, scratch)
+    }
 }

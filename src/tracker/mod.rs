@@ -8,6 +8,7 @@ mod estimate;
 mod frozen;
 mod likelihood;
 mod observed_view;
+mod plausibility;
 mod rectification;
 mod resampling;
 mod settings;
@@ -18,6 +19,7 @@ pub use annealing::{Selection, select};
 pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
+pub use plausibility::{PlausibilitySettings, PlausibleLikelihood, PlausibleScratch};
 pub use resampling::systematic;
 pub use settings::{Estimator, FilterSettings, Kernel, SettingError};
 pub use silhouette_likelihood::{

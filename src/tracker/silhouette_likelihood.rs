@@ -148,11 +148,28 @@ impl Likelihood for SilhouetteLikelihood {
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
+        self.place(pose, scratch).is_some().then(|| self.energy_in_place(scratch)).unwrap_or(f64::NAN)
+    }
+}
+
+impl SilhouetteLikelihood {
+    /// Whose poses.
+    pub(super) fn body(&self) -> &Humanoid {
+        &self.body
+    }
+
+    /// Where `pose` puts the body's links; `None` for a pose that is not finite.
+    pub(super) fn place<'s>(&self, pose: &Pose, scratch: &'s mut LikelihoodScratch) -> Option<&'s LinkFrames> {
         let root = pose.world_from_root.translation.vector;
         if !root.iter().chain(&pose.joint_angles).all(|number| number.is_finite()) {
-            return f64::NAN;
+            return None;
         }
         self.body.link_frames_into(pose, &mut scratch.frames);
+        Some(&scratch.frames)
+    }
+
+    /// The energy of the pose that was placed last.
+    pub(super) fn energy_in_place(&self, scratch: &mut LikelihoodScratch) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, view) in self.views.iter().enumerate() {
             let comparison =

@@ -11,10 +11,11 @@ fn shipped_scenarios() -> Vec<PathBuf> {
         let files = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
         files.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect::<Vec<_>>()
     };
-    let scenarios: Vec<PathBuf> = ["scenarios", "scenarios/smoke", "scenarios/cmu", "scenarios/s1"]
-        .iter()
-        .flat_map(|f| toml_files(&shipped(f)))
-        .collect();
+    let scenarios: Vec<PathBuf> =
+        ["scenarios", "scenarios/smoke", "scenarios/cmu", "scenarios/plausibility", "scenarios/s1"]
+            .iter()
+            .flat_map(|f| toml_files(&shipped(f)))
+            .collect();
     assert!(scenarios.len() >= 6, "{scenarios:?}");
     scenarios
 }

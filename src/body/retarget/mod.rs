@@ -35,7 +35,7 @@ pub use fit::{Fit, FitOptions, fit_motion_to_markers, fit_to_markers};
 pub use lengths::SegmentLengths;
 pub use residuals::{FootHeight, LandmarkResidual, LimitHits, RetargetReport};
 pub use shape_fit::fit_shape;
-pub(crate) use solver::{AngleGoal, Goals, PointGoal, Solver};
+pub(crate) use solver::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
 
 use super::{BodyShape, Humanoid, Motion, Pose};
 use crate::mocap::Clip;

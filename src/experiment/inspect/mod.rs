@@ -1,6 +1,7 @@
 //! `skiagraph inspect`: what a file or directory holds, whichever kind of ours it is.
 
 mod clip;
+mod contacts;
 mod model;
 mod model_page;
 mod robot;
@@ -15,6 +16,7 @@ use super::{EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
 use crate::body::SHIPPED_ROBOTS;
 
 pub use clip::ClipSummary;
+pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
 pub use model::{Against, ModelSummary, OneModel, Spread};
 pub use robot::{DegreeSummary, RobotSummary};
 pub use set::{CameraSummary, SetSummary};

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::detector;
-use crate::tracker::{FilterSettings, SilhouetteSettings};
+use crate::tracker::{FilterSettings, SettingError, SilhouetteSettings};
 
 /// A value that makes no sense.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -157,16 +157,18 @@ fn image_size(key: &str, size: [u32; 2]) -> Verdict {
 
 fn filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
     searching(table, s.filter(), s.likelihood())?;
+    s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
 
 fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> Verdict {
-    filter.validate().and_then(|()| likelihood.validate()).map_err(|e| Problem {
-        key: format!("{table}.{}", e.key),
-        message: format!("expected {}, found {}", e.expected, e.found),
-    })?;
+    filter.validate().and_then(|()| likelihood.validate()).map_err(|e| setting(table, &e))?;
     within(&format!("{table}.particles"), filter.particles, 1..=10_000_000)?;
     within(&format!("{table}.layers"), filter.layers, 1..=1000)
+}
+
+fn setting(table: &str, e: &SettingError) -> Problem {
+    Problem { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
 }
 
 fn latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {

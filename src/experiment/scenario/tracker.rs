@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::complaint::{Complaint, did_you_mean};
 use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, RootMode, SwitchingGpdm};
 use crate::motion_model::{DiffusionSettings, Prediction};
-use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
+use crate::tracker::{
+    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, SilhouetteSettings, SilhouetteTerm,
+};
 
 /// Who tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -59,6 +61,9 @@ pub struct AnnealedParticleFilterSettings {
     pub kernel: Kernel,
     /// How the estimate is made of the particles: `"weighted_mean"` or `"best"`. Default: `"weighted_mean"`.
     pub estimator: Estimator,
+    /// What it costs a pose to be in the ground, in itself or beyond its limits. Default: nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plausibility: Option<PlausibilitySettings>,
 }
 
 /// Nothing to set.
@@ -124,6 +129,14 @@ impl TrackerSettings {
             Self::SwitchingGpdm(s) => Some(s.likelihood()),
             Self::GpdmGraph(s) => Some(s.likelihood()),
             Self::Frozen(_) | Self::NearestTrainingPose(_) | Self::Oracle(_) => None,
+        }
+    }
+
+    /// What plausibility adds to its likelihood; `None` where nothing.
+    pub fn plausibility(&self) -> Option<PlausibilitySettings> {
+        match self {
+            Self::AnnealedParticleFilter(s) => s.plausibility,
+            _ => None,
         }
     }
 
@@ -227,6 +240,7 @@ impl Default for AnnealedParticleFilterSettings {
             prediction,
             kernel,
             estimator,
+            plausibility: None,
         }
     }
 }

@@ -6,11 +6,13 @@
 mod bars;
 mod lines;
 mod paths;
+mod spans;
 mod style;
 
 pub use bars::{Bar, BarGroup, BarPlot};
 pub use lines::{Line, LinePlot};
 pub use paths::{Path, PathPanel, PathPlot};
+pub use spans::{SpanPlot, SpanRow};
 pub use style::{Colour, Stroke, Svg, css_variables};
 
 /// Size of a plot in CSS pixels.

@@ -217,3 +217,39 @@ fn with_no_width_of_proposal_every_particle_is_the_start_and_the_layers_are_flag
     let estimate = filter.track(&observation(5)).unwrap();
     assert!(estimate.layers.iter().all(|layer| layer.degenerate && layer.lambda == 0.0));
 }
+
+/// Rejects every pose, whatever it would be worth.
+struct Strict(Parabola);
+
+impl Likelihood for Strict {
+    type Scratch = Vec<f64>;
+
+    fn scratch(&self) -> Vec<f64> {
+        self.0.scratch()
+    }
+
+    fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
+        self.0.prepare(observation)
+    }
+
+    fn energy(&self, _: &Pose, _: &mut Vec<f64>) -> f64 {
+        f64::INFINITY
+    }
+
+    fn energy_unrejected(&self, pose: &Pose, step: &mut Vec<f64>) -> f64 {
+        self.0.energy(pose, step)
+    }
+}
+
+#[test]
+fn a_rule_that_rejects_every_particle_is_lifted() {
+    let settings = FilterSettings { particles: 40, layers: 3, ..FilterSettings::default() };
+    let mut plain = filter(settings, Prediction::None);
+    let AnnealedParticleFilter { model, likelihood, .. } = filter(settings, Prediction::None);
+    let mut strict = AnnealedParticleFilter::new(settings, model, Strict(likelihood), 11).unwrap();
+    strict.start(&standing(strict.model.body()));
+    for frame in 0..3 {
+        let [strict, plain] = [strict.track(&observation(frame)).unwrap(), plain.track(&observation(frame)).unwrap()];
+        assert_eq!((strict.pose, strict.energy), (plain.pose, plain.energy));
+    }
+}

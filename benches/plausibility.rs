@@ -1,0 +1,148 @@
+//! Whether a pose could be, from its angles to its depths: poses a second on one thread, kinematics included; and what that
+//! costs a frame of the annealed particle filter. `cargo bench --bench plausibility`
+//!
+//! Sixteen capsules are tracker25 without its head and one of the trunk's, its tapered capsules made plain; all pairs that are
+//! neither adjacent nor touch in the bind pose are looked at, and the ground. Poses are those of `benches/silhouette.rs`.
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use rand::RngExt;
+use skiagraph::body::{Flesh, Humanoid, LinkFrames, Pose, draw_silhouette};
+use skiagraph::camera::{CameraRig, RingParameters};
+use skiagraph::contact::{Interpenetration, InterpenetrationScratch, SelfCollision};
+use skiagraph::motion_model::{Diffusion, DiffusionSettings, ProposalScales};
+use skiagraph::observation::Observation;
+use skiagraph::raster::{Mask, TaperedCapsule};
+use skiagraph::rng::{Purpose, stream};
+use skiagraph::tracker::{
+    AnnealedParticleFilter, FilterSettings, Likelihood, PlausibilitySettings, PlausibleLikelihood,
+    SilhouetteLikelihood, SilhouetteSettings, Tracker,
+};
+
+fn main() {
+    let body = sixteen_capsules();
+    let pairs = SelfCollision::new(&body);
+    println!("sixteen capsules: {} pairs, {} left out", pairs.pairs().len(), pairs.left_out().len());
+    divan::main();
+}
+
+const POSES: u64 = 256;
+
+fn tracker25() -> Humanoid {
+    Humanoid::tracker25().expect("a shipped body")
+}
+
+fn sixteen_capsules() -> Humanoid {
+    let mut body = tracker25();
+    let links: Vec<usize> = (0..body.links.len()).filter(|&link| !body.links[link].flesh.is_empty()).collect();
+    let mut surplus = body.links.iter().map(|link| link.flesh.len()).sum::<usize>() - 16;
+    for link in links {
+        let flesh = &mut body.links[link].flesh;
+        while surplus > 0 && flesh.len() > 2 {
+            flesh.pop();
+            surplus -= 1;
+        }
+        for solid in flesh {
+            if let Flesh::TaperedCapsule(c) = solid {
+                *c = TaperedCapsule { radius_b: c.radius_a, ..*c };
+            }
+        }
+    }
+    assert_eq!(body.links.iter().map(|link| link.flesh.len()).sum::<usize>(), 16);
+    body
+}
+
+fn jittered(body: &Humanoid, index: u64) -> Pose {
+    let mut random = stream(index, Purpose::Perturbation, 0, 0, 0);
+    let mut deviate = |reach: f64| random.random_range(-reach..reach);
+    let mut pose = body.zero_pose();
+    pose.joint_angles.iter_mut().for_each(|angle| *angle = deviate(0.3));
+    let place = Vector3::new(deviate(0.1), deviate(0.1), 0.93 + deviate(0.05));
+    let turn = UnitQuaternion::from_euler_angles(deviate(0.2), deviate(0.2), deviate(0.5));
+    pose.world_from_root = Isometry3::from_parts(Translation3::from(place), turn);
+    pose
+}
+
+/// Kinematics alone.
+#[divan::bench]
+fn kinematics(bencher: Bencher<'_, '_>) {
+    let body = tracker25();
+    let poses: Vec<Pose> = (0..POSES).map(|index| jittered(&body, index)).collect();
+    let mut frames = LinkFrames::default();
+    bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
+        for pose in &poses {
+            body.link_frames_into(divan::black_box(pose), &mut frames);
+            divan::black_box(&frames);
+        }
+    });
+}
+
+fn depths(bencher: Bencher<'_, '_>, body: &Humanoid) {
+    let solids = Interpenetration::new(body);
+    let poses: Vec<Pose> = (0..POSES).map(|index| jittered(body, index)).collect();
+    let (mut frames, mut scratch) = (LinkFrames::default(), InterpenetrationScratch::default());
+    bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
+        for pose in &poses {
+            body.link_frames_into(divan::black_box(pose), &mut frames);
+            divan::black_box(solids.depths(&frames, 0.01, &mut scratch));
+        }
+    });
+}
+
+#[divan::bench]
+fn depths_of_sixteen_capsules(bencher: Bencher<'_, '_>) {
+    depths(bencher, &sixteen_capsules());
+}
+
+#[divan::bench]
+fn depths_of_tracker25(bencher: Bencher<'_, '_>) {
+    depths(bencher, &tracker25());
+}
+
+fn standing(body: &Humanoid) -> Pose {
+    let mut pose = body.zero_pose();
+    pose.world_from_root.translation.z = 0.93;
+    pose
+}
+
+/// One frame again and again, 200 particles x 5 layers x 4 views.
+fn frames<L: Likelihood>(bencher: Bencher<'_, '_>, size: [u32; 2], likelihood: impl Fn(SilhouetteLikelihood) -> L) {
+    let body = tracker25();
+    let ring = RingParameters {
+        count: 4,
+        radius: 4.5,
+        height: 1.6,
+        look_at: Point3::new(0.0, 0.0, 0.95),
+        first_azimuth: 0.8,
+        field_of_view: 1.05,
+        image_size: size,
+        near: 0.05,
+    };
+    let rig = CameraRig::ring(&ring).expect("a sound ring");
+    let placed = body.link_frames(&standing(&body));
+    let silhouettes = rig.cameras.iter().map(|camera| {
+        let mut mask = Mask::new(size[0], size[1]);
+        draw_silhouette(&body, &placed, camera, &mut mask);
+        mask
+    });
+    let seen = Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect() };
+    let scales = ProposalScales::for_human(&body, 60.0);
+    let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("sound scales");
+    let silhouettes = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("sound");
+    let settings = FilterSettings { particles: 200, layers: 5, ..FilterSettings::default() };
+    let mut filter = AnnealedParticleFilter::new(settings, model, likelihood(silhouettes), 1).expect("sound settings");
+    filter.start(&standing(&body));
+    bencher.bench_local(|| filter.track(divan::black_box(&seen)));
+}
+
+#[divan::bench(args = [[160, 120], [640, 480]], sample_count = 40)]
+fn frame_without(bencher: Bencher<'_, '_>, size: [u32; 2]) {
+    frames(bencher, size, |silhouettes| silhouettes);
+}
+
+#[divan::bench(args = [[160, 120], [640, 480]], sample_count = 40)]
+fn frame_with_the_term(bencher: Bencher<'_, '_>, size: [u32; 2]) {
+    let settings = PlausibilitySettings::default();
+    frames(bencher, size, |silhouettes| PlausibleLikelihood::new(silhouettes, settings).expect("sound settings"));
+}

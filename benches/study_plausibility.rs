@@ -1,0 +1,182 @@
+//! Tracking without and with the plausibility of poses: regenerates `results/plausibility.md` and `results/plausibility.json`.
+//!
+//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_plausibility`, where DIR holds CMU's 49_01 and 02_01 and their skeletons. Ten seeds, or as
+//! many as `SKIAGRAPH_SEEDS` says; with `SKIAGRAPH_TUNE=DIR`, DIR holding 16_15 and 35_02, the weights that the default was
+//! chosen from are run on those and printed, and nothing is written. Without any DIR nothing is run.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use skiagraph::evaluation::Interval;
+use skiagraph::experiment::{Destination, MethodRecord, ScenarioFile, Unwatched, compare};
+
+const SCENARIO: &str = "scenarios/plausibility/walk.toml";
+/// Name in the results; clip, skeleton, last frame of the test, frames of the training.
+const MOTIONS: [(&str, &str, &str, u32, [u32; 2]); 2] =
+    [("CMU 49_01", "49_01", "49", 240, [481, 652]), ("CMU 02_01", "02_01", "02", 220, [221, 343])];
+/// The same, of the recordings that the default weight was chosen on.
+const TUNING: [(&str, &str, &str, u32, [u32; 2]); 2] =
+    [("CMU 16_15", "16_15", "16", 180, [181, 300]), ("CMU 35_02", "35_02", "35", 180, [181, 300])];
+const VIEWS: [usize; 2] = [4, 1];
+/// Metric, its title in the table, digits.
+const COLUMNS: [(&str, &str, usize); 7] = [
+    ("humaneva_mm", "error, mm", 1),
+    ("foot_skate_mm_per_s", "skate, mm/s", 0),
+    ("ground_penetration_mm", "in the ground, mm", 1),
+    ("foot_float_mm", "float in stance, mm", 1),
+    ("self_penetration_mm", "in itself, mm", 1),
+    ("contact_f1", "contact F1", 2),
+    ("silhouette_iou", "IoU", 3),
+];
+const PLAIN: &str = "without";
+
+/// Of one metric of one method.
+#[derive(Clone, Serialize)]
+struct Value {
+    mean: f64,
+    ci95: Option<[f64; 2]>,
+    per_seed: Vec<Option<f64>>,
+    /// Of the truth itself, where there is such a metric.
+    truth: Option<f64>,
+}
+
+/// `[motion, views][method][metric]`.
+type Results = BTreeMap<String, BTreeMap<String, BTreeMap<String, Value>>>;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if let Some(mocap) = std::env::var_os("SKIAGRAPH_TUNE").map(PathBuf::from) {
+        return tune(root, &mocap);
+    }
+    let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
+        eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's 49_01.amc, 02_01.amc and their .asf files");
+        return Ok(());
+    };
+    let seeds: u32 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(10), |n| n.parse())?;
+    let mut results = Results::new();
+    for motion in MOTIONS {
+        for views in VIEWS {
+            let name = format!("{}, {views} {}", motion.0, if views == 1 { "view" } else { "views" });
+            results.insert(name.clone(), run(root, &name, &overrides(motion, views, seeds), &mocap)?);
+        }
+    }
+    let folder = root.join("results");
+    std::fs::write(folder.join("plausibility.json"), serde_json::to_string_pretty(&results)? + "\n")?;
+    std::fs::write(folder.join("plausibility.md"), page(&results, seeds))?;
+    Ok(())
+}
+
+fn run(
+    root: &Path,
+    name: &str,
+    overrides: &[String],
+    mocap: &Path,
+) -> Result<BTreeMap<String, BTreeMap<String, Value>>, Box<dyn Error>> {
+    let file = ScenarioFile::open(&root.join(SCENARIO), overrides)?;
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    let out = root.join("runs/plausibility").join(name.chars().map(plain).collect::<String>());
+    let done = compare(&file, Some(mocap), Destination { path: &out, force: true }, &Unwatched)?;
+    let methods: BTreeMap<_, _> = done.comparison.methods.iter().map(|(n, m)| (n.clone(), values(m))).collect();
+    for (method, values) in &methods {
+        eprintln!("{name}, {method}: {}", COLUMNS.map(|(metric, title, n)| cell(values, metric, title, n)).join(", "));
+    }
+    Ok(methods)
+}
+
+fn cell(values: &BTreeMap<String, Value>, metric: &str, title: &str, digits: usize) -> String {
+    values.get(metric).map_or_else(|| format!("{title} -"), |v| format!("{title} {:.digits$}", v.mean))
+}
+
+fn values(method: &MethodRecord) -> BTreeMap<String, Value> {
+    let metrics = &method.summary.metrics;
+    let value = |(name, ..): &(&str, &str, usize)| {
+        let metric = metrics.get(*name)?;
+        let value = Value {
+            mean: metric.mean,
+            ci95: metric.ci95.map(|Interval { low, high }| [low, high]),
+            per_seed: metric.per_run.clone(),
+            truth: metrics.get(&format!("truth_{name}")).map(|truth| truth.mean),
+        };
+        Some(((*name).to_owned(), value))
+    };
+    COLUMNS.iter().filter_map(value).collect()
+}
+
+/// The weights that the default was chosen from, on recordings that are not the test's.
+fn tune(root: &Path, mocap: &Path) -> Result<(), Box<dyn Error>> {
+    for motion in TUNING {
+        for views in VIEWS {
+            let mut overrides = overrides(motion, views, 3);
+            for weight in ["0.5", "2", "8"] {
+                let method = format!("methods.with_{}", weight.replace('.', "p"));
+                overrides.push(format!("{method}.annealed_particle_filter.plausibility.weight={weight}"));
+            }
+            run(root, &format!("tuning {} {views}", motion.0), &overrides, mocap)?;
+        }
+    }
+    Ok(())
+}
+
+fn overrides(
+    (_, clip, skeleton, last, training): (&str, &str, &str, u32, [u32; 2]),
+    views: usize,
+    seeds: u32,
+) -> Vec<String> {
+    let part = |[first, last]: [u32; 2]| {
+        format!(
+            "{{ clip = \"{clip}.amc\", skeleton = \"{skeleton}.asf\", source_hz = 120.0, first_frame = {first}, last_frame = {last} }}"
+        )
+    };
+    vec![
+        format!("motion={}", part([1, last])),
+        format!("training.clips=[{}]", part(training)),
+        format!("rig.ring.count={views}"),
+        format!("seeds={seeds}"),
+    ]
+}
+
+fn page(results: &Results, seeds: u32) -> String {
+    let mut text = format!(
+        "# Tracking with the plausibility of poses\n\n\
+         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo bench --bench study_plausibility`; all digits, seed by seed, are in \
+         `plausibility.json`. `{SCENARIO}` with two takes (49_01, frames 1 to 240; 02_01, frames 1 to 220; training on later frames of the take) at 60 Hz, 320 x 240 pixels, clean silhouettes, actor settled on \
+         the ground (`contact = \"fix\"`) and tracked as `tracker25` with the standard mismatch, 200 particles x 5 layers, {seeds} seeds, the \
+         same observations and seeds for every method. *With*: `plausibility = {{}}`, the default weight; *with rejection*: \
+         `reject_beyond_m = 0.05` as well. Every cell is the mean over seeds; below it stand the change against *without* and the number of \
+         seeds in which the figure fell.\n\n\
+         The metrics are those of every run's report: skate is the speed of the estimate's lowest point of a foot along the ground while the \
+         actor's foot stands; in the ground and in itself are the deepest point of a frame, mean over frames.\n"
+    );
+    for (name, methods) in results {
+        text += &format!("\n## {name}\n\n| method | {} |\n|---|", COLUMNS.map(|c| c.1).join(" | "));
+        text += &"---|".repeat(COLUMNS.len());
+        text.push('\n');
+        let Some(plain) = methods.get(PLAIN) else { continue };
+        text += &row("the truth itself", |(metric, _, digits)| {
+            plain.get(*metric).and_then(|v| v.truth).map_or("".to_owned(), |t| format!("{t:.digits$}"))
+        });
+        for method in [PLAIN, "with", "with_rejection"] {
+            let Some(values) = methods.get(method) else { continue };
+            text += &row(&method.replace('_', " "), |(metric, _, digits)| {
+                values.get(*metric).map_or("-".to_owned(), |v| format!("{:.digits$}", v.mean))
+            });
+            if method != PLAIN {
+                text += &row("change, seeds lower", |(metric, _, digits)| change(values, plain, metric, *digits));
+            }
+        }
+    }
+    text
+}
+
+fn row(name: &str, cell: impl Fn(&(&str, &str, usize)) -> String) -> String {
+    format!("| {name} | {} |\n", COLUMNS.iter().map(cell).collect::<Vec<_>>().join(" | "))
+}
+
+fn change(values: &BTreeMap<String, Value>, plain: &BTreeMap<String, Value>, metric: &str, digits: usize) -> String {
+    let (Some(with), Some(without)) = (values.get(metric), plain.get(metric)) else { return "-".to_owned() };
+    let pairs = || with.per_seed.iter().zip(&without.per_seed).filter_map(|(a, b)| Some(((*a)?, (*b)?)));
+    let lower = pairs().filter(|(a, b)| a < b).count();
+    format!("{:+.digits$}, {lower} of {}", with.mean - without.mean, pairs().count())
+}

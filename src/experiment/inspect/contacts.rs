@@ -1,0 +1,230 @@
+//! `skiagraph inspect MOTION --contacts`: how a motion stands on the ground, and where it does so worst.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::super::partial_file::put;
+use super::super::{ExperimentError, clip_file};
+use super::INSPECT_SCHEMA;
+use crate::benchmark_set::BenchmarkSet;
+use crate::body::retarget::{RetargetOptions, retarget};
+use crate::body::{Humanoid, Motion, shipped};
+use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
+use crate::report::{ContactChart, FootCourse};
+
+/// Contact of a motion in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContactSummary {
+    /// `skiagraph.inspect/1`.
+    pub schema: &'static str,
+    /// `contacts`.
+    pub what: &'static str,
+    /// The motion.
+    pub name: String,
+    /// The body that moves.
+    pub body: String,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// Mean speed of standing feet along the ground.
+    pub skate_mm_per_s: f64,
+    /// Greatest depth of any link under the ground.
+    pub penetration_mm: f64,
+    /// Greatest height of a standing foot above the ground.
+    pub float_mm: f64,
+    /// Share of the frames in which a foot stands.
+    pub standing: f64,
+    /// All stances of both feet, by their first frame.
+    pub stances: Vec<StanceSummary>,
+    /// Where each fault is greatest; without those that do not occur.
+    pub worst: Vec<WorstContact>,
+}
+
+/// One stance of one foot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StanceSummary {
+    /// `left foot` or `right foot`.
+    pub foot: String,
+    /// First frame, from 0.
+    pub first: usize,
+    /// Last frame.
+    pub last: usize,
+    /// From the first frame to the last.
+    pub seconds: f64,
+    /// Length of the path of its lowest points along the ground.
+    pub slip_mm: f64,
+    /// Greatest depth under the ground.
+    pub deepest_mm: f64,
+    /// Greatest height above it.
+    pub highest_mm: f64,
+}
+
+/// The frame in which something is worst.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorstContact {
+    /// What: `slip`, `penetration`, `float` or `self-penetration`.
+    pub fault: &'static str,
+    /// Of whom: a foot, a link or two links.
+    pub part: String,
+    /// In which frame, from 0.
+    pub frame: usize,
+    /// When, seconds.
+    pub time_s: f64,
+    /// How much.
+    pub value: f64,
+    /// `mm` or `mm/s`.
+    pub unit: &'static str,
+}
+
+/// Looks at how a recording stands on the ground once it is given to the robot `actor` (`path`: a file or `embedded:NAME`), or at
+/// how the truth of a benchmark set does (`path`: its directory). `picture`, an `.svg` or `.html` file, shows it over time.
+///
+/// # Errors
+/// [`ExperimentError`] that names what cannot be read, or a picture of another kind.
+pub fn inspect_contacts(name: &str, picture: Option<&Path>) -> Result<ContactSummary, ExperimentError> {
+    let kind = picture.map(|path| Picture::of(path).map(|kind| (path, kind))).transpose()?;
+    let (body, motion) = moved(name)?;
+    let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
+    let summary = ContactSummary::of(name, &body, &motion, &contacts);
+    if let Some((path, kind)) = kind {
+        let chart = chart(&summary, &contacts);
+        let text = match kind {
+            Picture::Svg => chart.svg()?,
+            Picture::Page => chart.page()?,
+        };
+        put(path, text.as_bytes())?;
+    }
+    Ok(summary)
+}
+
+#[derive(Clone, Copy)]
+enum Picture {
+    Svg,
+    Page,
+}
+
+impl Picture {
+    fn of(path: &Path) -> Result<Self, ExperimentError> {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("svg") => Ok(Self::Svg),
+            Some("html") => Ok(Self::Page),
+            _ => {
+                let detail = format!("expected the name of an .svg or .html file, found {}", path.display());
+                Err(ExperimentError::Argument { argument: "--out", detail })
+            }
+        }
+    }
+}
+
+fn moved(name: &str) -> Result<(Humanoid, Motion), ExperimentError> {
+    if Path::new(name).is_dir() {
+        let truth = BenchmarkSet::read(Path::new(name))?.truth.ground_truth;
+        let motion = truth.motion();
+        return Ok((truth.actor, motion));
+    }
+    let clip = clip_file::read_whole(name)?.without_inserted_rest_pose();
+    let performed = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
+    Ok((performed.humanoid, performed.motion))
+}
+
+impl ContactSummary {
+    fn of(name: &str, body: &Humanoid, motion: &Motion, contacts: &GroundContacts) -> Self {
+        let quality = GroundQuality::of(contacts);
+        let rate = contacts.frames_per_second;
+        let mut stances: Vec<StanceSummary> = contacts.feet.iter().flat_map(|foot| of_foot(foot, rate)).collect();
+        stances.sort_by_key(|stance| stance.first);
+        Self {
+            schema: INSPECT_SCHEMA,
+            what: "contacts",
+            name: name.to_owned(),
+            body: body.name.clone(),
+            frames: motion.poses.len(),
+            frames_per_second: rate,
+            skate_mm_per_s: quality.skate_mm_per_s,
+            penetration_mm: quality.penetration_mm,
+            float_mm: quality.float_mm,
+            standing: quality.standing,
+            stances,
+            worst: worst(body, motion, contacts),
+        }
+    }
+}
+
+fn of_foot(foot: &ContactTrack, frames_per_second: f64) -> impl Iterator<Item = StanceSummary> {
+    foot.stances().into_iter().map(move |stance| {
+        let frames = &foot.frames[stance.clone()];
+        let slip: f64 = frames.iter().map(|frame| 1000.0 * frame.slip_m_per_s()).sum();
+        let greatest = |value: fn(&GroundContact) -> f64| frames.iter().map(value).fold(0.0, f64::max);
+        StanceSummary {
+            foot: foot.name.clone(),
+            first: stance.start,
+            last: stance.end - 1,
+            seconds: (stance.len() - 1) as f64 / frames_per_second,
+            slip_mm: slip / frames_per_second,
+            deepest_mm: 1000.0 * greatest(GroundContact::penetration_m),
+            highest_mm: 1000.0 * greatest(|frame| frame.gap_m),
+        }
+    })
+}
+
+fn worst(body: &Humanoid, motion: &Motion, contacts: &GroundContacts) -> Vec<WorstContact> {
+    let found = |fault, unit, candidates: Vec<(String, usize, f64)>| {
+        let (part, frame, value) = candidates.into_iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
+        let time_s = frame as f64 / contacts.frames_per_second;
+        (value > 0.0).then_some(WorstContact { fault, part, frame, time_s, value, unit })
+    };
+    let of = |tracks: &[ContactTrack], stands: bool, value: fn(&GroundContact) -> f64| {
+        let frames = |track: &ContactTrack| -> Vec<(String, usize, f64)> {
+            let seen = track.frames.iter().enumerate().filter(|(_, frame)| frame.in_contact || !stands);
+            seen.map(|(index, frame)| (track.name.clone(), index, value(frame))).collect()
+        };
+        tracks.iter().flat_map(frames).collect::<Vec<_>>()
+    };
+    let own = SelfCollision::new(body);
+    let depths = motion.poses.iter().enumerate().flat_map(|(frame, pose)| {
+        let collisions = own.collisions(&body.link_frames(pose)).into_iter();
+        collisions.map(|c| (own.names(c.links).join(" and "), frame, 1000.0 * c.depth_m)).collect::<Vec<_>>()
+    });
+    let all = [
+        found("slip", "mm/s", of(&contacts.feet, true, |frame| 1000.0 * frame.slip_m_per_s())),
+        found("penetration", "mm", of(&contacts.links, false, |frame| 1000.0 * frame.penetration_m())),
+        found("float", "mm", of(&contacts.feet, true, |frame| 1000.0 * frame.gap_m)),
+        found("self-penetration", "mm", depths.collect()),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+fn chart(summary: &ContactSummary, contacts: &GroundContacts) -> ContactChart {
+    let course = |foot: &ContactTrack| FootCourse {
+        name: foot.name.clone(),
+        stances: foot.stances().into_iter().map(|stance| [stance.start, stance.end]).collect(),
+        gap_mm: foot.frames.iter().map(|frame| 1000.0 * frame.gap_m).collect(),
+        slip_mm_per_s: foot.frames.iter().map(|frame| 1000.0 * frame.slip_m_per_s()).collect(),
+    };
+    let [left, right] = &contacts.feet;
+    let heads = ["foot", "first frame", "last frame", "time, s", "slip, mm", "deepest, mm", "highest, mm"];
+    let row = |s: &StanceSummary| {
+        vec![
+            s.foot.clone(),
+            s.first.to_string(),
+            s.last.to_string(),
+            format!("{:.2}", s.seconds),
+            format!("{:.1}", s.slip_mm),
+            format!("{:.1}", s.deepest_mm),
+            format!("{:.1}", s.highest_mm),
+        ]
+    };
+    let worst = summary.worst.iter().map(|w| {
+        format!("Greatest {}: {:.1} {}, {}, frame {} ({:.2} s).", w.fault, w.value, w.unit, w.part, w.frame, w.time_s)
+    });
+    ContactChart {
+        title: summary.name.clone(),
+        frames_per_second: summary.frames_per_second,
+        feet: [course(left), course(right)],
+        others: Vec::new(),
+        summary: worst.collect(),
+        table: (heads.map(str::to_owned).to_vec(), summary.stances.iter().map(row).collect()),
+    }
+}

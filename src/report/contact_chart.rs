@@ -1,0 +1,186 @@
+//! When which foot stands, how high it is and how it slips: as a plot of its own and as a page.
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior, Value};
+use serde::Serialize;
+
+use super::ReportError;
+use super::page::style;
+use super::plots::{Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
+
+const TEMPLATE: &str = include_str!("contact_page.html");
+const WIDTH: u32 = 1000;
+const LINES_HEIGHT: u32 = 240;
+
+/// Contact of a motion with the ground over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactChart {
+    /// Whose motion.
+    pub title: String,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// The left and the right foot.
+    pub feet: [FootCourse; 2],
+    /// Further quantities over time, one plot each: what it is, with its unit, and a value a frame.
+    pub others: Vec<(String, Vec<Option<f64>>)>,
+    /// Sentences that stand above the plots.
+    pub summary: Vec<String>,
+    /// Table below them: heads, then rows.
+    pub table: (Vec<String>, Vec<Vec<String>>),
+}
+
+/// One foot over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FootCourse {
+    /// Its name.
+    pub name: String,
+    /// First frame and the frame after the last of every stance.
+    pub stances: Vec<[usize; 2]>,
+    /// Height of its lowest point, a value a frame.
+    pub gap_mm: Vec<f64>,
+    /// Speed along the ground of what is there, a value a frame.
+    pub slip_mm_per_s: Vec<f64>,
+}
+
+const COLOURS: [Colour; 2] = [Colour::Blue, Colour::Orange];
+/// Gaps above this are cut off: a foot that high is in swing.
+const GAP_SHOWN_MM: f64 = 120.0;
+
+impl ContactChart {
+    /// All plots below each other in one picture.
+    ///
+    /// # Errors
+    /// [`ReportError`] when plotters fails.
+    pub fn svg(&self) -> Result<String, ReportError> {
+        let (mut inside, mut top) = (String::new(), 0);
+        for (Svg(plot), height) in self.plots()? {
+            inside += &plot.replacen("<svg ", &format!("<svg y=\"{top}\" "), 1);
+            top += height + 8;
+        }
+        let whole = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{top}\" viewBox=\"0 0 {WIDTH} {top}\">{inside}</svg>\n"
+        );
+        Ok(Svg(whole).standalone())
+    }
+
+    /// A page with the plots and the table, no network needed.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a plot or the page fails.
+    pub fn page(&self) -> Result<String, ReportError> {
+        #[derive(Serialize)]
+        struct Page<'a> {
+            style: String,
+            title: &'a str,
+            summary: &'a [String],
+            plots: Vec<String>,
+            heads: &'a [String],
+            rows: &'a [Vec<String>],
+        }
+        let page = Page {
+            style: style(),
+            title: &self.title,
+            summary: &self.summary,
+            plots: self.plots()?.into_iter().map(|(Svg(plot), _)| plot).collect(),
+            heads: &self.table.0,
+            rows: &self.table.1,
+        };
+        let mut environment = Environment::new();
+        environment.set_undefined_behavior(UndefinedBehavior::Strict);
+        environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+        environment.add_template("contact_page.html", TEMPLATE)?;
+        Ok(environment.get_template("contact_page.html")?.render(Value::from(Serde(&page)))?)
+    }
+
+    /// Every plot and its height.
+    fn plots(&self) -> Result<Vec<(Svg, u32)>, ReportError> {
+        let frames = self.feet[0].gap_mm.len();
+        let last = frames.max(1) as f64 / self.frames_per_second;
+        let rows = self.feet.iter().zip(COLOURS).map(|(foot, colour)| SpanRow {
+            name: foot.name.clone(),
+            colour,
+            spans: seconds(&foot.stances, self.frames_per_second),
+        });
+        let spans = SpanPlot {
+            x_label: "time, s; bars: the foot stands".to_owned(),
+            x_range: [0.0, last],
+            rows: rows.collect(),
+        };
+        let mut made = vec![(spans.svg(WIDTH)?, spans.height())];
+        let of_feet = |value: fn(&FootCourse) -> &[f64]| {
+            let line = |(foot, colour): (&FootCourse, Colour)| {
+                let points = value(foot).iter().enumerate().map(|(frame, v)| (self.time(frame), Some(*v))).collect();
+                Line::new(&foot.name, Stroke::solid(colour), points)
+            };
+            self.feet.iter().zip(COLOURS).map(line).collect::<Vec<_>>()
+        };
+        let slip = self.feet.iter().zip(COLOURS).map(|(foot, colour)| {
+            let stands = |frame: usize| foot.stances.iter().any(|[first, end]| (*first..*end).contains(&frame));
+            let speeds = foot.slip_mm_per_s.iter().enumerate();
+            let points = speeds.map(|(frame, v)| (self.time(frame), stands(frame).then_some(*v))).collect();
+            Line::new(&foot.name, Stroke::solid(colour), points)
+        });
+        let (slip, gap) = (slip.collect(), of_feet(|foot| &foot.gap_mm));
+        made.push((self.over_time("gap to the ground, mm", gap, Some(GAP_SHOWN_MM))?, LINES_HEIGHT));
+        made.push((self.over_time("slip while standing, mm/s", slip, None)?, LINES_HEIGHT));
+        for (label, values) in &self.others {
+            let points = values.iter().enumerate().map(|(frame, value)| (self.time(frame), *value)).collect();
+            let line = Line::new("", Stroke::solid(Colour::Purple), points);
+            made.push((self.over_time(label, vec![line], None)?, LINES_HEIGHT));
+        }
+        Ok(made)
+    }
+
+    fn over_time(&self, label: &str, lines: Vec<Line>, y_to: Option<f64>) -> Result<Svg, ReportError> {
+        let plot =
+            LinePlot { x_label: "time, s".to_owned(), y_label: label.to_owned(), lines, y_to, ..LinePlot::default() };
+        plot.svg(Size { width: WIDTH, height: LINES_HEIGHT })
+    }
+
+    fn time(&self, frame: usize) -> f64 {
+        frame as f64 / self.frames_per_second
+    }
+}
+
+/// Runs of frames in seconds, a frame lasting until the next.
+pub(super) fn seconds(stances: &[[usize; 2]], frames_per_second: f64) -> Vec<[f64; 2]> {
+    stances.iter().map(|stance| stance.map(|frame| frame as f64 / frames_per_second)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart() -> ContactChart {
+        let foot = |name: &str, first: usize| FootCourse {
+            name: name.to_owned(),
+            stances: vec![[first, first + 10]],
+            gap_mm: (0..40).map(|f| 10.0 * f64::from(f % 7)).collect(),
+            slip_mm_per_s: vec![12.0; 40],
+        };
+        ContactChart {
+            title: "walk <1>".to_owned(),
+            frames_per_second: 20.0,
+            feet: [foot("left foot", 0), foot("right foot", 15)],
+            others: vec![("margin, mm".to_owned(), vec![Some(1.0); 40])],
+            summary: vec!["standing feet skate".to_owned()],
+            table: (vec!["foot".to_owned()], vec![vec!["left".to_owned()]]),
+        }
+    }
+
+    #[test]
+    fn the_picture_holds_every_plot_below_the_other() {
+        let svg = chart().svg().unwrap();
+        assert_eq!(svg.matches("<svg ").count(), 5, "the whole, stances, gap, slip and the margin");
+        assert!(svg.contains("left foot") && svg.contains("slip while standing") && svg.contains("margin, mm"));
+        assert!(svg.trim_end().ends_with("</svg>"));
+    }
+
+    #[test]
+    fn the_page_needs_no_network() {
+        let page = chart().page().unwrap();
+        assert!(page.contains("walk &lt;1&gt;") && page.contains("<table"));
+        assert!(!page.replace("http://www.w3.org/2000/svg", "").contains("http"));
+    }
+}

@@ -1,0 +1,221 @@
+//! Poses that could be: not in the ground, not in themselves, not beyond their limits.
+
+use serde::{Deserialize, Serialize};
+
+use super::silhouette_likelihood::LikelihoodScratch;
+use super::{Likelihood, SettingError, SilhouetteLikelihood, TrackError};
+use crate::body::{Humanoid, Pose};
+use crate::contact::{Interpenetration, InterpenetrationScratch};
+use crate::observation::Observation;
+
+/// What a radian beyond a joint's limit amounts to, metres.
+const LIMIT_LEVER: f64 = 0.1;
+
+/// How much it counts that a pose could not be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlausibilitySettings {
+    /// What a metre of depth adds to the energy, >= 0; 0 leaves the rule of rejection alone. 1/m. Default: 2.
+    pub weight: f64,
+    /// Depths up to this are free: recordings sink by some millimetres, and the tracker's body is not the actor's. Metres, >= 0.
+    /// Default: 0.01.
+    pub tolerance_m: f64,
+    /// Poses that are deeper than this beyond the tolerance, in the ground or in themselves, are rejected without being drawn.
+    /// Metres, > 0. Default: none is rejected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reject_beyond_m: Option<f64>,
+}
+
+impl Default for PlausibilitySettings {
+    fn default() -> Self {
+        Self { weight: 2.0, tolerance_m: 0.01, reject_beyond_m: None }
+    }
+}
+
+impl PlausibilitySettings {
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// [`SettingError`] that names the first key which is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        let check = |key, value: f64, sound: bool, expected: &str| match sound && value.is_finite() {
+            true => Ok(()),
+            false => Err(SettingError { key, expected: expected.to_owned(), found: value.to_string() }),
+        };
+        let not_negative = "a finite number, 0 or more";
+        check("plausibility.weight", self.weight, self.weight >= 0.0, not_negative)?;
+        check("plausibility.tolerance_m", self.tolerance_m, self.tolerance_m >= 0.0, not_negative)?;
+        let reject = self.reject_beyond_m.unwrap_or(1.0);
+        check("plausibility.reject_beyond_m", reject, reject > 0.0, "a finite number above 0")
+    }
+}
+
+/// The energy of silhouettes and, added to it, `weight (g + s + l)`: `g` the depth of the body's deepest point under the ground
+/// z = 0, `s` the sum of the depths of all pairs of solids that are inside each other and must not be
+/// ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of what angles are beyond their limits, a
+/// radian counting as 0.1 m.
+///
+/// Balan, Sigal and Black (2005, A quantitative evaluation of video-based 3D person tracking) reject poses whose limbs
+/// interpenetrate or exceed their limits ("hard priors"); [`PlausibilitySettings::reject_beyond_m`] is that rule. The energy of
+/// a rejected pose is infinite; a filter that has no other particle asks for [`Likelihood::energy_unrejected`].
+#[derive(Debug)]
+pub struct PlausibleLikelihood {
+    silhouettes: SilhouetteLikelihood,
+    body: Humanoid,
+    solids: Interpenetration,
+    settings: PlausibilitySettings,
+}
+
+impl PlausibleLikelihood {
+    /// Adds plausibility to the energy of silhouettes.
+    ///
+    /// # Errors
+    /// [`SettingError`] where a setting is out of its range.
+    pub fn new(silhouettes: SilhouetteLikelihood, settings: PlausibilitySettings) -> Result<Self, SettingError> {
+        settings.validate()?;
+        let body = silhouettes.body().clone();
+        Ok(Self { solids: Interpenetration::new(&body), silhouettes, body, settings })
+    }
+
+    fn judge(&self, pose: &Pose, scratch: &mut PlausibleScratch, may_reject: bool) -> f64 {
+        let PlausibleScratch { silhouettes, solids } = scratch;
+        let Some(frames) = self.silhouettes.place(pose, silhouettes) else { return f64::NAN };
+        let depths = self.solids.depths(frames, self.settings.tolerance_m, solids);
+        let deepest = depths.ground_m.max(depths.own_m);
+        if may_reject && self.settings.reject_beyond_m.is_some_and(|limit| deepest > limit) {
+            return f64::INFINITY;
+        }
+        let depth = depths.ground_m + depths.own_sum_m + LIMIT_LEVER * beyond_limits(&self.body, pose);
+        self.silhouettes.energy_in_place(silhouettes) + self.settings.weight * depth
+    }
+}
+
+/// Sum of what is beyond a limit, radians (metres where prismatic).
+fn beyond_limits(body: &Humanoid, pose: &Pose) -> f64 {
+    let angles = pose.joint_angles.iter().zip(&body.degrees_of_freedom);
+    angles.map(|(angle, limits)| (angle - limits.upper).max(limits.lower - angle).max(0.0)).sum()
+}
+
+/// Buffers of one thread.
+pub struct PlausibleScratch {
+    silhouettes: LikelihoodScratch,
+    solids: InterpenetrationScratch,
+}
+
+impl Likelihood for PlausibleLikelihood {
+    type Scratch = PlausibleScratch;
+
+    fn scratch(&self) -> PlausibleScratch {
+        PlausibleScratch { silhouettes: self.silhouettes.scratch(), solids: InterpenetrationScratch::default() }
+    }
+
+    fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
+        self.silhouettes.prepare(observation)
+    }
+
+    fn energy(&self, pose: &Pose, scratch: &mut PlausibleScratch) -> f64 {
+        self.judge(pose, scratch, true)
+    }
+
+    fn energy_unrejected(&self, pose: &Pose, scratch: &mut PlausibleScratch) -> f64 {
+        self.judge(pose, scratch, false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{draw_silhouette, shipped};
+    use crate::camera::{CameraRig, RingParameters};
+    use crate::raster::Mask;
+    use crate::tracker::SilhouetteSettings;
+    use nalgebra::Point3;
+
+    fn standing(body: &Humanoid, height: f64) -> Pose {
+        let mut pose = body.zero_pose();
+        pose.world_from_root.translation.z = height;
+        pose
+    }
+
+    /// A likelihood that looks at a standing body, and the height at which that body's soles touch the ground.
+    fn looking(settings: PlausibilitySettings) -> (Humanoid, f64, SilhouetteLikelihood, PlausibleLikelihood) {
+        let body = shipped("tracker25").unwrap();
+        let links: Vec<usize> = (0..body.links.len()).collect();
+        let height = -body.lowest_point(&body.link_frames(&body.zero_pose()), &links).unwrap().z;
+        let rig = CameraRig::ring(&RingParameters {
+            count: 2,
+            radius: 4.5,
+            height: 1.6,
+            look_at: Point3::new(0.0, 0.0, 0.95),
+            first_azimuth: 0.8,
+            field_of_view: 1.05,
+            image_size: [160, 120],
+            near: 0.05,
+        })
+        .unwrap();
+        let frames = body.link_frames(&standing(&body, height));
+        let drawn = rig.cameras.iter().map(|camera| {
+            let mut mask = Mask::new(160, 120);
+            draw_silhouette(&body, &frames, camera, &mut mask);
+            mask
+        });
+        let seen = Observation { frame: 0, time_s: 0.0, silhouettes: drawn.collect() };
+        let silhouettes = || {
+            let mut likelihood = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).unwrap();
+            likelihood.prepare(&seen).unwrap();
+            likelihood
+        };
+        let mut plausible = PlausibleLikelihood::new(silhouettes(), settings).unwrap();
+        plausible.prepare(&seen).unwrap();
+        (body.clone(), height, silhouettes(), plausible)
+    }
+
+    fn added(with: &PlausibleLikelihood, without: &SilhouetteLikelihood, pose: &Pose) -> f64 {
+        with.energy(pose, &mut with.scratch()) - without.energy(pose, &mut without.scratch())
+    }
+
+    #[test]
+    fn a_pose_that_could_be_has_the_energy_of_its_silhouettes_and_one_in_the_ground_more() {
+        let settings = PlausibilitySettings { weight: 3.0, tolerance_m: 0.01, reject_beyond_m: None };
+        let (body, height, without, with) = looking(settings);
+        assert_eq!(added(&with, &without, &standing(&body, height)), 0.0);
+        assert_eq!(added(&with, &without, &standing(&body, height - 0.009)), 0.0);
+        let sunk = added(&with, &without, &standing(&body, height - 0.06));
+        assert!((sunk - 3.0 * 0.05).abs() < 1e-9, "{sunk}");
+    }
+
+    #[test]
+    fn crossed_legs_and_a_bent_back_knee_cost() {
+        let (body, height, without, with) = looking(PlausibilitySettings { tolerance_m: 0.0, ..Default::default() });
+        let mut crossed = standing(&body, height + 0.1);
+        crossed.joint_angles[body.find_degree_of_freedom("left_hip_abduction").unwrap()] = -0.3;
+        assert!(added(&with, &without, &crossed) > 0.02, "{}", added(&with, &without, &crossed));
+        let mut bent = standing(&body, height + 0.1);
+        bent.joint_angles[body.find_degree_of_freedom("left_knee_flexion").unwrap()] = -0.2;
+        assert!((added(&with, &without, &bent) - 2.0 * 0.1 * 0.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_too_deep_is_rejected_and_has_an_energy_all_the_same() {
+        let settings = PlausibilitySettings { weight: 1.0, tolerance_m: 0.01, reject_beyond_m: Some(0.05) };
+        let (body, height, without, with) = looking(settings);
+        let deep = standing(&body, height - 0.2);
+        assert_eq!(with.energy(&deep, &mut with.scratch()), f64::INFINITY);
+        let unrejected = with.energy_unrejected(&deep, &mut with.scratch());
+        assert!((unrejected - without.energy(&deep, &mut without.scratch()) - 0.19).abs() < 1e-9);
+        assert!(with.energy(&standing(&body, height - 0.05), &mut with.scratch()).is_finite());
+        let nowhere = standing(&body, f64::NAN);
+        assert!(with.energy(&nowhere, &mut with.scratch()).is_nan());
+    }
+
+    #[test]
+    fn settings_out_of_range_are_named() {
+        let key = |s: PlausibilitySettings| s.validate().unwrap_err().key;
+        let good = PlausibilitySettings::default();
+        assert_eq!(good.validate(), Ok(()));
+        assert_eq!(key(PlausibilitySettings { weight: -1.0, ..good }), "plausibility.weight");
+        assert_eq!(key(PlausibilitySettings { weight: f64::INFINITY, ..good }), "plausibility.weight");
+        assert_eq!(key(PlausibilitySettings { tolerance_m: f64::NAN, ..good }), "plausibility.tolerance_m");
+        assert_eq!(key(PlausibilitySettings { reject_beyond_m: Some(0.0), ..good }), "plausibility.reject_beyond_m");
+    }
+}

@@ -1,0 +1,87 @@
+//! Contact from the scenario to the report.
+
+use serde_json::Value;
+
+use super::rooms::{Room, shipped};
+
+fn run(room: &Room, contact: &str) -> (Value, String) {
+    let scenario = shipped("scenarios/smoke/contact.toml");
+    let answer = room.succeed(&format!("run {} actor.contact={contact} --out {contact}", scenario.display()));
+    let record: Value = serde_json::from_slice(&room.read(&format!("{contact}/run.json"))).unwrap();
+    (record, answer.stderr)
+}
+
+fn mean(record: &Value, metric: &str) -> f64 {
+    record["summary"]["metrics"][metric]["mean"].as_f64().unwrap_or_else(|| panic!("no {metric} in {record}"))
+}
+
+#[test]
+fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
+    let room = Room::new();
+    let (measured, notes) = run(&room, "measure");
+    assert!(notes.contains("contact: standing feet skate"), "{notes}");
+    let (settled, notes) = run(&room, "fix");
+    assert!(notes.contains("fixed: standing feet skate") && notes.contains("joints moved by"), "{notes}");
+    // what was recorded skates and sinks, what was settled does not, and what is tracked is the settled motion
+    assert!(mean(&measured, "truth_foot_skate_mm_per_s") > 2.0 * mean(&settled, "truth_foot_skate_mm_per_s"));
+    assert!(mean(&settled, "truth_foot_skate_mm_per_s") <= 20.0);
+    assert!(mean(&settled, "truth_ground_penetration_mm") <= 2.0);
+    assert_ne!(measured["set_hash"], settled["set_hash"]);
+    for record in [&measured, &settled] {
+        assert!(mean(record, "foot_skate_mm_per_s") > 0.0 && mean(record, "contact_f1") > 0.3);
+    }
+    let page = String::from_utf8(room.read("fix/report.html")).unwrap();
+    assert!(page.contains("Which foot stands when") && page.contains("left foot, estimate"));
+}
+
+/// The shipped actor with nothing on its feet.
+fn barefoot(room: &Room) {
+    let urdf = std::fs::read_to_string(shipped("robots/actor.urdf")).unwrap();
+    let mut text = String::new();
+    let mut in_foot = false;
+    for line in urdf.lines() {
+        if line.contains("<link name=\"") {
+            in_foot = line.contains("_foot\"") || line.contains("_toes\"");
+        }
+        if !(in_foot && line.trim_start().starts_with("<visual")) {
+            text += line;
+            text.push('\n');
+        }
+    }
+    room.write("barefoot.urdf", text);
+}
+
+#[test]
+fn a_robot_without_feet_is_said_to_have_none_and_cannot_be_settled() {
+    let room = Room::new();
+    barefoot(&room);
+    let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"bare\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 11\n\
+                    [actor]\nrobot = \"barefoot.urdf\"\n[rig.ring]\nsize_px = [80, 60]\n[tracker.frozen]\n";
+    room.write("bare.toml", scenario);
+    let answer = room.succeed("run bare.toml --out bare");
+    assert!(answer.stderr.contains("actor.robot: \"actor\" has no left foot"), "{}", answer.stderr);
+    assert!(answer.stderr.contains("contact is not measured"), "{}", answer.stderr);
+    let record: Value = serde_json::from_slice(&room.read("bare/run.json")).unwrap();
+    assert!(record["summary"]["metrics"]["foot_skate_mm_per_s"].is_null());
+    let refused = room.skiagraph(&["run", "bare.toml", "actor.contact=fix", "--out", "none"]);
+    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    assert!(refused.stderr.contains("actor.contact: \"actor\" has no left foot"), "{}", refused.stderr);
+    assert!(!room.path("none").exists());
+}
+
+#[test]
+fn inspecting_contacts_says_who_stands_when_and_draws_it() {
+    let room = Room::new();
+    let said = room.succeed("inspect embedded:walk --contacts --out walk.svg").stdout;
+    assert!(said.contains("left foot") && said.contains("right foot") && said.contains("worst     slip"), "{said}");
+    let picture = String::from_utf8(room.read("walk.svg")).unwrap();
+    assert!(picture.starts_with("<svg ") && picture.contains("gap to the ground, mm"));
+    let json = room.succeed("inspect embedded:walk --contacts --json --out walk.html").stdout;
+    let summary: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((&summary["schema"], &summary["what"]), (&"skiagraph.inspect/1".into(), &"contacts".into()));
+    assert!(summary["stances"].as_array().unwrap().len() >= 2, "{json}");
+    assert!(String::from_utf8(room.read("walk.html")).unwrap().contains("<table"));
+    let refused = room.skiagraph(&["inspect", "embedded:walk", "--contacts", "--out", "walk.bmp"]);
+    assert_eq!(refused.code, 2);
+    assert!(refused.stderr.contains("--out: expected the name of an .svg or .html file"), "{}", refused.stderr);
+}

@@ -1,0 +1,68 @@
+//! Beginnings of contact against heel strikes that were read from the recordings themselves.
+//!
+//! The rule by which the labels were made, after Ghoussayni et al. (2004, Gait and Posture 20: speed of the foot under a
+//! threshold), looks at nothing but the recorded ankle joint (`lfoot`, `rfoot` of the skeleton's file): a heel strike is the first
+//! frame after a swing in which the ankle's speed, a central difference over one frame either way at 120 Hz, is below 0.5 m/s. The heel
+//! stops when it strikes, and the ankle then turns about it at 0.2 to 0.5 m/s while the sole comes down. Every frame was looked at
+//! beside the heights of ankle and ball: at all of them the ball is past its highest and the ankle within 20 mm of its lowest.
+//! Neither the ground, nor the body's solids, nor its retargeting come into it.
+
+mod support;
+
+use skiagraph::body::retarget::{RetargetOptions, retarget};
+use skiagraph::body::shipped;
+use skiagraph::contact::{ContactRule, GroundContacts};
+use skiagraph::mocap::{ReadOptions, read};
+
+/// Clip; frames of the left and of the right foot's heel strikes, from 0 at 120 Hz, those of the first 50 ms left out.
+const LABELS: [(&str, [&[usize]; 2]); 2] =
+    [("49_01", [&[99, 264, 428, 594], &[8, 182, 346, 509]]), ("16_15", [&[136, 278, 417], &[64, 203, 344]])];
+/// Beginnings of contact further than this from a heel strike are others, frames at 120 Hz: 50 ms.
+const TOLERANCE: usize = 6;
+
+#[test]
+fn contact_begins_where_the_heel_strikes() {
+    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    let (mut hits, mut missed, mut extra, mut lags) = (0, 0, 0, Vec::new());
+    for (clip, labels) in LABELS {
+        let recording = read(&folder.join(format!("{clip}.amc")), &ReadOptions::default()).unwrap();
+        let walk = retarget(&recording, &shipped("actor").unwrap(), &RetargetOptions::default()).unwrap();
+        let found = GroundContacts::of_motion(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap();
+        for (foot, labels) in found.feet.iter().zip(labels) {
+            let begins: Vec<usize> = foot.stances().iter().map(|s| s.start).filter(|f| *f >= TOLERANCE).collect();
+            let near = |a: usize, b: usize| a.abs_diff(b) <= TOLERANCE;
+            let of_label = |label: &usize| begins.iter().find(|begin| near(**begin, *label));
+            lags.extend(labels.iter().filter_map(|l| of_label(l).map(|b| *b as f64 - *l as f64)));
+            hits += labels.iter().filter(|l| of_label(l).is_some()).count();
+            missed += labels.iter().filter(|l| of_label(l).is_none()).count();
+            extra += begins.iter().filter(|b| !labels.iter().any(|l| near(**b, *l))).count();
+            println!("{clip} {}: labelled {labels:?}, found {begins:?}", foot.name);
+        }
+    }
+    let f1 = 2.0 * hits as f64 / (2 * hits + missed + extra) as f64;
+    let lag = 1000.0 / 120.0 * lags.iter().sum::<f64>() / lags.len() as f64;
+    println!(
+        "{hits} hits, {missed} missed, {extra} extra: F1 {f1:.3}; contact begins {lag:.0} ms after the label on average"
+    );
+    assert!(f1 >= 0.95, "{f1}");
+}
+
+/// The labels are what the rule says.
+#[test]
+fn the_labels_follow_their_rule() {
+    let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
+    for (clip, labels) in LABELS {
+        let recording = read(&folder.join(format!("{clip}.amc")), &ReadOptions::default()).unwrap();
+        for (ankle, labels) in ["lfoot", "rfoot"].into_iter().zip(labels) {
+            let joint = recording.skeleton.find(ankle).unwrap();
+            let at = |frame: usize| recording.joint_frames(frame)[joint].translation.vector;
+            let speed = |frame: usize| (at(frame + 1) - at(frame - 1)).norm() * 60.0;
+            for &label in labels {
+                assert!(speed(label) < 0.5, "{clip} {ankle} {label}: {}", speed(label));
+                let first = label.saturating_sub(12).max(1);
+                let swing = (first..label).map(speed);
+                assert!(swing.clone().all(|v| v >= 0.5), "{clip} {ankle} {label}: {:.2?}", swing.collect::<Vec<_>>());
+            }
+        }
+    }
+}
