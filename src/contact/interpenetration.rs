@@ -275,7 +275,7 @@ mod tests {
         let fast = Interpenetration::new(&body);
         let pairs = SelfCollision::new(&body);
         let mut deep = 0;
-        for index in 0..300 {
+        for index in 0..1000 {
             let frames = body.link_frames(&crumpled(&body, index));
             let found = fast.depths(&frames, 0.0, &mut InterpenetrationScratch::default());
             let mut deepest = 0.0_f64;

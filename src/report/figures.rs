@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn a_full_run_has_every_figure() {
-        let all = ["error", "joints", "pck", "energy", "survival", "annealing"];
+        let all = ["error", "stances", "joints", "pck", "energy", "survival", "annealing"];
         assert_eq!(ids(&Story { seeds: 2, ..Story::default() }), all);
     }
 
@@ -337,6 +337,9 @@ mod tests {
 
     #[test]
     fn a_tracker_without_layers_and_energies_has_no_figures_of_them() {
-        assert_eq!(ids(&Story { layers: 0, energies: false, ..Story::default() }), ["error", "joints", "pck"]);
+        assert_eq!(
+            ids(&Story { layers: 0, energies: false, ..Story::default() }),
+            ["error", "stances", "joints", "pck"]
+        );
     }
 }

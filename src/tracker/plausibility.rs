@@ -15,7 +15,8 @@ const LIMIT_LEVER: f64 = 0.1;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlausibilitySettings {
-    /// What a metre of depth adds to the energy, >= 0; 0 leaves the rule of rejection alone. 1/m. Default: 2.
+    /// What a metre of depth adds to the energy, >= 0; 0 leaves the rule of rejection alone. 1/m. Default: 0.5, chosen
+    /// on CMU 16_15 and 35_02 among 0.5, 2 and 8: more keeps a body whose legs are too long out of the ground at the cost of the pose.
     pub weight: f64,
     /// Depths up to this are free: recordings sink by some millimetres, and the tracker's body is not the actor's. Metres, >= 0.
     /// Default: 0.01.
@@ -28,7 +29,7 @@ pub struct PlausibilitySettings {
 
 impl Default for PlausibilitySettings {
     fn default() -> Self {
-        Self { weight: 2.0, tolerance_m: 0.01, reject_beyond_m: None }
+        Self { weight: 0.5, tolerance_m: 0.01, reject_beyond_m: None }
     }
 }
 
@@ -189,10 +190,10 @@ mod tests {
         let (body, height, without, with) = looking(PlausibilitySettings { tolerance_m: 0.0, ..Default::default() });
         let mut crossed = standing(&body, height + 0.1);
         crossed.joint_angles[body.find_degree_of_freedom("left_hip_abduction").unwrap()] = -0.3;
-        assert!(added(&with, &without, &crossed) > 0.02, "{}", added(&with, &without, &crossed));
+        assert!(added(&with, &without, &crossed) > 0.005, "{}", added(&with, &without, &crossed));
         let mut bent = standing(&body, height + 0.1);
         bent.joint_angles[body.find_degree_of_freedom("left_knee_flexion").unwrap()] = -0.2;
-        assert!((added(&with, &without, &bent) - 2.0 * 0.1 * 0.2).abs() < 1e-9);
+        assert!((added(&with, &without, &bent) - 0.5 * 0.1 * 0.2).abs() < 1e-9);
     }
 
     #[test]
