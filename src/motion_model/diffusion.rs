@@ -214,6 +214,21 @@ mod tests {
     }
 
     #[test]
+    fn particles_propagated_together_are_those_propagated_one_by_one_to_the_bit() {
+        for prediction in [Prediction::None, Prediction::ConstantVelocity] {
+            let model = diffusion(prediction, 1.0);
+            let start = relaxed(&model.body);
+            let rng = |i| stream(5, Purpose::Perturbation, 0, 0, i);
+            let states: Vec<Pose> = (0..50).map(|i| model.sample_initial(&start, 0, 1, &mut rng(i))).collect();
+            let past = [start.clone(), states[0].clone()];
+            let mut rngs: Vec<ChaCha8Rng> = (50..100).map(rng).collect();
+            let alone = states.iter().zip(rngs.clone()).map(|(s, mut rng)| model.propagate(s, &past, &mut rng));
+            let alone: Vec<Pose> = alone.collect();
+            assert_eq!(model.propagate_all(&states, &past, &mut rngs), alone);
+        }
+    }
+
+    #[test]
     fn what_is_no_deviation_is_refused_by_its_key() {
         let body = Humanoid::tracker25().unwrap();
         let good = scales(&body);

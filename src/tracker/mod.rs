@@ -7,6 +7,7 @@ mod annealing;
 mod estimate;
 mod frozen;
 mod likelihood;
+mod limb_sides;
 mod observed_view;
 mod plausibility;
 mod rectification;

@@ -3,14 +3,15 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
 use super::rectification::Rectification;
 use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
-use crate::body::{Flesh, Humanoid, LinkFrames, Pose};
+use crate::body::{Flesh, Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::observation::Observation;
-use crate::raster::{Comparison, Mask, Overlap};
+use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
 
 /// How the areas of two silhouettes are compared: S2's `D_s`, in [0, 1]. With B pixels of the model alone, R of the
 /// observation alone and Y of both:
@@ -46,8 +47,12 @@ pub struct SilhouetteSettings {
     pub contour: ContourTerm,
     /// S2's alpha of Eq. 3, >= 0: weight of the contour beside the silhouette; 0 leaves the contour out.
     pub contour_weight: f64,
-    /// The distance tau at which the contour term saturates, as a share of the image's height, > 0.
+    /// The distance tau at which the contour term and that of the limbs' sides saturate, as a share of the image's height, > 0.
     pub contour_reach: f64,
+    /// Weight, >= 0, of the sides of limbs: S1's edges of the model against those observed. Mean over samples along the two
+    /// sides of every capsule of `min(d, tau) / tau`, d being the distance to the observed contour. Sides that lie inside the
+    /// observed silhouette have no contour to lie on and count as missed; 0 leaves the term out.
+    pub limb_side_weight: f64,
 }
 
 impl Default for SilhouetteSettings {
@@ -57,6 +62,7 @@ impl Default for SilhouetteSettings {
             contour: ContourTerm::default(),
             contour_weight: 0.5,
             contour_reach: 20.0 / 480.0,
+            limb_side_weight: 0.0,
         }
     }
 }
@@ -70,11 +76,15 @@ impl SilhouetteSettings {
         if self.contour_weight != 0.0 {
             within("contour_weight", self.contour_weight, f64::MAX)?;
         }
+        if self.limb_side_weight != 0.0 {
+            within("limb_side_weight", self.limb_side_weight, f64::MAX)?;
+        }
         within("contour_reach", self.contour_reach, 1.0)
     }
 }
 
-/// `E = 1/N_v sum_v (D_s + alpha D_c)`: S2's Eq. 3, alpha inside the sum.
+/// `E = 1/N_v sum_v (D_s + alpha D_c)`: S2's Eq. 3, alpha inside the sum; to each view's part a third term may be added, for
+/// the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
 ///
 /// Views in which neither the model nor the observation has a pixel are left out of N_v; without any view left the
 /// energy is 0, for nothing seen is then nothing missed. A view in which only one of them has pixels counts in full, so
@@ -98,12 +108,15 @@ struct View {
     camera: Camera,
     rectification: Option<Rectification>,
     observed: ObservedView,
+    /// The sides of limbs; `None` where they weigh nothing.
+    sides: Option<LimbSides>,
 }
 
 /// Buffers of one thread.
 pub struct LikelihoodScratch {
     frames: LinkFrames,
     views: ViewScratch,
+    limbs: Vec<TaperedCapsule>,
 }
 
 impl SilhouetteLikelihood {
@@ -130,13 +143,22 @@ impl SilhouetteLikelihood {
     }
 }
 
+impl SilhouetteLikelihood {
+    /// What the sides of the limbs at `scratch.frames` add to a view's energy.
+    fn sides_energy(&self, view: &View, scratch: &mut LikelihoodScratch) -> f64 {
+        let Some(sides) = &view.sides else { return 0.0 };
+        capsules_in_camera(&self.body, &scratch.frames, &view.camera, &mut scratch.limbs);
+        self.settings.limb_side_weight * sides.mean_distance(&scratch.limbs)
+    }
+}
+
 impl Likelihood for SilhouetteLikelihood {
     type Scratch = LikelihoodScratch;
 
     fn scratch(&self) -> LikelihoodScratch {
         let painted = if self.fast { [].iter() } else { self.views.iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
-        LikelihoodScratch { frames: LinkFrames::default(), views }
+        LikelihoodScratch { frames: LinkFrames::default(), views, limbs: Vec::new() }
     }
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
@@ -175,7 +197,7 @@ impl SilhouetteLikelihood {
             let comparison =
                 view.observed.compare(&self.body, &scratch.frames, &view.camera, index, &mut scratch.views);
             if let Some(energy) = self.view_energy(comparison) {
-                sum += energy;
+                sum += energy + self.sides_energy(view, scratch);
                 count += 1.0;
             }
         }
@@ -189,11 +211,13 @@ impl View {
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
         let observed = ObservedView::new(&camera, nothing, fast, settings);
-        Self { camera, rectification, observed }
+        Self { camera, rectification, observed, sides: None }
     }
 
     fn observe(&mut self, mask: &Mask, fast: bool, settings: &SilhouetteSettings) {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
+        let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
+        self.sides = (settings.limb_side_weight > 0.0).then(|| LimbSides::new(pinhole, &ideal, tau));
         self.observed = ObservedView::new(&self.camera, ideal, fast, settings);
     }
 }

@@ -41,6 +41,14 @@ pub struct LatentTrackerSettings<T> {
     pub noise_floor: f64,
     /// Standard deviation of the first latents about their seeds, as a share of the latents' spread. Default: 0.1.
     pub start_jitter: f64,
+    /// How far particles may lie off the latent manifold, as a multiple of how far training frames lie from the most similar
+    /// ones of other moments; 0 keeps them on it, as in S1. Default: 0.5.
+    pub residual_scale: f64,
+    /// Time after which such an offset is 1/e as great, seconds. Default: 0.25.
+    pub residual_s: f64,
+    /// Factor on the noise of the root's steps (what the models leave unexplained of them in training, at least 2 mm and 0.3
+    /// degrees a frame). Default: 5, chosen on CMU takes other than those of `scenarios/s1`.
+    pub root_noise_scale: f64,
     /// How particles are shared among the training poses that resemble the start pose: `"softmax"` or `"literal"` (S1 Eqs. 12
     /// to 14). Default: `"softmax"`.
     pub initialisation: Initialisation,
@@ -52,6 +60,8 @@ pub struct LatentTrackerSettings<T> {
     pub contour_weight: f64,
     /// As for the annealed particle filter. Default: 1/24.
     pub contour_reach: f64,
+    /// Weight of the distance from the sides of limbs to the observed contour, beside the areas; 0 leaves it out. Default: 0.
+    pub limb_side_weight: f64,
     /// As for the annealed particle filter; only for several layers. Default: `"geometric"`.
     pub kernel: Kernel,
     /// As for the annealed particle filter. Default: `"weighted_mean"`.
@@ -133,6 +143,7 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
             contour: self.contour,
             contour_weight: self.contour_weight,
             contour_reach: self.contour_reach,
+            limb_side_weight: self.limb_side_weight,
         }
     }
 
@@ -143,6 +154,9 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
             initialisation: self.initialisation,
             noise_floor: self.noise_floor,
             start_jitter: self.start_jitter,
+            residual_scale: self.residual_scale,
+            residual_s: self.residual_s,
+            root_noise_scale: self.root_noise_scale,
         }
     }
 }
@@ -197,8 +211,9 @@ impl<T: Default> Default for LatentTrackerSettings<T> {
     fn default() -> Self {
         let FilterSettings { particles, layers, survival_rate, kernel, estimator } =
             FilterSettings::particle_filter(1000);
-        let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach } = SilhouetteSettings::default();
-        let LatentSettings { initialisation, noise_floor, start_jitter, .. } = LatentSettings::default();
+        let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
+            SilhouetteSettings::default();
+        let latent = LatentSettings::default();
         Self {
             model: T::default(),
             model_file: None,
@@ -206,13 +221,17 @@ impl<T: Default> Default for LatentTrackerSettings<T> {
             layers,
             survival_rate,
             root: RootMode::Tracked,
-            noise_floor,
-            start_jitter,
-            initialisation,
+            noise_floor: latent.noise_floor,
+            start_jitter: latent.start_jitter,
+            residual_scale: latent.residual_scale,
+            residual_s: latent.residual_s,
+            root_noise_scale: latent.root_noise_scale,
+            initialisation: latent.initialisation,
             silhouette,
             contour,
             contour_weight,
             contour_reach,
+            limb_side_weight,
             kernel,
             estimator,
         }

@@ -51,6 +51,8 @@ pub struct AnnealedParticleFilterSettings {
     pub contour_weight: f64,
     /// Distance between contours at which their term saturates, as a share of the image's height. Default: 1/24.
     pub contour_reach: f64,
+    /// Weight of the distance from the sides of limbs to the observed contour, beside the areas; 0 leaves it out. Default: 0.
+    pub limb_side_weight: f64,
     /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of the
     /// training motion. Default: 1.5, chosen on CMU 16_15 and 35_02, matched and mismatched, among 0.5, 1, 1.5 and 2.
     pub proposal_scale: f64,
@@ -214,6 +216,7 @@ impl AnnealedParticleFilterSettings {
             contour: self.contour,
             contour_weight: self.contour_weight,
             contour_reach: self.contour_reach,
+            limb_side_weight: self.limb_side_weight,
         }
     }
 
@@ -226,7 +229,8 @@ impl AnnealedParticleFilterSettings {
 impl Default for AnnealedParticleFilterSettings {
     fn default() -> Self {
         let FilterSettings { particles, layers, survival_rate, kernel, estimator } = FilterSettings::default();
-        let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach } = SilhouetteSettings::default();
+        let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
+            SilhouetteSettings::default();
         let DiffusionSettings { prediction, .. } = DiffusionSettings::default();
         Self {
             particles,
@@ -236,6 +240,7 @@ impl Default for AnnealedParticleFilterSettings {
             contour,
             contour_weight,
             contour_reach,
+            limb_side_weight,
             proposal_scale: 1.5,
             prediction,
             kernel,

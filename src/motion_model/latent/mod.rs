@@ -6,6 +6,7 @@
 
 mod initialisation;
 mod model;
+mod residual;
 mod settings;
 mod transition;
 

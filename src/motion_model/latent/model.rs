@@ -12,15 +12,17 @@ use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::{PlanarRoot, PlanarStep};
 use super::super::{MotionModel, MotionModelError};
 use super::initialisation::{Seed, seed_of, seeds};
+use super::residual::{Residual, offset_by};
 use super::settings::LatentSettings;
 use super::transition::{Destination, Moving, destinations, jump};
 use crate::body::{Humanoid, Pose};
 
-/// Latents farther out than this many training radii are brought back: far from all training the radial kernel is zero
-/// and the linear part of the dynamics may explode.
-const GREATEST_RADII: f64 = 3.0;
+/// Latents farther than this many length scales of the map from every training latent are brought back. Out there the map
+/// falls back to the mean pose and the linear part of the dynamics may explode: the model knows nothing of that region.
+const GREATEST_LENGTHS: f64 = 2.0;
 
-/// Most particles that are moved in one product of matrices.
+/// Particles that are moved in one product of matrices. A batch that is not full is filled up: products of other shapes may add in
+/// another order, and a particle's bits may not depend on its company.
 const BATCH: usize = 128;
 
 /// Root noise never falls below these: metres and radians a frame at 60 Hz.
@@ -34,9 +36,10 @@ pub struct LatentModel {
     graph: Arc<GpdmGraph>,
     settings: LatentSettings,
     destinations: Vec<Destination>,
-    /// Per segment: greatest norm of a training latent, and spread per coordinate.
-    extents: Vec<(f64, f64)>,
+    /// Per segment: spread of the latents per coordinate.
+    spreads: Vec<f64>,
     root_noise: PlanarStep,
+    residual: Residual,
     /// The true root of every frame, where it is given away on purpose (to tell articulated from global error).
     given_roots: Option<Arc<Vec<Isometry3<f64>>>>,
     deviations: Vec<f64>,
@@ -51,8 +54,11 @@ pub struct LatentParticle {
     pub latent: Vec<f64>,
     /// `z_{t-1}`.
     before: Vec<f64>,
+    /// What the particle's observation vector has beside the map's mean.
+    offset: Vec<f64>,
     root: PlanarRoot,
     frame: usize,
+    /// The pose at the map's mean and its velocity: what jumps compare.
     moving: Moving,
     pose: Pose,
     /// Whether the particle had left the training region in this frame and was brought back.
@@ -89,22 +95,16 @@ impl LatentModel {
                 found: format!("one of a body with {known}"),
             });
         }
-        let extents: Vec<(f64, f64)> = graph
-            .segments
-            .iter()
-            .map(|s| {
-                let z = s.gpdm.latents();
-                let norm = |i: usize| (0..z.ncols()).map(|c| z[(i, c)] * z[(i, c)]).sum::<f64>().sqrt();
-                ((0..z.nrows()).map(norm).fold(0.0, f64::max), s.gpdm.latent_spread())
-            })
-            .collect();
-        let root_noise = root_noise(&graph);
+        let spreads: Vec<f64> = graph.segments.iter().map(|s| s.gpdm.latent_spread()).collect();
+        let root_noise = root_noise(&graph, settings.root_noise_scale);
+        let residual = Residual::learn(&graph, settings.residual_scale, settings.residual_s);
         let dimensions = graph.segments.first().map_or(0, |s| s.gpdm.latents().ncols());
-        let spread = extents.iter().map(|e| e.1).sum::<f64>() / extents.len().max(1) as f64;
+        let spread = spreads.iter().sum::<f64>() / spreads.len().max(1) as f64;
         let mut deviations = vec![settings.noise_floor * spread; dimensions];
+        deviations.extend(residual.increments());
         deviations.extend([root_noise.forward, root_noise.left, root_noise.turn]);
         let destinations = destinations(&graph);
-        Ok(Self { body, graph, settings, destinations, extents, root_noise, given_roots: None, deviations })
+        Ok(Self { body, graph, settings, destinations, spreads, root_noise, residual, given_roots: None, deviations })
     }
 
     /// The same, with the true root of every frame given away.
@@ -151,11 +151,12 @@ impl LatentModel {
         let Some(segment) = journeys.first().map(|j| j.departure.segment) else { return Vec::new() };
         let gpdm = &self.graph.segments[segment].gpdm;
         let (d, lag) = (gpdm.latents().ncols(), gpdm.layout().order.lag());
+        let last = journeys.len() - 1;
         let input = |i: usize, c: usize| {
-            let from: &Departure = &journeys[i].departure;
+            let from: &Departure = &journeys[i.min(last)].departure;
             if c < d { from.latent[c] } else { from.before[c - d] }
         };
-        let moments = gpdm.dynamics_moments(Mat::from_fn(journeys.len(), d * lag, input).as_ref());
+        let moments = gpdm.dynamics_moments(Mat::from_fn(BATCH, d * lag, input).as_ref());
         let drawn: Vec<(Vec<f64>, bool)> = journeys
             .iter_mut()
             .enumerate()
@@ -164,16 +165,18 @@ impl LatentModel {
                 self.draw(segment, mean, moments.variance[i].sqrt(), journey.rng)
             })
             .collect();
-        let observations = gpdm.map_mean(Mat::from_fn(drawn.len(), d, |i, c| drawn[i].0[c]).as_ref());
+        let observations = gpdm.map_mean(Mat::from_fn(BATCH, d, |i, c| drawn[i.min(last)].0[c]).as_ref());
         let arrive = |(i, (journey, (latent, recovered))): (usize, (&mut Journey<'_>, (Vec<f64>, bool)))| {
-            let observation: Vec<f64> = observations.row(i).iter().copied().collect();
+            let mean: Vec<f64> = observations.row(i).iter().copied().collect();
+            let rotations = self.graph.chart.rotations_of(&mean);
+            let moving = Moving::between(&journey.state.moving.rotations, rotations, self.graph.frames_per_second);
+            let offset = self.residual.next(&journey.state.offset, journey.rng);
+            let observation = offset_by(mean, &offset);
             let root = self.root_after(&journey.state.root, &self.graph.chart.planar_step(&observation), journey.rng);
             let frame = journey.state.frame + 1;
             let pose = self.pose_at(&observation, &root, frame);
-            let rotations = self.graph.chart.rotations(&pose);
-            let moving = Moving::between(&journey.state.moving.rotations, rotations, self.graph.frames_per_second);
             let before = std::mem::take(&mut journey.departure.latent);
-            (journey.index, LatentParticle { segment, latent, before, root, frame, moving, pose, recovered })
+            (journey.index, LatentParticle { segment, latent, before, offset, root, frame, moving, pose, recovered })
         };
         journeys.iter_mut().zip(drawn).enumerate().map(arrive).collect()
     }
@@ -186,15 +189,13 @@ impl LatentModel {
         deviation: f64,
         rng: &mut ChaCha8Rng,
     ) -> (Vec<f64>, bool) {
-        let (radius, spread) = self.extents[segment];
-        let deviation = deviation.max(self.settings.noise_floor * spread);
+        let deviation = deviation.max(self.settings.noise_floor * self.spreads[segment]);
         let next: Vec<f64> = mean.map(|m| m + deviation * normal(rng)).collect();
-        let norm = next.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if norm <= GREATEST_RADII * radius {
-            return (next, false);
-        }
         let row = self.nearest_row(segment, &next);
-        (self.training_latent(Candidate { segment, row }), true)
+        let nearest = self.training_latent(Candidate { segment, row });
+        let squared: f64 = next.iter().zip(&nearest).map(|(a, b)| (a - b) * (a - b)).sum();
+        let lengths = squared * self.graph.segments[segment].gpdm.map_kernel().inverse_width;
+        if lengths <= GREATEST_LENGTHS * GREATEST_LENGTHS { (next, false) } else { (nearest, true) }
     }
 
     /// The mean observation vector at a latent point (S1 Eq. 6).
@@ -231,13 +232,18 @@ impl LatentModel {
     ) -> LatentParticle {
         let at = seed_of(seeds, index, count).map_or(Candidate { segment: 0, row: 0 }, |seed| seed.at);
         let before = self.training_latent(Candidate { row: at.row.saturating_sub(1), ..at });
-        let jitter = self.settings.start_jitter * self.extents[at.segment].1;
+        let jitter = self.settings.start_jitter * self.spreads[at.segment];
         let latent: Vec<f64> = self.training_latent(at).iter().map(|z| z + jitter * normal(rng)).collect();
         let root = PlanarRoot::of(start);
-        let pose = self.pose_at(&self.observation(at.segment, &latent), &root, 0);
-        let rotations = self.graph.chart.rotations(&pose);
+        let mean = self.observation(at.segment, &latent);
+        let rotations = self.graph.chart.rotations_of(&mean);
         let moving = Moving { velocities: vec![Default::default(); rotations.len()], rotations };
-        LatentParticle { segment: at.segment, latent, before, root, frame: 0, moving, pose, recovered: false }
+        let offset = self
+            .residual
+            .between(&mean, &self.graph.chart.observe_pose(start, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 }));
+        let pose = self.pose_at(&offset_by(mean, &offset), &root, 0);
+        let segment = at.segment;
+        LatentParticle { segment, latent, before, offset, root, frame: 0, moving, pose, recovered: false }
     }
 }
 
@@ -286,17 +292,22 @@ impl MotionModel for LatentModel {
     }
 
     fn step(&self, state: &LatentParticle, step: &[f64]) -> LatentParticle {
-        let (latent, root) = step.split_at(state.latent.len());
+        let (latent, rest) = step.split_at(state.latent.len());
+        let (offset, root) = rest.split_at(rest.len() - 3);
         let latent: Vec<f64> = state.latent.iter().zip(latent).map(|(z, s)| z + s).collect();
+        let offset = offset_by(state.offset.clone(), offset);
         let root = state.root.after(&PlanarStep { forward: root[0], left: root[1], turn: root[2] });
-        let pose = self.pose_at(&self.observation(state.segment, &latent), &root, state.frame);
-        let rotations = self.graph.chart.rotations(&pose);
+        let mean = self.observation(state.segment, &latent);
+        let rotations = self.graph.chart.rotations_of(&mean);
+        let pose = self.pose_at(&offset_by(mean, &offset), &root, state.frame);
         let moving = Moving { rotations, velocities: state.moving.velocities.clone() };
-        LatentParticle { latent, root, pose, moving, ..state.clone() }
+        LatentParticle { latent, offset, root, pose, moving, ..state.clone() }
     }
 
     fn difference(&self, from: &LatentParticle, to: &LatentParticle, step: &mut [f64]) {
-        let (latent, root) = step.split_at_mut(from.latent.len());
+        let (latent, rest) = step.split_at_mut(from.latent.len());
+        let (offset, root) = rest.split_at_mut(rest.len() - 3);
+        offset.iter_mut().zip(from.offset.iter().zip(&to.offset)).for_each(|(s, (a, b))| *s = b - a);
         // points of two models have no difference
         let same = from.segment == to.segment;
         for (s, (a, b)) in latent.iter_mut().zip(from.latent.iter().zip(&to.latent)) {
@@ -319,8 +330,8 @@ impl MotionModel for LatentModel {
     }
 }
 
-/// Standard deviation of what the models do not explain of the root's steps in training, with floors.
-fn root_noise(graph: &GpdmGraph) -> PlanarStep {
+/// Standard deviation of what the models do not explain of the root's steps in training, with floors, scaled.
+fn root_noise(graph: &GpdmGraph, scale: f64) -> PlanarStep {
     let (mut squares, mut count) = ([0.0; 3], 0.0);
     for segment in &graph.segments {
         let mapped = segment.gpdm.map_mean(segment.gpdm.latents());
@@ -334,128 +345,15 @@ fn root_noise(graph: &GpdmGraph) -> PlanarStep {
     }
     let [forward, left, turn] = squares.map(|s| (s / f64::max(count, 1.0)).sqrt());
     PlanarStep {
-        forward: forward.max(ROOT_NOISE_FLOOR.forward),
-        left: left.max(ROOT_NOISE_FLOOR.left),
-        turn: turn.max(ROOT_NOISE_FLOOR.turn),
+        forward: scale * forward.max(ROOT_NOISE_FLOOR.forward),
+        left: scale * left.max(ROOT_NOISE_FLOOR.left),
+        turn: scale * turn.max(ROOT_NOISE_FLOOR.turn),
     }
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
 #[cfg(test)]
-mod tests {
-    use nalgebra::Vector3;
-
-    use super::super::super::gpdm_graph::GraphSettings;
-    use super::super::super::pose_chart::distance;
-    use super::super::settings::InterTransition;
-    use super::*;
-    use crate::body::{Motion, rotation_about};
-    use crate::rng::{Purpose, stream};
-
-    /// A gait of 40 frames a cycle whose stride grows from cycle to cycle.
-    fn gait(body: &Humanoid, frames: usize) -> Motion {
-        let poses = (0..frames)
-            .map(|t| {
-                let (phase, growth) = (t as f64 * std::f64::consts::TAU / 40.0, 1.0 + t as f64 * 0.01);
-                let mut pose = body.zero_pose();
-                for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
-                    let dof = &body.degrees_of_freedom[i];
-                    let middle = 0.5 * (dof.lower + dof.upper);
-                    *angle = middle + 0.15 * growth * (phase + 0.8 * i as f64).sin();
-                }
-                let heading = rotation_about(&Vector3::z_axis(), 0.3);
-                pose.world_from_root = Isometry3::from_parts(
-                    Vector3::new(0.02 * t as f64, 0.006 * t as f64, 0.95 + 0.02 * (2.0 * phase).cos()).into(),
-                    heading,
-                );
-                pose
-            })
-            .collect();
-        Motion { frames_per_second: 60.0, poses }
-    }
-
-    fn learned() -> (Humanoid, Motion, Arc<GpdmGraph>) {
-        let body = Humanoid::tracker25().unwrap();
-        let motion = gait(&body, 90);
-        let settings = GraphSettings { threshold_per_joint: 1e-4, ..GraphSettings::default() };
-        let graph = GpdmGraph::learn(&body, std::slice::from_ref(&motion), &settings, |_, _| {}).unwrap();
-        (body, motion, Arc::new(graph))
-    }
-
-    fn follow(model: &LatentModel, motion: &Motion, seed: u64) -> Vec<LatentParticle> {
-        let mut rng = stream(seed, Purpose::MotionModel, 0, 0, 0);
-        let mut particles = vec![model.sample_initial(&motion.poses[0], 0, 1, &mut rng)];
-        for _ in 1..motion.poses.len() {
-            let next = model.propagate(&particles[particles.len() - 1], &[], &mut rng);
-            particles.push(next);
-        }
-        particles
-    }
-
-    #[test]
-    fn a_particle_follows_the_recording_through_all_models_by_natural_edges() {
-        let (body, motion, graph) = learned();
-        assert!(graph.segments.len() >= 2, "one model would show nothing");
-        let settings = LatentSettings { noise_floor: 0.0, start_jitter: 0.0, ..LatentSettings::default() };
-        let model = LatentModel::new(body, graph.clone(), settings).unwrap();
-        let particles = follow(&model, &motion, 1);
-        let visited: std::collections::BTreeSet<usize> = particles.iter().map(|p| p.segment).collect();
-        assert_eq!(visited.len(), graph.segments.len(), "visited {visited:?}");
-        let poses = particles.iter().map(|p| graph.chart.rotations(&p.pose));
-        let apart = poses.zip(&motion.poses).map(|(r, pose)| distance(&r, &graph.chart.rotations(pose)));
-        let mean = apart.sum::<f64>() / motion.poses.len() as f64;
-        assert!(mean < 0.3, "mean distance {mean} rad^2 over nine joints");
-    }
-
-    #[test]
-    fn the_root_walks_as_in_training_from_wherever_it_starts() {
-        let (body, motion, graph) = learned();
-        let settings = LatentSettings { noise_floor: 0.0, start_jitter: 0.0, ..LatentSettings::default() };
-        let model = LatentModel::new(body, graph, settings).unwrap();
-        let mut elsewhere = motion.clone();
-        let shift = Isometry3::new(Vector3::new(3.0, -2.0, 0.0), Vector3::z() * 1.2);
-        elsewhere.poses.iter_mut().for_each(|pose| pose.world_from_root = shift * pose.world_from_root);
-        let particles = follow(&model, &elsewhere, 2);
-        let (last, truth) = (&particles[60].pose.world_from_root, &elsewhere.poses[60].world_from_root);
-        let error = (last.translation.vector - truth.translation.vector).norm();
-        assert!(error < 0.15, "{error} m after a walk of 1.25 m");
-    }
-
-    #[test]
-    fn a_switching_model_leaves_at_its_constant_rate() {
-        let (body, motion, graph) = learned();
-        let transition = InterTransition::Switching { probability: 0.2 };
-        let settings = LatentSettings { transition, ..LatentSettings::default() };
-        let model = LatentModel::new(body, graph, settings).unwrap();
-        let (mut left, mut total) = (0, 0);
-        for seed in 0..20 {
-            for pair in follow(&model, &motion, seed).windows(2) {
-                left += u32::from(pair[0].segment != pair[1].segment);
-                total += 1;
-            }
-        }
-        let rate = f64::from(left) / f64::from(total);
-        assert!((rate - 0.2).abs() < 4.0 * (0.2_f64 * 0.8 / f64::from(total)).sqrt(), "{rate} over {total} frames");
-    }
-
-    #[test]
-    fn difference_is_the_inverse_of_step() {
-        let (body, motion, graph) = learned();
-        let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
-        let particle = model.sample_initial(&motion.poses[5], 0, 1, &mut stream(3, Purpose::MotionModel, 0, 0, 0));
-        let step: Vec<f64> = (0..model.deviations().len()).map(|i| 0.01 * (i as f64 - 2.0)).collect();
-        let mut found = vec![0.0; step.len()];
-        model.difference(&particle, &model.step(&particle, &step), &mut found);
-        assert!(step.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
-    }
-
-    #[test]
-    fn a_model_of_another_body_is_refused() {
-        let (_, _, graph) = learned();
-        let error = LatentModel::new(Humanoid::actor().unwrap(), graph, LatentSettings::default()).unwrap_err();
-        assert!(error.to_string().contains("degrees of freedom"), "{error}");
-    }
-}
+mod tests;

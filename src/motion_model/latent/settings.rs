@@ -17,6 +17,14 @@ pub struct LatentSettings {
     pub noise_floor: f64,
     /// Standard deviation of the first latents about their seeds, as a share of the latents' spread.
     pub start_jitter: f64,
+    /// How far particles may lie off the latent manifold, as a multiple of how far training frames lie from the most similar
+    /// ones of other moments; 0 keeps them on it, as in S1.
+    pub residual_scale: f64,
+    /// Time after which such an offset is 1/e as great, seconds.
+    pub residual_s: f64,
+    /// Factor on the noise of the root's steps, which is what the models leave unexplained of them in training, at least 2 mm
+    /// and 0.3 degrees a frame. The models know their own training too well: at 1 the search for the root starves.
+    pub root_noise_scale: f64,
 }
 
 /// How particles change from one model to another.
@@ -80,6 +88,9 @@ impl Default for LatentSettings {
             initialisation: Initialisation::Softmax,
             noise_floor: 0.03,
             start_jitter: 0.1,
+            residual_scale: 0.5,
+            residual_s: 0.25,
+            root_noise_scale: 5.0,
         }
     }
 }
@@ -92,6 +103,9 @@ impl LatentSettings {
     pub fn validate(&self) -> Result<(), MotionModelError> {
         let (one, any) = ([0.0, 1.0], [0.0, f64::MAX]);
         let mut checks = vec![("noise_floor", self.noise_floor, one), ("start_jitter", self.start_jitter, any)];
+        checks.push(("residual_scale", self.residual_scale, any));
+        checks.push(("root_noise_scale", self.root_noise_scale, any));
+        checks.push(("residual_s", self.residual_s, [f64::MIN_POSITIVE, f64::MAX]));
         match self.transition {
             InterTransition::None => {}
             InterTransition::Switching { probability } => {

@@ -51,17 +51,7 @@ pub(super) struct Destination {
 
 /// All destinations of a graph, its natural edges apart.
 pub(super) fn destinations(graph: &GpdmGraph) -> Vec<Destination> {
-    graph
-        .candidates
-        .iter()
-        .map(|at| {
-            let rotations = &graph.segments[at.segment].rotations;
-            // at a segment's first row the velocity is that of the next
-            let last = at.row.max(1).min(rotations.len() - 1);
-            let velocity = Moving::between(&rotations[last - 1], rotations[last].clone(), graph.frames_per_second);
-            Destination { at: *at, moving: Moving { rotations: rotations[at.row].clone(), ..velocity } }
-        })
-        .collect()
+    graph.candidates.iter().map(|at| Destination { at: *at, moving: moving_at(graph, *at) }).collect()
 }
 
 /// Where a particle in `segment`, nearest to training row `row` there, jumps to; `None` to stay.
@@ -85,12 +75,12 @@ pub(super) fn jump(
             nearest_row(graph, target, &moving.rotations).map(|row| Candidate { segment: target, row })
         }
         InterTransition::Graph { rule, threshold, width, velocity_weight } => {
-            if row + FRAMES_TO_THE_END >= graph.segments[segment].rotations.len()
-                && let Some(next) = graph.successor(segment)
-            {
-                return Some(Candidate { segment: next, row: 0 });
-            }
             let joints = moving.rotations.len() as f64;
+            if is_end(graph, segment, row)
+                && let Some(at) = onwards(graph, segment, moving, velocity_weight, threshold * joints)
+            {
+                return Some(at);
+            }
             let near: Vec<(Candidate, f64)> = destinations
                 .iter()
                 .filter(|d| d.at.segment != segment)
@@ -100,6 +90,42 @@ pub(super) fn jump(
             choose(&near, rule, width * joints, rng)
         }
     }
+}
+
+/// Whether nothing was learned of what follows a row.
+fn is_end(graph: &GpdmGraph, segment: usize, row: usize) -> bool {
+    row + FRAMES_TO_THE_END >= graph.segments[segment].rotations.len()
+}
+
+/// Where a particle goes at the end of its segment: on into the next segment of the recording, and where the recording ends,
+/// to the training frame that moves most alike, if one does.
+fn onwards(
+    graph: &GpdmGraph,
+    segment: usize,
+    moving: &Moving,
+    velocity_weight: f64,
+    greatest: f64,
+) -> Option<Candidate> {
+    if let Some(next) = graph.successor(segment) {
+        return Some(Candidate { segment: next, row: 0 });
+    }
+    let rows = graph
+        .segments
+        .iter()
+        .enumerate()
+        .flat_map(|(segment, s)| (0..s.rotations.len()).map(move |row| Candidate { segment, row }));
+    let inner = rows.filter(|at| !is_end(graph, at.segment, at.row));
+    let distance = |at: Candidate| (at, moving_at(graph, at).distance(moving, velocity_weight));
+    let nearest = inner.map(distance).min_by(|a, b| a.1.total_cmp(&b.1));
+    nearest.filter(|(_, distance)| *distance < greatest).map(|(at, _)| at)
+}
+
+/// A training frame's pose and velocity; at a segment's first row the velocity is that of the next.
+fn moving_at(graph: &GpdmGraph, at: Candidate) -> Moving {
+    let rotations = &graph.segments[at.segment].rotations;
+    let last = at.row.max(1).min(rotations.len() - 1);
+    let velocity = Moving::between(&rotations[last - 1], rotations[last].clone(), graph.frames_per_second);
+    Moving { rotations: rotations[at.row].clone(), ..velocity }
 }
 
 fn choose(near: &[(Candidate, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {

@@ -111,6 +111,18 @@ fn the_weight_of_the_contour_is_linear() {
 }
 
 #[test]
+fn sides_of_limbs_add_their_weight_and_draw_a_limb_to_its_contour() {
+    let at = |limb_side_weight, x| {
+        let settings = SilhouetteSettings { limb_side_weight, ..Default::default() };
+        energy(&body(), &rig(), settings, &standing(), &moved([x, 0.0, 0.0]))
+    };
+    let sides = |x: f64| at(1.0, x) - at(0.0, x);
+    assert!((at(2.0, 0.1) - at(0.0, 0.1) - 2.0 * sides(0.1)).abs() < 1e-12);
+    let costs = [0.0, 0.02, 0.1, 0.4].map(sides);
+    assert!(costs.windows(2).all(|c| c[0] < c[1]) && costs[3] <= 1.0, "{costs:?}");
+}
+
+#[test]
 fn the_road_over_capsules_and_the_road_over_masks_meet() {
     let settings = SilhouetteSettings::default();
     let mut roads = [true, false].map(|fast| {
@@ -242,5 +254,6 @@ fn settings_out_of_range_are_named() {
     assert_eq!(key(SilhouetteSettings { contour_weight: -0.1, ..good }), "contour_weight");
     assert_eq!(key(SilhouetteSettings { contour_weight: f64::NAN, ..good }), "contour_weight");
     assert_eq!(key(SilhouetteSettings { contour_reach: 0.0, ..good }), "contour_reach");
+    assert_eq!(key(SilhouetteSettings { limb_side_weight: f64::NAN, ..good }), "limb_side_weight");
     assert_eq!(SilhouetteLikelihood::new(body(), &CameraRig::default(), good).unwrap_err().key, "cameras");
 }

@@ -1,0 +1,210 @@
+use nalgebra::Vector3;
+
+use super::super::super::gpdm_graph::GraphSettings;
+use super::super::super::pose_chart::distance;
+use super::super::settings::{InterTransition, JumpRule};
+use super::*;
+use crate::body::{Motion, rotation_about};
+use crate::rng::{Purpose, stream};
+
+/// A gait of 40 frames a cycle whose stride grows from cycle to cycle.
+fn gait(body: &Humanoid, frames: usize) -> Motion {
+    let poses = (0..frames)
+        .map(|t| {
+            let (phase, growth) = (t as f64 * std::f64::consts::TAU / 40.0, 1.0 + t as f64 * 0.01);
+            let mut pose = body.zero_pose();
+            for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
+                let dof = &body.degrees_of_freedom[i];
+                let middle = 0.5 * (dof.lower + dof.upper);
+                *angle = middle + 0.15 * growth * (phase + 0.8 * i as f64).sin();
+            }
+            let heading = rotation_about(&Vector3::z_axis(), 0.3);
+            pose.world_from_root = Isometry3::from_parts(
+                Vector3::new(0.02 * t as f64, 0.006 * t as f64, 0.95 + 0.02 * (2.0 * phase).cos()).into(),
+                heading,
+            );
+            pose
+        })
+        .collect();
+    Motion { frames_per_second: 60.0, poses }
+}
+
+fn learned() -> (Humanoid, Motion, Arc<GpdmGraph>) {
+    let body = Humanoid::tracker25().unwrap();
+    let motion = gait(&body, 90);
+    let settings = GraphSettings { threshold_per_joint: 1e-4, ..GraphSettings::default() };
+    let graph = GpdmGraph::learn(&body, std::slice::from_ref(&motion), &settings, |_, _| {}).unwrap();
+    (body, motion, Arc::new(graph))
+}
+
+fn follow(model: &LatentModel, motion: &Motion, seed: u64) -> Vec<LatentParticle> {
+    let mut rng = stream(seed, Purpose::MotionModel, 0, 0, 0);
+    let mut particles = vec![model.sample_initial(&motion.poses[0], 0, 1, &mut rng)];
+    for _ in 1..motion.poses.len() {
+        let next = model.propagate(&particles[particles.len() - 1], &[], &mut rng);
+        particles.push(next);
+    }
+    particles
+}
+
+#[test]
+fn particles_pass_through_all_models() {
+    let (body, motion, graph) = learned();
+    assert!(graph.segments.len() >= 2, "one model would show nothing");
+    let settings = LatentSettings { noise_floor: 0.0, start_jitter: 0.0, ..LatentSettings::default() };
+    let model = LatentModel::new(body, graph.clone(), settings).unwrap();
+    for seed in 1..3 {
+        let visited: std::collections::BTreeSet<usize> =
+            follow(&model, &motion, seed).iter().map(|p| p.segment).collect();
+        assert_eq!(visited.len(), graph.segments.len(), "visited {visited:?}");
+    }
+}
+
+#[test]
+fn natural_edges_lead_from_the_end_of_a_segment_to_the_next_and_from_nowhere_else() {
+    let (body, _, graph) = learned();
+    let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
+    // nothing is near enough for a jump
+    let rule =
+        InterTransition::Graph { rule: JumpRule::StayWeighted, threshold: 0.0, width: 0.02, velocity_weight: 0.02 };
+    for segment in 0..graph.segments.len() - 1 {
+        let rotations = &graph.segments[segment].rotations;
+        let leaves = |row: usize| {
+            let moving = Moving::between(&rotations[row - 1], rotations[row].clone(), graph.frames_per_second);
+            let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
+            jump(&graph, &model.destinations, &rule, (segment, row), &moving, &mut rng)
+        };
+        assert_eq!(leaves(rotations.len() - 1), Some(Candidate { segment: segment + 1, row: 0 }));
+        assert_eq!(leaves(rotations.len() / 2), None);
+    }
+}
+
+#[test]
+fn the_root_walks_as_in_training_from_wherever_it_starts() {
+    let (body, motion, graph) = learned();
+    let settings = LatentSettings {
+        noise_floor: 0.0,
+        start_jitter: 0.0,
+        residual_scale: 0.0,
+        root_noise_scale: 1.0,
+        ..LatentSettings::default()
+    };
+    let model = LatentModel::new(body, graph, settings).unwrap();
+    let mut elsewhere = motion.clone();
+    let shift = Isometry3::new(Vector3::new(3.0, -2.0, 0.0), Vector3::z() * 1.2);
+    elsewhere.poses.iter_mut().for_each(|pose| pose.world_from_root = shift * pose.world_from_root);
+    let particles = follow(&model, &elsewhere, 2);
+    let (last, truth) = (&particles[60].pose.world_from_root, &elsewhere.poses[60].world_from_root);
+    let error = (last.translation.vector - truth.translation.vector).norm();
+    assert!(error < 0.15, "{error} m after a walk of 1.25 m");
+}
+
+#[test]
+fn a_switching_model_leaves_at_its_constant_rate() {
+    let (body, motion, graph) = learned();
+    let transition = InterTransition::Switching { probability: 0.2 };
+    let settings = LatentSettings { transition, ..LatentSettings::default() };
+    let model = LatentModel::new(body, graph, settings).unwrap();
+    let (mut left, mut total) = (0, 0);
+    for seed in 0..20 {
+        for pair in follow(&model, &motion, seed).windows(2) {
+            left += u32::from(pair[0].segment != pair[1].segment);
+            total += 1;
+        }
+    }
+    let rate = f64::from(left) / f64::from(total);
+    assert!((rate - 0.2).abs() < 4.0 * (0.2_f64 * 0.8 / f64::from(total)).sqrt(), "{rate} over {total} frames");
+}
+
+#[test]
+fn difference_is_the_inverse_of_step() {
+    let (body, motion, graph) = learned();
+    let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
+    let particle = model.sample_initial(&motion.poses[5], 0, 1, &mut stream(3, Purpose::MotionModel, 0, 0, 0));
+    let step: Vec<f64> = (0..model.deviations().len()).map(|i| 0.01 * (i as f64 - 2.0)).collect();
+    let mut found = vec![0.0; step.len()];
+    model.difference(&particle, &model.step(&particle, &step), &mut found);
+    assert!(step.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+}
+
+#[test]
+fn a_model_of_another_body_is_refused() {
+    let (_, _, graph) = learned();
+    let error = LatentModel::new(Humanoid::actor().unwrap(), graph, LatentSettings::default()).unwrap_err();
+    assert!(error.to_string().contains("degrees of freedom"), "{error}");
+}
+
+#[test]
+fn particles_propagated_together_are_those_propagated_one_by_one_to_the_bit() {
+    let (body, motion, graph) = learned();
+    let rules = [
+        InterTransition::None,
+        InterTransition::Switching { probability: 0.3 },
+        InterTransition::default(),
+        InterTransition::Graph { rule: JumpRule::Literal, threshold: 0.3, width: 0.02, velocity_weight: 0.0 },
+    ];
+    for transition in rules {
+        let settings = LatentSettings { transition, ..LatentSettings::default() };
+        let model = LatentModel::new(body.clone(), graph.clone(), settings).unwrap();
+        let rng = |frame, i| stream(9, Purpose::MotionModel, frame, 0, i);
+        // more than one batch, and a last one that is not full
+        let count = 2 * BATCH + 37;
+        let sample = |i| model.sample_initial(&motion.poses[2], i, count, &mut rng(0, i as u64));
+        let mut together: Vec<LatentParticle> = (0..count).map(sample).collect();
+        for frame in 1..8 {
+            let mut rngs: Vec<ChaCha8Rng> = (0..count as u64).map(|i| rng(frame, i)).collect();
+            let alone = together.iter().zip(rngs.clone()).map(|(p, mut rng)| model.propagate(p, &[], &mut rng));
+            let alone: Vec<LatentParticle> = alone.collect();
+            together = model.propagate_all(&together, &[], &mut rngs);
+            for (a, b) in alone.iter().zip(&together) {
+                assert_eq!((a.segment, a.recovered), (b.segment, b.recovered), "{transition:?}, frame {frame}");
+                assert_eq!(
+                    (&a.latent, &a.offset, &a.pose),
+                    (&b.latent, &b.offset, &b.pose),
+                    "{transition:?}, frame {frame}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_that_moves_most_alike() {
+    let (body, _, graph) = learned();
+    let (last, rules) = (
+        graph.segments.len() - 1,
+        [1.0, 0.0].map(|threshold| InterTransition::Graph {
+            rule: JumpRule::StayWeighted,
+            threshold,
+            width: 0.02,
+            velocity_weight: 0.02,
+        }),
+    );
+    let here = &graph.segments[last].rotations;
+    let row = here.len() - 1;
+    let moving = Moving::between(&here[row - 1], here[row].clone(), graph.frames_per_second);
+    let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
+    let [gone, stays] = rules.map(|rule| {
+        let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
+        jump(&graph, &model.destinations, &rule, (last, row), &moving, &mut rng)
+    });
+    let gone = gone.unwrap();
+    let (segment, pose) = (&graph.segments[gone.segment], &graph.segments[gone.segment].rotations[gone.row]);
+    assert!(gone.row + 2 < segment.rotations.len(), "{gone:?} is an end itself");
+    // a cycle of 40 frames ago the body was in much the same pose; half a cycle ago in another
+    assert!(distance(pose, &here[row]) < 0.5 * distance(&graph.segments[0].rotations[0], &here[row]).max(0.2));
+    assert_eq!(stays, None, "nothing is that much alike");
+}
+
+#[test]
+fn the_first_particles_without_jitter_have_the_start_pose_itself() {
+    let (body, motion, graph) = learned();
+    let settings = LatentSettings { start_jitter: 0.0, residual_scale: 0.5, ..LatentSettings::default() };
+    let model = LatentModel::new(body, graph, settings).unwrap();
+    let mut start = motion.poses[7].clone();
+    start.joint_angles.iter_mut().for_each(|angle| *angle += 0.01);
+    let particle = model.sample_initial(&start, 0, 1, &mut stream(3, Purpose::MotionModel, 0, 0, 0));
+    assert!((&particle.pose.joint_angles - &start.joint_angles).amax() < 1e-9);
+    let (a, b) = (particle.pose.world_from_root, start.world_from_root);
+    assert!((a.translation.vector - b.translation.vector).norm() < 1e-9 && a.rotation.angle_to(&b.rotation) < 1e-7);
+}
