@@ -50,7 +50,7 @@ fn training(bencher: divan::Bencher<'_, '_>, frames: usize) {
     bencher.bench_local(|| train(observations.as_ref(), &[frames], &TrainingOptions::default()));
 }
 
-#[divan::bench(args = [150, 480], sample_count = 20)]
+#[divan::bench(args = [60, 150, 480], sample_count = 20)]
 fn predict_1000_particles_mean_and_variance(bencher: divan::Bencher<'_, '_>, frames: usize) {
     let options = TrainingOptions { rounds: 1, iterations: 5, ..TrainingOptions::default() };
     let Ok(model) = train(motion(frames).as_ref(), &[frames], &options) else { return };

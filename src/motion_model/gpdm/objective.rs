@@ -321,6 +321,34 @@ mod tests {
     }
 
     #[test]
+    fn loss_and_gradient_are_those_that_numpy_gives() {
+        // of benches/reference/gpdm_numpy.py
+        for (frames, loss, norm) in [(60, -5616.353228347, 1531.684810127), (150, -16247.204891036, 4103.284616998)] {
+            let observations = Mat::from_fn(frames, 60, |i, j| {
+                let (i, j) = (i as f64, j as f64);
+                let phase = i * std::f64::consts::TAU / 65.0;
+                let swing = (1.0 + 0.2 * (i * 0.013 + j).sin()) * (phase + 0.7 * j).sin() * (0.1 + 0.005 * j);
+                swing + 0.05 * (2.0 * phase + 0.3 * j).cos()
+            });
+            let theta = Parameters {
+                latents: Mat::from_fn(frames, 3, |i, c| ((i as f64) * 0.0967 + c as f64 * 1.6).sin() * 1.4),
+                map: MapKernel { inverse_width: 1.0, noise_precision: 50.0 },
+                dynamics: DynamicsKernel { amplitude: 0.1, inverse_width: 1.0, linear: 0.9, noise_precision: 50.0 },
+            }
+            .pack();
+            let layout = SequenceLayout { order: DynamicsOrder::First, delta: false, lengths: vec![frames] };
+            let mut gradient = vec![0.0; theta.len()];
+            let value = Objective::new(observations.as_ref(), &[1.0; 60], &layout, 1.0).value_and_gradient(
+                &theta,
+                3,
+                &mut gradient,
+            );
+            let length = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+            assert!((value - loss).abs() < 1e-8 && (length - norm).abs() < 1e-8, "{value} {length}");
+        }
+    }
+
+    #[test]
     fn the_loss_equals_its_formula_written_with_dense_matrices() {
         let (n, parameters) = (6, example(6));
         let observations = Mat::from_fn(n, 2, wave);
