@@ -170,7 +170,7 @@ impl Likelihood for SilhouetteLikelihood {
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
-        self.place(pose, scratch).is_some().then(|| self.energy_in_place(scratch)).unwrap_or(f64::NAN)
+        if self.place(pose, scratch).is_some() { self.energy_in_place(scratch) } else { f64::NAN }
     }
 }
 
