@@ -13,7 +13,7 @@ const SEARCH_STEPS: usize = 44;
 /// A tapered capsule is a row of balls along a segment. Balls `s` and `t` of two rows are
 /// `|a(s) - b(t)| - r_a(s) - r_b(t)` apart, a convex function of `(s, t)`: a norm of something linear and a linear part. It is
 /// least where its derivatives vanish, which has a closed form ([`Axis::between_sides`]), or else for one of the four end
-/// balls, each of which has its nearest ball of the other row in closed form ([`Axis::from_ball`]).
+/// balls, each of which has its nearest ball of the other row in closed form ([`Axis::to_ball`]).
 pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
     Axis::of(first).distance(&Axis::of(second))
 }
@@ -68,10 +68,8 @@ impl Axis {
     /// Signed distance of two.
     pub(super) fn distance(&self, other: &Self) -> f64 {
         self.between_sides(other).unwrap_or_else(|| {
-            let of_mine =
-                self.from_ball(&other.start, other.radius).min(self.from_ball(&other.end(), other.end_radius()));
-            let of_theirs =
-                other.from_ball(&self.start, self.radius).min(other.from_ball(&self.end(), self.end_radius()));
+            let of_mine = self.to_ball(&other.start, other.radius).min(self.to_ball(&other.end(), other.end_radius()));
+            let of_theirs = other.to_ball(&self.start, self.radius).min(other.to_ball(&self.end(), self.end_radius()));
             of_mine.min(of_theirs)
         })
     }
@@ -98,12 +96,12 @@ impl Axis {
         let s = (p - c * q) / sine_squared;
         let t = c * s - q;
         let inside = s >= 0.0 && s <= self.length && t >= 0.0 && t <= other.length;
-        inside.then(|| d - self.radius - s * k - other.radius - t * l)
+        inside.then_some(d - self.radius - s * k - other.radius - t * l)
     }
 
     /// Signed distance of a ball: along the axis the nearest one is the foot of the perpendicular moved by
     /// `k y / sqrt(1 - k^2)`, with `y` the distance from the axis.
-    fn from_ball(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
+    fn to_ball(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
         let from_start = centre - self.start;
         let along = from_start.dot(&self.along);
         let across_squared = (from_start.norm_squared() - along * along).max(0.0);

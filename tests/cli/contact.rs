@@ -63,7 +63,7 @@ fn a_robot_without_feet_is_said_to_have_none_and_cannot_be_settled() {
     assert!(answer.stderr.contains("contact is not measured"), "{}", answer.stderr);
     let record: Value = serde_json::from_slice(&room.read("bare/run.json")).unwrap();
     assert!(record["metrics"]["foot_skate_mm_per_s"].is_null());
-    let refused = room.skiagraph(&["run", "bare.toml", "actor.contact=fix", "--out", "none"]);
+    let refused = room.skiagraph(["run", "bare.toml", "actor.contact=fix", "--out", "none"]);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
     assert!(refused.stderr.contains("actor.contact: \"actor\" has no left foot"), "{}", refused.stderr);
     assert!(!room.path("none").exists());
@@ -81,7 +81,7 @@ fn inspecting_contacts_says_who_stands_when_and_draws_it() {
     assert_eq!((&summary["schema"], &summary["what"]), (&"skiagraph.inspect/1".into(), &"contacts".into()));
     assert!(summary["stances"].as_array().unwrap().len() >= 2, "{json}");
     assert!(String::from_utf8(room.read("walk.html")).unwrap().contains("<table"));
-    let refused = room.skiagraph(&["inspect", "embedded:walk", "--contacts", "--out", "walk.bmp"]);
+    let refused = room.skiagraph(["inspect", "embedded:walk", "--contacts", "--out", "walk.bmp"]);
     assert_eq!(refused.code, 2);
     assert!(refused.stderr.contains("--out: expected the name of an .svg or .html file"), "{}", refused.stderr);
 }
