@@ -12,8 +12,8 @@ const SEARCH_STEPS: usize = 44;
 ///
 /// A tapered capsule is a row of balls along a segment. Balls `s` and `t` of two rows are
 /// `|a(s) - b(t)| - r_a(s) - r_b(t)` apart, a convex function of `(s, t)`: a norm of something linear and a linear part. It is
-/// least where its derivatives vanish, which has a closed form ([`Axis::between_sides`]), or else for one of the four end
-/// balls, each of which has its nearest ball of the other row in closed form ([`Axis::to_ball`]).
+/// least where its derivatives vanish, which has a closed form (`between_sides`), or else for one of the four end
+/// balls, each of which has its nearest ball of the other row in closed form (`ball_distance`).
 pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
     Axis::of(first).distance(&Axis::of(second))
 }
@@ -68,8 +68,11 @@ impl Axis {
     /// Signed distance of two.
     pub(super) fn distance(&self, other: &Self) -> f64 {
         self.between_sides(other).unwrap_or_else(|| {
-            let of_mine = self.to_ball(&other.start, other.radius).min(self.to_ball(&other.end(), other.end_radius()));
-            let of_theirs = other.to_ball(&self.start, self.radius).min(other.to_ball(&self.end(), self.end_radius()));
+            let of_mine = self
+                .ball_distance(&other.start, other.radius)
+                .min(self.ball_distance(&other.end(), other.end_radius()));
+            let of_theirs =
+                other.ball_distance(&self.start, self.radius).min(other.ball_distance(&self.end(), self.end_radius()));
             of_mine.min(of_theirs)
         })
     }
@@ -101,7 +104,7 @@ impl Axis {
 
     /// Signed distance of a ball: along the axis the nearest one is the foot of the perpendicular moved by
     /// `k y / sqrt(1 - k^2)`, with `y` the distance from the axis.
-    fn to_ball(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
+    fn ball_distance(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
         let from_start = centre - self.start;
         let along = from_start.dot(&self.along);
         let across_squared = (from_start.norm_squared() - along * along).max(0.0);
