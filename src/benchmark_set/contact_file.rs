@@ -11,15 +11,28 @@
 //!
 //! `link_names` (K) and `pair_names` (P, "one two") name the columns, `left_out_names` the pairs that are not looked at because
 //! they are adjacent or touch in the bind pose; `rule` holds m, m/s, m, m/s, s, s as `rule_names` says.
+//!
+//! Of an actor with mass also, for D degrees of freedom ([`Dynamics`] has the definitions):
+//!
+//! | array | shape | meaning |
+//! |---|---|---|
+//! | `centre_of_mass` | (T, 3) | m |
+//! | `zmp`, `zmp_is_defined` | (T, 2), (T) | zero-moment point on the ground, m; (0, 0) in flight, where there is none |
+//! | `zmp_margin`, `zmp_margin_is_defined` | (T) | how far it lies within the support polygon, m, negative outside; 0 without |
+//! | `residual_wrench` | (T) | what no ground force within friction cones of `friction` explains, body weights |
+//! | `effort` | (T, D) | of every degree of freedom of `dof_names`, N m or N |
 
 use rayon::prelude::*;
 
 use super::{Array, Npz};
 use crate::body::LinkFrames;
-use crate::contact::{ContactRule, ContactTrack, GroundContacts, LinkPair, SelfCollision};
+use crate::contact::{ContactRule, ContactTrack, Dynamics, GroundContacts, LinkPair, SelfCollision};
 use crate::scene::GroundTruth;
 
 pub(super) const PATH: &str = "truth/contact.npz";
+
+/// Friction that explains ground forces: that of a shoe on a dry floor, at the low end.
+const FRICTION: f64 = 0.8;
 
 /// The arrays; `None` for an actor without feet.
 pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
@@ -49,7 +62,30 @@ pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
     ];
     npz.push("rule", Array::new(&[rule.len()], rule.map(|(_, value)| value).to_vec()));
     npz.push("rule_names", Array::names(rule.map(|(name, _)| name)));
+    if let Ok(dynamics) = Dynamics::of_motion(actor, &truth.motion(), &contacts, FRICTION) {
+        push_dynamics(&mut npz, truth, &dynamics);
+    }
     Some(npz)
+}
+
+fn push_dynamics(npz: &mut Npz, truth: &GroundTruth, dynamics: &Dynamics) {
+    let frames = &dynamics.frames;
+    let (count, dofs) = (frames.len(), truth.actor.degrees_of_freedom.len());
+    let centres: Vec<f64> =
+        frames.iter().flat_map(|f| [f.centre_of_mass.x, f.centre_of_mass.y, f.centre_of_mass.z]).collect();
+    npz.push("centre_of_mass", Array::new(&[count, 3], centres));
+    let points = frames.iter().map(|f| f.zero_moment_point.map_or([0.0; 2], |point| [point.x, point.y]));
+    npz.push("zmp", Array::new(&[count, 2], points.flatten().collect::<Vec<_>>()));
+    let defined: Vec<bool> = frames.iter().map(|f| f.zero_moment_point.is_some()).collect();
+    npz.push("zmp_is_defined", Array::new(&[count], defined));
+    npz.push("zmp_margin", Array::new(&[count], frames.iter().map(|f| f.margin_m.unwrap_or(0.0)).collect::<Vec<_>>()));
+    let defined: Vec<bool> = frames.iter().map(|f| f.margin_m.is_some()).collect();
+    npz.push("zmp_margin_is_defined", Array::new(&[count], defined));
+    npz.push("residual_wrench", Array::new(&[count], frames.iter().map(|f| f.residual).collect::<Vec<_>>()));
+    let efforts: Vec<f64> = frames.iter().flat_map(|f| f.efforts.iter().copied()).collect();
+    npz.push("effort", Array::new(&[count, dofs], efforts));
+    npz.push("dof_names", Array::names(truth.actor.degrees_of_freedom.iter().map(|dof| dof.name.as_str())));
+    npz.push("friction", Array::new(&[], vec![FRICTION]));
 }
 
 fn push_tracks(npz: &mut Npz, prefix: &str, tracks: &[ContactTrack]) {
@@ -68,12 +104,21 @@ fn push_tracks(npz: &mut Npz, prefix: &str, tracks: &[ContactTrack]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Point3;
+
     use crate::benchmark_set::fixture::small_set;
+    use crate::body::Inertia;
     use crate::contact::GroundContacts;
 
     #[test]
     fn the_file_holds_what_contact_says_of_the_truth() {
-        let truth = small_set(3).unwrap().truth.ground_truth;
+        let mut truth = small_set(3).unwrap().truth.ground_truth;
+        assert!(
+            to_npz(&truth).unwrap().f64s(PATH, "effort", &[None, None]).is_err(),
+            "a body without mass has no dynamics"
+        );
+        let (mass, tensor) = (7.0, nalgebra::Matrix3::from_diagonal_element(0.1));
+        truth.actor.links[0].inertia = Some(Inertia { mass, centre_of_mass: Point3::origin(), tensor });
         let npz = to_npz(&truth).unwrap();
         let contacts = GroundContacts::of_motion(&truth.actor, &truth.motion(), &ContactRule::default()).unwrap();
         let links = contacts.links.len();
@@ -82,6 +127,11 @@ mod tests {
         let velocities = npz.f64s(PATH, "foot_velocity", &[Some(3), Some(2), Some(3)]).unwrap();
         assert_eq!(velocities[6 + 3], contacts.feet[1].frames[1].velocity.x);
         assert_eq!(npz.bools(PATH, "foot_in_contact", &[Some(3), Some(2)]).unwrap().len(), 6);
+        let dynamics = Dynamics::of_motion(&truth.actor, &truth.motion(), &contacts, FRICTION).unwrap();
+        let residuals = npz.f64s(PATH, "residual_wrench", &[Some(3)]).unwrap();
+        assert_eq!(residuals[1], dynamics.frames[1].residual);
+        let dofs = truth.actor.degrees_of_freedom.len();
+        assert_eq!(npz.f64s(PATH, "effort", &[Some(3), Some(dofs)]).unwrap()[dofs], dynamics.frames[1].efforts[0]);
         let bytes = npz.to_bytes(PATH).unwrap();
         assert_eq!(Npz::from_bytes(PATH, &bytes).unwrap(), npz);
     }

@@ -56,4 +56,59 @@ pub enum ContactError {
         /// What it is.
         found: f64,
     },
+    /// A link that is not there.
+    #[error("{body:?} has no link number {link}")]
+    NoLink {
+        /// Its number.
+        link: usize,
+        /// The body's name.
+        body: String,
+    },
+    /// A joint that cannot be simulated.
+    #[error(
+        "joint {joint:?} is {kind}, which cannot be simulated; write hinges and slides, three hinges for a ball joint"
+    )]
+    Joint {
+        /// The joint's name.
+        joint: String,
+        /// What it is.
+        kind: &'static str,
+    },
+    /// A part that would be moved has no mass.
+    #[error("{joint:?} moves link {link:?} and all that hangs on it, and none of it has mass; give them an <inertial>")]
+    NoMass {
+        /// The joint's name, or the body's where it is the whole body.
+        joint: String,
+        /// The link that it moves.
+        link: String,
+    },
+    /// Mass properties that no solid has.
+    #[error(
+        "link {link:?} has mass properties that no solid has: expected a mass above 0 and an inertia without negative \
+         principal moments; mend its <inertial>"
+    )]
+    Inertia {
+        /// The link's name.
+        link: String,
+    },
+    /// The start is not above the ground.
+    #[error(
+        "the motion starts {depth_mm:.0} mm under the ground (z = 0); expected at most 100 mm: check `up` and \
+         `metres_per_unit` of the recording, or use contact = \"off\""
+    )]
+    Underground {
+        /// How deep, mm.
+        depth_mm: f64,
+    },
+    /// The simulation went out of bounds.
+    #[error(
+        "frame {frame}: the simulation has diverged at link {link:?}; lower the push or the friction, or use \
+         contact = \"fix\""
+    )]
+    Diverged {
+        /// Frame number.
+        frame: usize,
+        /// The first link that is lost.
+        link: String,
+    },
 }

@@ -6,6 +6,7 @@
 //! place by implementing [`Surface`].
 
 mod capsule_distance;
+mod dynamics;
 mod error;
 mod fix;
 mod foot_paths;
@@ -14,11 +15,13 @@ mod ground_quality;
 mod interpenetration;
 mod rule;
 mod self_collision;
+mod simulation;
 mod solid_distance;
 mod stance;
 mod surface;
 
 pub use capsule_distance::tapered_capsule_distance;
+pub use dynamics::{Dynamics, DynamicsFrame, DynamicsSummary, Efforts, PointForce, inverse_dynamics};
 pub use error::ContactError;
 pub use fix::{FixReport, Fixed, MostMoved, fix};
 pub use ground_contacts::{ContactTrack, GroundContact, GroundContacts, check_feet};
@@ -26,6 +29,7 @@ pub use ground_quality::GroundQuality;
 pub use interpenetration::{Depths, Interpenetration, InterpenetrationScratch};
 pub use rule::ContactRule;
 pub use self_collision::{Collision, LeftOut, LinkPair, SelfCollision};
+pub use simulation::{Push, Simulated, SimulationReport, SimulationSettings, simulate};
 pub use solid_distance::solid_distance;
 pub use stance::{FOOT_NAMES, Stance, stances};
 pub use surface::{Surface, SurfacePoint};

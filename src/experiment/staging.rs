@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Unit, Vector3};
 
-use super::scenario::CameraSettings;
+use super::scenario::{CameraSettings, PushSettings, did_you_mean};
 use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
 use crate::benchmark_set::{Start, Training, TruthFacts};
 use crate::body::retarget::{
@@ -12,7 +12,7 @@ use crate::body::retarget::{
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
-use crate::contact::{ContactRule, GroundContacts, GroundQuality, check_feet, fix};
+use crate::contact::{ContactRule, GroundContacts, GroundQuality, Push, SimulationSettings, check_feet, fix, simulate};
 use crate::scene::GroundTruth;
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
@@ -54,7 +54,7 @@ impl Staged {
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
         let mut performed = retarget(&clip, &actor_template, &RetargetOptions::default())?;
-        let settled = settle(scenario.actor.contact, &mut performed)?;
+        let settled = perform(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
         let training = match training::load(file, mocap_directory, &actor_template, &body)? {
             Some(training) => training,
@@ -121,7 +121,19 @@ fn footless(key: &str, body: &Humanoid) -> Option<String> {
     check_feet(body).err().map(|e| format!("{key}: {e}; until then contact is not measured"))
 }
 
-/// Does to the motion what `[actor] contact` says; what to tell the user about it.
+/// As [`settle`], but a body that is to be simulated is.
+fn perform(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<String>, ExperimentError> {
+    if file.scenario.actor.contact != ContactMode::Simulate {
+        return settle(file.scenario.actor.contact, performed);
+    }
+    let settings = simulation_settings(file, &performed.humanoid)?;
+    let simulated = simulate(&performed.humanoid, &performed.motion, &settings)?;
+    performed.motion = simulated.motion;
+    Ok(Some(format!("contact: {}", simulated.report)))
+}
+
+/// Does to the motion what `[actor] contact` says; what to tell the user about it. Where the test is simulated, what is only
+/// learned from is fixed.
 pub(super) fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<String>, ExperimentError> {
     let rule = ContactRule::default();
     Ok(match mode {
@@ -130,11 +142,31 @@ pub(super) fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Op
             let contacts = GroundContacts::of_motion(&performed.humanoid, &performed.motion, &rule)?;
             Some(format!("contact: {}", GroundQuality::of(&contacts)))
         }
-        ContactMode::Fix => {
+        ContactMode::Fix | ContactMode::Simulate => {
             let fixed = fix(&performed.humanoid, &performed.motion, &rule)?;
             performed.motion = fixed.motion;
             Some(format!("contact: {}", fixed.report))
         }
+    })
+}
+
+fn simulation_settings(file: &ScenarioFile, actor: &Humanoid) -> Result<SimulationSettings, ExperimentError> {
+    let settings = &file.scenario.actor;
+    let push = |push: &PushSettings| {
+        let Some(link) = actor.find_link(&push.link) else {
+            let meant = did_you_mean(&push.link, actor.links.iter().map(|link| link.name.as_str()));
+            let meant = meant.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+            let message = format!("expected a link of `{}`, found `{}`{meant}", settings.robot, push.link);
+            return Err(unsound(file, "actor.push.link", message));
+        };
+        let direction = Unit::new_normalize(Vector3::from(push.direction));
+        Ok(Push { at_s: push.at, link, impulse_ns: push.impulse_ns, direction })
+    };
+    let default = SimulationSettings::default();
+    Ok(SimulationSettings {
+        friction: settings.friction.unwrap_or(default.friction),
+        root_wrench: settings.root_wrench.unwrap_or(default.root_wrench),
+        pushes: settings.push.iter().map(push).collect::<Result<_, _>>()?,
     })
 }
 

@@ -12,8 +12,38 @@ pub struct ActorSettings {
     pub robot: String,
     /// What contact with the ground does to the motion. `"off"`: nothing. `"measure"`: nothing, but
     /// the notes say how it skates, sinks and floats. `"fix"`: feet that stand are planted, nothing sinks, and what was moved is
-    /// said. Default: `"off"`.
+    /// said. `"simulate"`: the body is driven towards the fixed motion in a simulation, on the ground, under gravity, and what it
+    /// does there is the truth. Default: `"off"`.
     pub contact: ContactMode,
+    /// Coefficient of friction of a simulated body on the ground and against itself. Default: 0.8.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Greatest residual wrench at the root, body weights, that helps a simulated body to follow the motion ("training
+    /// wheels"); how much of it was used is said. Default: 0, none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root_wrench: Option<f64>,
+    /// What hits a simulated body. Default: nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub push: Option<PushSettings>,
+}
+
+/// A push: a constant force for 0.1 s at a link's centre of mass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PushSettings {
+    /// When it begins, seconds from the first frame.
+    pub at: f64,
+    /// The actor's link, such as `thorax`.
+    pub link: String,
+    /// Force times time, N s.
+    pub impulse_ns: f64,
+    /// Where to, in the world (X ahead of a motion that starts forwards, Z up); any length but zero. Default: `[0, 1, 0]`.
+    #[serde(default = "sideways")]
+    pub direction: [f64; 3],
+}
+
+fn sideways() -> [f64; 3] {
+    [0.0, 1.0, 0.0]
 }
 
 /// What contact with the ground does to the motion.
@@ -27,6 +57,8 @@ pub enum ContactMode {
     Measure,
     /// Standing feet are planted on the ground.
     Fix,
+    /// The body is driven towards the fixed motion in a simulation.
+    Simulate,
 }
 
 /// The body that the tracker believes in. The model counts as *matched* when it is the actor's robot without mismatch;
@@ -76,7 +108,7 @@ impl Mismatch {
 
 impl Default for ActorSettings {
     fn default() -> Self {
-        Self { robot: "actor".to_owned(), contact: ContactMode::Off }
+        Self { robot: "actor".to_owned(), contact: ContactMode::Off, friction: None, root_wrench: None, push: None }
     }
 }
 

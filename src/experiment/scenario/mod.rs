@@ -14,7 +14,7 @@ mod read;
 mod rig;
 mod tracker;
 
-pub use bodies::{ActorSettings, ContactMode, Mismatch, TrackerBodySettings};
+pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBodySettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, Place};
 pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};

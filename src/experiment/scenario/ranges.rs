@@ -4,8 +4,8 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use super::{
-    AnnealedParticleFilterSettings, CameraSettings, LatentKind, LatentTrackerSettings, MotionSettings, OracleSettings,
-    RingSettings, Scenario, TrackerSettings,
+    ActorSettings, AnnealedParticleFilterSettings, CameraSettings, ContactMode, LatentKind, LatentTrackerSettings,
+    MotionSettings, OracleSettings, RingSettings, Scenario, TrackerSettings,
 };
 use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::detector;
@@ -44,6 +44,7 @@ impl Scenario {
                 motion(&format!("training.clips[{i}]"), clip)?;
             }
         }
+        actor(&self.actor)?;
         if let Some((length, girth)) = self.tracker_body.mismatch.percents() {
             within("tracker_body.mismatch.percent.length", length, 0.0..=50.0)?;
             within("tracker_body.mismatch.percent.girth", girth, 0.0..=50.0)?;
@@ -106,6 +107,27 @@ fn motion(table: &str, m: &MotionSettings) -> Verdict {
         require(&format!("{table}.sha256"), sound, "64 hexadecimal digits", format!("{hash:?}"))?;
     }
     Ok(())
+}
+
+fn actor(a: &ActorSettings) -> Verdict {
+    let keys =
+        [("friction", a.friction.is_some()), ("root_wrench", a.root_wrench.is_some()), ("push", a.push.is_some())];
+    for (key, said) in keys {
+        let sound = !said || a.contact == ContactMode::Simulate;
+        let found = format_args!("contact = {:?}", a.contact).to_string().to_lowercase();
+        require(&format!("actor.{key}"), sound, "it only beside contact = \"simulate\"", found)?;
+    }
+    for (key, value) in [("friction", a.friction), ("root_wrench", a.root_wrench)] {
+        if let Some(value) = value {
+            within(&format!("actor.{key}"), value, 0.0..=10.0)?;
+        }
+    }
+    let Some(push) = &a.push else { return Ok(()) };
+    within("actor.push.at", push.at, 0.0..=3600.0)?;
+    within("actor.push.impulse_ns", push.impulse_ns, 0.0..=10_000.0)?;
+    let length = nalgebra::Vector3::from(push.direction).norm();
+    let found = format!("{:?}", push.direction);
+    require("actor.push.direction", length > 1e-9 && length.is_finite(), "a direction, of any length but zero", found)
 }
 
 fn ring(r: &RingSettings) -> Verdict {

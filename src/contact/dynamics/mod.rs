@@ -1,0 +1,223 @@
+//! Whether a motion could have happened: where its weight is, what it stands on, and which forces it takes.
+
+mod derivatives;
+mod inverse;
+mod nonnegative;
+mod support;
+#[cfg(test)]
+mod tests;
+
+pub use inverse::{Efforts, PointForce, inverse_dynamics};
+
+use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
+use rayon::prelude::*;
+
+use super::ground_contacts::link_frames;
+use super::simulation::GRAVITY;
+use super::{ContactError, GroundContacts};
+use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
+use derivatives::derivatives;
+use nonnegative::nonnegative_least_squares;
+use support::{SupportPoint, convex_hull, margin, support_points};
+
+/// Derivatives are those of a parabola over this time either way, seconds.
+const REACH_S: f64 = 1.0 / 15.0;
+/// Below this share of the body's weight on the ground there is no zero-moment point: the body flies.
+const FLIGHT: f64 = 0.2;
+/// Edges of the pyramid inside a friction cone.
+const EDGES: usize = 4;
+/// Weight of the strengths themselves beside the residual (squares): it shares the load among points that explain it equally
+/// well, so that forces do not jump from frame to frame.
+const EVEN: f64 = 1e-4;
+
+/// Balance and forces of a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dynamics {
+    /// One entry a frame.
+    pub frames: Vec<DynamicsFrame>,
+    /// Kilograms of the body.
+    pub mass: f64,
+}
+
+/// Balance and forces in one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DynamicsFrame {
+    /// World, metres.
+    pub centre_of_mass: Point3<f64>,
+    /// Where on the ground the needed force has no moment along the ground (Vukobratovic and Borovac 2004), metres. `None` in
+    /// flight: where gravity and inertia press on the ground with less than a fifth of the weight.
+    pub zero_moment_point: Option<Point2<f64>>,
+    /// The convex hull of what stands on the ground, anticlockwise, metres; empty where nothing stands.
+    pub support: Vec<Point2<f64>>,
+    /// How far the zero-moment point lies within the support polygon, metres, negative outside; `None` without either.
+    pub margin_m: Option<f64>,
+    /// Size of the wrench that no forces within the friction cones of the standing points explain, body weights: the norm of its
+    /// force and of its moment about the centre of mass over the centre's height.
+    pub residual: f64,
+    /// Of every degree of freedom, N m or N, with the ground's forces that leave the least residual, shared evenly.
+    pub efforts: Vec<f64>,
+    /// Degrees of freedom beyond their limits (by more than a millionth) and faster than their greatest speed.
+    pub violations: [usize; 2],
+}
+
+/// A motion's dynamics in a few numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DynamicsSummary {
+    /// Mean residual wrench, body weights.
+    pub residual: f64,
+    /// Share of the frames with a zero-moment point and support in which it lies outside.
+    pub outside: f64,
+    /// Mean margin of the zero-moment point, metres; 0 where there never is one.
+    pub margin_m: f64,
+    /// Greatest effort of a joint, N m (N) per kilogram of the body.
+    pub greatest_effort_per_kg: f64,
+    /// Share of frames with a joint beyond its limits, and with one that is too fast.
+    pub violations: [f64; 2],
+}
+
+impl Dynamics {
+    /// Of `body` moved by `motion` with these contacts. Rates and accelerations are those of parabolas over 1/15 s either way. Ground
+    /// forces are the least squares solution within friction cones (pyramids of four edges inside them) of `friction`; where several
+    /// explain the motion equally well, the load is shared evenly, which need not be how it was shared.
+    ///
+    /// # Errors
+    /// [`ContactError`] for a motion that is empty, belongs to another body or is not finite, a body without mass, and
+    /// contacts of another length.
+    pub fn of_motion(
+        body: &Humanoid,
+        motion: &Motion,
+        contacts: &GroundContacts,
+        friction: f64,
+    ) -> Result<Self, ContactError> {
+        if !(friction >= 0.0 && friction.is_finite()) {
+            let expected = "a finite number, 0 or more";
+            return Err(ContactError::Rule { key: "friction", expected, found: friction });
+        }
+        let frames = link_frames(body, motion)?;
+        let mass = body.total_mass();
+        if mass <= 0.0 {
+            let link = body.links[0].name.clone();
+            return Err(ContactError::NoMass { joint: body.name.clone(), link });
+        }
+        let known = contacts.feet[0].frames.len();
+        if known != frames.len() {
+            return Err(ContactError::EmptyMotion { poses: known, frames_per_second: contacts.frames_per_second });
+        }
+        let motion = motion.clone().made_continuous(body);
+        let clip = Clip { body, motion: &motion, frames: &frames, contacts, friction, mass };
+        Ok(Self { mass, frames: (0..frames.len()).into_par_iter().map(|frame| clip.frame(frame)).collect() })
+    }
+
+    /// In a few numbers.
+    pub fn summary(&self) -> DynamicsSummary {
+        let count = self.frames.len().max(1) as f64;
+        let margins: Vec<f64> = self.frames.iter().filter_map(|frame| frame.margin_m).collect();
+        let some = margins.len().max(1) as f64;
+        let efforts = self.frames.iter().flat_map(|frame| &frame.efforts);
+        let share = |kind: usize| self.frames.iter().filter(|f| f.violations[kind] > 0).count() as f64 / count;
+        DynamicsSummary {
+            residual: self.frames.iter().map(|frame| frame.residual).sum::<f64>() / count,
+            outside: margins.iter().filter(|margin| **margin < 0.0).count() as f64 / some,
+            margin_m: margins.iter().sum::<f64>() / some,
+            greatest_effort_per_kg: efforts.map(|effort| effort.abs()).fold(0.0, f64::max) / self.mass,
+            violations: [share(0), share(1)],
+        }
+    }
+}
+
+/// What frames are made of.
+struct Clip<'a> {
+    body: &'a Humanoid,
+    motion: &'a Motion,
+    frames: &'a [LinkFrames],
+    contacts: &'a GroundContacts,
+    friction: f64,
+    mass: f64,
+}
+
+impl Clip<'_> {
+    fn frame(&self, frame: usize) -> DynamicsFrame {
+        let (body, links) = (self.body, &self.frames[frame]);
+        let centre = body.centre_of_mass(links).unwrap_or_else(Point3::origin);
+        let change = derivatives(body, self.motion, frame, REACH_S);
+        let efforts =
+            |external: &[PointForce]| inverse_dynamics(body, links, &change.rates, &change.accelerations, external);
+        let needed = efforts(&[]);
+        let origin = links[0].translation.vector;
+        let about = |point: &Vector3<f64>| needed.root_moment + (origin - point).cross(&needed.root_force);
+        let weight = self.mass * GRAVITY;
+        let zero_moment_point = (needed.root_force.z > FLIGHT * weight).then(|| {
+            let moment = about(&Vector3::zeros());
+            Point2::new(-moment.y / needed.root_force.z, moment.x / needed.root_force.z)
+        });
+        let points = support_points(body, links, self.contacts, frame);
+        let support = convex_hull(points.iter().map(|p| p.point.xy()).collect());
+        let lever = centre.z.max(0.1);
+        let wanted = stacked(&(needed.root_force / weight), &(about(&centre.coords) / (weight * lever)));
+        let cones = Cones { points: &points, friction: self.friction };
+        let columns = cones.columns(&centre, lever);
+        let strengths = strengths(&columns, &wanted);
+        let residual = (wanted - &columns * &strengths).norm();
+        let pose = &self.motion.poses[frame];
+        let fast = body.degrees_of_freedom.iter().zip(&change.rates[ROOT_STEP..]);
+        DynamicsFrame {
+            centre_of_mass: centre,
+            margin_m: zero_moment_point.filter(|_| !support.is_empty()).map(|point| margin(&support, &point)),
+            zero_moment_point,
+            support,
+            residual,
+            efforts: efforts(&cones.forces(&strengths, weight)).joints,
+            violations: [
+                body.limit_violations(pose, 1e-6).len(),
+                fast.filter(|(dof, rate)| rate.abs() > dof.max_velocity).count(),
+            ],
+        }
+    }
+}
+
+/// Friction cones at points, each cut down to a pyramid inside it.
+struct Cones<'a> {
+    points: &'a [SupportPoint],
+    friction: f64,
+}
+
+impl Cones<'_> {
+    fn edge(&self, edge: usize) -> Vector3<f64> {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * edge as f64 / EDGES as f64);
+        Vector3::new(self.friction * cos, self.friction * sin, 1.0)
+    }
+
+    /// Wrench of every edge, of the body's weight along z, about the centre of mass, in body weights.
+    fn columns(&self, centre: &Point3<f64>, lever: f64) -> DMatrix<f64> {
+        let mut columns = DMatrix::zeros(6, self.points.len() * EDGES);
+        for (index, mut column) in columns.column_iter_mut().enumerate() {
+            let force = self.edge(index % EDGES);
+            let moment = (self.points[index / EDGES].point - centre).cross(&force) / lever;
+            column.copy_from(&stacked(&force, &moment));
+        }
+        columns
+    }
+
+    fn forces(&self, strengths: &DVector<f64>, weight: f64) -> Vec<PointForce> {
+        let of_point = |(index, support): (usize, &SupportPoint)| {
+            let edges = (0..EDGES).map(|edge| self.edge(edge) * (weight * strengths[index * EDGES + edge]));
+            PointForce { link: support.link, point: support.point, force: edges.sum() }
+        };
+        self.points.iter().enumerate().map(of_point).collect()
+    }
+}
+
+/// How strongly every edge pushes, body weights.
+fn strengths(columns: &DMatrix<f64>, wanted: &DVector<f64>) -> DVector<f64> {
+    let edges = columns.ncols();
+    if edges == 0 {
+        return DVector::zeros(0);
+    }
+    let mut rows = columns.clone().resize_vertically(6 + edges, 0.0);
+    (0..edges).for_each(|edge| rows[(6 + edge, edge)] = libm::sqrt(EVEN));
+    nonnegative_least_squares(&rows, &wanted.clone().resize_vertically(6 + edges, 0.0))
+}
+
+fn stacked(force: &Vector3<f64>, moment: &Vector3<f64>) -> DVector<f64> {
+    DVector::from_iterator(6, force.iter().chain(moment.iter()).copied())
+}

@@ -1,0 +1,124 @@
+//! What a body stands on, and whether a point lies within it.
+
+use nalgebra::{Point2, Point3, Vector3};
+
+use super::super::GroundContacts;
+use crate::body::{Flesh, Humanoid, LinkFrames};
+
+/// Points of standing links no higher than this carry the body, metres.
+const CARRIES: f64 = 0.01;
+
+/// A point on which a body stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SupportPoint {
+    pub(super) link: usize,
+    pub(super) point: Point3<f64>,
+}
+
+/// The points of standing links that touch the ground, or nearly: the lowest points of the balls of a tapered capsule, the
+/// corners of a box, eight points of each rim of a cylinder, the vertices of a mesh.
+pub(super) fn support_points(
+    body: &Humanoid,
+    frames: &LinkFrames,
+    contacts: &GroundContacts,
+    frame: usize,
+) -> Vec<SupportPoint> {
+    let standing = contacts.links.iter().filter(|track| track.frames[frame].in_contact);
+    let mut found = Vec::new();
+    for link in standing.flat_map(|track| track.links.iter().copied()) {
+        for flesh in &body.links[link].flesh {
+            let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= CARRIES);
+            found.extend(low.map(|point| SupportPoint { link, point }));
+        }
+    }
+    found
+}
+
+fn corners(flesh: &Flesh, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> {
+    let place = &frames[link];
+    match flesh {
+        Flesh::TaperedCapsule(c) => {
+            let balls = [(c.a, c.radius_a), (c.b, c.radius_b)];
+            balls.map(|(centre, radius)| place * centre - Vector3::z() * radius).to_vec()
+        }
+        Flesh::Box { link_from_box, half_extents: [x, y, z] } => {
+            let signs = |corner: usize| [0, 1, 2].map(|bit| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 });
+            let corner =
+                |signs: [f64; 3]| place * (link_from_box * Point3::new(signs[0] * x, signs[1] * y, signs[2] * z));
+            (0..8).map(|index| corner(signs(index))).collect()
+        }
+        Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+            let around = |index: usize| {
+                let (sin, cos) = libm::sincos(std::f64::consts::FRAC_PI_4 * (index % 8) as f64);
+                let height = if index < 8 { *half_length } else { -*half_length };
+                place * (link_from_cylinder * Point3::new(radius * cos, radius * sin, height))
+            };
+            (0..16).map(around).collect()
+        }
+        Flesh::Mesh { vertices, .. } => vertices.iter().map(|vertex| place * vertex).collect(),
+    }
+}
+
+/// The convex hull of points, anticlockwise, without points on its edges (Andrew's monotone chain, 1979).
+pub(super) fn convex_hull(mut points: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    if points.len() < 3 {
+        return points;
+    }
+    let turns_left = |a: &Point2<f64>, b: &Point2<f64>, c: &Point2<f64>| (b - a).perp(&(c - a)) > 0.0;
+    let half = |points: &mut dyn Iterator<Item = Point2<f64>>| {
+        let mut chain: Vec<Point2<f64>> = Vec::new();
+        for point in points {
+            while chain.len() >= 2 && !turns_left(&chain[chain.len() - 2], &chain[chain.len() - 1], &point) {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = half(&mut points.iter().copied());
+    hull.extend(half(&mut points.iter().rev().copied()));
+    hull
+}
+
+/// How far a point lies within a convex hull, metres: its distance to the nearest edge, negative outside. Infinitely far outside
+/// a hull without points.
+pub(super) fn margin(hull: &[Point2<f64>], point: &Point2<f64>) -> f64 {
+    let edges = || (0..hull.len()).map(|i| (hull[i], hull[(i + 1) % hull.len()]));
+    let to_edge = |(a, b): (Point2<f64>, Point2<f64>)| {
+        let (along, away) = (b - a, point - a);
+        let length = along.norm_squared();
+        let share = if length > 0.0 { (along.dot(&away) / length).clamp(0.0, 1.0) } else { 0.0 };
+        (away - along * share).norm()
+    };
+    let distance = edges().map(to_edge).fold(f64::INFINITY, f64::min);
+    let inside = hull.len() >= 3 && edges().all(|(a, b)| (b - a).perp(&(point - a)) >= 0.0);
+    if inside { distance } else { -distance }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn margins_are_those_of_a_square_worked_out_by_hand() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5], [0.5, 0.0]];
+        let hull = convex_hull(square.into_iter().map(Point2::from).collect());
+        assert_eq!(hull.len(), 4);
+        for (point, expected) in
+            [([0.5, 0.4], 0.4), ([0.5, -0.2], -0.2), ([1.3, 1.4], -0.5), ([0.0, 0.3], 0.0), ([0.9, 0.5], 0.1)]
+        {
+            assert!((margin(&hull, &Point2::from(point)) - expected).abs() < 1e-12, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn nobody_stands_within_a_line_or_a_point() {
+        let line = convex_hull(vec![Point2::new(0.0, 0.0), Point2::new(1.0, 1.0), Point2::new(0.5, 0.5)]);
+        assert!((margin(&line, &Point2::new(0.0, 1.0)) + 0.5_f64.sqrt()).abs() < 1e-12);
+        assert!((margin(&[Point2::origin()], &Point2::new(3.0, 4.0)) + 5.0).abs() < 1e-12);
+        assert_eq!(margin(&[], &Point2::origin()), f64::NEG_INFINITY);
+    }
+}

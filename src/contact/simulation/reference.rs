@@ -1,0 +1,76 @@
+//! The motion that the simulated body is driven towards, between its frames too.
+
+use crate::body::{Humanoid, Motion, Pose};
+
+/// A motion step by step.
+pub(super) struct Reference<'a> {
+    body: &'a Humanoid,
+    /// One pose a step.
+    steps: Motion,
+    /// Rates of change at every recorded frame, as [`Humanoid::difference`] orders them, per second.
+    rates: Vec<Vec<f64>>,
+    /// Efforts of every degree of freedom at every recorded frame, N m or N.
+    efforts: Vec<Vec<f64>>,
+    /// How many steps make a frame.
+    pub(super) steps_per_frame: usize,
+}
+
+impl<'a> Reference<'a> {
+    /// At least `least_rate` steps a second, a whole number of them a frame; `None` of rates beyond reason. `efforts` are what
+    /// the joints need, one list a frame.
+    pub(super) fn new(body: &'a Humanoid, motion: &Motion, efforts: Vec<Vec<f64>>, least_rate: f64) -> Option<Self> {
+        let motion = motion.clone().made_continuous(body);
+        let steps_per_frame = libm::ceil(least_rate / motion.frames_per_second - 1e-9).max(1.0) as usize;
+        let steps = motion.resampled(body, motion.frames_per_second * steps_per_frame as f64)?;
+        let last = motion.poses.len().checked_sub(1)?;
+        let rates = (0..=last).map(|frame| {
+            let (before, after) = (frame.saturating_sub(1), (frame + 1).min(last));
+            let mut rate = vec![0.0; body.step_len()];
+            if before < after {
+                body.difference(&motion.poses[before], &motion.poses[after], &mut rate);
+                let per_second = motion.frames_per_second / (after - before) as f64;
+                rate.iter_mut().for_each(|rate| *rate *= per_second);
+            }
+            rate
+        });
+        Some(Self { body, rates: rates.collect(), efforts, steps, steps_per_frame })
+    }
+
+    /// Number of frames.
+    pub(super) fn frames(&self) -> usize {
+        self.rates.len()
+    }
+
+    /// Steps a second.
+    pub(super) fn steps_per_second(&self) -> f64 {
+        self.steps.frames_per_second
+    }
+
+    /// The pose at a step, counted from 0; the last one beyond the end.
+    pub(super) fn pose(&self, step: usize) -> &Pose {
+        &self.steps.poses[step.min(self.steps.poses.len() - 1)]
+    }
+
+    /// Rates of change at a step: between two frames linear.
+    pub(super) fn rate(&self, step: usize) -> Vec<f64> {
+        self.between(&self.rates, step)
+    }
+
+    /// Efforts at a step: between two frames linear.
+    pub(super) fn effort(&self, step: usize) -> Vec<f64> {
+        self.between(&self.efforts, step)
+    }
+
+    fn between(&self, frames: &[Vec<f64>], step: usize) -> Vec<f64> {
+        let last = frames.len() - 1;
+        let frame = (step / self.steps_per_frame).min(last);
+        let share = (step % self.steps_per_frame) as f64 / self.steps_per_frame as f64;
+        let pairs = frames[frame].iter().zip(&frames[(frame + 1).min(last)]);
+        pairs.map(|(from, to)| from + share * (to - from)).collect()
+    }
+
+    /// Height of the centre of mass at a step, metres.
+    pub(super) fn height(&self, step: usize) -> f64 {
+        self.body.centre_of_mass(&self.body.link_frames(self.pose(step))).map_or(0.0, |centre| centre.z)
+    }
+}

@@ -1,0 +1,55 @@
+//! What came of a simulation.
+
+use std::fmt;
+
+use crate::body::Motion;
+use crate::contact::GroundQuality;
+
+/// A simulated motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulated {
+    /// What the body did, at the rate of the motion that it was driven towards.
+    pub motion: Motion,
+    /// How that went.
+    pub report: SimulationReport,
+}
+
+/// How a simulation went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulationReport {
+    /// How long it lasted, seconds.
+    pub duration_s: f64,
+    /// When the body fell: its centre of mass was, for the first time, lower than three quarters of the motion's at that
+    /// instant, seconds. `None` if it stayed up.
+    pub fell_at_s: Option<f64>,
+    /// Mean size of the residual wrench at the root, in body weights: the norm of its force and of its moment over the height
+    /// of the centre of mass, over the body's weight.
+    pub root_wrench_mean: f64,
+    /// Its greatest size.
+    pub root_wrench_most: f64,
+    /// Mean distance of joints from where the recorded motion has them, over all joints and frames, mm.
+    pub moved_mm: f64,
+    /// Greatest such distance, mm.
+    pub moved_most_mm: f64,
+    /// How the feet stand.
+    pub quality: GroundQuality,
+}
+
+impl fmt::Display for SimulationReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.fell_at_s {
+            Some(at) => write!(f, "the body FELL after {at:.2} s of {:.2} s; ", self.duration_s)?,
+            None => write!(f, "the body stayed up for {:.2} s; ", self.duration_s)?,
+        }
+        write!(
+            f,
+            "residual root wrench {:.1} % of body weight on average, {:.1} % at most; joints {:.1} mm from the recording \
+             on average, {:.1} mm at most; {}",
+            100.0 * self.root_wrench_mean,
+            100.0 * self.root_wrench_most,
+            self.moved_mm,
+            self.moved_most_mm,
+            self.quality
+        )
+    }
+}

@@ -1,0 +1,58 @@
+//! What a simulation is told.
+
+use nalgebra::{Unit, Vector3};
+
+use crate::body::Humanoid;
+use crate::contact::ContactError;
+
+/// How a motion is simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulationSettings {
+    /// Coulomb's coefficient of friction, of the ground and of the body against itself.
+    pub friction: f64,
+    /// Greatest residual wrench at the root that helps the body to follow the motion, in body weights (see
+    /// [`super::SimulationReport::root_wrench_mean`]); 0 for none.
+    pub root_wrench: f64,
+    /// What hits the body.
+    pub pushes: Vec<Push>,
+}
+
+/// A push: a constant force for [`Push::DURATION_S`] at a link's centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// When it begins, seconds from the first frame.
+    pub at_s: f64,
+    /// Index of the link.
+    pub link: usize,
+    /// Force times time, newton seconds, >= 0.
+    pub impulse_ns: f64,
+    /// Where to, world.
+    pub direction: Unit<Vector3<f64>>,
+}
+
+impl Push {
+    /// How long a push lasts, seconds: that of a shove with the hands rather than of a bullet.
+    pub const DURATION_S: f64 = 0.1;
+}
+
+impl Default for SimulationSettings {
+    fn default() -> Self {
+        Self { friction: 0.8, root_wrench: 0.0, pushes: Vec::new() }
+    }
+}
+
+impl SimulationSettings {
+    /// Whether the values make sense for this body.
+    pub(super) fn check(&self, body: &Humanoid) -> Result<(), ContactError> {
+        let sound = |value: f64| value.is_finite() && value >= 0.0;
+        let numbers = [("friction", self.friction), ("root_wrench", self.root_wrench)];
+        let pushes = self.pushes.iter().flat_map(|p| [("push.at", p.at_s), ("push.impulse_ns", p.impulse_ns)]);
+        if let Some((key, found)) = numbers.into_iter().chain(pushes).find(|(_, value)| !sound(*value)) {
+            return Err(ContactError::Rule { key, expected: "a finite number, 0 or more", found });
+        }
+        match self.pushes.iter().find(|push| push.link >= body.links.len()) {
+            Some(push) => Err(ContactError::NoLink { link: push.link, body: body.name.clone() }),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! A humanoid as a multibody of rapier, in reduced coordinates, on the ground z = 0.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use rapier3d::prelude::*;
+
+use super::solids::{colliders, ground, pose, vector};
+use crate::body::{Humanoid, Inertia, Joint, JointKind, Pose as BodyPose, ROOT_STEP};
+use crate::contact::{ContactError, SelfCollision};
+
+/// Earth's standard gravity, m/s^2.
+pub(in crate::contact) const GRAVITY: f64 = 9.80665;
+/// Rows of rapier's spatial coordinates: a hinge turns about x, a slide moves along x.
+const SLIDE: usize = 0;
+const HINGE: usize = 3;
+
+/// The body in the world. Links and degrees of freedom keep the humanoid's numbers.
+pub(super) struct SimulatedBody {
+    world: PhysicsWorld,
+    bodies: Vec<RigidBodyHandle>,
+    multibody: MultibodyIndex,
+    /// Per degree of freedom, the link that it moves and the row of its coordinate.
+    axes: Vec<(usize, usize)>,
+    filter: TouchingPairs,
+}
+
+/// Springs and dampers between the root and the world: the first of each pair for its place, the second for its rotation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RootHold {
+    /// N/m and N m/rad.
+    pub(super) stiffness: [f64; 2],
+    /// N s/m and N m s/rad.
+    pub(super) damping: [f64; 2],
+    /// What they exert on a root at rest, N and N m.
+    pub(super) pull: [Vector3<f64>; 2],
+}
+
+/// Which links may collide.
+struct TouchingPairs(BTreeSet<[usize; 2]>);
+
+impl PhysicsHooks for TouchingPairs {
+    fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
+        let of = |collider: ColliderHandle| context.colliders.get(collider);
+        let (first, second) = (of(context.collider1)?, of(context.collider2)?);
+        let on_ground = first.parent().is_none() || second.parent().is_none();
+        let links = [first.user_data as usize, second.user_data as usize];
+        let pair = [links[0].min(links[1]), links[0].max(links[1])];
+        (on_ground || self.0.contains(&pair)).then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
+    }
+}
+
+impl SimulatedBody {
+    /// The body at rest in the zero pose; `steps_per_second` steps a second. A `fixed` root hangs in the air.
+    ///
+    /// # Errors
+    /// [`ContactError`] for a body without mass, with joints that move none, or with joints that cannot be simulated.
+    pub(super) fn new(
+        body: &Humanoid,
+        friction: f64,
+        steps_per_second: f64,
+        fixed: bool,
+    ) -> Result<Self, ContactError> {
+        let axes = axes(body)?;
+        check_masses(body, fixed)?;
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::Z * -(GRAVITY as Real);
+        world.integration_parameters.dt = (1.0 / steps_per_second) as Real;
+        world.integration_parameters.num_solver_iterations = 1;
+        world.insert_collider(ground(friction), None);
+        let mut bodies = Vec::with_capacity(body.links.len());
+        for (index, link) in body.links.iter().enumerate() {
+            let builder = if fixed && index == 0 { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
+            let handle = world.insert_body(builder.can_sleep(false).additional_mass_properties(mass(&link.inertia)));
+            for collider in link.flesh.iter().flat_map(|flesh| colliders(flesh, friction, index)) {
+                world.insert_collider(collider, Some(handle));
+            }
+            bodies.push(handle);
+        }
+        let unjoined = |joint: &str| ContactError::Joint { joint: joint.to_owned(), kind: "jointed in a way" };
+        for (index, joint) in body.joints.iter().enumerate() {
+            let built = rapier_joint(body, joint);
+            let joined = world.multibody_joints.insert(bodies[joint.parent], bodies[index + 1], built, true);
+            joined.ok_or_else(|| unjoined(&joint.name))?;
+        }
+        if body.joints.is_empty() {
+            // a lone body is no multibody for rapier: hang nothing on it
+            let nothing = world.insert_body(RigidBodyBuilder::dynamic().can_sleep(false));
+            let rigid = FixedJointBuilder::new().build();
+            world.multibody_joints.insert(bodies[0], nothing, rigid, true).ok_or_else(|| unjoined(&body.name))?;
+        }
+        let link = world.multibody_joints.rigid_body_link(bodies[0]).copied();
+        let multibody = link.ok_or_else(|| unjoined(&body.name))?.multibody;
+        let pairs = SelfCollision::new(body).pairs().iter().copied().collect();
+        let mut simulated = Self { world, bodies, multibody, axes, filter: TouchingPairs(pairs) };
+        simulated.with_multibody(|multibody, bodies| {
+            multibody.forward_kinematics(bodies, true);
+            multibody.damping_mut().fill(0.0);
+        });
+        Ok(simulated)
+    }
+
+    fn with_multibody(&mut self, change: impl FnOnce(&mut Multibody, &mut RigidBodySet)) {
+        if let Some(multibody) = self.world.multibody_joints.get_multibody_mut(self.multibody) {
+            change(multibody, &mut self.world.bodies);
+        }
+    }
+
+    fn multibody(&self) -> Option<&Multibody> {
+        self.world.multibody_joints.get_multibody(self.multibody)
+    }
+
+    /// Puts the body into a pose, moving with `speeds`: the root's velocity in the world and its angular velocity about its own
+    /// axes, then a number per degree of freedom, as [`Humanoid::difference`] orders them.
+    pub(super) fn place(&mut self, place: &BodyPose, speeds: &[f64]) {
+        if let Some(root) = self.world.bodies.get_mut(self.bodies[0]) {
+            root.set_position(pose(&place.world_from_root), true);
+        }
+        let axes = self.axes.clone();
+        let turning = place.world_from_root.rotation * Vector3::new(speeds[3], speeds[4], speeds[5]);
+        self.with_multibody(|multibody, bodies| {
+            multibody.forward_kinematics(bodies, true);
+            let mut displacement = vec![0.0; multibody.ndofs()];
+            let mut velocity = vec![0.0; multibody.ndofs()];
+            if velocity.len() == axes.len() + ROOT_STEP {
+                velocity[..3].copy_from_slice(&[speeds[0], speeds[1], speeds[2]].map(|v| v as Real));
+                velocity[3..ROOT_STEP].copy_from_slice(&[turning.x, turning.y, turning.z].map(|v| v as Real));
+            }
+            for (dof, &(link, row)) in axes.iter().enumerate() {
+                if let Some(link) = multibody.link(link) {
+                    let at = link.assembly_id();
+                    displacement[at] = place.joint_angles[dof] as Real - link.joint.coords()[row];
+                    velocity[at] = speeds[ROOT_STEP + dof] as Real;
+                }
+            }
+            multibody.apply_displacements(&displacement);
+            multibody.generalized_velocity_mut().copy_from_slice(&velocity);
+            multibody.forward_kinematics(bodies, false);
+            multibody.update_rigid_bodies(bodies, true);
+        });
+        self.world.bodies.propagate_modified_body_positions_to_colliders(&mut self.world.colliders);
+    }
+
+    /// Where the body is; single precision, and so all that comes of it.
+    pub(super) fn pose(&self) -> BodyPose {
+        let mut found = BodyPose {
+            world_from_root: Isometry3::identity(),
+            joint_angles: nalgebra::DVector::zeros(self.axes.len()),
+        };
+        if let Some(multibody) = self.multibody() {
+            found.world_from_root = isometry(multibody.root().local_to_world());
+            for (angle, &(link, row)) in found.joint_angles.iter_mut().zip(&self.axes) {
+                *angle = multibody.link(link).map_or(f64::NAN, |link| f64::from(link.joint.coords()[row]));
+            }
+        }
+        found
+    }
+
+    /// How fast every degree of freedom moves, rad/s or m/s.
+    pub(super) fn joint_speeds(&self) -> Vec<f64> {
+        let Some(multibody) = self.multibody() else { return Vec::new() };
+        let speeds = multibody.generalized_velocity();
+        let at = |link: usize| multibody.link(link).map_or(f64::NAN, |link| f64::from(speeds[link.assembly_id()]));
+        self.axes.iter().map(|&(link, _)| at(link)).collect()
+    }
+
+    /// Velocity of a link's centre of mass and its angular velocity, world.
+    pub(super) fn link_velocity(&self, link: usize) -> [Vector3<f64>; 2] {
+        let body = self.world.bodies.get(self.bodies[link]);
+        body.map_or([Vector3::repeat(f64::NAN); 2], |body| [from_rapier(body.linvel()), from_rapier(body.angvel())])
+    }
+
+    /// Gives a degree of freedom a spring and a damper, both integrated implicitly (stable PD: Tan, Liu and Turk 2011):
+    /// `stiffness (rest - q) - damping dq/dt`, N m or N.
+    pub(super) fn set_spring(&mut self, dof: usize, stiffness: f64, damping: f64, rest: f64) {
+        let (link, row) = self.axes[dof];
+        self.with_multibody(|multibody, _| {
+            let Some(link) = multibody.link_mut(link) else { return };
+            link.joint.set_spring(row, stiffness as Real, rest as Real);
+            let at = link.assembly_id();
+            multibody.damping_mut()[at] = damping as Real;
+        });
+    }
+
+    /// Velocity of the root's origin and its angular velocity, world.
+    pub(super) fn root_velocity(&self) -> [Vector3<f64>; 2] {
+        let Some(multibody) = self.multibody() else { return [Vector3::zeros(); 2] };
+        let speeds = multibody.generalized_velocity();
+        let triple = |first: usize| Vector3::from_fn(|row, _| f64::from(speeds[first + row]));
+        [triple(0), triple(3)]
+    }
+
+    /// Holds the root with springs and dampers, integrated implicitly as in [`Self::set_spring`]; world axes. Fixed roots are
+    /// left alone.
+    pub(super) fn hold_root(&mut self, hold: &RootHold) {
+        let RootHold { stiffness, damping, pull } = *hold;
+        self.with_multibody(|multibody, _| {
+            if multibody.ndofs() < ROOT_STEP {
+                return;
+            }
+            let root = &mut multibody.root_mut().joint;
+            for row in 0..ROOT_STEP {
+                let (stiffness, pull) = (stiffness[row / 3], pull[row / 3][row % 3]);
+                let rest = if stiffness > 0.0 { root.coords()[row] + (pull / stiffness) as Real } else { 0.0 };
+                root.set_spring(row, stiffness as Real, rest);
+            }
+            for row in 0..ROOT_STEP {
+                multibody.damping_mut()[row] = damping[row / 3] as Real;
+            }
+        });
+    }
+
+    /// Force and moment with which a hold held the root in the step that has just been taken.
+    pub(super) fn held(&self, hold: &RootHold) -> [Vector3<f64>; 2] {
+        let step_s = f64::from(self.world.integration_parameters.dt);
+        let speed = self.root_velocity();
+        [0, 1].map(|i| hold.pull[i] - speed[i] * (hold.stiffness[i] * step_s + hold.damping[i]))
+    }
+
+    /// A force at a link's centre of mass until [`Self::clear_forces`], world, newtons.
+    pub(super) fn add_force(&mut self, link: usize, force: &Vector3<f64>) {
+        if let Some(body) = self.world.bodies.get_mut(self.bodies[link]) {
+            body.add_force(vector(force), true);
+        }
+    }
+
+    /// Ends all forces but gravity.
+    pub(super) fn clear_forces(&mut self) {
+        for &body in &self.bodies {
+            if let Some(body) = self.world.bodies.get_mut(body) {
+                body.reset_forces(true);
+                body.reset_torques(true);
+            }
+        }
+    }
+
+    /// One step of time.
+    pub(super) fn step(&mut self) {
+        self.world.step_with_events(&self.filter, &());
+    }
+
+    /// The ground's force on the body in the last step, upwards, newtons.
+    #[cfg(test)]
+    pub(super) fn ground_normal_force(&self) -> f64 {
+        let ground = |pair: &&ContactPair| {
+            [pair.collider1, pair.collider2].iter().any(|c| self.world.colliders[*c].parent().is_none())
+        };
+        let manifolds = self.world.contact_pairs().filter(ground).flat_map(|pair| pair.manifolds().iter());
+        let impulses = manifolds.flat_map(|manifold| manifold.contacts().iter().map(|contact| contact.data.impulse));
+        impulses.map(f64::from).sum::<f64>() / f64::from(self.world.integration_parameters.dt)
+    }
+}
+
+/// The link and coordinate behind every degree of freedom.
+fn axes(body: &Humanoid) -> Result<Vec<(usize, usize)>, ContactError> {
+    let mut axes = vec![None; body.degrees_of_freedom.len()];
+    for (index, joint) in body.joints.iter().enumerate() {
+        let refuse = |kind| ContactError::Joint { joint: joint.name.clone(), kind };
+        let (drive, row) = match &joint.kind {
+            JointKind::Fixed => continue,
+            JointKind::Revolute { drive, .. } => (drive, HINGE),
+            JointKind::Prismatic { drive, .. } => (drive, SLIDE),
+            JointKind::Spherical { .. } => return Err(refuse("a ball joint")),
+            JointKind::Floating { .. } => return Err(refuse("a floating joint")),
+        };
+        let slot = &mut axes[drive.degree_of_freedom];
+        if drive.multiplier != 1.0 || drive.offset != 0.0 || slot.is_some() {
+            return Err(refuse("a joint that mimics another"));
+        }
+        *slot = Some((index + 1, row));
+    }
+    let undriven = |dof: usize| ContactError::Joint {
+        joint: body.degrees_of_freedom[dof].name.clone(),
+        kind: "a degree of freedom that moves nothing",
+    };
+    axes.into_iter().enumerate().map(|(dof, axis)| axis.ok_or_else(|| undriven(dof))).collect()
+}
+
+/// Whether everything that moves has mass.
+fn check_masses(body: &Humanoid, fixed: bool) -> Result<(), ContactError> {
+    for link in &body.links {
+        if let Some(Inertia { mass, tensor, .. }) = &link.inertia {
+            let values = tensor.symmetric_eigenvalues();
+            let sound = *mass > 0.0 && mass.is_finite() && values.iter().all(|v| v.is_finite() && *v >= -1e-9);
+            if !sound {
+                return Err(ContactError::Inertia { link: link.name.clone() });
+            }
+        }
+    }
+    let root_moves = (!fixed).then_some((body.name.as_str(), 0));
+    let moved = body.joints.iter().enumerate().filter(|(_, joint)| joint.kind != JointKind::Fixed);
+    let moved = root_moves.into_iter().chain(moved.map(|(index, joint)| (joint.name.as_str(), index + 1)));
+    for (joint, link) in moved {
+        let mut below = vec![false; body.links.len()];
+        for other in link..body.links.len() {
+            below[other] = other == link || body.parent(other).is_some_and(|parent| below[parent]);
+        }
+        if !(0..body.links.len()).any(|other| below[other] && body.links[other].inertia.is_some()) {
+            return Err(ContactError::NoMass { joint: joint.to_owned(), link: body.links[link].name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn mass(inertia: &Option<Inertia>) -> MassProperties {
+    match inertia {
+        None => MassProperties::default(),
+        Some(Inertia { mass, centre_of_mass, tensor }) => {
+            let tensor = tensor.map(|value| value as Real);
+            MassProperties::with_inertia_matrix(vector(&centre_of_mass.coords), *mass as Real, tensor.into())
+        }
+    }
+}
+
+fn rapier_joint(body: &Humanoid, joint: &Joint) -> GenericJoint {
+    let origin = pose(&joint.parent_from_joint);
+    let (axis, drive, moving, locked) = match &joint.kind {
+        JointKind::Revolute { axis, drive } => (axis, drive, JointAxis::AngX, JointAxesMask::LOCKED_REVOLUTE_AXES),
+        JointKind::Prismatic { axis, drive } => (axis, drive, JointAxis::LinX, JointAxesMask::LOCKED_PRISMATIC_AXES),
+        JointKind::Fixed | JointKind::Spherical { .. } | JointKind::Floating { .. } => {
+            return GenericJointBuilder::new(JointAxesMask::LOCKED_FIXED_AXES).local_frame1(origin).build();
+        }
+    };
+    let basis = Pose::from_rotation(Rotation::from_rotation_arc(Vector::X, vector(axis)));
+    let joint = GenericJointBuilder::new(locked).local_frame1(origin * basis).local_frame2(basis);
+    let limits = &body.degrees_of_freedom[drive.degree_of_freedom];
+    let limited = limits.lower.is_finite() && limits.upper.is_finite();
+    let limits = [limits.lower as Real, limits.upper as Real];
+    if limited { joint.limits(moving, limits).build() } else { joint.build() }
+}
+
+fn from_rapier(v: Vector) -> Vector3<f64> {
+    Vector3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
+}
+
+fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let [x, y, z, w] = pose.rotation.to_array().map(f64::from);
+    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+    Isometry3::from_parts(from_rapier(pose.translation).into(), rotation)
+}
