@@ -6,6 +6,8 @@ mod nonnegative;
 mod support;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod virtual_work;
 
 pub use inverse::{Efforts, PointForce, inverse_dynamics};
 
