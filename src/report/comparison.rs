@@ -1,11 +1,10 @@
 //! One page on which several methods stand side by side.
 
-use minijinja::value::Serde;
-use minijinja::{Environment, Value};
 use serde::Serialize;
 
 use super::ReportError;
-use super::page::{between, number, style, symbol};
+use super::html::render_page;
+use super::page::{between, number, symbol};
 use super::plots::{Colour, Line, LinePlot, Size, Stroke, Svg};
 use crate::evaluation::{METRICS, Metric, Summary, quantile};
 
@@ -45,7 +44,6 @@ pub struct ComparedMethod {
 
 #[derive(Serialize)]
 struct Page<'a> {
-    style: String,
     title: &'a str,
     frames: usize,
     seeds: usize,
@@ -90,7 +88,6 @@ pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportErro
     let first = input.methods.first().ok_or(ReportError::NoRun)?;
     let Svg(plot) = error_plot(input.methods).svg(Size { width: 1160, height: 420 })?;
     let page = Page {
-        style: style(),
         title: input.title,
         frames: input.frames,
         seeds: input.seeds,
@@ -100,9 +97,7 @@ pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportErro
         rows: input.methods.iter().map(Row::of).collect(),
         plot,
     };
-    let mut environment = Environment::new();
-    environment.add_template("comparison.html", TEMPLATE)?;
-    Ok(environment.get_template("comparison.html")?.render(Value::from(Serde(&page)))?)
+    render_page(TEMPLATE, &page)
 }
 
 /// The error of every method over the frames (S1 Fig. 6): the median over seeds.

@@ -1,12 +1,9 @@
 //! When which foot stands, how high it is and how it slips: as a plot of its own and as a page.
 
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior, Value};
 use serde::Serialize;
 
 use super::ReportError;
-use super::page::style;
+use super::html::render_page;
 use super::plots::{Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 
 const TEMPLATE: &str = include_str!("contact_page.html");
@@ -71,7 +68,6 @@ impl ContactChart {
     pub fn page(&self) -> Result<String, ReportError> {
         #[derive(Serialize)]
         struct Page<'a> {
-            style: String,
             title: &'a str,
             summary: &'a [String],
             plots: Vec<String>,
@@ -79,18 +75,13 @@ impl ContactChart {
             rows: &'a [Vec<String>],
         }
         let page = Page {
-            style: style(),
             title: &self.title,
             summary: &self.summary,
             plots: self.plots()?.into_iter().map(|(Svg(plot), _)| plot).collect(),
             heads: &self.table.0,
             rows: &self.table.1,
         };
-        let mut environment = Environment::new();
-        environment.set_undefined_behavior(UndefinedBehavior::Strict);
-        environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
-        environment.add_template("contact_page.html", TEMPLATE)?;
-        Ok(environment.get_template("contact_page.html")?.render(Value::from(Serde(&page)))?)
+        render_page(TEMPLATE, &page)
     }
 
     /// Every plot and its height.

@@ -12,6 +12,7 @@ mod contact_sheet;
 mod figures;
 #[cfg(test)]
 mod fixture;
+mod html;
 mod input;
 mod lettering;
 mod model_distances;

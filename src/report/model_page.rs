@@ -1,13 +1,10 @@
 //! One page on what a motion model has learned.
 
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior, Value};
 use serde::Serialize;
 
+use super::html::render_page;
 use super::model_distances::{CandidateFrame, FrameDistances, all_shown, draw};
 use super::model_figures::{self, Drawing};
-use super::page::style;
 use super::{FactGroup, ReportError};
 
 const TEMPLATE: &str = include_str!("model_page.html");
@@ -64,7 +61,6 @@ pub struct OtherModel {
 
 #[derive(Serialize)]
 struct Page<'a> {
-    style: String,
     title: &'a str,
     chips: &'a [String],
     headlines: Vec<Headline>,
@@ -108,7 +104,6 @@ pub fn model_page(input: &ModelPageInput<'_>) -> Result<String, ReportError> {
     }
     let starts: Vec<usize> = input.models.iter().map(|m| m.start).collect();
     let page = Page {
-        style: style(),
         title: input.title,
         chips: &input.chips,
         headlines: headlines(input),
@@ -122,11 +117,7 @@ pub fn model_page(input: &ModelPageInput<'_>) -> Result<String, ReportError> {
         several: input.models.len() > 1,
         facts: &input.facts,
     };
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
-    environment.add_template("model_page.html", TEMPLATE)?;
-    Ok(environment.get_template("model_page.html")?.render(Value::from(Serde(&page)))?)
+    render_page(TEMPLATE, &page)
 }
 
 fn on_page(index: usize, model: &OneModel) -> Result<ModelOnPage<'_>, ReportError> {

@@ -1,21 +1,17 @@
 //! The page.
 
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior, Value};
 use serde::Serialize;
 
 use crate::evaluation::{Direction, METRICS, Metric, Run, Unit};
 
 use super::contact_sheet::{cells, seconds};
 use super::figures::{Figure, figures, per_frame};
+use super::html::render_page;
 use super::input::{FactGroup, worst_frame};
-use super::plots::css_variables;
 use super::verdict::{Verdict, verdict};
 use super::{ReportError, ReportInput, ReportRun, Sheet, base64, cell, overlay, typical_run};
 
 const TEMPLATE: &str = include_str!("page.html");
-const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The metrics that stand at the top, with what each means.
@@ -29,7 +25,6 @@ const HEADLINES: [(&str, &str); 5] = [
 
 #[derive(Serialize)]
 struct Page<'a> {
-    style: String,
     script: &'static str,
     title: &'a str,
     tracker: &'a str,
@@ -120,7 +115,6 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let runs: Vec<Run<'_>> = input.runs.iter().map(|run| run.run).collect();
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
     let page = Page {
-        style: style(),
         script: SCRIPT,
         title: input.title,
         tracker: input.tracker,
@@ -136,16 +130,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         worst: worst_rows(input),
         facts: input.facts,
     };
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
-    environment.add_template("page.html", TEMPLATE)?;
-    Ok(environment.get_template("page.html")?.render(Value::from(Serde(&page)))?)
-}
-
-pub(super) fn style() -> String {
-    let (light, dark) = (css_variables(false), css_variables(true));
-    format!(":root{{{light}}}@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{STYLE}")
+    render_page(TEMPLATE, &page)
 }
 
 fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str) -> Option<Headline> {

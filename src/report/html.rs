@@ -1,0 +1,30 @@
+//! How a page is made of its template: the shell that all pages share, its style, and what stands on the page.
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior, Value};
+use serde::Serialize;
+
+use super::ReportError;
+use super::plots::css_variables;
+
+const SHELL: &str = include_str!("shell.html");
+const FACTS: &str = include_str!("facts.html");
+const STYLE: &str = include_str!("page.css");
+
+/// A self-contained page: `template` extends `shell.html`, `page` names what it shows.
+pub(super) fn render_page(template: &str, page: &impl Serialize) -> Result<String, ReportError> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.add_template("shell.html", SHELL)?;
+    environment.add_template("facts.html", FACTS)?;
+    environment.add_template("page.html", template)?;
+    environment.add_global("style", style());
+    Ok(environment.get_template("page.html")?.render(Value::from(Serde(page)))?)
+}
+
+fn style() -> String {
+    let (light, dark) = (css_variables(false), css_variables(true));
+    format!(":root{{{light}}}@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{STYLE}")
+}
