@@ -39,7 +39,7 @@ struct LinkRecord {
 
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-enum FleshRecord {
+pub(super) enum FleshRecord {
     TaperedCapsule { a: [f64; 3], b: [f64; 3], radius_a: f64, radius_b: f64 },
     Box { frame: RigidRecord, half_extents: [f64; 3] },
     Cylinder { frame: RigidRecord, radius: f64, half_length: f64 },
@@ -190,7 +190,7 @@ impl LinkRecord {
 }
 
 impl FleshRecord {
-    fn new(flesh: &Flesh) -> Self {
+    pub(super) fn new(flesh: &Flesh) -> Self {
         match flesh {
             Flesh::TaperedCapsule(c) => {
                 Self::TaperedCapsule { a: c.a.into(), b: c.b.into(), radius_a: c.radius_a, radius_b: c.radius_b }
@@ -209,7 +209,7 @@ impl FleshRecord {
         }
     }
 
-    fn flesh(self) -> Result<Flesh, String> {
+    pub(super) fn flesh(self) -> Result<Flesh, String> {
         Ok(match self {
             Self::TaperedCapsule { a, b, radius_a, radius_b } => {
                 Flesh::TaperedCapsule(TaperedCapsule { a: a.into(), b: b.into(), radius_a, radius_b })

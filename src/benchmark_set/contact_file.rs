@@ -12,6 +12,15 @@
 //! `link_names` (K) and `pair_names` (P, "one two") name the columns, `left_out_names` the pairs that are not looked at because
 //! they are adjacent or touch in the bind pose; `rule` holds m, m/s, m, m/s, s, s as `rule_names` says.
 //!
+//! Where Q props stand about (`truth/props.json`) also:
+//!
+//! | array | shape | meaning |
+//! |---|---|---|
+//! | `prop_gap` | (T, Q, K) | signed distance of prop and link, m, negative inside; infinite far away ([`PropContact`] says when) |
+//! | `prop_point`, `prop_slip` | (T, Q, K, 3) | the link's nearest or deepest point, m, NaN far away; its velocity along the prop, m/s |
+//! | `prop_in_contact` | (T, Q, K) | whether it touches, by the thresholds of `rule` |
+//! | `prop_names` | (Q) | |
+//!
 //! Of an actor with mass also, for D degrees of freedom ([`Dynamics`] has the definitions):
 //!
 //! | array | shape | meaning |
@@ -26,13 +35,13 @@ use rayon::prelude::*;
 
 use super::{Array, Npz};
 use crate::body::LinkFrames;
-use crate::contact::{ContactRule, ContactTrack, Dynamics, GroundContacts, LinkPair, SelfCollision};
+use crate::contact::{
+    ContactRule, ContactTrack, Dynamics, GROUND_FRICTION, GroundContacts, LinkPair, PropContact, PropContacts,
+    SelfCollision,
+};
 use crate::scene::GroundTruth;
 
 pub(super) const PATH: &str = "truth/contact.npz";
-
-/// Friction that explains ground forces: that of a shoe on a dry floor, at the low end.
-const FRICTION: f64 = 0.8;
 
 /// The arrays; `None` for an actor without feet.
 pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
@@ -62,10 +71,28 @@ pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
     ];
     npz.push("rule", Array::new(&[rule.len()], rule.map(|(_, value)| value).to_vec()));
     npz.push("rule_names", Array::names(rule.map(|(name, _)| name)));
-    if let Ok(dynamics) = Dynamics::of_motion(actor, &truth.motion(), &contacts, FRICTION) {
+    push_props(&mut npz, truth, &frames);
+    if let Ok(dynamics) = Dynamics::of_motion(actor, &truth.motion(), &contacts, GROUND_FRICTION) {
         push_dynamics(&mut npz, truth, &dynamics);
     }
     Some(npz)
+}
+
+fn push_props(npz: &mut Npz, truth: &GroundTruth, frames: &[LinkFrames]) {
+    let rule = ContactRule::default();
+    let found = PropContacts::of_frames(&truth.actor, &truth.props, frames, truth.frames_per_second, &rule);
+    let Some((found, props)) = found.ok().zip(Some(truth.props.len()).filter(|props| *props > 0)) else { return };
+    let (count, links) = (frames.len(), found.tracks.len() / props);
+    let all = || (0..count).flat_map(|frame| found.tracks.iter().map(move |track| &track.frames[frame]));
+    let shape = [count, props, links];
+    let vectors = |of: fn(&PropContact) -> [f64; 3]| {
+        Array::new(&[count, props, links, 3], all().flat_map(of).collect::<Vec<_>>())
+    };
+    npz.push("prop_gap", Array::new(&shape, all().map(|c| c.gap_m).collect::<Vec<_>>()));
+    npz.push("prop_point", vectors(|c| c.point.coords.into()));
+    npz.push("prop_slip", vectors(|c| c.slip.into()));
+    npz.push("prop_in_contact", Array::new(&shape, all().map(|c| c.in_contact).collect::<Vec<_>>()));
+    npz.push("prop_names", Array::names(truth.props.iter().map(|prop| prop.name.as_str())));
 }
 
 fn push_dynamics(npz: &mut Npz, truth: &GroundTruth, dynamics: &Dynamics) {
@@ -85,7 +112,7 @@ fn push_dynamics(npz: &mut Npz, truth: &GroundTruth, dynamics: &Dynamics) {
     let efforts: Vec<f64> = frames.iter().flat_map(|f| f.efforts.iter().copied()).collect();
     npz.push("effort", Array::new(&[count, dofs], efforts));
     npz.push("dof_names", Array::names(truth.actor.degrees_of_freedom.iter().map(|dof| dof.name.as_str())));
-    npz.push("friction", Array::new(&[], vec![FRICTION]));
+    npz.push("friction", Array::new(&[], vec![GROUND_FRICTION]));
 }
 
 fn push_tracks(npz: &mut Npz, prefix: &str, tracks: &[ContactTrack]) {
@@ -127,7 +154,7 @@ mod tests {
         let velocities = npz.f64s(PATH, "foot_velocity", &[Some(3), Some(2), Some(3)]).unwrap();
         assert_eq!(velocities[6 + 3], contacts.feet[1].frames[1].velocity.x);
         assert_eq!(npz.bools(PATH, "foot_in_contact", &[Some(3), Some(2)]).unwrap().len(), 6);
-        let dynamics = Dynamics::of_motion(&truth.actor, &truth.motion(), &contacts, FRICTION).unwrap();
+        let dynamics = Dynamics::of_motion(&truth.actor, &truth.motion(), &contacts, GROUND_FRICTION).unwrap();
         let residuals = npz.f64s(PATH, "residual_wrench", &[Some(3)]).unwrap();
         assert_eq!(residuals[1], dynamics.frames[1].residual);
         let dofs = truth.actor.degrees_of_freedom.len();

@@ -59,6 +59,11 @@ impl SetFiles {
         Ok(Self { digests, place: Place::Directory(directory.to_path_buf()) })
     }
 
+    /// Whether the set has this file.
+    pub(super) fn has(&self, path: &str) -> bool {
+        self.digests.contains_key(path)
+    }
+
     /// The bytes of a file, which are those that were written.
     pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
         let missing = || match &self.place {

@@ -17,6 +17,7 @@ mod json;
 mod manifest;
 mod npy;
 mod npz;
+mod props_file;
 mod rigid;
 mod run_poses;
 mod set;

@@ -11,7 +11,8 @@ use super::files::{LISTING, SetFiles};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, Npz, SetError, body_file, cameras_file, contact_file, exr_layers, silhouette_png, training_file, truth_file,
+    Layer, Npz, SetError, body_file, cameras_file, contact_file, exr_layers, props_file, silhouette_png, training_file,
+    truth_file,
 };
 use crate::body::Motion;
 use crate::camera::CameraRig;
@@ -76,7 +77,11 @@ impl TruthSet {
         let sequence = BlindManifest::from_toml(&manifest)?.sequence;
         let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
         let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
-        let (ground_truth, refitted) = truth_file::from_npz(&npz, actor, sequence.cameras)?;
+        let props = match files.has(props_file::PATH) {
+            true => props_file::from_json(&files.read(props_file::PATH)?)?,
+            false => Vec::new(),
+        };
+        let (ground_truth, refitted) = truth_file::from_npz(&npz, actor, props, sequence.cameras)?;
         if ground_truth.frames.len() != sequence.frames {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
@@ -118,6 +123,9 @@ impl BenchmarkSet {
             (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
         ] {
             files.insert(path.to_string(), bytes);
+        }
+        if !truth.props.is_empty() {
+            files.insert(props_file::PATH.to_string(), props_file::to_json(&truth.props)?);
         }
         if let Some(contact) = contact_file::to_npz(truth) {
             files.insert(contact_file::PATH.to_string(), contact.to_bytes(contact_file::PATH)?);

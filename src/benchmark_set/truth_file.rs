@@ -17,7 +17,7 @@ use nalgebra::{DVector, Point3};
 
 use super::rigid;
 use super::{Array, Npz, SetError};
-use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose};
+use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
 use crate::scene::{GroundTruth, TruthFrame};
 
@@ -54,7 +54,12 @@ pub(super) fn to_npz(truth: &GroundTruth, refitted: Option<(&Humanoid, &Motion)>
 }
 
 /// The truth out of its arrays, and the refitted motion where the file has one.
-pub(super) fn from_npz(npz: &Npz, actor: Humanoid, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
+pub(super) fn from_npz(
+    npz: &Npz,
+    actor: Humanoid,
+    props: Vec<Prop>,
+    cameras: usize,
+) -> Result<(GroundTruth, Option<Motion>), SetError> {
     let links = actor.links.len();
     let fps = npz.f64s(PATH, "fps", &[])?[0];
     let poses = read_poses(npz, PATH, "", Some(actor.degrees_of_freedom.len()))?;
@@ -88,7 +93,7 @@ pub(super) fn from_npz(npz: &Npz, actor: Humanoid, cameras: usize) -> Result<(Gr
         Some(_) => Some(Motion { frames_per_second: fps, poses: read_poses(npz, PATH, "refitted_", None)? }),
         None => None,
     };
-    Ok((GroundTruth { actor, frames_per_second: fps, frames }, refitted))
+    Ok((GroundTruth { actor, props, frames_per_second: fps, frames }, refitted))
 }
 
 /// Adds `{prefix}root`, `{prefix}angles` and `{prefix}angle_names`; the poses fill the axes `shape` in C order.

@@ -29,9 +29,23 @@ fn in_words(s: &ContactSummary) -> String {
         s.penetration_mm,
         s.float_mm,
     );
-    for w in &s.worst {
+    if let Some(b) = &s.balance {
         text.push_str(&format!(
-            "\n  worst     {} {:.1} {}: {}, frame {} ({:.2} s)",
+            "\n  balance   zero-moment point {:.1} mm within the support on average, outside in {:.0} % of the frames\n  forces    \
+             {:.2} body weights on average that the ground does not explain; joints take up to {:.1} N m/kg\n  joints    \
+             beyond a limit in {:.0} % of the frames, too fast in {:.0} %",
+            b.zmp_margin_mm,
+            100.0 * b.zmp_outside,
+            b.residual_wrench_body_weights,
+            b.greatest_effort_per_kg,
+            100.0 * b.beyond_limits,
+            100.0 * b.too_fast,
+        ));
+    }
+    for w in &s.worst {
+        let decimals = w.decimals();
+        text.push_str(&format!(
+            "\n  worst     {} {:.decimals$} {}: {}, frame {} ({:.2} s)",
             w.fault, w.value, w.unit, w.part, w.frame, w.time_s
         ));
     }

@@ -106,6 +106,9 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
         s.set_hash,
     );
+    if !s.props.is_empty() {
+        text.push_str(&format!("  props    {}\n", s.props.join(", ")));
+    }
     for camera in &s.cameras {
         let [width, height] = camera.size_px;
         let lens = if camera.distorts { "lens with distortion" } else { "ideal lens" };

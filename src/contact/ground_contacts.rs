@@ -165,16 +165,27 @@ impl Clip<'_> {
         Some(ContactTrack { name: name.to_owned(), frames: frames.collect(), links })
     }
 
-    /// Mean velocity, over `reach` frames either way, of what of `link` is at `point` in this frame.
     fn velocity(&self, frame: usize, link: usize, point: &Point3<f64>, reach: usize) -> Vector3<f64> {
-        let (before, after) = (frame.saturating_sub(reach), (frame + reach).min(self.frames.len() - 1));
-        if before == after {
-            return Vector3::zeros();
-        }
-        let in_link = self.frames[frame][link].inverse_transform_point(point);
-        let moved = self.frames[after][link] * in_link - self.frames[before][link] * in_link;
-        moved * (self.frames_per_second / (after - before) as f64)
+        material_velocity(self.frames, self.frames_per_second, frame, link, point, reach)
     }
+}
+
+/// Mean velocity, over `reach` frames either way, of what of `link` is at `point` in this frame, world, m/s.
+pub(super) fn material_velocity(
+    frames: &[LinkFrames],
+    frames_per_second: f64,
+    frame: usize,
+    link: usize,
+    point: &Point3<f64>,
+    reach: usize,
+) -> Vector3<f64> {
+    let (before, after) = (frame.saturating_sub(reach), (frame + reach).min(frames.len() - 1));
+    if before == after {
+        return Vector3::zeros();
+    }
+    let in_link = frames[frame][link].inverse_transform_point(point);
+    let moved = frames[after][link] * in_link - frames[before][link] * in_link;
+    moved * (frames_per_second / (after - before) as f64)
 }
 
 #[cfg(test)]

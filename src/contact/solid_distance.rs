@@ -1,6 +1,6 @@
 //! How far two solids of a body are apart: in closed form where there is one, by parry elsewhere.
 
-use nalgebra::{Isometry3, Point3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Rotation, Vector};
 use parry3d::query::details::contact_support_map_support_map;
 use parry3d::shape::SupportMap;
@@ -10,6 +10,8 @@ use crate::body::Flesh;
 
 /// Solids further apart than this are not looked at closely, metres.
 const FAR: f32 = 10.0;
+/// Nearest points are looked for this far, metres.
+const FARTHEST: f32 = 1000.0;
 
 /// Signed distance of two solids, metres, `first_from_second` being how the second's link stands to the first's: negative where
 /// they overlap. In closed form where both are tapered capsules; the nearest ball of the one to the other by parry where one
@@ -32,6 +34,20 @@ pub fn solid_distance(first: &Flesh, second: &Flesh, first_from_second: &Isometr
         }
         _ => by_parry(&Hull(first), &Hull(second), &to_pose(first_from_second)),
     }
+}
+
+/// The point of `second` that is nearest to `first`, or deepest in it, and the outward normal of `first` there, both in the frame of
+/// `first`'s link; by parry, to single precision. `None` where [`solid_distance`] may be infinite.
+pub(super) fn nearest_point(
+    first: &Flesh,
+    second: &Flesh,
+    first_from_second: &Isometry3<f64>,
+) -> Option<(Point3<f64>, Vector3<f64>)> {
+    let pose = to_pose(first_from_second);
+    let contact = contact_support_map_support_map(&pose, &Hull(first), &Hull(second), FARTHEST)?;
+    let [x, y, z] = contact.point2.to_array().map(f64::from);
+    let normal = Vector3::from(contact.normal1.to_array().map(f64::from));
+    Some((first_from_second * Point3::new(x, y, z), normal))
 }
 
 fn from_point(solid: &Flesh, point: &Point3<f64>) -> f64 {
@@ -85,7 +101,6 @@ fn to_pose(isometry: &Isometry3<f64>) -> Pose {
 mod tests {
     use super::*;
     use crate::raster::TaperedCapsule;
-    use nalgebra::Vector3;
 
     fn ball(radius: f64) -> Flesh {
         Flesh::TaperedCapsule(TaperedCapsule {

@@ -1,8 +1,10 @@
 //! Feet for tests of contact metrics.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Point3, Vector3};
 
-use crate::contact::{ContactTrack, FOOT_NAMES, GroundContact, GroundContacts};
+use crate::contact::{ContactTrack, Dynamics, FOOT_NAMES, GroundContact, GroundContacts};
 
 use super::evaluate::MetricValue;
 use super::fixture::standing;
@@ -36,11 +38,27 @@ pub(crate) fn measured(
     truth: &GroundContacts,
     estimate: &GroundContacts,
     self_mm: [&[f64]; 2],
-) -> std::collections::BTreeMap<String, MetricValue> {
+) -> BTreeMap<String, MetricValue> {
+    measured_with(truth, estimate, self_mm, None)
+}
+
+/// As [`measured`], with the dynamics of truth and estimate.
+pub(crate) fn measured_with(
+    truth: &GroundContacts,
+    estimate: &GroundContacts,
+    self_mm: [&[f64]; 2],
+    dynamics: Option<[&Dynamics; 2]>,
+) -> BTreeMap<String, MetricValue> {
     let markers = vec![standing(); truth.feet[0].frames.len()];
     let [true_depths, depths] = self_mm.map(|mm| mm.iter().map(|d| 0.001 * d).collect::<Vec<_>>());
     let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
-    sequence.contacts =
-        Some(ContactPair { truth, estimate, truth_self_depth_m: &true_depths, estimate_self_depth_m: &depths });
+    sequence.contacts = Some(ContactPair {
+        truth,
+        estimate,
+        truth_self_depth_m: &true_depths,
+        estimate_self_depth_m: &depths,
+        prop_depth_m: Some([&true_depths, &depths]),
+        dynamics,
+    });
     evaluate(&sequence).unwrap().metrics
 }

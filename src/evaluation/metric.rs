@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Sequence, contact_f1, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, mpjpe, orientation, pck,
-    procrustes, self_penetration, silhouette, track_loss,
+    Sequence, balance, contact_f1, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, mpjpe, orientation,
+    pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
 };
 
 /// One way to compare an estimate with the truth.
@@ -76,6 +76,9 @@ pub enum Unit {
     /// Seconds.
     #[serde(rename = "s")]
     Second,
+    /// Weights of the body.
+    #[serde(rename = "body weights")]
+    BodyWeight,
     /// Milliseconds.
     #[serde(rename = "ms")]
     Millisecond,
@@ -96,6 +99,7 @@ impl Unit {
             Self::MetrePerSecondCubed => "m/s³",
             Self::Second => "s",
             Self::Millisecond => "ms",
+            Self::BodyWeight => "body weights",
         }
     }
 }
@@ -133,8 +137,16 @@ pub const METRICS: &[Metric] = &[
     ground_gap::TRUE_PENETRATION,
     ground_gap::FLOAT,
     ground_gap::TRUE_FLOAT,
+    prop_penetration::DEPTH,
+    prop_penetration::TRUE_DEPTH,
     self_penetration::DEPTH,
     self_penetration::TRUE_DEPTH,
+    balance::UNBALANCED,
+    balance::TRUE_UNBALANCED,
+    balance::RESIDUAL,
+    balance::TRUE_RESIDUAL,
+    balance::VIOLATIONS,
+    balance::TRUE_VIOLATIONS,
 ];
 
 /// The metric of that name.
@@ -160,6 +172,7 @@ mod tests {
                 Unit::MetrePerSecondCubed => "_m_per_s3",
                 Unit::Second => "_s",
                 Unit::Millisecond => "_ms",
+                Unit::BodyWeight => "_body_weights",
                 Unit::Fraction | Unit::Energy => "",
             };
             assert!(metric.name.ends_with(suffix), "{} should end in {suffix}", metric.name);

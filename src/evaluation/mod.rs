@@ -14,6 +14,7 @@
 //! # Ok::<(), skiagraph::evaluation::EvaluationError>(())
 //! ```
 
+mod balance;
 mod bootstrap;
 mod contact_f1;
 #[cfg(test)]
@@ -33,6 +34,7 @@ mod orientation;
 mod pck;
 mod per_frame;
 mod procrustes;
+mod prop_penetration;
 mod self_penetration;
 mod sequence;
 mod silhouette;

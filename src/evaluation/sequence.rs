@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Point3, UnitQuaternion};
 
 use crate::body::Markers;
-use crate::contact::GroundContacts;
+use crate::contact::{Dynamics, GroundContacts};
 
 /// Truth and estimate of one clip, frame by frame. All slices have one entry a frame and the same length.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +41,10 @@ pub struct ContactPair<'a> {
     pub truth_self_depth_m: &'a [f64],
     /// Deepest self-collision of the estimate, per frame, metres.
     pub estimate_self_depth_m: &'a [f64],
+    /// How deep actor and estimate are inside the props, per frame, metres; where there are any.
+    pub prop_depth_m: Option<[&'a [f64]; 2]>,
+    /// Balance and forces of actor and estimate, where both have mass.
+    pub dynamics: Option<[&'a Dynamics; 2]>,
 }
 
 impl ContactPair<'_> {
@@ -54,6 +58,8 @@ impl ContactPair<'_> {
             let tracks = contacts.links.iter().chain(&contacts.feet);
             lengths.extend(tracks.map(|track| (name, track.frames.len())));
         }
+        lengths.extend(self.prop_depth_m.into_iter().flatten().map(|depths| ("depths in props", depths.len())));
+        lengths.extend(self.dynamics.into_iter().flatten().map(|dynamics| ("dynamics", dynamics.frames.len())));
         lengths
     }
 }

@@ -6,8 +6,10 @@ use super::tracking::Tracked;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
 use crate::benchmark_set::{BenchmarkSet, BlindSet};
-use crate::body::{Humanoid, Markers, Motion, Pose, SilhouettePainter};
-use crate::contact::{ContactRule, ContactTrack, GroundContacts, SelfCollision};
+use crate::body::{Humanoid, LinkFrames, Markers, Motion, Pose, Prop, SilhouettePainter};
+use crate::contact::{
+    ContactRule, ContactTrack, Dynamics, GROUND_FRICTION, GroundContacts, PropContacts, SelfCollision,
+};
 use crate::evaluation::{
     ContactPair, Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union,
     summarise,
@@ -102,20 +104,28 @@ impl Measures {
 struct Touching {
     ground: GroundContacts,
     self_depth_m: Vec<f64>,
+    prop_depth_m: Vec<f64>,
+    /// `None` for a body without mass.
+    dynamics: Option<Dynamics>,
 }
 
 impl Touching {
     /// `None` for a body whose feet have no geometry: then nothing is said about contact.
-    fn new(body: &Humanoid, motion: &Motion) -> Option<Self> {
-        let ground = GroundContacts::of_motion(body, motion, &ContactRule::default()).ok()?;
+    fn new(body: &Humanoid, motion: &Motion, props: &[Prop]) -> Option<Self> {
+        let rule = ContactRule::default();
+        let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
+        let ground = GroundContacts::of_motion(body, motion, &rule).ok()?;
+        let among = PropContacts::of_frames(body, props, &frames, motion.frames_per_second, &rule).ok()?;
+        let prop_depth_m = among.deepest_m(frames.len());
         let own = SelfCollision::new(body);
-        let self_depth_m = motion.poses.par_iter().map(|pose| own.deepest_m(&body.link_frames(pose))).collect();
-        Some(Self { ground, self_depth_m })
+        let self_depth_m = frames.par_iter().map(|frames| own.deepest_m(frames)).collect();
+        let dynamics = Dynamics::of_motion(body, motion, &ground, GROUND_FRICTION).ok();
+        Some(Self { ground, self_depth_m, prop_depth_m, dynamics })
     }
 
     fn of_truth(set: &BenchmarkSet) -> Option<Self> {
         let truth = &set.truth.ground_truth;
-        Self::new(&truth.actor, &truth.motion())
+        Self::new(&truth.actor, &truth.motion(), &truth.props)
     }
 }
 
@@ -141,12 +151,19 @@ impl Answer<'_> {
         let roots: Vec<_> = self.poses.iter().map(|pose| Some(pose.world_from_root.rotation)).collect();
         let both = !truth_energy.is_empty() && !self.energy.is_empty();
         let motion = Motion { frames_per_second: truth.frames_per_second, poses: self.poses.to_vec() };
-        let touching = truth_touching.and_then(|_| Touching::new(body, &motion));
+        let touching = truth_touching.and_then(|_| Touching::new(body, &motion, &truth.props));
+        let stand_about = !truth.props.is_empty();
         let contacts = truth_touching.zip(touching.as_ref()).map(|(truth, estimate)| ContactPair {
             truth: &truth.ground,
             estimate: &estimate.ground,
             truth_self_depth_m: &truth.self_depth_m,
             estimate_self_depth_m: &estimate.self_depth_m,
+            prop_depth_m: stand_about.then_some([&truth.prop_depth_m[..], &estimate.prop_depth_m]),
+            dynamics: truth
+                .dynamics
+                .as_ref()
+                .zip(estimate.dynamics.as_ref())
+                .map(|(truth, estimate)| [truth, estimate]),
         });
         let evaluation = evaluate(&Sequence {
             frames_per_second: truth.frames_per_second,

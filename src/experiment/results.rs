@@ -7,6 +7,7 @@ use super::scenario::TrackerSettings;
 use super::tracking::{POSES_FILE, TrackTiming, Tracked};
 use super::{ExperimentError, Files, per_frame, to_json};
 use crate::benchmark_set::BenchmarkSet;
+use crate::body::Prop;
 use crate::evaluation::Summary;
 use crate::report::{
     FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Verdict, contact_sheet, frames_to_show, render, typical_run,
@@ -240,7 +241,7 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
             ],
         ),
         group("Cameras", blind.rig.cameras.iter().map(|camera| (camera.name.as_str(), in_words(camera))).collect()),
-        group("Observations", vec![("silhouettes", "clean: no noise, no occlusion".to_owned())]),
+        group("Observations", vec![("silhouettes", observations(&truth.ground_truth.props))]),
     ];
     if let Some(record) = &tracked.record {
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
@@ -258,6 +259,14 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
         ],
     ));
     groups
+}
+
+fn observations(props: &[Prop]) -> String {
+    let names: Vec<&str> = props.iter().map(|prop| prop.name.as_str()).collect();
+    match names.is_empty() {
+        true => "clean: no noise, no occlusion".to_owned(),
+        false => format!("clean: no noise; hidden by props: {}", names.join(", ")),
+    }
 }
 
 fn in_words(camera: &crate::camera::Camera) -> String {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::scenario::{CameraSettings, PushSettings, did_you_mean};
+use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
 use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
 use crate::benchmark_set::{Start, Training, TruthFacts};
 use crate::body::retarget::{
@@ -68,7 +68,8 @@ impl Staged {
             }
         };
         let rig = rig(file, &performed.motion)?;
-        let ground_truth = GroundTruth::from_motion(performed.humanoid, &performed.motion, &rig)?;
+        let props = scenario.prop.iter().map(PropSettings::prop).collect();
+        let ground_truth = GroundTruth::among_props(performed.humanoid, &performed.motion, &rig, props)?;
         let refitted = match body == ground_truth.actor {
             true => performed.motion,
             false => {
@@ -167,6 +168,7 @@ fn simulation_settings(file: &ScenarioFile, actor: &Humanoid) -> Result<Simulati
         friction: settings.friction.unwrap_or(default.friction),
         root_wrench: settings.root_wrench.unwrap_or(default.root_wrench),
         pushes: settings.push.iter().map(push).collect::<Result<_, _>>()?,
+        props: file.scenario.prop.iter().map(PropSettings::prop).collect(),
     })
 }
 

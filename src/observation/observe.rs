@@ -9,7 +9,7 @@ use crate::body::{DepthImage, SilhouettePainter};
 use crate::camera::CameraRig;
 use crate::scene::{GroundTruth, TruthFrame};
 
-/// Clean silhouettes of every frame, lens distortion included; the same bits for any number of threads.
+/// Clean silhouettes of every frame, lens distortion included, without what props hide; the same bits for any number of threads.
 pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
     let observer = Observer::new(truth, rig);
     (0..truth.frames.len()).into_par_iter().map(|frame| observer.observe(frame)).collect()
@@ -25,33 +25,53 @@ pub fn observe_frame(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> Obse
 pub struct Observer<'a> {
     truth: &'a GroundTruth,
     rig: &'a CameraRig,
+    /// What the props look like to every camera; empty without props.
+    screens: Vec<DepthImage>,
     idle: Mutex<Vec<Vec<SilhouettePainter>>>,
 }
 
 impl<'a> Observer<'a> {
     /// An observer of `truth` through the cameras of `rig`.
     pub fn new(truth: &'a GroundTruth, rig: &'a CameraRig) -> Self {
-        Self { truth, rig, idle: Mutex::default() }
+        let screen = |camera| SilhouettePainter::new(camera).depth_of_props(&truth.props);
+        let seen = if truth.props.is_empty() { &[][..] } else { &rig.cameras };
+        Self { truth, rig, screens: seen.iter().map(screen).collect(), idle: Mutex::default() }
     }
 
     /// Clean silhouettes of one frame, which the truth must have.
     pub fn observe(&self, frame: usize) -> Observation {
         let TruthFrame { time_s, link_frames, .. } = &self.truth.frames[frame];
-        let silhouettes = self.through_every_camera(|painter| painter.silhouette(&self.truth.actor, link_frames));
+        let silhouettes = self.through_every_camera(|painter, screen| {
+            let mut silhouette = painter.silhouette(&self.truth.actor, link_frames);
+            if let Some(screen) = screen {
+                painter.depth(&self.truth.actor, link_frames).clear_hidden(screen, &mut silhouette);
+            }
+            silhouette
+        });
         Observation { frame, time_s: *time_s, silhouettes }
     }
 
-    /// Depth and link at every pixel of one frame, which the truth must have; one image per camera.
+    /// Depth and link at every pixel of one frame, which the truth must have, without what props hide; one image per camera.
     pub fn depths(&self, frame: usize) -> Vec<DepthImage> {
         let link_frames = &self.truth.frames[frame].link_frames;
-        self.through_every_camera(|painter| painter.depth(&self.truth.actor, link_frames))
+        self.through_every_camera(|painter, screen| {
+            let mut image = painter.depth(&self.truth.actor, link_frames);
+            if let Some(screen) = screen {
+                image.hide_behind(screen);
+            }
+            image
+        })
     }
 
-    fn through_every_camera<T>(&self, look: impl FnMut(&mut SilhouettePainter) -> T) -> Vec<T> {
+    fn through_every_camera<T>(
+        &self,
+        mut look: impl FnMut(&mut SilhouettePainter, Option<&DepthImage>) -> T,
+    ) -> Vec<T> {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let ready = idle().pop();
         let mut painters = ready.unwrap_or_else(|| self.rig.cameras.iter().map(SilhouettePainter::new).collect());
-        let seen = painters.iter_mut().map(look).collect();
+        let each = painters.iter_mut().enumerate();
+        let seen = each.map(|(camera, painter)| look(painter, self.screens.get(camera))).collect();
         idle().push(painters);
         seen
     }

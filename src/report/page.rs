@@ -236,7 +236,7 @@ fn sheet_on_page<'a>(input: &ReportInput<'_>, sheet: &'a Sheet<'a>) -> Result<Sh
 pub(super) fn number(value: f64, unit: Unit) -> String {
     let decimals = match unit {
         Unit::Fraction | Unit::Millimetre | Unit::Degree | Unit::Millisecond => 1,
-        Unit::Second | Unit::MetrePerSecondSquared => 2,
+        Unit::Second | Unit::MetrePerSecondSquared | Unit::BodyWeight => 2,
         Unit::MillimetrePerSecond | Unit::MetrePerSecondCubed => 0,
         Unit::Energy => 4,
     };

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::visibility;
-use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose};
+use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
 
 /// What really happened: the actor's body and, for every frame, everything that is known about it exactly.
@@ -12,6 +12,8 @@ use crate::camera::CameraRig;
 pub struct GroundTruth {
     /// The actor's body.
     pub actor: Humanoid,
+    /// What else stands about; cameras see it as background, and it hides what is behind it.
+    pub props: Vec<Prop>,
     /// Frames a second.
     pub frames_per_second: f64,
     /// One entry a frame.
@@ -33,7 +35,7 @@ pub struct TruthFrame {
     pub markers: Markers,
     /// `[camera][marker]`: whether the camera sees the marker inside its image and before the near plane.
     pub in_view: Vec<[bool; LANDMARKS.len()]>,
-    /// `[camera][marker]`: whether the marker is in view and no flesh hides it. Markers lie inside the body, so neither
+    /// `[camera][marker]`: whether the marker is in view and neither flesh nor a prop hides it. Markers lie inside the body, so neither
     /// the flesh of a marker's own link nor flesh that holds the marker counts; all other flesh between the camera's
     /// centre and the marker does.
     pub visible: Vec<[bool; LANDMARKS.len()]>,
@@ -92,6 +94,19 @@ impl GroundTruth {
     /// # Errors
     /// [`SceneError`] when the motion is empty, belongs to another body, is not finite, or nowhere in view.
     pub fn from_motion(actor: Humanoid, motion: &Motion, rig: &CameraRig) -> Result<Self, SceneError> {
+        Self::among_props(actor, motion, rig, Vec::new())
+    }
+
+    /// As [`Self::from_motion`], with what else stands about.
+    ///
+    /// # Errors
+    /// As [`Self::from_motion`].
+    pub fn among_props(
+        actor: Humanoid,
+        motion: &Motion,
+        rig: &CameraRig,
+        props: Vec<Prop>,
+    ) -> Result<Self, SceneError> {
         let frames_per_second = motion.frames_per_second;
         let positive_rate = frames_per_second > 0.0 && frames_per_second.is_finite();
         if motion.poses.is_empty() || !positive_rate {
@@ -99,9 +114,9 @@ impl GroundTruth {
         }
         let frames: Vec<TruthFrame> = (0..motion.poses.len())
             .into_par_iter()
-            .map(|frame| TruthFrame::new(&actor, frame, frames_per_second, &motion.poses[frame], rig))
+            .map(|frame| TruthFrame::new(&actor, &props, frame, frames_per_second, &motion.poses[frame], rig))
             .collect::<Result<_, _>>()?;
-        let truth = Self { actor, frames_per_second, frames };
+        let truth = Self { actor, props, frames_per_second, frames };
         if truth.unseen_frames(rig).len() == truth.frames.len() {
             let start = motion.poses[0].world_from_root.translation.vector.into();
             return Err(SceneError::OutOfView { frames: truth.frames.len(), start });
@@ -126,6 +141,7 @@ impl GroundTruth {
 impl TruthFrame {
     fn new(
         actor: &Humanoid,
+        props: &[Prop],
         frame: usize,
         frames_per_second: f64,
         pose: &Pose,
@@ -148,7 +164,7 @@ impl TruthFrame {
             rig.cameras.iter().map(|camera| markers.map(|m| m.is_some_and(|m| camera.sees(&m)))).collect();
         let mut visible = in_view.clone();
         for (camera, visible) in rig.cameras.iter().zip(&mut visible) {
-            visibility::clear_hidden(actor, &link_frames, &markers, camera, visible);
+            visibility::clear_hidden(actor, &link_frames, props, &markers, camera, visible);
         }
         Ok(Self {
             time_s: frame as f64 / frames_per_second,

@@ -2,14 +2,15 @@
 
 use nalgebra::Isometry3;
 
-use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Ray};
+use crate::body::{Flesh, Humanoid, LANDMARKS, LinkFrames, Markers, Prop, Ray};
 use crate::camera::Camera;
 
 /// Clears every marker of `visible` that flesh hides: flesh of another link than the marker's, which does not hold the
-/// marker itself, and which the segment from the camera's centre to the marker meets.
+/// marker itself, and which the segment from the camera's centre to the marker meets; or any prop on that segment.
 pub(super) fn clear_hidden(
     body: &Humanoid,
     frames: &LinkFrames,
+    props: &[Prop],
     markers: &Markers,
     camera: &Camera,
     visible: &mut [bool; LANDMARKS.len()],
@@ -20,13 +21,17 @@ pub(super) fn clear_hidden(
         let own_link = body.markers[index].map(|m| m.link);
         let Some(marker) = marker.filter(|_| visible[index]) else { continue };
         let sight = Ray { origin: marker, direction: centre - marker };
-        visible[index] = !body.links.iter().enumerate().any(|(link, part)| {
+        let by_flesh = body.links.iter().enumerate().any(|(link, part)| {
             let sight = sight.transformed(&links_from_world[link]);
-            // from the marker outwards: an entry at 0 is flesh that holds the marker, one beyond 1 lies behind the camera
-            own_link != Some(link)
-                && part.flesh.iter().any(|f| f.ray_entry(&sight).is_some_and(|s| s > 0.0 && s <= 1.0))
+            own_link != Some(link) && part.flesh.iter().any(|flesh| meets(flesh, &sight))
         });
+        visible[index] = !by_flesh && !props.iter().any(|prop| meets(&prop.solid, &sight));
     }
+}
+
+/// From the marker outwards: an entry at 0 is a solid that holds the marker, one beyond 1 lies behind the camera.
+fn meets(solid: &Flesh, sight: &Ray) -> bool {
+    solid.ray_entry(sight).is_some_and(|s| s > 0.0 && s <= 1.0)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod bad_input;
 mod contact;
 mod inspect;
+mod props;
 mod rooms;
 mod same_numbers;
 mod scenarios;

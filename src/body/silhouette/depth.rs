@@ -1,8 +1,11 @@
 //! How far away each pixel's flesh is, and whose it is.
 
+use nalgebra::Isometry3;
+
 use super::pixel_rays::PixelRays;
 use super::{SilhouettePainter, solid};
-use crate::body::{Humanoid, LinkFrames};
+use crate::body::{Flesh, Humanoid, LinkFrames, Prop};
+use crate::raster::Mask;
 
 /// Depth and link at the centre of every pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,13 +25,22 @@ impl SilhouettePainter {
     /// Depth and link by the rays of all pixels, lens included. Agrees with the silhouette but for pixels whose centre
     /// lies on an outline to within rounding.
     pub fn depth(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> DepthImage {
+        self.depth_of(humanoid.links.iter().map(|link| link.flesh.as_slice()).zip(frames.0.iter().copied()))
+    }
+
+    /// As [`Self::depth`], of what stands about; the part is the prop's index plus 1.
+    pub fn depth_of_props(&mut self, props: &[Prop]) -> DepthImage {
+        self.depth_of(props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())))
+    }
+
+    fn depth_of<'a>(&mut self, parts: impl Iterator<Item = (&'a [Flesh], Isometry3<f64>)>) -> DepthImage {
         let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
         let rays = self.rays.get_or_insert_with(|| PixelRays::new(&self.camera));
         let pixels = width as usize * height as usize;
         let mut image = DepthImage { width, height, depth: vec![f32::INFINITY; pixels], part: vec![0; pixels] };
-        for ((link, world_from_link), part) in humanoid.links.iter().zip(&frames.0).zip(1..) {
+        for ((solids, world_from_link), part) in parts.zip(1..) {
             let camera_from_link = self.camera.camera_from_world * world_from_link;
-            for flesh in &link.flesh {
+            for flesh in solids {
                 solid::each_depth(flesh, &camera_from_link, rays, near, &mut |x, y, depth| {
                     let pixel = y as usize * width as usize + x as usize;
                     if (depth as f32) < image.depth[pixel] {
@@ -39,6 +51,27 @@ impl SilhouettePainter {
             }
         }
         image
+    }
+}
+
+impl DepthImage {
+    /// Takes away what is farther than `screen` shows at the same pixel; both are of one camera.
+    pub fn hide_behind(&mut self, screen: &DepthImage) {
+        for (index, screen) in screen.depth.iter().enumerate() {
+            if *screen < self.depth[index] {
+                (self.depth[index], self.part[index]) = (f32::INFINITY, 0);
+            }
+        }
+    }
+
+    /// Clears the pixels of a silhouette of what is seen here that `screen` hides; all are of one camera. A pixel on an outline
+    /// that the silhouette has and this image has not (see [`SilhouettePainter::depth`]) counts as the farthest.
+    pub fn clear_hidden(&self, screen: &DepthImage, silhouette: &mut Mask) {
+        for (index, (screen, own)) in screen.depth.iter().zip(&self.depth).enumerate() {
+            if screen < own {
+                silhouette.set(index as u32 % self.width, index as u32 / self.width, false);
+            }
+        }
     }
 }
 

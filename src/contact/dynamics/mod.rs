@@ -22,6 +22,8 @@ use derivatives::derivatives;
 use nonnegative::nonnegative_least_squares;
 use support::{SupportPoint, convex_hull, margin, support_points};
 
+/// Friction that explains ground forces where none is told: that of a shoe on a dry floor, at the low end.
+pub const GROUND_FRICTION: f64 = 0.8;
 /// Derivatives are those of a parabola over this time either way, seconds.
 const REACH_S: f64 = 1.0 / 15.0;
 /// Below this share of the body's weight on the ground there is no zero-moment point: the body flies.

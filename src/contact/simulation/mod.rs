@@ -32,7 +32,7 @@ const FALLEN: f64 = 0.75;
 const GREATEST_SPEED: f64 = 100.0;
 
 /// Simulates `body` as it is driven towards `motion`: a multibody in reduced coordinates on the ground z = 0, with
-/// friction and self-collision ([`super::SelfCollision`] says between which links), springs and dampers in its
+/// friction and self-collision ([`super::SelfCollision`] says between which links), props if there are any, springs and dampers in its
 /// joints that pull towards the motion with about each joint's effort at most ([`Dynamics`] says beforehand what they will need), and
 /// a wrench at the root if asked. What
 /// it is driven towards is the motion settled on the ground ([`fix`]), with feet that swing lifted to clear it. It starts in that
@@ -106,7 +106,8 @@ impl<'a> Run<'a> {
         reference: &'a Reference<'a>,
         settings: &'a SimulationSettings,
     ) -> Result<Self, ContactError> {
-        let simulated = SimulatedBody::new(body, settings.friction, reference.steps_per_second(), false)?;
+        let mut simulated = SimulatedBody::new(body, settings.friction, reference.steps_per_second(), false)?;
+        simulated.insert_props(&settings.props, settings.friction);
         let control = Control::new(body, reference.height(0), settings.root_wrench);
         Ok(Self {
             body,

@@ -2,7 +2,7 @@
 
 use nalgebra::{Unit, Vector3};
 
-use crate::body::Humanoid;
+use crate::body::{Humanoid, Prop};
 use crate::contact::ContactError;
 
 /// How a motion is simulated.
@@ -15,6 +15,8 @@ pub struct SimulationSettings {
     pub root_wrench: f64,
     /// What hits the body.
     pub pushes: Vec<Push>,
+    /// What stands about besides the ground.
+    pub props: Vec<Prop>,
 }
 
 /// A push: a constant force for [`Push::DURATION_S`] at a link's centre of mass.
@@ -37,7 +39,7 @@ impl Push {
 
 impl Default for SimulationSettings {
     fn default() -> Self {
-        Self { friction: 0.8, root_wrench: 0.0, pushes: Vec::new() }
+        Self { friction: 0.8, root_wrench: 0.0, pushes: Vec::new(), props: Vec::new() }
     }
 }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use super::solids::{colliders, ground, pose, vector};
-use crate::body::{Humanoid, Inertia, Joint, JointKind, Pose as BodyPose, ROOT_STEP};
+use super::solids::{colliders, ground, pose, prop_colliders, vector};
+use crate::body::{Humanoid, Inertia, Joint, JointKind, Pose as BodyPose, Prop, ROOT_STEP};
 use crate::contact::{ContactError, SelfCollision};
 
 /// Earth's standard gravity, m/s^2.
@@ -98,6 +98,13 @@ impl SimulatedBody {
             multibody.damping_mut().fill(0.0);
         });
         Ok(simulated)
+    }
+
+    /// Puts what stands about into the world.
+    pub(super) fn insert_props(&mut self, props: &[Prop], friction: f64) {
+        for collider in props.iter().flat_map(|prop| prop_colliders(&prop.solid, friction)) {
+            self.world.insert_collider(collider, None);
+        }
     }
 
     fn with_multibody(&mut self, change: impl FnOnce(&mut Multibody, &mut RigidBodySet)) {

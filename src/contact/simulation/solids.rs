@@ -21,35 +21,52 @@ pub(super) fn ground(friction: f64) -> Collider {
 }
 
 /// The colliders of a link's solid, without mass. A tapered capsule meets the ground as its two end balls, which is exact, and
-/// other links as a chain of capsules. Empty for a mesh without volume.
+/// other links and props as a chain of capsules. Empty for a mesh without volume.
 pub(super) fn colliders(flesh: &Flesh, friction: f64, link: usize) -> Vec<Collider> {
     let finish = |shape: SharedShape, pose: Pose, groups: InteractionGroups| {
         let builder = ColliderBuilder::new(shape).position(pose).density(0.0).friction(friction as Real);
         builder.collision_groups(groups).user_data(link as u128).active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS).build()
     };
-    let (feet, skin) = (groups(FEET, GROUND), groups(SKIN, SKIN));
-    let both = groups(FEET | SKIN, SKIN | GROUND);
-    match flesh {
+    let (ends, skin) = match flesh {
         Flesh::TaperedCapsule(capsule) => {
             let ends = [(capsule.a, capsule.radius_a), (capsule.b, capsule.radius_b)];
-            let balls = ends.into_iter().filter(|(_, radius)| *radius > 0.0).map(|(centre, radius)| {
-                finish(SharedShape::ball(radius as Real), Pose::from_translation(vector(&centre.coords)), feet)
-            });
-            balls.chain(chain(capsule).map(|shape| finish(shape, Pose::IDENTITY, skin))).collect()
+            (ends.into_iter().filter(|(_, radius)| *radius > 0.0).collect(), groups(SKIN, SKIN))
         }
+        _ => (Vec::new(), groups(FEET | SKIN, SKIN | GROUND)),
+    };
+    let balls = ends.into_iter().map(|(centre, radius)| {
+        let place = Pose::from_translation(vector(&centre.coords));
+        finish(SharedShape::ball(radius as Real), place, groups(FEET, GROUND))
+    });
+    balls.chain(shapes(flesh).into_iter().map(|(shape, pose)| finish(shape, pose, skin))).collect()
+}
+
+/// The colliders of what stands about; its solid is in the world's frame.
+pub(super) fn prop_colliders(solid: &Flesh, friction: f64) -> Vec<Collider> {
+    let finish = |(shape, pose): (SharedShape, Pose)| {
+        let builder = ColliderBuilder::new(shape).position(pose).friction(friction as Real);
+        builder.collision_groups(groups(SKIN, SKIN)).active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS).build()
+    };
+    shapes(solid).into_iter().map(finish).collect()
+}
+
+/// The shapes that make a solid, and where they are in its frame.
+fn shapes(solid: &Flesh) -> Vec<(SharedShape, Pose)> {
+    match solid {
+        Flesh::TaperedCapsule(capsule) => chain(capsule).map(|shape| (shape, Pose::IDENTITY)).collect(),
         Flesh::Box { link_from_box, half_extents } => {
             let [x, y, z] = half_extents.map(|half| half as Real);
-            vec![finish(SharedShape::cuboid(x, y, z), pose(link_from_box), both)]
+            vec![(SharedShape::cuboid(x, y, z), pose(link_from_box))]
         }
         Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
             // rapier's cylinders stand along y
             let upright = Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
             let shape = SharedShape::cylinder(*half_length as Real, *radius as Real);
-            vec![finish(shape, pose(&(link_from_cylinder * upright)), both)]
+            vec![(shape, pose(&(link_from_cylinder * upright)))]
         }
         Flesh::Mesh { vertices, .. } => {
             let points: Vec<Vector> = vertices.iter().map(|vertex| vector(&vertex.coords)).collect();
-            SharedShape::convex_hull(&points).map(|hull| finish(hull, Pose::IDENTITY, both)).into_iter().collect()
+            SharedShape::convex_hull(&points).map(|hull| (hull, Pose::IDENTITY)).into_iter().collect()
         }
     }
 }

@@ -209,3 +209,20 @@ fn what_cannot_be_simulated_is_refused_by_name() {
     let message = refused(&body, &motion, &pushed(comet)).to_string();
     assert!(message.starts_with("frame 1: the simulation has diverged at link"), "{message}");
 }
+
+#[test]
+fn a_box_dropped_on_a_prop_lies_on_it_and_one_that_slides_stops_before_it() {
+    let solid = Flesh::Box { link_from_box: Isometry3::translation(0.0, 0.0, 0.25), half_extents: [0.5, 0.5, 0.25] };
+    let stand = [crate::body::Prop { name: "stand".into(), solid }];
+    let mut simulated = SimulatedBody::new(&crate_of_20_kg(), 0.8, RATE, false).unwrap();
+    simulated.insert_props(&stand, 0.8);
+    simulated.place(&resting(0.7), &[0.0; 6]);
+    (0..480).for_each(|_| simulated.step());
+    assert!((simulated.pose().world_from_root.translation.z - 0.6).abs() < 3e-3, "0.5 m high, half of it 0.1 m");
+    let mut sliding = resting(0.1);
+    sliding.world_from_root.translation.x = -1.2;
+    simulated.place(&sliding, &[3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    (0..480).for_each(|_| simulated.step());
+    let stopped = simulated.pose().world_from_root.translation.x;
+    assert!(stopped < -0.7 + 5e-3, "its face would be in the stand beyond -0.7 m: {stopped}");
+}

@@ -10,7 +10,10 @@ use super::INSPECT_SCHEMA;
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion, shipped};
-use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
+use crate::contact::{
+    ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContact, GroundContacts, GroundQuality,
+    SelfCollision,
+};
 use crate::report::{ContactChart, FootCourse};
 
 /// Contact of a motion in numbers.
@@ -36,10 +39,44 @@ pub struct ContactSummary {
     pub float_mm: f64,
     /// Share of the frames in which a foot stands.
     pub standing: f64,
+    /// Balance and forces; `null` for a body without mass.
+    pub balance: Option<BalanceSummary>,
     /// All stances of both feet, by their first frame.
     pub stances: Vec<StanceSummary>,
     /// Where each fault is greatest; without those that do not occur.
     pub worst: Vec<WorstContact>,
+}
+
+/// Balance and forces over the whole motion ([`Dynamics`] has the definitions).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BalanceSummary {
+    /// Mean of how far the zero-moment point lies within the support polygon, where there are both; negative outside.
+    pub zmp_margin_mm: f64,
+    /// Share of those frames in which it lies outside.
+    pub zmp_outside: f64,
+    /// Mean wrench that no forces of the ground explain, body weights.
+    pub residual_wrench_body_weights: f64,
+    /// Greatest effort of a joint, N m (N) per kilogram of the body.
+    pub greatest_effort_per_kg: f64,
+    /// Share of frames with a joint beyond its limits.
+    pub beyond_limits: f64,
+    /// Share of frames with a joint faster than its greatest speed.
+    pub too_fast: f64,
+}
+
+impl BalanceSummary {
+    fn of(dynamics: &Dynamics) -> Self {
+        let summary = dynamics.summary();
+        let [beyond_limits, too_fast] = summary.violations;
+        Self {
+            zmp_margin_mm: 1000.0 * summary.margin_m,
+            zmp_outside: summary.outside,
+            residual_wrench_body_weights: summary.residual,
+            greatest_effort_per_kg: summary.greatest_effort_per_kg,
+            beyond_limits,
+            too_fast,
+        }
+    }
 }
 
 /// One stance of one foot.
@@ -64,9 +101,10 @@ pub struct StanceSummary {
 /// The frame in which something is worst.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstContact {
-    /// What: `slip`, `penetration`, `float` or `self-penetration`.
+    /// What: `slip`, `penetration`, `float`, `self-penetration`, `imbalance` (how far the zero-moment point is outside) or
+    /// `unexplained force`.
     pub fault: &'static str,
-    /// Of whom: a foot, a link or two links.
+    /// Of whom: a foot, a link, two links or the whole body.
     pub part: String,
     /// In which frame, from 0.
     pub frame: usize,
@@ -74,8 +112,15 @@ pub struct WorstContact {
     pub time_s: f64,
     /// How much.
     pub value: f64,
-    /// `mm` or `mm/s`.
+    /// `mm`, `mm/s` or `body weights`.
     pub unit: &'static str,
+}
+
+impl WorstContact {
+    /// How many decimals of its value say something.
+    pub fn decimals(&self) -> usize {
+        if self.unit == "body weights" { 2 } else { 1 }
+    }
 }
 
 /// Looks at how a recording stands on the ground once it is given to the robot `actor` (`path`: a file or `embedded:NAME`), or at
@@ -87,9 +132,10 @@ pub fn inspect_contacts(name: &str, picture: Option<&Path>) -> Result<ContactSum
     let kind = picture.map(|path| Picture::of(path).map(|kind| (path, kind))).transpose()?;
     let (body, motion) = moved(name)?;
     let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
-    let summary = ContactSummary::of(name, &body, &motion, &contacts);
+    let dynamics = Dynamics::of_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
+    let summary = ContactSummary::of(name, &body, &motion, &contacts, dynamics.as_ref());
     if let Some((path, kind)) = kind {
-        let chart = chart(&summary, &contacts);
+        let chart = chart(&summary, &contacts, dynamics.as_ref());
         let text = match kind {
             Picture::Svg => chart.svg()?,
             Picture::Page => chart.page()?,
@@ -130,7 +176,13 @@ fn moved(name: &str) -> Result<(Humanoid, Motion), ExperimentError> {
 }
 
 impl ContactSummary {
-    fn of(name: &str, body: &Humanoid, motion: &Motion, contacts: &GroundContacts) -> Self {
+    fn of(
+        name: &str,
+        body: &Humanoid,
+        motion: &Motion,
+        contacts: &GroundContacts,
+        dynamics: Option<&Dynamics>,
+    ) -> Self {
         let quality = GroundQuality::of(contacts);
         let rate = contacts.frames_per_second;
         let mut stances: Vec<StanceSummary> = contacts.feet.iter().flat_map(|foot| of_foot(foot, rate)).collect();
@@ -146,8 +198,9 @@ impl ContactSummary {
             penetration_mm: quality.penetration_mm,
             float_mm: quality.float_mm,
             standing: quality.standing,
+            balance: dynamics.map(BalanceSummary::of),
             stances,
-            worst: worst(body, motion, contacts),
+            worst: worst(body, motion, contacts, dynamics),
         }
     }
 }
@@ -169,7 +222,12 @@ fn of_foot(foot: &ContactTrack, frames_per_second: f64) -> impl Iterator<Item = 
     })
 }
 
-fn worst(body: &Humanoid, motion: &Motion, contacts: &GroundContacts) -> Vec<WorstContact> {
+fn worst(
+    body: &Humanoid,
+    motion: &Motion,
+    contacts: &GroundContacts,
+    dynamics: Option<&Dynamics>,
+) -> Vec<WorstContact> {
     let found = |fault, unit, candidates: Vec<(String, usize, f64)>| {
         let (part, frame, value) = candidates.into_iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
         let time_s = frame as f64 / contacts.frames_per_second;
@@ -187,16 +245,23 @@ fn worst(body: &Humanoid, motion: &Motion, contacts: &GroundContacts) -> Vec<Wor
         let collisions = own.collisions(&body.link_frames(pose)).into_iter();
         collisions.map(|c| (own.names(c.links).join(" and "), frame, 1000.0 * c.depth_m)).collect::<Vec<_>>()
     });
+    let whole = |value: fn(&DynamicsFrame) -> Option<f64>| {
+        let frames = dynamics.into_iter().flat_map(|dynamics| dynamics.frames.iter().enumerate());
+        let values = frames.filter_map(|(frame, d)| Some((body.name.clone(), frame, value(d)?)));
+        values.collect::<Vec<_>>()
+    };
     let all = [
         found("slip", "mm/s", of(&contacts.feet, true, |frame| 1000.0 * frame.slip_m_per_s())),
         found("penetration", "mm", of(&contacts.links, false, |frame| 1000.0 * frame.penetration_m())),
         found("float", "mm", of(&contacts.feet, true, |frame| 1000.0 * frame.gap_m)),
         found("self-penetration", "mm", depths.collect()),
+        found("imbalance", "mm", whole(|frame| frame.margin_m.map(|margin| -1000.0 * margin))),
+        found("unexplained force", "body weights", whole(|frame| Some(frame.residual))),
     ];
     all.into_iter().flatten().collect()
 }
 
-fn chart(summary: &ContactSummary, contacts: &GroundContacts) -> ContactChart {
+fn chart(summary: &ContactSummary, contacts: &GroundContacts, dynamics: Option<&Dynamics>) -> ContactChart {
     let course = |foot: &ContactTrack| FootCourse {
         name: foot.name.clone(),
         stances: foot.stances().into_iter().map(|stance| [stance.start, stance.end]).collect(),
@@ -217,13 +282,24 @@ fn chart(summary: &ContactSummary, contacts: &GroundContacts) -> ContactChart {
         ]
     };
     let worst = summary.worst.iter().map(|w| {
-        format!("Greatest {}: {:.1} {}, {}, frame {} ({:.2} s).", w.fault, w.value, w.unit, w.part, w.frame, w.time_s)
+        let decimals = w.decimals();
+        let (value, unit) = (format!("{:.decimals$}", w.value), w.unit);
+        format!("Greatest {}: {value} {unit}, {}, frame {} ({:.2} s).", w.fault, w.part, w.frame, w.time_s)
     });
+    let over_time = |label: &str, value: fn(&DynamicsFrame) -> Option<f64>| {
+        dynamics.map(|dynamics| (label.to_owned(), dynamics.frames.iter().map(value).collect()))
+    };
+    let others = [
+        over_time("zero-moment point within the support, mm (below 0: outside)", |frame| {
+            frame.margin_m.map(|margin| 1000.0 * margin)
+        }),
+        over_time("force that the ground does not explain, % of body weight", |frame| Some(100.0 * frame.residual)),
+    ];
     ContactChart {
         title: summary.name.clone(),
         frames_per_second: summary.frames_per_second,
         feet: [course(left), course(right)],
-        others: Vec::new(),
+        others: others.into_iter().flatten().collect(),
         summary: worst.collect(),
         table: (heads.map(str::to_owned).to_vec(), summary.stances.iter().map(row).collect()),
     }

@@ -27,6 +27,8 @@ pub struct SetSummary {
     pub layers: Vec<String>,
     /// The actor's robot.
     pub actor: String,
+    /// What stands about besides the actor.
+    pub props: Vec<String>,
     /// The tracker's robot.
     pub tracker_body: String,
     /// Whether they are one body.
@@ -80,6 +82,7 @@ impl SetSummary {
             cameras: blind.rig.cameras.iter().map(camera).collect(),
             layers: layer_channels(directory)?,
             actor: truth.ground_truth.actor.name.clone(),
+            props: truth.ground_truth.props.iter().map(|prop| prop.name.clone()).collect(),
             tracker_body: blind.start.body.name.clone(),
             matched: truth.facts.matched,
             mismatch: truth.facts.mismatch.clone(),

@@ -9,6 +9,7 @@ mod complaint;
 mod latent;
 mod methods;
 mod motion;
+mod props;
 mod ranges;
 mod read;
 mod rig;
@@ -19,6 +20,7 @@ pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, Place};
 pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
 pub use motion::{Axis, MotionSettings, TrainingSettings};
+pub use props::{PropSettings, PropShape};
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use tracker::{
@@ -65,6 +67,9 @@ pub struct Scenario {
     /// The body that the tracker believes in.
     #[serde(default)]
     pub tracker_body: TrackerBodySettings,
+    /// What stands about besides the actor. Default: nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub prop: Vec<PropSettings>,
     /// The cameras.
     #[serde(default)]
     pub rig: RigSettings,

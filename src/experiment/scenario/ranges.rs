@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use super::{
     ActorSettings, AnnealedParticleFilterSettings, CameraSettings, ContactMode, LatentKind, LatentTrackerSettings,
-    MotionSettings, OracleSettings, RingSettings, Scenario, TrackerSettings,
+    MotionSettings, OracleSettings, PropSettings, RingSettings, Scenario, TrackerSettings,
 };
 use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::detector;
@@ -48,6 +48,11 @@ impl Scenario {
         if let Some((length, girth)) = self.tracker_body.mismatch.percents() {
             within("tracker_body.mismatch.percent.length", length, 0.0..=50.0)?;
             within("tracker_body.mismatch.percent.girth", girth, 0.0..=50.0)?;
+        }
+        for (i, p) in self.prop.iter().enumerate() {
+            prop(&format!("prop[{i}]"), p)?;
+            let again = self.prop[..i].iter().any(|other| other.name == p.name);
+            require(&format!("prop[{i}].name"), !again, "each prop its own name", format!("{:?} twice", p.name))?;
         }
         if let Some(r) = &self.rig.ring {
             ring(r)?;
@@ -128,6 +133,19 @@ fn actor(a: &ActorSettings) -> Verdict {
     let length = nalgebra::Vector3::from(push.direction).norm();
     let found = format!("{:?}", push.direction);
     require("actor.push.direction", length > 1e-9 && length.is_finite(), "a direction, of any length but zero", found)
+}
+
+fn prop(table: &str, p: &PropSettings) -> Verdict {
+    require(&format!("{table}.name"), !p.name.is_empty(), "a name", "nothing")?;
+    for (key, length) in p.shape.lengths() {
+        within(&format!("{table}.shape.{key}"), length, 0.001..=1000.0)?;
+    }
+    for (key, values, most) in [("place_m", p.place_m, 1e4), ("rotation_deg", p.rotation_deg, 360.0)] {
+        for value in values {
+            within(&format!("{table}.{key}"), value, -most..=most)?;
+        }
+    }
+    Ok(())
 }
 
 fn ring(r: &RingSettings) -> Verdict {

@@ -1,0 +1,67 @@
+//! `truth/props.json`: what stands about besides the actor; absent where nothing does. Solids are written as a body's flesh is, in
+//! the world's frame.
+
+use serde::{Deserialize, Serialize};
+
+use super::SetError;
+use super::body_file::FleshRecord;
+use crate::body::Prop;
+
+pub(super) const PATH: &str = "truth/props.json";
+const SCHEMA: &str = "skiagraph.props/1";
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PropsRecord {
+    schema: String,
+    props: Vec<PropRecord>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PropRecord {
+    name: String,
+    solid: FleshRecord,
+}
+
+/// The bytes of the file.
+pub(super) fn to_json(props: &[Prop]) -> Result<Vec<u8>, SetError> {
+    let record = |prop: &Prop| PropRecord { name: prop.name.clone(), solid: FleshRecord::new(&prop.solid) };
+    super::json::to_bytes(PATH, &PropsRecord { schema: SCHEMA.to_owned(), props: props.iter().map(record).collect() })
+}
+
+/// The props of a file written by [`to_json`].
+pub(super) fn from_json(bytes: &[u8]) -> Result<Vec<Prop>, SetError> {
+    let record: PropsRecord = super::json::from_bytes(PATH, SCHEMA, bytes)?;
+    let prop = |PropRecord { name, solid }| match solid.flesh() {
+        Ok(solid) => Ok(Prop { name, solid }),
+        Err(detail) => Err(SetError::malformed(PATH, format!("prop {name:?}: {detail}"))),
+    };
+    record.props.into_iter().map(prop).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+    use crate::body::Flesh;
+
+    #[test]
+    fn props_survive_the_file_and_a_broken_one_is_named() {
+        let frame = Isometry3::new(Vector3::new(1.0, 2.0, 0.5), Vector3::new(0.0, 0.0, 0.3));
+        let crate_ = Flesh::Box { link_from_box: frame, half_extents: [0.5, 0.4, 0.3] };
+        let pillar = Flesh::Cylinder { link_from_cylinder: frame, radius: 0.2, half_length: 1.0 };
+        let props = [("crate", crate_), ("pillar", pillar)].map(|(name, solid)| Prop { name: name.to_owned(), solid });
+        let bytes = to_json(&props).unwrap();
+        let read = from_json(&bytes).unwrap();
+        for (read, written) in read.iter().zip(&props) {
+            assert_eq!(read.name, written.name);
+        }
+        let Flesh::Box { link_from_box, half_extents } = &read[0].solid else { panic!("{read:?}") };
+        assert!((link_from_box.to_homogeneous() - frame.to_homogeneous()).norm() < 1e-12);
+        assert_eq!(*half_extents, [0.5, 0.4, 0.3]);
+        let text = String::from_utf8(bytes).unwrap().replace("half_extents", "extents");
+        assert!(from_json(text.as_bytes()).unwrap_err().to_string().contains("truth/props.json"));
+    }
+}

@@ -1,0 +1,199 @@
+//! Exact contact of a motion with what stands about.
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use super::ground_contacts::material_velocity;
+use super::solid_distance::{nearest_point, solid_distance};
+use super::{ContactError, ContactRule};
+use crate::body::{Humanoid, LinkFrames, Prop};
+
+/// Contact of every link that has flesh with every prop, in every frame of a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PropContacts {
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// One track a prop and link with flesh: all links of the first prop in the body's order, then those of the next.
+    pub tracks: Vec<PropTrack>,
+}
+
+/// Contact of one link with one prop over a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PropTrack {
+    /// Index of the prop.
+    pub prop: usize,
+    /// Index of the link.
+    pub link: usize,
+    /// One entry a frame.
+    pub frames: Vec<PropContact>,
+}
+
+/// One link and one prop in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PropContact {
+    /// Signed distance of their surfaces, metres: negative where the link is inside the prop ([`solid_distance`]). Infinite
+    /// beyond 10 m where a box, a cylinder or a mesh takes part.
+    pub gap_m: f64,
+    /// The point of the link that is nearest to the prop or deepest in it, world, metres, to some 0.1 mm; NaN where the gap is
+    /// infinite. Where the two touch along an edge or a face, it is any point of that.
+    pub point: Point3<f64>,
+    /// Velocity along the prop's surface of the material there, world, m/s: central difference over one frame either way
+    /// (one-sided at the ends; zero in a motion of one frame).
+    pub slip: Vector3<f64>,
+    /// Whether it touches the prop by a [`ContactRule`], as a foot stands on the ground.
+    pub in_contact: bool,
+}
+
+impl PropContact {
+    /// How deep the link is inside the prop, metres; 0 outside.
+    pub fn penetration_m(&self) -> f64 {
+        (-self.gap_m).max(0.0)
+    }
+}
+
+impl PropContacts {
+    /// Contact of `body` with its links at `frames`.
+    ///
+    /// # Errors
+    /// [`ContactError`] for thresholds that make no sense.
+    pub fn of_frames(
+        body: &Humanoid,
+        props: &[Prop],
+        frames: &[LinkFrames],
+        frames_per_second: f64,
+        rule: &ContactRule,
+    ) -> Result<Self, ContactError> {
+        rule.check()?;
+        let fleshy = (0..body.links.len()).filter(|&link| !body.links[link].flesh.is_empty());
+        let pairs: Vec<(usize, usize)> =
+            fleshy.flat_map(|link| (0..props.len()).map(move |prop| (prop, link))).collect();
+        let clip = Clip { body, frames, frames_per_second, rule };
+        let mut tracks: Vec<PropTrack> = pairs
+            .into_par_iter()
+            .map(|(prop, link)| PropTrack { prop, link, frames: clip.track(&props[prop], link) })
+            .collect();
+        tracks.sort_by_key(|track| (track.prop, track.link));
+        Ok(Self { frames_per_second, tracks })
+    }
+
+    /// How deep the deepest link is inside any prop, per frame, metres; 0 outside.
+    pub fn deepest_m(&self, frames: usize) -> Vec<f64> {
+        let deepest =
+            |frame: usize| self.tracks.iter().map(|track| track.frames[frame].penetration_m()).fold(0.0, f64::max);
+        (0..frames).map(deepest).collect()
+    }
+}
+
+/// What tracks are made of.
+struct Clip<'a> {
+    body: &'a Humanoid,
+    frames: &'a [LinkFrames],
+    frames_per_second: f64,
+    rule: &'a ContactRule,
+}
+
+impl Clip<'_> {
+    fn track(&self, prop: &Prop, link: usize) -> Vec<PropContact> {
+        let near: Vec<Near> = self.frames.iter().map(|frames| self.near(prop, frames, link)).collect();
+        let slip = |frame: usize, reach: usize| {
+            let Near { point, normal, .. } = &near[frame];
+            let velocity = material_velocity(self.frames, self.frames_per_second, frame, link, point, reach);
+            velocity - normal * normal.dot(&velocity)
+        };
+        let reach = self.rule.speed_reach(self.frames_per_second);
+        let measures: Vec<(f64, f64)> =
+            near.iter().enumerate().map(|(frame, near)| (near.gap_m, slip(frame, reach).norm())).collect();
+        let labels = self.rule.label(&measures, self.frames_per_second);
+        let contact = |(frame, in_contact): (usize, bool)| PropContact {
+            gap_m: near[frame].gap_m,
+            point: near[frame].point,
+            slip: slip(frame, 1),
+            in_contact,
+        };
+        labels.into_iter().enumerate().map(contact).collect()
+    }
+
+    fn near(&self, prop: &Prop, frames: &LinkFrames, link: usize) -> Near {
+        let flesh = self.body.links[link].flesh.iter();
+        let apart = flesh.map(|flesh| (solid_distance(&prop.solid, flesh, &frames[link]), flesh));
+        let nowhere = Near { gap_m: f64::INFINITY, point: Vector3::repeat(f64::NAN).into(), normal: Vector3::zeros() };
+        let nearest = apart.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(gap_m, _)| gap_m.is_finite());
+        let found = nearest.and_then(|(gap_m, flesh)| {
+            let (point, normal) = nearest_point(&prop.solid, flesh, &frames[link])?;
+            Some(Near { gap_m, point, normal })
+        });
+        found.unwrap_or(nowhere)
+    }
+}
+
+/// Where a link is nearest to a prop, and the prop's outward normal there.
+struct Near {
+    gap_m: f64,
+    point: Point3<f64>,
+    normal: Vector3<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, UnitQuaternion};
+
+    use super::*;
+    use crate::body::Flesh;
+    use crate::body::fixture::person;
+    use crate::raster::TaperedCapsule;
+
+    const FPS: f64 = 60.0;
+
+    /// A ball of 0.1 m.
+    fn ball() -> Humanoid {
+        let mut body = person();
+        let (a, b) = (Point3::origin(), Point3::origin());
+        body.links.truncate(1);
+        body.joints.clear();
+        body.degrees_of_freedom.clear();
+        body.markers = [None; 15];
+        body.links[0].flesh = vec![Flesh::TaperedCapsule(TaperedCapsule { a, b, radius_a: 0.1, radius_b: 0.1 })];
+        body
+    }
+
+    /// A box of 1 m whose upper face is at z = 0.5.
+    fn table() -> Prop {
+        let solid = Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [0.5; 3] };
+        Prop { name: "table".to_owned(), solid }
+    }
+
+    fn moved(place: impl Fn(f64) -> Isometry3<f64>) -> Vec<PropContact> {
+        let frames: Vec<LinkFrames> = (0..30).map(|frame| LinkFrames(vec![place(f64::from(frame) / FPS)])).collect();
+        let found = PropContacts::of_frames(&ball(), &[table()], &frames, FPS, &ContactRule::default()).unwrap();
+        assert_eq!(found.tracks.len(), 1);
+        found.tracks[0].frames.clone()
+    }
+
+    #[test]
+    fn a_ball_that_rolls_on_a_table_touches_it_without_slip() {
+        // 0.3 m/s at a radius of 0.1 m: 3 rad/s about y
+        let roll = |t: f64| {
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 3.0 * t);
+            Isometry3::from_parts(nalgebra::Translation3::new(0.3 * t, 0.0, 0.6), turn)
+        };
+        for contact in moved(roll) {
+            assert!(contact.gap_m.abs() < 1e-4 && contact.in_contact, "{contact:?}");
+            assert!((contact.point.z - 0.5).abs() < 1e-3 && contact.slip.norm() < 2e-3, "{contact:?}");
+        }
+    }
+
+    #[test]
+    fn a_ball_that_slides_slips_and_one_pressed_in_is_deep() {
+        for contact in moved(|t| Isometry3::translation(0.2 * t, 0.0, 0.59)) {
+            assert!((contact.penetration_m() - 0.01).abs() < 1e-4, "{contact:?}");
+            assert!((contact.slip - Vector3::new(0.2, 0.0, 0.0)).norm() < 1e-3, "{contact:?}");
+        }
+    }
+
+    #[test]
+    fn a_ball_that_sinks_along_a_wall_or_flies_past_does_not_touch() {
+        assert!(moved(|t| Isometry3::translation(0.6, 0.0, -t)).iter().all(|contact| !contact.in_contact), "too fast");
+        let far = moved(|_| Isometry3::translation(40.0, 0.0, 0.0));
+        assert!(far.iter().all(|contact| !contact.in_contact && contact.gap_m > 30.0));
+    }
+}

@@ -1,0 +1,44 @@
+//! How deep a body is inside what stands about.
+
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::sequence::Sequence;
+
+/// Of the estimate.
+pub(super) const DEPTH: Metric = Metric {
+    name: "prop_penetration_mm",
+    title: "Penetration of props",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    protocol: "greatest depth by which a link of the tracker's body is inside a prop of the scene, 0 where none is; mean over \
+               frames",
+    measure: |sequence| depth(sequence, 1),
+};
+
+/// Of the actor.
+pub(super) const TRUE_DEPTH: Metric = Metric {
+    name: "truth_prop_penetration_mm",
+    title: "Penetration of props by the truth itself",
+    direction: Direction::Neither,
+    protocol: "as prop_penetration_mm, of the actor",
+    measure: |sequence| depth(sequence, 0),
+    ..DEPTH
+};
+
+fn depth(sequence: &Sequence<'_>, whose: usize) -> Option<Measurement> {
+    let depths = sequence.contacts?.prop_depth_m?[whose];
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(1000.0 * depths[frame]))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact_fixture::{contacts, measured};
+
+    #[test]
+    fn depths_are_means_over_scored_frames() {
+        let feet = contacts(&[(true, 0.0, 0.0); 3], &[(true, 0.0, 0.0); 3]);
+        // the fixture puts both bodies as deep into a prop as into themselves
+        let found = measured(&feet, &feet, [&[90.0, 1.0, 0.0], &[90.0, 12.0, 4.0]]);
+        assert!((found["prop_penetration_mm"].mean - 8.0).abs() < 1e-9);
+        assert!((found["truth_prop_penetration_mm"].mean - 0.5).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,119 @@
+//! What stands about besides the actor: from the scenario to silhouettes, contact truth and report.
+
+use serde_json::Value;
+use skiagraph::benchmark_set::{Array, BenchmarkSet, Npz, Values};
+
+use super::rooms::Room;
+
+/// The first ten thirtieths of a second, at 60 Hz.
+const FRAMES: usize = 21;
+const SCENARIO: &str = "schema = \"skiagraph.scenario/1\"\nname = \"hall\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 11\n\
+                        [rig.ring]\nsize_px = [80, 60]\n[tracker.oracle]\n";
+/// A wall before the second camera of the ring, and a plate that the walk begins on.
+const PROPS: &str = "[[prop]]\nname = \"screen\"\nshape = { box = { size_m = [2.0, 0.1, 1.0] } }\nplace_m = [-1.5, 1.5, 0.5]\n\
+                     rotation_deg = [0.0, 0.0, 45.0]\n[[prop]]\nname = \"plate\"\n\
+                     shape = { cylinder = { radius_m = 3.0, length_m = 0.2 } }\nplace_m = [0.0, 0.0, -0.1]\n";
+
+fn pixels(set: &BenchmarkSet) -> Vec<u64> {
+    let seen = set.blind.observation(5).unwrap().silhouettes;
+    seen.iter().map(|mask| mask.count()).collect()
+}
+
+#[test]
+fn props_hide_what_is_behind_them_are_touched_and_are_told() {
+    let room = Room::new();
+    room.write("bare.toml", SCENARIO);
+    room.write("hall.toml", format!("{SCENARIO}{PROPS}"));
+    room.succeed("render bare.toml --out bare");
+    room.succeed("render hall.toml --out hall");
+    let [bare, hall] = ["bare", "hall"].map(|set| BenchmarkSet::read(&room.path(set)).unwrap());
+    assert!(bare.truth.ground_truth.props.is_empty() && !room.path("bare/truth/props.json").exists());
+    let names: Vec<&str> = hall.truth.ground_truth.props.iter().map(|prop| prop.name.as_str()).collect();
+    assert_eq!(names, ["screen", "plate"]);
+    let (all, left) = (pixels(&bare), pixels(&hall));
+    assert!(left[1] > 0 && 2 * left[1] < 2 * all[1] - all[1] / 4, "the screen hides the legs: {left:?} of {all:?}");
+    for camera in [0, 2, 3] {
+        assert_eq!(left[camera], all[camera], "camera {camera}: nothing stands before the walker");
+    }
+    // what is hidden is hidden from markers too
+    let seen = |set: &BenchmarkSet| {
+        set.truth.ground_truth.frames.iter().flat_map(|frame| frame.visible[1]).filter(|visible| *visible).count()
+    };
+    assert!(seen(&hall) < seen(&bare));
+    // the plate lies flush with the ground: whoever stands on the one touches the other
+    let contact = Npz::from_bytes("contact.npz", &room.read("hall/truth/contact.npz")).unwrap();
+    let links = contact.f64s("contact.npz", "gap", &[None, None]).unwrap().len() / FRAMES;
+    let gaps = contact.f64s("contact.npz", "gap", &[Some(FRAMES), Some(links)]).unwrap();
+    let prop_gaps = contact.f64s("contact.npz", "prop_gap", &[Some(FRAMES), Some(2), Some(links)]).unwrap();
+    let Some(Array { values: Values::Bool(touches), .. }) = contact.get("prop_in_contact") else { panic!() };
+    for frame in 0..FRAMES {
+        for link in 0..links {
+            let (ground, plate) = (gaps[frame * links + link], prop_gaps[(frame * 2 + 1) * links + link]);
+            assert!((ground - plate).abs() < 5e-4, "frame {frame}, link {link}: {ground} and {plate} m");
+        }
+    }
+    assert!(
+        touches.chunks(links).skip(1).step_by(2).any(|plate| plate.contains(&true)),
+        "somebody stands on the plate"
+    );
+    assert!(!touches.chunks(links).step_by(2).any(|screen| screen.contains(&true)), "nobody touches the screen");
+    let words = room.succeed("inspect hall").stdout;
+    assert!(words.contains("screen, plate"), "{words}");
+    room.succeed("run hall.toml --out run");
+    let record: Value = serde_json::from_slice(&room.read("run/run.json")).unwrap();
+    for metric in ["prop_penetration_mm", "truth_prop_penetration_mm", "zmp_outside", "residual_wrench_body_weights"] {
+        assert!(record["metrics"][metric]["mean"].is_number(), "{metric}");
+    }
+    let page = String::from_utf8(room.read("run/report.html")).unwrap();
+    assert!(page.contains("hidden by props: screen, plate"));
+}
+
+#[test]
+fn props_that_make_no_sense_are_refused_with_the_key() {
+    let room = Room::new();
+    for (prop, expected) in [
+        ("name = \"\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]", "prop[0].name: expected a name"),
+        (
+            "name = \"a\"\nshape = { sphere = { radius_m = -1.0 } }\nplace_m = [0, 0, 0]",
+            "prop[0].shape.sphere.radius_m: expected 0.001 to 1000, found -1",
+        ),
+        ("name = \"a\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [nan, 0, 0]", "prop[0].place_m: expected"),
+        ("name = \"a\"\nshape = { cube = { size_m = 1.0 } }\nplace_m = [0, 0, 0]", "cube"),
+        (
+            "name = \"a\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]\n[[prop]]\nname = \"a\"\n\
+             shape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]",
+            "prop[1].name: expected each prop its own name",
+        ),
+    ] {
+        room.write("broken.toml", format!("{SCENARIO}[[prop]]\n{prop}\n"));
+        let refused = room.skiagraph(["run", "broken.toml", "--out", "none"]);
+        assert_eq!(refused.code, 2, "{}", refused.stderr);
+        assert!(refused.stderr.contains(expected), "{}", refused.stderr);
+        assert!(!room.path("none").exists());
+    }
+}
+
+#[test]
+fn keys_of_the_simulation_are_refused_where_they_make_no_sense() {
+    let room = Room::new();
+    let simulated = "[actor]\ncontact = \"simulate\"\n";
+    let push = "[actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 10.0\n";
+    for (actor, expected) in [
+        ("[actor]\nfriction = 0.5\n".to_owned(), "actor.friction: expected it only beside contact = \"simulate\""),
+        (format!("[actor]\ncontact = \"fix\"\n{push}"), "actor.push: expected it only beside contact = \"simulate\""),
+        (format!("{simulated}root_wrench = -0.1\n"), "actor.root_wrench: expected 0 to 10, found -0.1"),
+        (format!("{simulated}friction = inf\n"), "actor.friction: expected 0 to 10, found inf"),
+        (format!("{simulated}{push}direction = [0.0, 0.0, 0.0]\n"), "actor.push.direction: expected a direction"),
+        (
+            format!("{simulated}{}", push.replace("thorax", "torax")),
+            "expected a link of `actor`, found `torax`; did you mean `thorax`?",
+        ),
+        (format!("{simulated}{}", push.replace("10.0", "-1.0")), "actor.push.impulse_ns: expected 0 to 10000"),
+    ] {
+        room.write("broken.toml", format!("{SCENARIO}{actor}"));
+        let refused = room.skiagraph(["run", "broken.toml", "--out", "none"]);
+        assert_eq!(refused.code, 2, "{actor}: {}", refused.stderr);
+        assert!(refused.stderr.contains(expected), "{actor}: {}", refused.stderr);
+        assert!(!room.path("none").exists());
+    }
+}
