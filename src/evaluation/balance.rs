@@ -11,7 +11,7 @@ pub(super) const UNBALANCED: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     protocol: "share of the frames in which the tracker's body stands and presses on the ground with more than a fifth of its \
-               weight where its zero-moment point lies outside the convex hull of what stands; rates and accelerations from \
+               weight where its zero-moment point lies outside the convex hull of what touches it (flesh yields by 10 mm); rates and accelerations from \
                parabolas over 1/15 s either way",
     measure: |sequence| unbalanced(sequence, ESTIMATE),
 };

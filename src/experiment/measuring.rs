@@ -240,6 +240,12 @@ impl<'a> Painters<'a> {
         self.cameras.iter_mut().map(|painter| painter.silhouette(self.body, &frames)).collect()
     }
 
+    /// Where props are in every camera's image; empty without any.
+    pub(super) fn props(&mut self, props: &[Prop]) -> Vec<Mask> {
+        let seen = if props.is_empty() { &mut [][..] } else { &mut self.cameras };
+        seen.iter_mut().map(|painter| painter.depth_of_props(props).mask()).collect()
+    }
+
     /// `[answer][camera]`: intersection over union of each pose's silhouettes with those observed.
     fn overlaps<'p>(&mut self, observed: &Observation, poses: impl Iterator<Item = &'p Pose>) -> Vec<Vec<Option<f64>>> {
         let overlap = |pose| {

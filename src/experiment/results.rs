@@ -191,7 +191,8 @@ fn sheet<'a>(
         });
     }
     let (rig, frames_per_second) = (&set.blind.rig, set.blind.frames_per_second);
-    Ok(Some(Sheet { seed: seed.seed, rig, frames_per_second, frames }))
+    let props = painters.props(&set.truth.ground_truth.props);
+    Ok(Some(Sheet { seed: seed.seed, rig, frames_per_second, props, frames }))
 }
 
 pub(super) fn tracker_in_words(tracked: &Tracked) -> String {

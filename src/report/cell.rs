@@ -17,6 +17,8 @@ pub const CELL_HEIGHT: u32 = 480;
 
 /// Neither silhouette.
 pub(super) const GROUND: [u8; 3] = [0x1b, 0x26, 0x31];
+/// What stands about.
+pub(super) const PROP: [u8; 3] = [0x4a, 0x41, 0x54];
 /// Beyond the camera's image.
 const OUTSIDE: [u8; 3] = [0x0d, 0x13, 0x19];
 /// Both silhouettes.
@@ -32,6 +34,8 @@ pub(super) struct View<'a> {
     pub(super) camera: &'a Camera,
     pub(super) observed: &'a Mask,
     pub(super) estimated: &'a Mask,
+    /// Where props are, if there are any.
+    pub(super) props: Option<&'a Mask>,
     pub(super) truth: &'a Markers,
     pub(super) estimate: &'a Markers,
 }
@@ -81,6 +85,7 @@ impl View<'_> {
                 (true, true) => BOTH,
                 (true, false) => ONLY_OBSERVED,
                 (false, true) => ONLY_ESTIMATED,
+                (false, false) if self.props.is_some_and(|props| props.get(x, y)) => PROP,
                 (false, false) => GROUND,
             };
             *pixel = colour(tone).premultiply().to_color_u8();
@@ -124,8 +129,14 @@ mod tests {
     fn the_bounds_hold_both_silhouettes_and_fall_back_to_the_image() {
         let (observed, estimated) = (block([63, 65], [10, 20]), block([128, 192], [15, 30]));
         let (camera, markers) = (camera_in_front(), standing());
-        let view =
-            View { camera: &camera, observed: &observed, estimated: &estimated, truth: &markers, estimate: &markers };
+        let view = View {
+            camera: &camera,
+            observed: &observed,
+            estimated: &estimated,
+            props: None,
+            truth: &markers,
+            estimate: &markers,
+        };
         assert_eq!(view.bounds(), PixelBounds { left: 63, top: 10, right: 192, bottom: 30 });
         let empty = Mask::new(320, 240);
         let nothing = View { observed: &empty, estimated: &empty, ..view };
@@ -136,8 +147,14 @@ mod tests {
     fn agreement_and_both_kinds_of_disagreement_have_their_own_tone() {
         let (observed, estimated) = (block([40, 160], [40, 200]), block([80, 200], [40, 200]));
         let (camera, nobody) = (camera_in_front(), [None; 15]);
-        let view =
-            View { camera: &camera, observed: &observed, estimated: &estimated, truth: &nobody, estimate: &nobody };
+        let view = View {
+            camera: &camera,
+            observed: &observed,
+            estimated: &estimated,
+            props: None,
+            truth: &nobody,
+            estimate: &nobody,
+        };
         let picture = view.draw(&view.bounds(), span(&view.bounds())).unwrap();
         let tone_at = |x: u32| {
             let pixel = picture.pixel(x, CELL_HEIGHT / 2).unwrap();

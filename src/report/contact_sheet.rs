@@ -76,8 +76,16 @@ fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<View<'a>
         }
     }
     let (truth, estimate) = (&frame.truth, &frame.estimate);
-    let masks = frame.observed.iter().zip(&frame.estimated).zip(&sheet.rig.cameras);
-    Ok(masks.map(|((observed, estimated), camera)| View { camera, observed, estimated, truth, estimate }).collect())
+    let masks = frame.observed.iter().zip(&frame.estimated).zip(&sheet.rig.cameras).enumerate();
+    let view = |(index, ((observed, estimated), camera))| View {
+        camera,
+        observed,
+        estimated,
+        props: sheet.props.get(index),
+        truth,
+        estimate,
+    };
+    Ok(masks.map(view).collect())
 }
 
 /// Height of a heading's letters that keeps it above its own column.

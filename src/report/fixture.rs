@@ -144,7 +144,7 @@ fn sheet<'a>(rig: &'a CameraRig, seed: u64, frames: &[usize], truth: &[Markers],
         truth: truth[frame],
         estimate: estimate[frame],
     };
-    Sheet { seed, rig, frames_per_second: FPS, frames: frames.into_iter().map(of_frame).collect() }
+    Sheet { seed, rig, frames_per_second: FPS, props: Vec::new(), frames: frames.into_iter().map(of_frame).collect() }
 }
 
 /// Every pixel within `radius` metres (at the bone's distance) of a bone.

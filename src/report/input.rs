@@ -73,6 +73,8 @@ pub struct Sheet<'a> {
     pub rig: &'a CameraRig,
     /// Frames a second.
     pub frames_per_second: f64,
+    /// Where what stands about is in every camera's image; empty where nothing does.
+    pub props: Vec<Mask>,
     /// The frames, in order.
     pub frames: Vec<SheetFrame>,
 }

@@ -87,6 +87,8 @@ struct SheetColours {
     both: String,
     only_observed: String,
     only_estimated: String,
+    /// Empty without props.
+    props: String,
     truth: String,
     estimate: String,
 }
@@ -226,6 +228,7 @@ fn sheet_on_page<'a>(input: &ReportInput<'_>, sheet: &'a Sheet<'a>) -> Result<Sh
         both: hex(cell::BOTH),
         only_observed: hex(cell::ONLY_OBSERVED),
         only_estimated: hex(cell::ONLY_ESTIMATED),
+        props: if sheet.props.is_empty() { String::new() } else { hex(cell::PROP) },
         truth: hex(overlay::Whose::Truth.colour()),
         estimate: hex(overlay::Whose::Estimate.colour()),
     };

@@ -55,6 +55,15 @@ impl SilhouettePainter {
 }
 
 impl DepthImage {
+    /// The pixels that show anything.
+    pub fn mask(&self) -> Mask {
+        let mut mask = Mask::new(self.width, self.height);
+        for (index, _) in self.part.iter().enumerate().filter(|(_, part)| **part != 0) {
+            mask.set(index as u32 % self.width, index as u32 / self.width, true);
+        }
+        mask
+    }
+
     /// Takes away what is farther than `screen` shows at the same pixel; both are of one camera.
     pub fn hide_behind(&mut self, screen: &DepthImage) {
         for (index, screen) in screen.depth.iter().enumerate() {

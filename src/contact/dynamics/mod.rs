@@ -20,7 +20,7 @@ use super::{ContactError, GroundContacts};
 use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
 use derivatives::derivatives;
 use nonnegative::nonnegative_least_squares;
-use support::{SupportPoint, convex_hull, margin, support_points};
+use support::{SupportPoint, margin, support_points, support_polygon};
 
 /// Friction that explains ground forces where none is told: that of a shoe on a dry floor, at the low end.
 pub const GROUND_FRICTION: f64 = 0.8;
@@ -51,7 +51,7 @@ pub struct DynamicsFrame {
     /// Where on the ground the needed force has no moment along the ground (Vukobratovic and Borovac 2004), metres. `None` in
     /// flight: where gravity and inertia press on the ground with less than a fifth of the weight.
     pub zero_moment_point: Option<Point2<f64>>,
-    /// The convex hull of what stands on the ground, anticlockwise, metres; empty where nothing stands.
+    /// The convex hull of what touches the ground once flesh has yielded by 10 mm, anticlockwise, metres; empty in flight.
     pub support: Vec<Point2<f64>>,
     /// How far the zero-moment point lies within the support polygon, metres, negative outside; `None` without either.
     pub margin_m: Option<f64>,
@@ -155,7 +155,7 @@ impl Clip<'_> {
             Point2::new(-moment.y / needed.root_force.z, moment.x / needed.root_force.z)
         });
         let points = support_points(body, links, self.contacts, frame);
-        let support = convex_hull(points.iter().map(|p| p.point.xy()).collect());
+        let support = support_polygon(body, links, self.contacts, frame);
         let lever = centre.z.max(0.1);
         let wanted = stacked(&(needed.root_force / weight), &(about(&centre.coords) / (weight * lever)));
         let cones = Cones { points: &points, friction: self.friction };

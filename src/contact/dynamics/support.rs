@@ -7,6 +7,10 @@ use crate::body::{Flesh, Humanoid, LinkFrames};
 
 /// Points of standing links no higher than this carry the body, metres.
 const CARRIES: f64 = 0.01;
+/// A link that is no higher than this touches although it moves too fast to stand, metres: a heel that strikes, toes that push off.
+const TOUCHES: f64 = 0.002;
+/// Points on the edge of a disc.
+const AROUND: usize = 16;
 
 /// A point on which a body stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +61,51 @@ fn corners(flesh: &Flesh, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> 
         }
         Flesh::Mesh { vertices, .. } => vertices.iter().map(|vertex| place * vertex).collect(),
     }
+}
+
+/// The convex hull of what touches the ground once flesh has yielded a little: of every link that stands or is lower than
+/// [`TOUCHES`], all that is no higher than [`CARRIES`] above its lowest point or the ground. A ball stands on a disc.
+pub(super) fn support_polygon(
+    body: &Humanoid,
+    frames: &LinkFrames,
+    contacts: &GroundContacts,
+    frame: usize,
+) -> Vec<Point2<f64>> {
+    let mut found = Vec::new();
+    for track in &contacts.links {
+        let contact = &track.frames[frame];
+        let high = contact.gap_m.max(0.0) + CARRIES;
+        let links = track.links.iter().filter(|_| contact.in_contact || contact.gap_m <= TOUCHES);
+        for &link in links {
+            for flesh in &body.links[link].flesh {
+                match flesh {
+                    Flesh::TaperedCapsule(c) => {
+                        let balls = [(c.a, c.radius_a), (c.b, c.radius_b)].into_iter();
+                        found.extend(balls.flat_map(|(centre, radius)| disc(&(frames[link] * centre), radius, high)));
+                    }
+                    _ => {
+                        let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= high);
+                        found.extend(low.map(|point| point.xy()));
+                    }
+                }
+            }
+        }
+    }
+    convex_hull(found)
+}
+
+/// The edge of that part of a ball which is no higher than `high`, seen from above; nothing of a ball that is higher.
+fn disc(centre: &Point3<f64>, radius: f64, high: f64) -> Vec<Point2<f64>> {
+    let depth = (high - (centre.z - radius)).min(radius);
+    if depth < 0.0 {
+        return Vec::new();
+    }
+    let width = (depth * (2.0 * radius - depth)).sqrt();
+    let on_edge = |index| {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * index as f64 / AROUND as f64);
+        Point2::new(centre.x + width * cos, centre.y + width * sin)
+    };
+    (0..AROUND).map(on_edge).collect()
 }
 
 /// The convex hull of points, anticlockwise, without points on its edges (Andrew's monotone chain, 1979).
@@ -112,6 +161,18 @@ mod tests {
         {
             assert!((margin(&hull, &Point2::from(point)) - expected).abs() < 1e-12, "{point:?}");
         }
+    }
+
+    #[test]
+    fn a_ball_on_the_ground_stands_on_the_disc_that_is_low_enough() {
+        let disc = |x: f64, z: f64| super::disc(&Point3::new(x, 0.0, z), 0.05, 0.01);
+        // 0.05 m: at a height of 0.01 m it is 2 * 0.03 m wide
+        let edge = disc(1.0, 0.05);
+        assert_eq!(edge.len(), AROUND);
+        assert!(edge.iter().all(|point| ((point - Point2::new(1.0, 0.0)).norm() - 0.03).abs() < 1e-12));
+        assert!(disc(0.0, 0.0601).is_empty());
+        // sunk beyond its middle it is as wide as it is
+        assert!((disc(0.0, -0.2)[0].x - 0.05).abs() < 1e-12);
     }
 
     #[test]
