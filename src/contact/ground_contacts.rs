@@ -64,6 +64,12 @@ impl ContactTrack {
 }
 
 impl GroundContacts {
+    /// The links that stand in a frame.
+    pub(super) fn standing(&self, frame: usize) -> impl Iterator<Item = usize> {
+        let standing = self.links.iter().filter(move |track| track.frames[frame].in_contact);
+        standing.flat_map(|track| track.links.iter().copied())
+    }
+
     /// Contact of `body` moved by `motion`, from the solids of its flesh.
     ///
     /// # Errors

@@ -5,15 +5,15 @@ use nalgebra::{Matrix3, Vector3};
 use crate::body::{Humanoid, Motion};
 
 /// First and second derivatives of a pose, per second, as [`Humanoid::difference`] orders them.
-pub(super) struct Derivatives {
-    pub(super) rates: Vec<f64>,
-    pub(super) accelerations: Vec<f64>,
+pub(in crate::contact) struct Derivatives {
+    pub(in crate::contact) rates: Vec<f64>,
+    pub(in crate::contact) accelerations: Vec<f64>,
 }
 
 /// Of one frame: those of the parabola that fits the frames within `reach_s` seconds either way best, in least squares (Savitzky
 /// and Golay 1964); at least one frame either way, and at the ends those that there are. Zero in motions of fewer than three
 /// frames.
-pub(super) fn derivatives(body: &Humanoid, motion: &Motion, frame: usize, reach_s: f64) -> Derivatives {
+pub(in crate::contact) fn derivatives(body: &Humanoid, motion: &Motion, frame: usize, reach_s: f64) -> Derivatives {
     let reach = (libm::round(reach_s * motion.frames_per_second) as usize).max(1);
     let last = motion.poses.len() - 1;
     let (from, to) = (frame.saturating_sub(reach), (frame + reach).min(last));

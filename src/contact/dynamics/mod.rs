@@ -18,16 +18,19 @@ use super::ground_contacts::link_frames;
 use super::simulation::GRAVITY;
 use super::{ContactError, GroundContacts};
 use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
-use derivatives::derivatives;
+pub(super) use derivatives::derivatives;
 use nonnegative::nonnegative_least_squares;
-use support::{SupportPoint, margin, support_points, support_polygon};
+pub(super) use support::{SupportPoint, support_points};
+use support::{margin, support_polygon};
 
 /// Friction that explains ground forces where none is told: that of a shoe on a dry floor, at the low end.
 pub const GROUND_FRICTION: f64 = 0.8;
 /// Derivatives are those of a parabola over this time either way, seconds.
-const REACH_S: f64 = 1.0 / 15.0;
+pub(super) const REACH_S: f64 = 1.0 / 15.0;
 /// Below this share of the body's weight on the ground there is no zero-moment point: the body flies.
 const FLIGHT: f64 = 0.2;
+/// A centre of mass lower than this makes moments forces as if it were so high, metres.
+const LEAST_LEVER: f64 = 0.1;
 /// Edges of the pyramid inside a friction cone.
 const EDGES: usize = 4;
 /// Weight of the strengths themselves beside the residual (squares): it shares the load among points that explain it equally
@@ -154,14 +157,11 @@ impl Clip<'_> {
             let moment = about(&Vector3::zeros());
             Point2::new(-moment.y / needed.root_force.z, moment.x / needed.root_force.z)
         });
-        let points = support_points(body, links, self.contacts, frame);
+        let points = support_points(body, links, self.contacts.standing(frame));
         let support = support_polygon(body, links, self.contacts, frame);
-        let lever = centre.z.max(0.1);
-        let wanted = stacked(&(needed.root_force / weight), &(about(&centre.coords) / (weight * lever)));
-        let cones = Cones { points: &points, friction: self.friction };
-        let columns = cones.columns(&centre, lever);
-        let strengths = strengths(&columns, &wanted);
-        let residual = (wanted - &columns * &strengths).norm();
+        let ground = Ground { points: &points, friction: self.friction, weight };
+        let share = ground.share(&centre, &[needed.root_force, about(&centre.coords)]);
+        let [force, moment] = share.missing;
         let pose = &self.motion.poses[frame];
         let fast = body.degrees_of_freedom.iter().zip(&change.rates[ROOT_STEP..]);
         DynamicsFrame {
@@ -169,8 +169,8 @@ impl Clip<'_> {
             margin_m: zero_moment_point.filter(|_| !support.is_empty()).map(|point| margin(&support, &point)),
             zero_moment_point,
             support,
-            residual,
-            efforts: efforts(&cones.forces(&strengths, weight)).joints,
+            residual: libm::hypot(force.norm(), moment.norm() / centre.z.max(LEAST_LEVER)) / weight,
+            efforts: efforts(&share.forces).joints,
             violations: [
                 body.limit_violations(pose, 1e-6).len(),
                 fast.filter(|(dof, rate)| rate.abs() > dof.max_velocity).count(),
@@ -179,13 +179,34 @@ impl Clip<'_> {
     }
 }
 
-/// Friction cones at points, each cut down to a pyramid inside it.
-struct Cones<'a> {
-    points: &'a [SupportPoint],
-    friction: f64,
+/// What a body stands on: friction cones at points, each cut down to a pyramid inside it.
+pub(in crate::contact) struct Ground<'a> {
+    pub(in crate::contact) points: &'a [SupportPoint],
+    pub(in crate::contact) friction: f64,
+    /// Of the body, newtons.
+    pub(in crate::contact) weight: f64,
 }
 
-impl Cones<'_> {
+/// A wrench as the ground gives it.
+pub(in crate::contact) struct GroundShare {
+    /// One force a point.
+    pub(in crate::contact) forces: Vec<PointForce>,
+    /// What of the wrench the ground cannot give: force, and moment about the centre.
+    pub(in crate::contact) missing: [Vector3<f64>; 2],
+}
+
+impl Ground<'_> {
+    /// The forces that come nearest to a wrench: its force and its moment about `centre`, world, N and N m.
+    pub(in crate::contact) fn share(&self, centre: &Point3<f64>, [force, moment]: &[Vector3<f64>; 2]) -> GroundShare {
+        let lever = centre.z.max(LEAST_LEVER);
+        let wanted = stacked(&(force / self.weight), &(moment / (self.weight * lever)));
+        let columns = self.columns(centre, lever);
+        let strengths = strengths(&columns, &wanted);
+        let rest = wanted - &columns * &strengths;
+        let three = |first: usize| Vector3::new(rest[first], rest[first + 1], rest[first + 2]) * self.weight;
+        GroundShare { forces: self.forces(&strengths), missing: [three(0), three(3) * lever] }
+    }
+
     fn edge(&self, edge: usize) -> Vector3<f64> {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * edge as f64 / EDGES as f64);
         Vector3::new(self.friction * cos, self.friction * sin, 1.0)
@@ -202,9 +223,9 @@ impl Cones<'_> {
         columns
     }
 
-    fn forces(&self, strengths: &DVector<f64>, weight: f64) -> Vec<PointForce> {
+    fn forces(&self, strengths: &DVector<f64>) -> Vec<PointForce> {
         let of_point = |(index, support): (usize, &SupportPoint)| {
-            let edges = (0..EDGES).map(|edge| self.edge(edge) * (weight * strengths[index * EDGES + edge]));
+            let edges = (0..EDGES).map(|edge| self.edge(edge) * (self.weight * strengths[index * EDGES + edge]));
             PointForce { link: support.link, point: support.point, force: edges.sum() }
         };
         self.points.iter().enumerate().map(of_point).collect()

@@ -14,22 +14,20 @@ const AROUND: usize = 16;
 
 /// A point on which a body stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SupportPoint {
-    pub(super) link: usize,
-    pub(super) point: Point3<f64>,
+pub(in crate::contact) struct SupportPoint {
+    pub(in crate::contact) link: usize,
+    pub(in crate::contact) point: Point3<f64>,
 }
 
 /// The points of standing links that touch the ground, or nearly: the lowest points of the balls of a tapered capsule, the
 /// corners of a box, eight points of each rim of a cylinder, the vertices of a mesh.
-pub(super) fn support_points(
+pub(in crate::contact) fn support_points(
     body: &Humanoid,
     frames: &LinkFrames,
-    contacts: &GroundContacts,
-    frame: usize,
+    standing: impl Iterator<Item = usize>,
 ) -> Vec<SupportPoint> {
-    let standing = contacts.links.iter().filter(|track| track.frames[frame].in_contact);
     let mut found = Vec::new();
-    for link in standing.flat_map(|track| track.links.iter().copied()) {
+    for link in standing {
         for flesh in &body.links[link].flesh {
             let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= CARRIES);
             found.extend(low.map(|point| SupportPoint { link, point }));

@@ -1,30 +1,35 @@
-//! What moves the simulated body: springs in its joints, and a bounded hold of its root.
+//! What moves the simulated body: springs in its joints, what balance asks of them, and a bounded wrench at its root.
 
 use nalgebra::Vector3;
 
+use super::balance::{Balance, Balanced};
+use super::moving::Moving;
 use super::reference::Reference;
-use super::simulated_body::{GRAVITY, RootHold, SimulatedBody};
-use crate::body::{DegreeOfFreedom, Humanoid, Pose, ROOT_STEP, rotation_vector};
+use super::settings::SimulationSettings;
+use super::simulated_body::{GRAVITY, SimulatedBody};
+use super::stepping::Stepping;
+use crate::body::{DegreeOfFreedom, Humanoid, ROOT_STEP};
 
 /// A joint's spring yields this much under the greatest effort of its joint, radians (metres).
-const YIELD: f64 = 0.05;
+const YIELD: f64 = 0.15;
 /// Dampers are this many seconds of the springs.
 const DAMPING_S: f64 = 0.05;
 /// Efforts beyond what a strong adult's hip gives are none that a body would hold with, N m per kg of body.
 const GREATEST_EFFORT: f64 = 4.0;
-/// Angular frequency of the hold of the root, rad/s; it is critically damped.
-const HOLD: f64 = 12.0;
-/// Radius of gyration that the hold of the root's rotation reckons with, of the height of the centre of mass: between that of the
-/// body about its centre of mass and that about its feet.
-const GYRATION: f64 = 0.7;
+/// How often balance is looked after, about, Hz.
+const BALANCE_RATE: f64 = 120.0;
 
-/// Springs and the root's wrench for one body.
-pub(super) struct Control {
+/// Control of one body.
+pub(super) struct Control<'a> {
+    body: &'a Humanoid,
     springs: Vec<Spring>,
+    balance: Balance<'a>,
+    stepping: Stepping<'a>,
+    balanced: Balanced,
     mass: f64,
-    /// Lever that makes a force of a moment: height of the centre of mass, metres.
+    /// Lever that makes a force of a moment: height of the centre of mass at the start, metres.
     lever: f64,
-    /// Greatest wrench, newtons.
+    /// Greatest wrench at the root, newtons.
     bound: f64,
 }
 
@@ -34,9 +39,8 @@ struct Spring {
     effort: f64,
 }
 
-impl Control {
-    /// `lever` is the height of the centre of mass at the start, `bound` the greatest root wrench in body weights.
-    pub(super) fn new(body: &Humanoid, lever: f64, bound: f64) -> Self {
+impl<'a> Control<'a> {
+    pub(super) fn new(body: &'a Humanoid, reference: &Reference<'_>, settings: &SimulationSettings) -> Self {
         let mass = body.total_mass();
         let spring = |dof: &DegreeOfFreedom| {
             let most = GREATEST_EFFORT * mass;
@@ -44,58 +48,63 @@ impl Control {
             let stiffness = effort / YIELD;
             Spring { stiffness, damping: DAMPING_S * stiffness, effort }
         };
-        let springs = body.degrees_of_freedom.iter().map(spring).collect();
-        Self { springs, mass, lever: lever.max(0.1), bound: bound * mass * GRAVITY }
+        Self {
+            body,
+            springs: body.degrees_of_freedom.iter().map(spring).collect(),
+            balance: Balance::new(body, settings.friction),
+            stepping: Stepping::new(body),
+            balanced: Balanced { efforts: vec![0.0; body.degrees_of_freedom.len()], missing: [Vector3::zeros(); 2] },
+            mass,
+            lever: reference.height(0).max(0.1),
+            bound: settings.root_wrench * mass * GRAVITY,
+        }
     }
 
-    /// Sets the springs for the step that ends at `step`, and returns how the root is held in it.
-    pub(super) fn drive(&self, simulated: &mut SimulatedBody, reference: &Reference<'_>, step: usize) -> RootHold {
-        let (target, rate, efforts) = (reference.pose(step), reference.rate(step), reference.effort(step));
-        let (now, speeds) = (simulated.pose(), simulated.joint_speeds());
+    /// Sets the springs and the root's wrench for the step that ends at `step`; returns the wrench's size, body weights.
+    pub(super) fn drive(&mut self, simulated: &mut SimulatedBody, reference: &Reference<'_>, step: usize) -> f64 {
+        let (pose, rates) = (simulated.pose(), simulated.rates());
+        let every = libm::round(reference.steps_per_second() / BALANCE_RATE).max(1.0) as usize;
+        if (step - 1).is_multiple_of(every) {
+            let now = Moving::new(self.body, pose.clone(), rates.clone());
+            let wanted = Moving::new(self.body, reference.pose(step).clone(), reference.rate(step));
+            let standing = reference.standing(step);
+            let seconds = every as f64 / reference.steps_per_second();
+            self.stepping.update(&now, &wanted, standing, seconds);
+            self.balanced = self.balance.at(&now, &wanted, reference.acceleration(step), standing.iter().copied());
+        }
+        let (target, target_rates) = (reference.pose(step), reference.rate(step));
         for (dof, spring) in self.springs.iter().enumerate() {
-            // the damper brakes towards rest; what it takes from the wanted speed, the spring gives back, and the effort that
-            // the motion needs besides
-            let lead = spring.damping / spring.stiffness;
-            let fed = efforts[dof].clamp(-spring.effort, spring.effort) / spring.stiffness;
-            let wanted = target.joint_angles[dof] + lead * rate[ROOT_STEP + dof] + fed;
-            let idle = now.joint_angles[dof] + lead * speeds[dof];
-            let reach = spring.effort / spring.stiffness;
-            simulated.set_spring(dof, spring.stiffness, spring.damping, wanted.clamp(idle - reach, idle + reach));
+            let to = target.joint_angles[dof] + self.stepping.deviations[dof];
+            let effort = self.balanced.efforts[dof];
+            let rest = spring.rest(
+                [to, pose.joint_angles[dof]],
+                [target_rates[ROOT_STEP + dof], rates[ROOT_STEP + dof]],
+                effort,
+            );
+            simulated.set_spring(dof, spring.stiffness, spring.damping, rest);
         }
-        let hold = self.hold(simulated.root_velocity(), [&now, target], &rate);
-        simulated.hold_root(&hold);
-        hold
+        self.help(simulated)
     }
 
-    /// Springs towards the wanted root, made softer where they would exert more than the bound.
-    fn hold(&self, velocity: [Vector3<f64>; 2], [now, target]: [&Pose; 2], rate: &[f64]) -> RootHold {
-        let (root, wanted) = (&now.world_from_root, &target.world_from_root);
-        let apart = [
-            wanted.translation.vector - root.translation.vector,
-            rotation_vector(&(wanted.rotation * root.rotation.inverse())),
-        ];
-        let inertia = [self.mass, self.mass * (GYRATION * self.lever) * (GYRATION * self.lever)];
-        let stiffness = inertia.map(|inertia| inertia * HOLD * HOLD);
-        let damping = inertia.map(|inertia| 2.0 * inertia * HOLD);
-        let along = Vector3::new(rate[0], rate[1], rate[2]);
-        let faster = [along, wanted.rotation * Vector3::new(rate[3], rate[4], rate[5])];
-        let pull = [0, 1].map(|i| apart[i] * stiffness[i] + faster[i] * damping[i]);
-        let exerted = [0, 1].map(|i| pull[i] - velocity[i] * damping[i]);
-        let share = if self.bound > 0.0 { (self.bound / self.size(&exerted)).min(1.0) } else { 0.0 };
-        RootHold {
-            stiffness: stiffness.map(|k| k * share),
-            damping: damping.map(|d| d * share),
-            pull: pull.map(|p| p * share),
-        }
+    /// Gives the root what the ground cannot, up to the bound.
+    fn help(&self, simulated: &mut SimulatedBody) -> f64 {
+        let [force, moment] = self.balanced.missing;
+        let size = libm::hypot(force.norm(), moment.norm() / self.lever);
+        let share = if size > self.bound { self.bound / size } else { 1.0 };
+        simulated.add_wrench(0, &(force * share), &(moment * share));
+        share * size / (self.mass * GRAVITY)
     }
+}
 
-    /// Size of a wrench, newtons.
-    fn size(&self, [force, moment]: &[Vector3<f64>; 2]) -> f64 {
-        libm::hypot(force.norm(), moment.norm() / self.lever)
-    }
-
-    /// Size of the wrench that held the root in the last step, body weights.
-    pub(super) fn exerted(&self, simulated: &SimulatedBody, hold: &RootHold) -> f64 {
-        self.size(&simulated.held(hold)) / (self.mass * GRAVITY)
+impl Spring {
+    /// Where the spring rests that pulls an angle towards another, and a speed likewise (each wanted, found), and adds an effort, by
+    /// the greatest effort at most.
+    fn rest(&self, [to, at]: [f64; 2], [rate, speed]: [f64; 2], effort: f64) -> f64 {
+        // the damper brakes towards rest; what it takes from the wanted speed, the spring gives back
+        let lead = self.damping / self.stiffness;
+        let wanted = to + lead * rate + effort.clamp(-self.effort, self.effort) / self.stiffness;
+        let idle = at + lead * speed;
+        let reach = self.effort / self.stiffness;
+        wanted.clamp(idle - reach, idle + reach)
     }
 }

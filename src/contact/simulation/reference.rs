@@ -1,6 +1,8 @@
 //! The motion that the simulated body is driven towards, between its frames too.
 
 use crate::body::{Humanoid, Motion, Pose};
+use crate::contact::GroundContacts;
+use crate::contact::dynamics::{REACH_S, derivatives};
 
 /// A motion step by step.
 pub(super) struct Reference<'a> {
@@ -9,16 +11,18 @@ pub(super) struct Reference<'a> {
     steps: Motion,
     /// Rates of change at every recorded frame, as [`Humanoid::difference`] orders them, per second.
     rates: Vec<Vec<f64>>,
-    /// Efforts of every degree of freedom at every recorded frame, N m or N.
-    efforts: Vec<Vec<f64>>,
+    /// Second derivatives likewise.
+    accelerations: Vec<Vec<f64>>,
+    /// The links that stand in every recorded frame.
+    standing: Vec<Vec<usize>>,
     /// How many steps make a frame.
     pub(super) steps_per_frame: usize,
 }
 
 impl<'a> Reference<'a> {
-    /// At least `least_rate` steps a second, a whole number of them a frame; `None` of rates beyond reason. `efforts` are what
-    /// the joints need, one list a frame.
-    pub(super) fn new(body: &'a Humanoid, motion: &Motion, efforts: Vec<Vec<f64>>, least_rate: f64) -> Option<Self> {
+    /// At least `least_rate` steps a second, a whole number of them a frame; `None` of rates beyond reason. `contacts` are those of
+    /// the motion.
+    pub(super) fn new(body: &'a Humanoid, motion: &Motion, contacts: &GroundContacts, least_rate: f64) -> Option<Self> {
         let motion = motion.clone().made_continuous(body);
         let steps_per_frame = libm::ceil(least_rate / motion.frames_per_second - 1e-9).max(1.0) as usize;
         let steps = motion.resampled(body, motion.frames_per_second * steps_per_frame as f64)?;
@@ -33,7 +37,14 @@ impl<'a> Reference<'a> {
             }
             rate
         });
-        Some(Self { body, rates: rates.collect(), efforts, steps, steps_per_frame })
+        Some(Self {
+            body,
+            rates: rates.collect(),
+            accelerations: (0..=last).map(|frame| derivatives(body, &motion, frame, REACH_S).accelerations).collect(),
+            standing: (0..=last).map(|frame| contacts.standing(frame).collect()).collect(),
+            steps,
+            steps_per_frame,
+        })
     }
 
     /// Number of frames.
@@ -56,9 +67,14 @@ impl<'a> Reference<'a> {
         self.between(&self.rates, step)
     }
 
-    /// Efforts at a step: between two frames linear.
-    pub(super) fn effort(&self, step: usize) -> Vec<f64> {
-        self.between(&self.efforts, step)
+    /// Accelerations at a step, as [`Humanoid::difference`] orders them, per second squared: between two frames linear.
+    pub(super) fn acceleration(&self, step: usize) -> Vec<f64> {
+        self.between(&self.accelerations, step)
+    }
+
+    /// The links that stand at a step.
+    pub(super) fn standing(&self, step: usize) -> &[usize] {
+        &self.standing[(step / self.steps_per_frame).min(self.standing.len() - 1)]
     }
 
     fn between(&self, frames: &[Vec<f64>], step: usize) -> Vec<f64> {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use super::solids::{colliders, ground, pose, prop_colliders, vector};
@@ -22,18 +22,9 @@ pub(super) struct SimulatedBody {
     multibody: MultibodyIndex,
     /// Per degree of freedom, the link that it moves and the row of its coordinate.
     axes: Vec<(usize, usize)>,
+    /// The root link's centre of mass in its frame.
+    root_centre: Vector3<f64>,
     filter: TouchingPairs,
-}
-
-/// Springs and dampers between the root and the world: the first of each pair for its place, the second for its rotation.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RootHold {
-    /// N/m and N m/rad.
-    pub(super) stiffness: [f64; 2],
-    /// N s/m and N m s/rad.
-    pub(super) damping: [f64; 2],
-    /// What they exert on a root at rest, N and N m.
-    pub(super) pull: [Vector3<f64>; 2],
 }
 
 /// Which links may collide.
@@ -68,18 +59,25 @@ impl SimulatedBody {
         world.integration_parameters.dt = (1.0 / steps_per_second) as Real;
         world.integration_parameters.num_solver_iterations = 1;
         world.insert_collider(ground(friction), None);
+        // rapier integrates a free root as if its frame's origin were its centre of mass, and is right only where it is
+        let root_centre =
+            body.links[0].inertia.as_ref().map_or(Vector3::zeros(), |inertia| inertia.centre_of_mass.coords);
+        let centre = |link: usize| if link == 0 { root_centre } else { Vector3::zeros() };
         let mut bodies = Vec::with_capacity(body.links.len());
         for (index, link) in body.links.iter().enumerate() {
             let builder = if fixed && index == 0 { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
-            let handle = world.insert_body(builder.can_sleep(false).additional_mass_properties(mass(&link.inertia)));
-            for collider in link.flesh.iter().flat_map(|flesh| colliders(flesh, friction, index)) {
+            let mass = mass(&link.inertia, &centre(index));
+            let handle = world.insert_body(builder.can_sleep(false).additional_mass_properties(mass));
+            let body_from_link = Pose::from_translation(-vector(&centre(index)));
+            for mut collider in link.flesh.iter().flat_map(|flesh| colliders(flesh, friction, index)) {
+                collider.set_position(body_from_link * *collider.position());
                 world.insert_collider(collider, Some(handle));
             }
             bodies.push(handle);
         }
         let unjoined = |joint: &str| ContactError::Joint { joint: joint.to_owned(), kind: "jointed in a way" };
         for (index, joint) in body.joints.iter().enumerate() {
-            let built = rapier_joint(body, joint);
+            let built = rapier_joint(body, joint, &centre(joint.parent));
             let joined = world.multibody_joints.insert(bodies[joint.parent], bodies[index + 1], built, true);
             joined.ok_or_else(|| unjoined(&joint.name))?;
         }
@@ -92,7 +90,7 @@ impl SimulatedBody {
         let link = world.multibody_joints.rigid_body_link(bodies[0]).copied();
         let multibody = link.ok_or_else(|| unjoined(&body.name))?.multibody;
         let pairs = SelfCollision::new(body).pairs().iter().copied().collect();
-        let mut simulated = Self { world, bodies, multibody, axes, filter: TouchingPairs(pairs) };
+        let mut simulated = Self { world, bodies, multibody, axes, root_centre, filter: TouchingPairs(pairs) };
         simulated.with_multibody(|multibody, bodies| {
             multibody.forward_kinematics(bodies, true);
             multibody.damping_mut().fill(0.0);
@@ -120,17 +118,20 @@ impl SimulatedBody {
     /// Puts the body into a pose, moving with `speeds`: the root's velocity in the world and its angular velocity about its own
     /// axes, then a number per degree of freedom, as [`Humanoid::difference`] orders them.
     pub(super) fn place(&mut self, place: &BodyPose, speeds: &[f64]) {
+        let centre = place.world_from_root * Translation3::from(self.root_centre);
         if let Some(root) = self.world.bodies.get_mut(self.bodies[0]) {
-            root.set_position(pose(&place.world_from_root), true);
+            root.set_position(pose(&centre), true);
         }
         let axes = self.axes.clone();
         let turning = place.world_from_root.rotation * Vector3::new(speeds[3], speeds[4], speeds[5]);
+        let lever = place.world_from_root.rotation * self.root_centre;
+        let along = Vector3::new(speeds[0], speeds[1], speeds[2]) + turning.cross(&lever);
         self.with_multibody(|multibody, bodies| {
             multibody.forward_kinematics(bodies, true);
             let mut displacement = vec![0.0; multibody.ndofs()];
             let mut velocity = vec![0.0; multibody.ndofs()];
             if velocity.len() == axes.len() + ROOT_STEP {
-                velocity[..3].copy_from_slice(&[speeds[0], speeds[1], speeds[2]].map(|v| v as Real));
+                velocity[..3].copy_from_slice(&[along.x, along.y, along.z].map(|v| v as Real));
                 velocity[3..ROOT_STEP].copy_from_slice(&[turning.x, turning.y, turning.z].map(|v| v as Real));
             }
             for (dof, &(link, row)) in axes.iter().enumerate() {
@@ -155,7 +156,7 @@ impl SimulatedBody {
             joint_angles: nalgebra::DVector::zeros(self.axes.len()),
         };
         if let Some(multibody) = self.multibody() {
-            found.world_from_root = isometry(multibody.root().local_to_world());
+            found.world_from_root = isometry(multibody.root().local_to_world()) * Translation3::from(-self.root_centre);
             for (angle, &(link, row)) in found.joint_angles.iter_mut().zip(&self.axes) {
                 *angle = multibody.link(link).map_or(f64::NAN, |link| f64::from(link.joint.coords()[row]));
             }
@@ -189,7 +190,7 @@ impl SimulatedBody {
         });
     }
 
-    /// Velocity of the root's origin and its angular velocity, world.
+    /// Velocity of the root link's centre of mass and its angular velocity, world.
     pub(super) fn root_velocity(&self) -> [Vector3<f64>; 2] {
         let Some(multibody) = self.multibody() else { return [Vector3::zeros(); 2] };
         let speeds = multibody.generalized_velocity();
@@ -197,37 +198,27 @@ impl SimulatedBody {
         [triple(0), triple(3)]
     }
 
-    /// Holds the root with springs and dampers, integrated implicitly as in [`Self::set_spring`]; world axes. Fixed roots are
-    /// left alone.
-    pub(super) fn hold_root(&mut self, hold: &RootHold) {
-        let RootHold { stiffness, damping, pull } = *hold;
-        self.with_multibody(|multibody, _| {
-            if multibody.ndofs() < ROOT_STEP {
-                return;
-            }
-            let root = &mut multibody.root_mut().joint;
-            for row in 0..ROOT_STEP {
-                let (stiffness, pull) = (stiffness[row / 3], pull[row / 3][row % 3]);
-                let rest = if stiffness > 0.0 { root.coords()[row] + (pull / stiffness) as Real } else { 0.0 };
-                root.set_spring(row, stiffness as Real, rest);
-            }
-            for row in 0..ROOT_STEP {
-                multibody.damping_mut()[row] = damping[row / 3] as Real;
-            }
-        });
-    }
-
-    /// Force and moment with which a hold held the root in the step that has just been taken.
-    pub(super) fn held(&self, hold: &RootHold) -> [Vector3<f64>; 2] {
-        let step_s = f64::from(self.world.integration_parameters.dt);
-        let speed = self.root_velocity();
-        [0, 1].map(|i| hold.pull[i] - speed[i] * (hold.stiffness[i] * step_s + hold.damping[i]))
+    /// Rates of change, as [`Humanoid::difference`] orders them, per second.
+    pub(super) fn rates(&self) -> Vec<f64> {
+        let root = self.pose().world_from_root.rotation;
+        let [along, turning] = self.root_velocity();
+        let origin = along - turning.cross(&(root * self.root_centre));
+        let own = root.inverse() * turning;
+        origin.iter().chain(own.iter()).copied().chain(self.joint_speeds()).collect()
     }
 
     /// A force at a link's centre of mass until [`Self::clear_forces`], world, newtons.
     pub(super) fn add_force(&mut self, link: usize, force: &Vector3<f64>) {
         if let Some(body) = self.world.bodies.get_mut(self.bodies[link]) {
             body.add_force(vector(force), true);
+        }
+    }
+
+    /// A force at a link's centre of mass and a moment until [`Self::clear_forces`], world, N and N m.
+    pub(super) fn add_wrench(&mut self, link: usize, force: &Vector3<f64>, moment: &Vector3<f64>) {
+        self.add_force(link, force);
+        if let Some(body) = self.world.bodies.get_mut(self.bodies[link]) {
+            body.add_torque(vector(moment), true);
         }
     }
 
@@ -309,18 +300,21 @@ fn check_masses(body: &Humanoid, fixed: bool) -> Result<(), ContactError> {
     Ok(())
 }
 
-fn mass(inertia: &Option<Inertia>) -> MassProperties {
+/// Mass properties in a frame with its origin at `origin` of the link's.
+fn mass(inertia: &Option<Inertia>, origin: &Vector3<f64>) -> MassProperties {
     match inertia {
         None => MassProperties::default(),
         Some(Inertia { mass, centre_of_mass, tensor }) => {
             let tensor = tensor.map(|value| value as Real);
-            MassProperties::with_inertia_matrix(vector(&centre_of_mass.coords), *mass as Real, tensor.into())
+            let centre = vector(&(centre_of_mass.coords - origin));
+            MassProperties::with_inertia_matrix(centre, *mass as Real, tensor.into())
         }
     }
 }
 
-fn rapier_joint(body: &Humanoid, joint: &Joint) -> GenericJoint {
-    let origin = pose(&joint.parent_from_joint);
+/// `centre` is the origin of the parent's rapier body in the frame of its link.
+fn rapier_joint(body: &Humanoid, joint: &Joint, centre: &Vector3<f64>) -> GenericJoint {
+    let origin = pose(&(Translation3::from(-centre) * joint.parent_from_joint));
     let (axis, drive, moving, locked) = match &joint.kind {
         JointKind::Revolute { axis, drive } => (axis, drive, JointAxis::AngX, JointAxesMask::LOCKED_REVOLUTE_AXES),
         JointKind::Prismatic { axis, drive } => (axis, drive, JointAxis::LinX, JointAxesMask::LOCKED_PRISMATIC_AXES),
