@@ -15,12 +15,12 @@ pub(in crate::contact) const GRAVITY: f64 = 9.80665;
 const SLIDE: usize = 0;
 const HINGE: usize = 3;
 
-/// The body in the world. Links and degrees of freedom keep the humanoid's numbers.
+/// The body in the world. Links and degrees of freedom keep the humanoid's numbers; a link that only names a place is its parent.
 pub(super) struct SimulatedBody {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
     multibody: MultibodyIndex,
-    /// Per degree of freedom, the link that it moves and the row of its coordinate.
+    /// Per degree of freedom, the number of rapier's link that it moves and the row of its coordinate.
     axes: Vec<(usize, usize)>,
     /// The root link's centre of mass in its frame.
     root_centre: Vector3<f64>,
@@ -52,7 +52,8 @@ impl SimulatedBody {
         steps_per_second: f64,
         fixed: bool,
     ) -> Result<Self, ContactError> {
-        let axes = axes(body)?;
+        let mut axes = axes(body)?;
+        axes.iter_mut().for_each(|(link, _)| *link -= (0..*link).filter(|&before| is_tag(body, before)).count());
         check_masses(body, fixed)?;
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::Z * -(GRAVITY as Real);
@@ -65,6 +66,10 @@ impl SimulatedBody {
         let centre = |link: usize| if link == 0 { root_centre } else { Vector3::zeros() };
         let mut bodies = Vec::with_capacity(body.links.len());
         for (index, link) in body.links.iter().enumerate() {
+            if let Some(parent) = body.parent(index).filter(|_| is_tag(body, index)) {
+                bodies.push(bodies[parent]);
+                continue;
+            }
             let builder = if fixed && index == 0 { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
             let mass = mass(&link.inertia, &centre(index));
             let handle = world.insert_body(builder.can_sleep(false).additional_mass_properties(mass));
@@ -76,12 +81,12 @@ impl SimulatedBody {
             bodies.push(handle);
         }
         let unjoined = |joint: &str| ContactError::Joint { joint: joint.to_owned(), kind: "jointed in a way" };
-        for (index, joint) in body.joints.iter().enumerate() {
+        for (index, joint) in body.joints.iter().enumerate().filter(|(index, _)| !is_tag(body, index + 1)) {
             let built = rapier_joint(body, joint, &centre(joint.parent));
             let joined = world.multibody_joints.insert(bodies[joint.parent], bodies[index + 1], built, true);
             joined.ok_or_else(|| unjoined(&joint.name))?;
         }
-        if body.joints.is_empty() {
+        if (1..body.links.len()).all(|link| is_tag(body, link)) {
             // a lone body is no multibody for rapier: hang nothing on it
             let nothing = world.insert_body(RigidBodyBuilder::dynamic().can_sleep(false));
             let rigid = FixedJointBuilder::new().build();
@@ -247,6 +252,13 @@ impl SimulatedBody {
         let impulses = manifolds.flat_map(|manifold| manifold.contacts().iter().map(|contact| contact.data.impulse));
         impulses.map(f64::from).sum::<f64>() / f64::from(self.world.integration_parameters.dt)
     }
+}
+
+/// Whether a link only names a place on its parent, as a marker does: rapier need not know of it.
+fn is_tag(body: &Humanoid, link: usize) -> bool {
+    let Some(joint) = link.checked_sub(1).map(|joint| &body.joints[joint]) else { return false };
+    let empty = body.links[link].flesh.is_empty() && body.links[link].inertia.is_none();
+    empty && joint.kind == JointKind::Fixed && body.joints.iter().all(|other| other.parent != link)
 }
 
 /// The link and coordinate behind every degree of freedom.
