@@ -22,10 +22,10 @@ pub struct SimulationReport {
     /// When the body fell: its centre of mass was, for the first time, lower than three quarters of the motion's at that
     /// instant, seconds. `None` if it stayed up.
     pub fell_at_s: Option<f64>,
-    /// Mean size of the residual wrench at the root, in body weights: the norm of its force and of its moment over the height
-    /// of the centre of mass, over the body's weight.
+    /// Mean size of the residual wrench at the root, in body weights: the norm of its force, at the root link's centre of mass,
+    /// and of its moment over the height that the body's centre of mass has at the start, over the body's weight.
     pub root_wrench_mean: f64,
-    /// Its greatest size.
+    /// Its greatest size; never more than was allowed.
     pub root_wrench_most: f64,
     /// Mean distance of joints from where the recorded motion has them, over all joints and frames, mm.
     pub moved_mm: f64,
