@@ -28,6 +28,9 @@ pub struct ContactTrack {
     pub frames: Vec<GroundContact>,
 }
 
+/// A link that is no higher than this touches although it moves too fast to stand, metres: a heel that strikes, toes that push off.
+pub(super) const TOUCHES: f64 = 0.002;
+
 /// One part of a body and the ground in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundContact {
@@ -66,8 +69,17 @@ impl ContactTrack {
 impl GroundContacts {
     /// The links that stand in a frame.
     pub(super) fn standing(&self, frame: usize) -> impl Iterator<Item = usize> {
-        let standing = self.links.iter().filter(move |track| track.frames[frame].in_contact);
-        standing.flat_map(|track| track.links.iter().copied())
+        self.links_where(frame, |contact| contact.in_contact)
+    }
+
+    /// The links that touch the ground in a frame, whether they stand on it or strike it or push off.
+    pub(super) fn touching(&self, frame: usize) -> impl Iterator<Item = usize> {
+        self.links_where(frame, |contact| contact.in_contact || contact.gap_m <= TOUCHES)
+    }
+
+    fn links_where(&self, frame: usize, holds: fn(&GroundContact) -> bool) -> impl Iterator<Item = usize> {
+        let tracks = self.links.iter().filter(move |track| holds(&track.frames[frame]));
+        tracks.flat_map(|track| track.links.iter().copied())
     }
 
     /// Contact of `body` moved by `motion`, from the solids of its flesh.

@@ -3,12 +3,11 @@
 use nalgebra::{Point2, Point3, Vector3};
 
 use super::super::GroundContacts;
+use super::super::ground_contacts::TOUCHES;
 use crate::body::{Flesh, Humanoid, LinkFrames};
 
 /// Points of standing links no higher than this carry the body, metres.
 const CARRIES: f64 = 0.01;
-/// A link that is no higher than this touches although it moves too fast to stand, metres: a heel that strikes, toes that push off.
-const TOUCHES: f64 = 0.002;
 /// Points on the edge of a disc.
 const AROUND: usize = 16;
 

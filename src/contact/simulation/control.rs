@@ -67,10 +67,10 @@ impl<'a> Control<'a> {
         if (step - 1).is_multiple_of(every) {
             let now = Moving::new(self.body, pose.clone(), rates.clone());
             let wanted = Moving::new(self.body, reference.pose(step).clone(), reference.rate(step));
-            let standing = reference.standing(step);
+            let touching = reference.touching(step);
             let seconds = every as f64 / reference.steps_per_second();
-            self.stepping.update(&now, &wanted, standing, seconds);
-            self.balanced = self.balance.at(&now, &wanted, reference.acceleration(step), standing.iter().copied());
+            self.stepping.update(&now, &wanted, touching, seconds);
+            self.balanced = self.balance.at(&now, &wanted, reference.acceleration(step), touching.iter().copied());
         }
         let (target, target_rates) = (reference.pose(step), reference.rate(step));
         for (dof, spring) in self.springs.iter().enumerate() {

@@ -65,7 +65,6 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
     let frames = link_frames(body, &settled)?;
     let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, &rule)?;
     let cleared = slowed(body, clearance::cleared(body, &settled, &frames, &contacts));
-    let contacts = GroundContacts::of_motion(body, &cleared, &rule)?;
     let reference = Reference::new(body, &cleared, &contacts, LEAST_RATE)
         .ok_or(ContactError::EmptyMotion { poses: motion.poses.len(), frames_per_second: motion.frames_per_second })?;
     let mut run = Run::new(body, &reference, settings, depth_at_start(&frames))?;

@@ -13,22 +13,25 @@ pub(super) struct Reference<'a> {
     rates: Vec<Vec<f64>>,
     /// Second derivatives likewise.
     accelerations: Vec<Vec<f64>>,
-    /// The links that stand in every recorded frame.
-    standing: Vec<Vec<usize>>,
+    /// The links that touch the ground in every recorded frame.
+    touching: Vec<Vec<usize>>,
     /// How many steps make a frame.
     pub(super) steps_per_frame: usize,
 }
 
 impl<'a> Reference<'a> {
-    /// At least `least_rate` steps a second, a whole number of them a frame; `None` of rates beyond reason. `contacts` are those of
-    /// the motion.
+    /// At least `least_rate` steps a second, a whole number of them a frame; `None` of rates beyond reason. `contacts` tell when
+    /// its links are on the ground.
     pub(super) fn new(body: &'a Humanoid, motion: &Motion, contacts: &GroundContacts, least_rate: f64) -> Option<Self> {
         let motion = motion.clone().made_continuous(body);
         let steps_per_frame = libm::ceil(least_rate / motion.frames_per_second - 1e-9).max(1.0) as usize;
         let steps = motion.resampled(body, motion.frames_per_second * steps_per_frame as f64)?;
         let last = motion.poses.len().checked_sub(1)?;
+        // recordings begin and end with frames that jump: a speed there is that of some time
+        let some = (libm::round(REACH_S * motion.frames_per_second) as usize).max(1);
         let rates = (0..=last).map(|frame| {
-            let (before, after) = (frame.saturating_sub(1), (frame + 1).min(last));
+            let reach = if frame == 0 || frame == last { some } else { 1 };
+            let (before, after) = (frame.saturating_sub(reach), (frame + reach).min(last));
             let mut rate = vec![0.0; body.step_len()];
             if before < after {
                 body.difference(&motion.poses[before], &motion.poses[after], &mut rate);
@@ -41,7 +44,7 @@ impl<'a> Reference<'a> {
             body,
             rates: rates.collect(),
             accelerations: (0..=last).map(|frame| derivatives(body, &motion, frame, REACH_S).accelerations).collect(),
-            standing: (0..=last).map(|frame| contacts.standing(frame).collect()).collect(),
+            touching: (0..=last).map(|frame| contacts.touching(frame).collect()).collect(),
             steps,
             steps_per_frame,
         })
@@ -72,9 +75,9 @@ impl<'a> Reference<'a> {
         self.between(&self.accelerations, step)
     }
 
-    /// The links that stand at a step.
-    pub(super) fn standing(&self, step: usize) -> &[usize] {
-        &self.standing[(step / self.steps_per_frame).min(self.standing.len() - 1)]
+    /// The links that touch the ground at a step.
+    pub(super) fn touching(&self, step: usize) -> &[usize] {
+        &self.touching[(step / self.steps_per_frame).min(self.touching.len() - 1)]
     }
 
     fn between(&self, frames: &[Vec<f64>], step: usize) -> Vec<f64> {
