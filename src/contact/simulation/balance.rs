@@ -21,7 +21,7 @@ pub(super) struct Balanced {
 }
 
 /// Brings the root back with the ground's forces: inverse dynamics of the body as it is, accelerated as the motion is and, at the
-/// root, towards it; the wrench that this takes is shared among the friction cones under the standing feet (as Macchietto, Zordan
+/// root, towards it; the wrench that this takes is shared among the friction cones where it touches the ground (as Macchietto, Zordan
 /// and Shelton 2009 and de Lasa, Mordatch and Hertzmann 2010 do with the momentum).
 #[derive(Clone)]
 pub(super) struct Balance<'a> {
@@ -41,14 +41,14 @@ impl<'a> Balance<'a> {
         now: &Moving,
         wanted: &Moving,
         accelerations: Vec<f64>,
-        standing: impl Iterator<Item = usize>,
+        touching: impl Iterator<Item = usize>,
     ) -> Balanced {
         let accelerations = returning(now, wanted, accelerations);
         let efforts = |ground: &[_]| inverse_dynamics(self.body, &now.frames, &now.rates, &accelerations, ground);
         let needed = efforts(&[]);
         let root = &now.pose.world_from_root;
         let moment = needed.root_moment + (root.translation.vector - now.centre.coords).cross(&needed.root_force);
-        let points = support_points(self.body, &now.frames, standing);
+        let points = support_points(self.body, &now.frames, touching);
         let weight = self.mass * GRAVITY;
         let ground = Ground { points: &points, friction: self.friction, weight };
         let share = ground.share(&now.centre, &[needed.root_force, moment]);

@@ -40,10 +40,11 @@ const FALLEN: f64 = 0.75;
 /// friction and self-collision ([`super::SelfCollision`] says between which links), props if there are any, springs and dampers in
 /// its joints that pull towards the motion with about each joint's effort at most, and a wrench at the root if asked. What
 /// it is driven towards is the motion settled on the ground ([`fix`]), with feet that swing lifted to clear it and no joint faster
-/// than its greatest speed. It starts in that motion's first pose with its speed. The same bits on any number of threads.
+/// than its greatest speed. It starts in that motion's first pose with the mean speed of its
+/// first 1/15 s. The same bits on any number of threads.
 ///
 /// It keeps its balance: 120 times a second, inverse dynamics of the body as it is says which wrench would bring its root back to
-/// the motion and which part of it the ground can give under the standing feet; the joints add what these forces ask of them, and the
+/// the motion and which part of it the ground can give where the motion touches it; the joints add what these forces ask of them, and the
 /// wrench at the root is the rest, as far as it is allowed. Feet that swing are steered below the centre of mass where that is. It
 /// knows nothing of pushes beforehand.
 ///

@@ -93,3 +93,26 @@ impl<'a> Reference<'a> {
         self.body.centre_of_mass(&self.body.link_frames(self.pose(step))).map_or(0.0, |centre| centre.z)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::standing;
+    use super::*;
+    use crate::contact::ContactRule;
+
+    /// A statue that is pushed over the ground, too fast to stand, and whose first frame lags behind.
+    #[test]
+    fn a_motion_begins_with_the_speed_of_some_time_and_touches_where_it_slides() {
+        let (body, mut motion) = standing(20);
+        for (frame, pose) in motion.poses.iter_mut().enumerate() {
+            pose.world_from_root.translation.x += 2.0 * frame as f64 / 60.0;
+        }
+        motion.poses[0].world_from_root.translation.x -= 0.02;
+        let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default()).unwrap();
+        let reference = Reference::new(&body, &motion, &contacts, 480.0).unwrap();
+        // 20 mm over 1/15 s are 0.3 m/s, over a frame they would be 1.2 m/s
+        assert!((reference.rate(0)[0] - 2.3).abs() < 1e-9 && (reference.rate(80)[0] - 2.0).abs() < 1e-9);
+        assert_eq!(contacts.standing(10).count(), 0);
+        assert!(body.foot_links().iter().all(|foot| foot.iter().any(|link| reference.touching(80).contains(link))));
+    }
+}

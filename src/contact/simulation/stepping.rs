@@ -44,7 +44,7 @@ impl<'a> Stepping<'a> {
     }
 
     /// `seconds` on, of a body that moves as `now` and should move as `wanted` with these links on the ground.
-    pub(super) fn update(&mut self, now: &Moving, wanted: &Moving, standing: &[usize], seconds: f64) {
+    pub(super) fn update(&mut self, now: &Moving, wanted: &Moving, touching: &[usize], seconds: f64) {
         let joint_angles = wanted.pose.joint_angles.clone();
         let leaning = Pose { world_from_root: now.pose.world_from_root, joint_angles };
         let leaning_frames = self.body.link_frames(&leaning);
@@ -53,7 +53,7 @@ impl<'a> Stepping<'a> {
         shift.z = 0.0;
         let follow = 1.0 - libm::exp(-seconds / FOLLOW_S);
         for leg in &self.legs {
-            let stands = leg.foot.iter().any(|link| standing.contains(link));
+            let stands = leg.foot.iter().any(|link| touching.contains(link));
             let reached = if stands {
                 vec![0.0; leg.joints.len()]
             } else {
