@@ -58,6 +58,27 @@ fn predict_1000_particles_mean_and_variance(bencher: divan::Bencher<'_, '_>, fra
     bencher.bench_local(|| model.map_moments(divan::black_box(particles.as_ref())));
 }
 
+/// A body whose joints all swing, every cycle of 65 frames another way.
+fn swinging(body: &Humanoid, frames: usize) -> Motion {
+    let pose = |t: usize| {
+        let mut pose = body.zero_pose();
+        let drift = |i: usize| 1.0 + 0.4 * (0.013 * t as f64 + i as f64).sin();
+        let phase = t as f64 * std::f64::consts::TAU / 65.0;
+        let angles = pose.joint_angles.iter_mut().enumerate();
+        angles.for_each(|(i, angle)| *angle = 0.25 * drift(i) * (phase + 0.7 * i as f64).sin());
+        pose
+    };
+    Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
+}
+
+/// S1's Table 1 from the first clip to the last: every segment grown until it fails, candidates found.
+#[divan::bench(args = [480], sample_count = 3, sample_size = 1)]
+fn training_a_whole_graph(bencher: divan::Bencher<'_, '_>, frames: usize) {
+    let Ok(body) = Humanoid::tracker25() else { return };
+    let motion = [swinging(&body, frames)];
+    bencher.bench_local(|| GpdmGraph::learn(&body, &motion, &GraphSettings::default(), |_, _| ()));
+}
+
 /// A file of one model of so many frames of tracker25.
 fn model_file(frames: usize) -> Option<Vec<u8>> {
     let body = Humanoid::tracker25().ok()?;

@@ -31,6 +31,24 @@ impl Flesh {
     }
 }
 
+impl Flesh {
+    /// The middle of the solid in its link's frame, metres: half-way between the ends of a capsule, the mean vertex of a mesh. `None`
+    /// of a mesh without vertices.
+    pub fn middle(&self) -> Option<Point3<f64>> {
+        match self {
+            Flesh::TaperedCapsule(capsule) => Some(nalgebra::center(&capsule.a, &capsule.b)),
+            Flesh::Box { link_from_box: frame, .. } | Flesh::Cylinder { link_from_cylinder: frame, .. } => {
+                Some(frame.translation.vector.into())
+            }
+            Flesh::Mesh { vertices, .. } if vertices.is_empty() => None,
+            Flesh::Mesh { vertices, .. } => {
+                let sum = vertices.iter().fold(Vector3::zeros(), |sum, vertex| sum + vertex.coords);
+                Some((sum / vertices.len() as f64).into())
+            }
+        }
+    }
+}
+
 impl Humanoid {
     /// Links of the left and of the right foot: the one that carries the ankle's marker, first, and all that hang on it. Empty
     /// where the body has no such marker. A body without ankles has its foot's flesh on the shank, which then is the link.

@@ -1,5 +1,6 @@
 //! What `skiagraph inspect` says to people.
 
+use super::output::counted;
 use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary};
 
 pub(super) fn in_words(name: &str, found: &Inspected) -> String {
@@ -14,11 +15,11 @@ pub(super) fn in_words(name: &str, found: &Inspected) -> String {
 fn of_model(name: &str, s: &ModelSummary) -> String {
     let facts = &s.facts;
     let mut text = format!(
-        "{name}: {}, {} models, {} candidates, {} inter-transitions\n  robot    {}\n  rate     {} Hz",
+        "{name}: {}, {}, {}, {}\n  robot    {}\n  rate     {} Hz",
         facts.kind(),
-        s.models.len(),
-        s.candidates,
-        s.inter_transitions,
+        counted(s.models.len(), "model"),
+        counted(s.candidates, "candidate"),
+        counted(s.inter_transitions, "inter-transition"),
         facts.robot.name,
         facts.frames_per_second,
     );

@@ -15,3 +15,8 @@ pub(super) fn print(text: &str) -> io::Result<()> {
 pub(super) fn print_json(value: &impl serde::Serialize) -> io::Result<()> {
     print(&serde_json::to_string_pretty(value)?)
 }
+
+/// A number of things: `1 model`, `2 models`.
+pub(super) fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}

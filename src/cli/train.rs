@@ -107,11 +107,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
         let (path, graph) = (arguments.out.display(), &trained.model.graph);
         let frames: usize = graph.segments.iter().map(|s| s.errors.len()).sum();
         output::print(&format!(
-            "{path}: {}, {} models of {frames} frames, {} candidates, mean reconstruction error {:.4} rad^2\n  \
+            "{path}: {}, {} of {frames} frames, {}, mean reconstruction error {:.4} rad^2\n  \
              look at it: skiagraph inspect {path}",
             trained.model.facts.kind(),
-            graph.segments.len(),
-            graph.candidates.len(),
+            output::counted(graph.segments.len(), "model"),
+            output::counted(graph.candidates.len(), "candidate"),
             graph.mean_reconstruction_error(),
         ))?;
     }

@@ -168,7 +168,8 @@ pub fn train(
     if let Some(kept) = kept(&partial, &facts, watch) {
         let models = kept.graph.segments.len();
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
-        watch.say(&format!("going on after {models} models that are kept in {}", partial.display()));
+        let kept = if models == 1 { "1 model that is".to_owned() } else { format!("{models} models that are") };
+        watch.say(&format!("going on after {kept} kept in {}", partial.display()));
     } else {
         // whoever cannot write there shall know before the work
         put(&partial, &state(learner.graph(), false).to_bytes()?)?;

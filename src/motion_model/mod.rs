@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 pub use diffusion::{Diffusion, DiffusionSettings, Prediction};
-pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings};
+pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion};
 pub use proposal::ProposalScales;
 
 use crate::body::{Humanoid, Pose};

@@ -17,6 +17,8 @@ pub type LatentPath = Vec<Vec<f64>>;
 pub struct ModelPageInput<'a> {
     /// The model's name.
     pub title: &'a str,
+    /// The rate at which it was learned, Hz: its frames are counted at this rate.
+    pub frames_per_second: f64,
     /// What kind of model it is and of what, each a few words.
     pub chips: Vec<String>,
     /// The models in the order of the training frames, at least one.
@@ -62,6 +64,7 @@ pub struct OtherModel {
 #[derive(Serialize)]
 struct Page<'a> {
     title: &'a str,
+    rate: f64,
     chips: &'a [String],
     headlines: Vec<Headline>,
     errors: Drawing,
@@ -105,6 +108,7 @@ pub fn model_page(input: &ModelPageInput<'_>) -> Result<String, ReportError> {
     let starts: Vec<usize> = input.models.iter().map(|m| m.start).collect();
     let page = Page {
         title: input.title,
+        rate: input.frames_per_second,
         chips: &input.chips,
         headlines: headlines(input),
         errors: model_figures::errors(input)?,
@@ -139,11 +143,15 @@ fn headlines(input: &ModelPageInput<'_>) -> Vec<Headline> {
     let all: Vec<f64> = input.models.iter().flat_map(|m| m.errors.iter().copied()).collect();
     let [mean, greatest] = mean_and_greatest(&all);
     let headline = |value: String, unit, meaning| Headline { value, unit, meaning };
+    let turns = match input.candidates.len() {
+        1 => "moment at which particles may change models",
+        _ => "moments at which particles may change models",
+    };
     let mut headlines = vec![
         headline(rad2(mean), "rad\u{b2}", "mean distance between recording and simulation, summed over the joints"),
         headline(rad2(greatest), "rad\u{b2}", "greatest distance of a frame"),
-        headline(input.models.len().to_string(), "", "models"),
-        headline(input.candidates.len().to_string(), "", "moments at which particles may change models"),
+        headline(input.models.len().to_string(), "", if input.models.len() == 1 { "model" } else { "models" }),
+        headline(input.candidates.len().to_string(), "", turns),
     ];
     if let Some(other) = &input.against {
         let [of_other, _] = mean_and_greatest(&other.errors);
@@ -183,6 +191,7 @@ mod tests {
         let far = |i: usize, j: usize| (i as f32 * 0.1 - j as f32 * 0.1).abs();
         ModelPageInput {
             title: "walk & run.model",
+            frames_per_second: 60.0,
             chips: vec!["gpdm-graph".to_owned()],
             models: (0..models).map(one).collect(),
             threshold: Some(1.0),

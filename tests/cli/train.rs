@@ -134,7 +134,7 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     fs::copy(room.path("walk.model.partial"), room.path("other.model.partial")).unwrap();
     let (learned, heard) = learn("walk.model", &settings, usize::MAX);
     learned.unwrap();
-    assert!(heard.len() == 1 && heard[0].contains("going on after 1 models"), "{heard:?}");
+    assert!(heard.len() == 1 && heard[0].contains("going on after 1 model that is kept"), "{heard:?}");
     assert_eq!(room.read("walk.model"), room.read("at_once.model"));
     let (learned, heard) = learn("other.model", &GraphSettings { threshold_per_joint: 1e-5, ..settings }, usize::MAX);
     learned.unwrap();

@@ -37,6 +37,7 @@ pub(super) fn html(
     let name = |p: &Path| p.file_name().unwrap_or(p.as_os_str()).to_string_lossy().into_owned();
     Ok(model_page(&ModelPageInput {
         title: &title,
+        frames_per_second: facts.frames_per_second,
         chips: vec![
             facts.kind().to_owned(),
             facts.robot.name.clone(),

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::motion_model::gpdm::TrainingOptions;
 use crate::motion_model::gpdm_graph::GraphSettings;
-use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings};
+use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
 use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
 
 /// What tells one latent motion model from another: how it is learned, and how particles change models.
@@ -42,13 +42,19 @@ pub struct LatentTrackerSettings<T> {
     /// Standard deviation of the first latents about their seeds, as a share of the latents' spread. Default: 0.1.
     pub start_jitter: f64,
     /// How far particles may lie off the latent manifold, as a multiple of how far training frames lie from the most similar
-    /// ones of other moments; 0 keeps them on it, as in S1. Default: 0.5.
+    /// ones of other moments; 0 keeps them on it, as in S1. Default: 1.
     pub residual_scale: f64,
     /// Time after which such an offset is 1/e as great, seconds. Default: 0.25.
     pub residual_s: f64,
-    /// Factor on the noise of the root's steps (what the models leave unexplained of them in training, at least 2 mm and 0.3
-    /// degrees a frame). Default: 5, chosen on CMU takes other than those of `scenarios/s1`.
+    /// Factor on the noise of the root's steps (what training leaves open of them, at least 2 mm and 0.3 degrees a frame). Default:
+    /// 5, chosen on CMU takes other than those of `scenarios/s1`.
     pub root_noise_scale: f64,
+    /// What tells where the root goes: `"planted"` (feet stay where they are, as firmly as feet of that height did in training; in
+    /// flight the model's velocities) or `"model"` (the model's velocities alone). S1 does not say. Default: `"planted"`.
+    pub root_motion: RootMotion,
+    /// Whether particles at the end of what a model learned go on into the next model of the recording, and at the recording's
+    /// end to the training frame that moves most alike, if that is near enough for a jump. Default: true.
+    pub natural_edges: bool,
     /// How particles are shared among the training poses that resemble the start pose: `"softmax"` or `"literal"` (S1 Eqs. 12
     /// to 14). Default: `"softmax"`.
     pub initialisation: Initialisation,
@@ -157,6 +163,8 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
             residual_scale: self.residual_scale,
             residual_s: self.residual_s,
             root_noise_scale: self.root_noise_scale,
+            root_motion: self.root_motion,
+            natural_edges: self.natural_edges,
         }
     }
 }
@@ -226,6 +234,8 @@ impl<T: Default> Default for LatentTrackerSettings<T> {
             residual_scale: latent.residual_scale,
             residual_s: latent.residual_s,
             root_noise_scale: latent.root_noise_scale,
+            root_motion: latent.root_motion,
+            natural_edges: latent.natural_edges,
             initialisation: latent.initialisation,
             silhouette,
             contour,

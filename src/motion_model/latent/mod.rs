@@ -2,13 +2,15 @@
 //!
 //! Per frame and particle, in S1's order (section 3.3): inter-transition, intra-transition, mapping to a pose. Weighting and
 //! resampling are the filter's. A particle carries, beside its latent point, where the body stands and heads to: S1 does
-//! not say how the root moves, here it follows the velocities that the model maps to, with noise.
+//! not say how the root moves, here it follows from the foot that stands and from the velocities that the model maps to.
 
+mod footing;
 mod initialisation;
 mod model;
 mod residual;
+mod root;
 mod settings;
 mod transition;
 
 pub use model::{LatentModel, LatentParticle};
-pub use settings::{Initialisation, InterTransition, JumpRule, LatentSettings};
+pub use settings::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};

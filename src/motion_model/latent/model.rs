@@ -11,9 +11,11 @@ use rayon::prelude::*;
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::{PlanarRoot, PlanarStep};
 use super::super::{MotionModel, MotionModelError};
+use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
-use super::residual::{Residual, offset_by};
-use super::settings::LatentSettings;
+use super::residual::{Residual, Unseen, offset_by};
+use super::root::{RootDynamics, Stand};
+use super::settings::{LatentSettings, RootMotion};
 use super::transition::{Destination, Moving, destinations, jump};
 use crate::body::{Humanoid, Pose};
 
@@ -25,10 +27,6 @@ const GREATEST_LENGTHS: f64 = 2.0;
 /// another order, and a particle's bits may not depend on its company.
 const BATCH: usize = 128;
 
-/// Root noise never falls below these: metres and radians a frame at 60 Hz.
-const ROOT_NOISE_FLOOR: PlanarStep =
-    PlanarStep { forward: 0.002, left: 0.002, turn: 0.3 * std::f64::consts::PI / 180.0 };
-
 /// A GPDM graph that moves particles: S1's latent particles.
 #[derive(Clone, Debug)]
 pub struct LatentModel {
@@ -38,7 +36,7 @@ pub struct LatentModel {
     destinations: Vec<Destination>,
     /// Per segment: spread of the latents per coordinate.
     spreads: Vec<f64>,
-    root_noise: PlanarStep,
+    roots: RootDynamics,
     residual: Residual,
     /// The true root of every frame, where it is given away on purpose (to tell articulated from global error).
     given_roots: Option<Arc<Vec<Isometry3<f64>>>>,
@@ -96,15 +94,20 @@ impl LatentModel {
             });
         }
         let spreads: Vec<f64> = graph.segments.iter().map(|s| s.gpdm.latent_spread()).collect();
-        let root_noise = root_noise(&graph, settings.root_noise_scale);
-        let residual = Residual::learn(&graph, settings.residual_scale, settings.residual_s);
+        let footing = match settings.root_motion {
+            RootMotion::Model => None,
+            RootMotion::Planted => Footing::learn(&body, &graph),
+        };
+        let unseen = Unseen::measure(&body, &graph, footing.as_ref());
+        let residual = Residual::new(&unseen, settings.residual_scale, settings.residual_s, graph.frames_per_second);
+        let roots = RootDynamics::learn(footing, &graph, &unseen, &settings);
         let dimensions = graph.segments.first().map_or(0, |s| s.gpdm.latents().ncols());
         let spread = spreads.iter().sum::<f64>() / spreads.len().max(1) as f64;
         let mut deviations = vec![settings.noise_floor * spread; dimensions];
         deviations.extend(residual.increments());
-        deviations.extend([root_noise.forward, root_noise.left, root_noise.turn]);
+        deviations.extend(roots.deviations());
         let destinations = destinations(&graph);
-        Ok(Self { body, graph, settings, destinations, spreads, root_noise, residual, given_roots: None, deviations })
+        Ok(Self { body, graph, settings, destinations, spreads, roots, residual, given_roots: None, deviations })
     }
 
     /// The same, with the true root of every frame given away.
@@ -132,7 +135,7 @@ impl LatentModel {
     /// S1's inter-transition: where the particle leaves from, in its own model or in the one it jumps to.
     fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> Departure {
         let at = (state.segment, self.nearest_row(state.segment, &state.latent));
-        match jump(&self.graph, &self.destinations, &self.settings.transition, at, &state.moving, rng) {
+        match jump(&self.graph, &self.destinations, &self.settings, at, &state.moving, rng) {
             None => Departure { segment: state.segment, latent: state.latent.clone(), before: state.before.clone() },
             Some(at) => {
                 let before = Candidate { row: at.row.saturating_sub(1), ..at };
@@ -171,10 +174,10 @@ impl LatentModel {
             let rotations = self.graph.chart.rotations_of(&mean);
             let moving = Moving::between(&journey.state.moving.rotations, rotations, self.graph.frames_per_second);
             let offset = self.residual.next(&journey.state.offset, journey.rng);
-            let observation = offset_by(mean, &offset);
-            let root = self.root_after(&journey.state.root, &self.graph.chart.planar_step(&observation), journey.rng);
             let frame = journey.state.frame + 1;
-            let pose = self.pose_at(&observation, &root, frame);
+            let (root, pose) =
+                self.roots.next(&journey.state.pose, &journey.state.root, &self.stand(&mean, &offset), journey.rng);
+            let pose = self.with_given_root(pose, frame);
             let before = std::mem::take(&mut journey.departure.latent);
             (journey.index, LatentParticle { segment, latent, before, offset, root, frame, moving, pose, recovered })
         };
@@ -204,22 +207,15 @@ impl LatentModel {
         self.graph.segments[segment].gpdm.map_mean(point.as_ref()).row(0).iter().copied().collect()
     }
 
-    fn pose_at(&self, observation: &[f64], root: &PlanarRoot, frame: usize) -> Pose {
-        let mut pose = self.graph.chart.place(observation, root);
+    fn stand<'a>(&'a self, mean: &'a [f64], offset: &'a [f64]) -> Stand<'a> {
+        Stand { body: &self.body, chart: &self.graph.chart, mean, offset }
+    }
+
+    fn with_given_root(&self, mut pose: Pose, frame: usize) -> Pose {
         if let Some(given) = self.given_roots.as_ref().and_then(|roots| roots.get(frame)) {
             pose.world_from_root = *given;
         }
-        self.body.clamp_to_limits(&mut pose);
         pose
-    }
-
-    fn root_after(&self, root: &PlanarRoot, step: &PlanarStep, rng: &mut ChaCha8Rng) -> PlanarRoot {
-        let noise = &self.root_noise;
-        root.after(&PlanarStep {
-            forward: step.forward + noise.forward * normal(rng),
-            left: step.left + noise.left * normal(rng),
-            turn: step.turn + noise.turn * normal(rng),
-        })
     }
 
     fn first_particle(
@@ -238,10 +234,13 @@ impl LatentModel {
         let mean = self.observation(at.segment, &latent);
         let rotations = self.graph.chart.rotations_of(&mean);
         let moving = Moving { velocities: vec![Default::default(); rotations.len()], rotations };
-        let offset = self
-            .residual
-            .between(&mean, &self.graph.chart.observe_pose(start, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 }));
-        let pose = self.pose_at(&offset_by(mean, &offset), &root, 0);
+        let standing = self.graph.chart.observe_pose(start, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
+        let mut offset = self.residual.between(&mean, &standing);
+        let height = self.roots.height_offset(&self.body, &self.graph.chart, &mean, start);
+        if let (Some(last), Some(height)) = (offset.last_mut(), height) {
+            *last = height;
+        }
+        let pose = self.with_given_root(self.roots.stand(&self.stand(&mean, &offset), &root), 0);
         let segment = at.segment;
         LatentParticle { segment, latent, before, offset, root, frame: 0, moving, pose, recovered: false }
     }
@@ -299,7 +298,7 @@ impl MotionModel for LatentModel {
         let root = state.root.after(&PlanarStep { forward: root[0], left: root[1], turn: root[2] });
         let mean = self.observation(state.segment, &latent);
         let rotations = self.graph.chart.rotations_of(&mean);
-        let pose = self.pose_at(&offset_by(mean, &offset), &root, state.frame);
+        let pose = self.with_given_root(self.roots.stand(&self.stand(&mean, &offset), &root), state.frame);
         let moving = Moving { rotations, velocities: state.moving.velocities.clone() };
         LatentParticle { latent, offset, root, pose, moving, ..state.clone() }
     }
@@ -327,27 +326,6 @@ impl MotionModel for LatentModel {
 
     fn was_recovered(&self, state: &LatentParticle) -> bool {
         state.recovered
-    }
-}
-
-/// Standard deviation of what the models do not explain of the root's steps in training, with floors, scaled.
-fn root_noise(graph: &GpdmGraph, scale: f64) -> PlanarStep {
-    let (mut squares, mut count) = ([0.0; 3], 0.0);
-    for segment in &graph.segments {
-        let mapped = segment.gpdm.map_mean(segment.gpdm.latents());
-        for t in 0..mapped.nrows() {
-            let model = graph.chart.planar_step(&mapped.row(t).iter().copied().collect::<Vec<_>>());
-            let truth = graph.chart.planar_step(&segment.gpdm.observation(t));
-            let residuals = [model.forward - truth.forward, model.left - truth.left, model.turn - truth.turn];
-            squares.iter_mut().zip(residuals).for_each(|(s, r)| *s += r * r);
-            count += 1.0;
-        }
-    }
-    let [forward, left, turn] = squares.map(|s| (s / f64::max(count, 1.0)).sqrt());
-    PlanarStep {
-        forward: scale * forward.max(ROOT_NOISE_FLOOR.forward),
-        left: scale * left.max(ROOT_NOISE_FLOOR.left),
-        turn: scale * turn.max(ROOT_NOISE_FLOOR.turn),
     }
 }
 

@@ -4,6 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::super::MotionModelError;
 
+/// Greatest distance of a jump, rad^2 per anatomical joint: S1's.
+pub(super) const JUMP_THRESHOLD: f64 = 1.0 / 13.0;
+/// Weight of velocities beside poses, s^2.
+pub(super) const VELOCITY_WEIGHT: f64 = 0.02;
+
 /// How particles move in and between latent spaces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -22,9 +27,25 @@ pub struct LatentSettings {
     pub residual_scale: f64,
     /// Time after which such an offset is 1/e as great, seconds.
     pub residual_s: f64,
-    /// Factor on the noise of the root's steps, which is what the models leave unexplained of them in training, at least 2 mm
-    /// and 0.3 degrees a frame. The models know their own training too well: at 1 the search for the root starves.
+    /// Factor on the noise of the root's steps, which is what training leaves open of them, at least 2 mm and 0.3 degrees a frame.
+    /// At 1 the search for the root starves.
     pub root_noise_scale: f64,
+    /// What tells where the root goes.
+    pub root_motion: RootMotion,
+    /// Whether particles at the end of what a model learned go on where the recording does.
+    pub natural_edges: bool,
+}
+
+/// What tells where a particle's root goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RootMotion {
+    /// The models' own velocities.
+    Model,
+    /// Feet, which stay where they are as firmly as feet of that height did in training; in flight the models' velocities. S1
+    /// does not have it.
+    #[default]
+    Planted,
 }
 
 /// How particles change from one model to another.
@@ -77,7 +98,12 @@ pub enum Initialisation {
 impl Default for InterTransition {
     /// S1's jump threshold, and the stay-weighted rule with widths chosen on walks other than the benchmark's.
     fn default() -> Self {
-        Self::Graph { rule: JumpRule::StayWeighted, threshold: 1.0 / 13.0, width: 0.25 / 13.0, velocity_weight: 0.02 }
+        Self::Graph {
+            rule: JumpRule::StayWeighted,
+            threshold: JUMP_THRESHOLD,
+            width: 0.25 / 13.0,
+            velocity_weight: VELOCITY_WEIGHT,
+        }
     }
 }
 
@@ -88,9 +114,11 @@ impl Default for LatentSettings {
             initialisation: Initialisation::Softmax,
             noise_floor: 0.03,
             start_jitter: 0.1,
-            residual_scale: 0.5,
+            residual_scale: 1.0,
             residual_s: 0.25,
             root_noise_scale: 5.0,
+            root_motion: RootMotion::Planted,
+            natural_edges: true,
         }
     }
 }

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::distance;
 use super::initialisation::literal_shares;
-use super::settings::{InterTransition, JumpRule};
+use super::settings::{InterTransition, JUMP_THRESHOLD, JumpRule, LatentSettings, VELOCITY_WEIGHT};
 use crate::body::rotation_vector;
 
 /// Frames before the end of a segment from which a particle walks on into the next.
@@ -58,12 +58,18 @@ pub(super) fn destinations(graph: &GpdmGraph) -> Vec<Destination> {
 pub(super) fn jump(
     graph: &GpdmGraph,
     destinations: &[Destination],
-    rule: &InterTransition,
+    settings: &LatentSettings,
     (segment, row): (usize, usize),
     moving: &Moving,
     rng: &mut ChaCha8Rng,
 ) -> Option<Candidate> {
-    match *rule {
+    if settings.natural_edges
+        && is_end(graph, segment, row)
+        && let Some(at) = onwards(graph, segment, moving, &settings.transition)
+    {
+        return Some(at);
+    }
+    match settings.transition {
         InterTransition::None => None,
         InterTransition::Switching { probability } => {
             let others = graph.segments.len().checked_sub(1).filter(|others| *others > 0)?;
@@ -76,11 +82,6 @@ pub(super) fn jump(
         }
         InterTransition::Graph { rule, threshold, width, velocity_weight } => {
             let joints = moving.rotations.len() as f64;
-            if is_end(graph, segment, row)
-                && let Some(at) = onwards(graph, segment, moving, velocity_weight, threshold * joints)
-            {
-                return Some(at);
-            }
             let near: Vec<(Candidate, f64)> = destinations
                 .iter()
                 .filter(|d| d.at.segment != segment)
@@ -98,26 +99,22 @@ fn is_end(graph: &GpdmGraph, segment: usize, row: usize) -> bool {
 }
 
 /// Where a particle goes at the end of its segment: on into the next segment of the recording, and where the recording ends,
-/// to the training frame that moves most alike, if one does.
-fn onwards(
-    graph: &GpdmGraph,
-    segment: usize,
-    moving: &Moving,
-    velocity_weight: f64,
-    greatest: f64,
-) -> Option<Candidate> {
-    if let Some(next) = graph.successor(segment) {
+/// to the training frame that moves most alike, if one does. Who never changes models looks for it in his own.
+fn onwards(graph: &GpdmGraph, segment: usize, moving: &Moving, transition: &InterTransition) -> Option<Candidate> {
+    let stays = *transition == InterTransition::None;
+    if let Some(next) = graph.successor(segment).filter(|_| !stays) {
         return Some(Candidate { segment: next, row: 0 });
     }
-    let rows = graph
-        .segments
-        .iter()
-        .enumerate()
-        .flat_map(|(segment, s)| (0..s.rotations.len()).map(move |row| Candidate { segment, row }));
+    let (threshold, velocity_weight) = match *transition {
+        InterTransition::Graph { threshold, velocity_weight, .. } => (threshold, velocity_weight),
+        _ => (JUMP_THRESHOLD, VELOCITY_WEIGHT),
+    };
+    let segments = graph.segments.iter().enumerate().filter(|(other, _)| !stays || *other == segment);
+    let rows = segments.flat_map(|(segment, s)| (0..s.rotations.len()).map(move |row| Candidate { segment, row }));
     let inner = rows.filter(|at| !is_end(graph, at.segment, at.row));
     let distance = |at: Candidate| (at, moving_at(graph, at).distance(moving, velocity_weight));
     let nearest = inner.map(distance).min_by(|a, b| a.1.total_cmp(&b.1));
-    nearest.filter(|(_, distance)| *distance < greatest).map(|(at, _)| at)
+    nearest.filter(|(_, distance)| *distance < threshold * moving.rotations.len() as f64).map(|(at, _)| at)
 }
 
 /// A training frame's pose and velocity; at a segment's first row the velocity is that of the next.

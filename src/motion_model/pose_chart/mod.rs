@@ -100,6 +100,11 @@ impl PoseChart {
         self.root_units
     }
 
+    /// Metres of one unit of the root's height.
+    pub fn height_unit(&self) -> f64 {
+        self.root_units[2]
+    }
+
     /// Length D of an observation vector.
     pub fn dimensions(&self) -> usize {
         self.joint_dimensions() + ROOT_DIMENSIONS

@@ -72,7 +72,8 @@ fn natural_edges_lead_from_the_end_of_a_segment_to_the_next_and_from_nowhere_els
         let leaves = |row: usize| {
             let moving = Moving::between(&rotations[row - 1], rotations[row].clone(), graph.frames_per_second);
             let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
-            jump(&graph, &model.destinations, &rule, (segment, row), &moving, &mut rng)
+            let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
+            jump(&graph, &model.destinations, &settings, (segment, row), &moving, &mut rng)
         };
         assert_eq!(leaves(rotations.len() - 1), Some(Candidate { segment: segment + 1, row: 0 }));
         assert_eq!(leaves(rotations.len() / 2), None);
@@ -186,7 +187,8 @@ fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_that_moves_most_alik
     let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
     let [gone, stays] = rules.map(|rule| {
         let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
-        jump(&graph, &model.destinations, &rule, (last, row), &moving, &mut rng)
+        let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
+        jump(&graph, &model.destinations, &settings, (last, row), &moving, &mut rng)
     });
     let gone = gone.unwrap();
     let (segment, pose) = (&graph.segments[gone.segment], &graph.segments[gone.segment].rotations[gone.row]);

@@ -1,0 +1,243 @@
+//! What training tells of feet: how firmly one stands, by how high it is.
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector2, Vector3};
+
+use super::super::gpdm_graph::GpdmGraph;
+use super::super::pose_chart::PlanarRoot;
+use crate::body::{Humanoid, LinkPoint, Pose};
+
+/// Heights are told apart in so many groups of equally many training frames.
+const GROUPS: usize = 10;
+
+/// The feet of a body and how firmly they stand.
+///
+/// A foot is where the middle of its sole's solid is: of the foot's solids the one that is lowest while the body stands at its
+/// zero pose. Where a foot is one with its shank, as in bodies without ankles, heel and toe swing about that middle with the
+/// shank, and it slides two to six times less than the lowest point does (measured on the takes of `results/s1-notes.md`).
+#[derive(Clone, Debug)]
+pub(super) struct Footing {
+    feet: [LinkPoint; 2],
+    /// By rising height.
+    knots: Vec<Knot>,
+    /// The greatest height of a foot in training, metres.
+    highest: f64,
+}
+
+/// How firmly feet of a height stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Knot {
+    /// Of the foot's middle above z = 0, metres.
+    height: f64,
+    loose: Looseness,
+}
+
+/// How far a foot moves in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Looseness {
+    /// Mean square of its slide along a horizontal axis, m^2.
+    pub(super) slide: f64,
+    /// Mean square of its turn about the vertical, rad^2.
+    pub(super) turn: f64,
+}
+
+/// The feet of a pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Feet([Isometry3<f64>; 2]);
+
+/// What a foot did between two frames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FootStep {
+    /// Where it was, world, metres.
+    pub(super) before: Point3<f64>,
+    /// Where it is, world, metres.
+    pub(super) after: Point3<f64>,
+    /// By how much it turned about the vertical, radians.
+    pub(super) turned: f64,
+}
+
+impl Feet {
+    /// Height of the lower foot, metres.
+    pub(super) fn lower_height(&self) -> f64 {
+        self.0[0].translation.z.min(self.0[1].translation.z)
+    }
+
+    /// What the left and the right foot did on the way to `after`.
+    pub(super) fn steps_to(&self, after: &Self) -> [FootStep; 2] {
+        [0, 1].map(|foot| {
+            let (here, there) = (&self.0[foot], &after.0[foot]);
+            FootStep {
+                before: here.translation.vector.into(),
+                after: there.translation.vector.into(),
+                turned: heading(&(there.rotation * here.rotation.inverse())),
+            }
+        })
+    }
+}
+
+impl FootStep {
+    /// Mean height of the foot's middle, metres.
+    fn height(&self) -> f64 {
+        0.5 * (self.before.z + self.after.z)
+    }
+}
+
+#[cfg(test)]
+impl Feet {
+    /// The middles of the left and of the right foot, turned as their links.
+    pub(super) fn places(&self) -> [Isometry3<f64>; 2] {
+        self.0
+    }
+}
+
+#[cfg(test)]
+impl Footing {
+    /// Feet of `body` that slide and turn as the knots `(height, mean square)` say.
+    pub(super) fn with_knots(body: &Humanoid, knots: &[(f64, f64)]) -> Option<Self> {
+        let [left, right] = [0, 1].map(|foot| sole(body, foot));
+        let knot = |&(height, square): &(f64, f64)| Knot { height, loose: Looseness { slide: square, turn: square } };
+        let knots: Vec<Knot> = knots.iter().map(knot).collect();
+        Some(Self { feet: [left?, right?], highest: knots.last()?.height, knots })
+    }
+}
+
+impl Footing {
+    /// Measured on the training frames of `graph`; `None` of a body without feet, or without two frames that follow each other.
+    pub(super) fn learn(body: &Humanoid, graph: &GpdmGraph) -> Option<Self> {
+        let [left, right] = [0, 1].map(|foot| sole(body, foot));
+        let mut footing = Self { feet: [left?, right?], knots: Vec::new(), highest: f64::NEG_INFINITY };
+        let mut steps: Vec<FootStep> = Vec::new();
+        for segment in &graph.segments {
+            let mut before: Option<(PlanarRoot, Feet)> = None;
+            for row in 0..segment.rotations.len() {
+                let observation = segment.gpdm.observation(row);
+                let start = PlanarRoot { x: 0.0, y: 0.0, yaw: 0.0 };
+                let root =
+                    before.as_ref().map_or(start, |(root, _)| root.after(&graph.chart.planar_step(&observation)));
+                let feet = footing.feet(body, &graph.chart.place(&observation, &root));
+                steps.extend(before.into_iter().flat_map(|(_, before)| before.steps_to(&feet)));
+                before = Some((root, feet));
+            }
+        }
+        footing.highest = steps.iter().map(FootStep::height).fold(f64::NEG_INFINITY, f64::max);
+        footing.knots = knots(steps);
+        (!footing.knots.is_empty()).then_some(footing)
+    }
+
+    /// Where a pose puts the feet.
+    pub(super) fn feet(&self, body: &Humanoid, pose: &Pose) -> Feet {
+        let frames = body.link_frames(pose);
+        let place = |foot: LinkPoint| {
+            let frame = &frames[foot.link];
+            Isometry3::from_parts((frame * foot.point_in_link).coords.into(), frame.rotation)
+        };
+        Feet(self.feet.map(place))
+    }
+
+    /// How loosely a foot stands: between the heights of training on straight lines, below them as at the lowest. A foot that is
+    /// higher than any was in training has left its place by at least as much as that, and its heading by a radian a metre.
+    pub(super) fn looseness(&self, step: &FootStep) -> Looseness {
+        let height = step.height();
+        let above = self.knots.partition_point(|knot| knot.height <= height);
+        let (low, high) = (&self.knots[above.saturating_sub(1)], &self.knots[above.min(self.knots.len() - 1)]);
+        let span = high.height - low.height;
+        let share = if span > 0.0 { ((height - low.height) / span).clamp(0.0, 1.0) } else { 0.0 };
+        let excess = (height - self.highest).max(0.0);
+        let between = |low: f64, high: f64| low + share * (high - low) + excess * excess;
+        Looseness { slide: between(low.loose.slide, high.loose.slide), turn: between(low.loose.turn, high.loose.turn) }
+    }
+
+    /// Of the feet at the lowest heights of training.
+    pub(super) fn firmest(&self) -> Looseness {
+        self.knots[0].loose
+    }
+}
+
+/// The middle of the solid that is lowest of a foot at the zero pose.
+fn sole(body: &Humanoid, foot: usize) -> Option<LinkPoint> {
+    let frames = body.link_frames(&body.zero_pose());
+    let links = &body.foot_links()[foot];
+    let solids = links.iter().flat_map(|&link| body.links[link].flesh.iter().map(move |flesh| (link, flesh)));
+    let lowest = solids.filter_map(|(link, flesh)| Some((link, flesh, flesh.lowest_point(&frames[link])?.z)));
+    let (link, flesh, _) = lowest.min_by(|a, b| a.2.total_cmp(&b.2))?;
+    Some(LinkPoint { link, point_in_link: flesh.middle()? })
+}
+
+/// The angle of a rotation about the vertical (swing-twist).
+fn heading(rotation: &UnitQuaternion<f64>) -> f64 {
+    let angle = 2.0 * libm::atan2(rotation.k, rotation.w);
+    angle - std::f64::consts::TAU * libm::round(angle / std::f64::consts::TAU)
+}
+
+/// Mean squares of groups of equally many frames by height, made to rise with height: where a group stands less firmly than a
+/// higher one, both get their mean (isotonic regression by pooling adjacent violators; Barlow et al. 1972).
+fn knots(mut steps: Vec<FootStep>) -> Vec<Knot> {
+    steps.sort_by(|a, b| a.height().total_cmp(&b.height()));
+    let size = steps.len().div_ceil(GROUPS).max(1);
+    let groups: Vec<&[FootStep]> = steps.chunks(size).collect();
+    let sums = |of: &dyn Fn(&FootStep) -> f64| -> Vec<(f64, f64)> {
+        groups.iter().map(|group| (group.iter().map(of).sum(), group.len() as f64)).collect()
+    };
+    let slides = risen(&sums(&|s| 0.5 * (s.after - s.before).xy().norm_squared()));
+    let turns = risen(&sums(&|s| s.turned * s.turned));
+    let heights = sums(&FootStep::height).into_iter().map(|(sum, count)| sum / count);
+    let looseness = slides.into_iter().zip(turns).map(|(slide, turn)| Looseness { slide, turn });
+    heights.zip(looseness).map(|(height, loose)| Knot { height, loose }).collect()
+}
+
+/// The rising sequence nearest to the means of groups `(sum, count)` in the least-squares sense.
+fn risen(groups: &[(f64, f64)]) -> Vec<f64> {
+    let mut pools: Vec<(f64, f64, usize)> = Vec::new();
+    for &(sum, count) in groups {
+        let mut pool = (sum, count, 1);
+        while let Some(last) = pools.pop_if(|last| last.0 * pool.1 > pool.0 * last.1) {
+            pool = (pool.0 + last.0, pool.1 + last.1, pool.2 + last.2);
+        }
+        pools.push(pool);
+    }
+    pools.into_iter().flat_map(|(sum, count, groups)| std::iter::repeat_n(sum / count, groups)).collect()
+}
+
+/// A point turned about the vertical through `pivot`.
+pub(super) fn turned_about(pivot: &Vector3<f64>, angle: f64, point: &Point3<f64>) -> Vector2<f64> {
+    let (sin, cos) = libm::sincos(angle);
+    let arm = point.coords - pivot;
+    Vector2::new(pivot.x + cos * arm.x - sin * arm.y, pivot.y + sin * arm.x + cos * arm.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rising_sequence_nearest_to_means_pools_what_falls() {
+        // by hand: 3 and three of 1 pool to 1.5; 5 and 4 to 4.5; 6 and 2 to 4, which is less, so all four to 4.25
+        let groups = [(3.0, 1.0), (3.0, 3.0), (5.0, 1.0), (4.0, 1.0), (6.0, 1.0), (2.0, 1.0)];
+        assert_eq!(risen(&groups), [1.5, 1.5, 4.25, 4.25, 4.25, 4.25]);
+        assert_eq!(risen(&[(1.0, 1.0), (4.0, 2.0), (9.0, 3.0)]), [1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn a_foot_is_the_middle_of_its_sole_and_lies_flat_at_the_zero_pose() {
+        let body = Humanoid::tracker25().unwrap();
+        let feet = [0, 1].map(|foot| sole(&body, foot).unwrap());
+        // half-way between (-0.032, 0, -0.4557) and (0.155, 0, -0.4717), as robots/tracker25.urdf says
+        for (foot, link) in feet.iter().zip(["left_shank", "right_shank"]) {
+            assert_eq!(foot.link, body.find_link(link).unwrap());
+            assert!((foot.point_in_link - Point3::new(0.0615, 0.0, -0.4637)).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn looseness_is_interpolated_by_height_and_grows_beyond_what_was_seen() {
+        let body = Humanoid::tracker25().unwrap();
+        let footing = Footing { highest: 0.4, ..Footing::with_knots(&body, &[(0.1, 1.0), (0.3, 5.0)]).unwrap() };
+        let at = |height: f64| {
+            let place = Point3::new(1.0, 2.0, height);
+            footing.looseness(&FootStep { before: place, after: place, turned: 0.0 })
+        };
+        for (height, slide) in [(-1.0, 1.0), (0.1, 1.0), (0.2, 3.0), (0.3, 5.0), (0.4, 5.0), (0.9, 5.25)] {
+            assert!((at(height).slide - slide).abs() < 1e-12, "{height}: {:?}", at(height));
+        }
+        assert!((at(0.2).turn - 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,207 @@
+//! How a particle's root moves from frame to frame.
+
+use std::ops::{Add, Mul};
+
+use nalgebra::{Vector2, Vector3};
+use rand_chacha::ChaCha8Rng;
+
+use super::super::gpdm_graph::GpdmGraph;
+use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart};
+use super::footing::{FootStep, Footing, turned_about};
+use super::model::normal;
+use super::residual::{Unseen, offset_by};
+use super::settings::{LatentSettings, RootMotion};
+use crate::body::{Humanoid, Pose, rotation_about};
+
+/// Deviations of the root's steps never fall below these: metres and radians a frame.
+const LEAST_NOISE: PlanarStep = PlanarStep { forward: 0.002, left: 0.002, turn: 0.3 * std::f64::consts::PI / 180.0 };
+
+/// A foot never stands firmer than this: square micrometres and microradians.
+const LEAST_VARIANCE: f64 = 1e-12;
+
+/// Where a particle's body stands, and how that changes.
+///
+/// The models say how fast the root moves, but they learned it of the training's own moments: on motion that was not seen they
+/// err by [`Unseen`]. With [`RootMotion::Planted`] there are two more witnesses. A foot that stands stays where it is, so the poses
+/// before and after tell how the root went from one to the other, to within what feet of that height slid and turned in
+/// training ([`Footing`]). All three are weighed by the inverses of their variances, and what is left is the noise, but for a floor
+/// (firm feet carry a body that stands wrongly into the next frame as it is): in flight the models' velocities stand, on firm feet
+/// what the legs say. Height comes of the feet likewise: the lower foot of a pose off the
+/// manifold is as high as that of the pose on it, up to an offset of its own.
+///
+/// S1 does not say how the root moves.
+#[derive(Clone, Debug)]
+pub(super) struct RootDynamics {
+    footing: Option<Footing>,
+    /// Deviations of the models' steps.
+    noise: PlanarStep,
+    scale: f64,
+}
+
+/// Estimates of a change, weighed by the inverses of their variances; the first is that nothing is to change.
+struct Fused<T> {
+    sum: T,
+    precision: f64,
+}
+
+impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> Fused<T> {
+    fn of(nothing: T, variance: f64, others: impl Iterator<Item = (T, f64)>) -> Self {
+        let first = Self { sum: nothing, precision: 1.0 / variance };
+        others.fold(first, |fused, (estimate, variance)| {
+            let precision = 1.0 / variance.max(LEAST_VARIANCE);
+            Self { sum: fused.sum + estimate * precision, precision: fused.precision + precision }
+        })
+    }
+
+    fn mean(&self) -> T {
+        self.sum * (1.0 / self.precision)
+    }
+
+    /// Its deviation, `floor` at least.
+    fn deviation(&self, floor: f64) -> f64 {
+        (1.0 / self.precision.sqrt()).max(floor)
+    }
+}
+
+impl RootDynamics {
+    /// As the training of `graph` tells. A body without feet moves by the models' velocities alone.
+    pub(super) fn learn(
+        footing: Option<Footing>,
+        graph: &GpdmGraph,
+        unseen: &Unseen,
+        settings: &LatentSettings,
+    ) -> Self {
+        let noise = match settings.root_motion {
+            RootMotion::Model => own_noise(graph),
+            RootMotion::Planted => unseen.step(&graph.chart),
+        };
+        let noise = PlanarStep {
+            forward: noise.forward.max(LEAST_NOISE.forward),
+            left: noise.left.max(LEAST_NOISE.left),
+            turn: noise.turn.max(LEAST_NOISE.turn),
+        };
+        Self { footing, noise, scale: settings.root_noise_scale }
+    }
+
+    /// Deviations of a step in the heading frame; of one on firm feet where feet tell something.
+    pub(super) fn deviations(&self) -> [f64; 3] {
+        let PlanarStep { forward, left, turn } = self.noise;
+        let deviations = match self.footing.as_ref().map(Footing::firmest) {
+            None => [forward, left, turn],
+            Some(firm) => {
+                let slide = Fused::of(0.0, self.slide_variance(), [(0.0, firm.slide)].into_iter());
+                let slide = slide.deviation(LEAST_NOISE.forward);
+                let turn = Fused::of(0.0, turn * turn, [(0.0, firm.turn)].into_iter()).deviation(LEAST_NOISE.turn);
+                [slide, slide, turn]
+            }
+        };
+        deviations.map(|deviation| self.scale * deviation)
+    }
+
+    /// The pose of the map's mean with an offset, standing at `root`.
+    pub(super) fn stand(&self, at: &Stand<'_>, root: &PlanarRoot) -> Pose {
+        let mut pose = at.chart.place(&offset_by(at.mean.to_vec(), at.offset), root);
+        at.body.clamp_to_limits(&mut pose);
+        if let (Some(footing), Some(height)) = (&self.footing, at.offset.last()) {
+            let on_manifold = footing.feet(at.body, &at.chart.place(at.mean, root)).lower_height();
+            let wanted = on_manifold + height * at.chart.height_unit();
+            pose.world_from_root.translation.z += wanted - footing.feet(at.body, &pose).lower_height();
+        }
+        pose
+    }
+
+    /// The last number of the offset that leads from the map's mean to a pose: by how much its lower foot is higher, in the
+    /// chart's unit. `None` where feet tell nothing, and the number is the root's.
+    pub(super) fn height_offset(&self, body: &Humanoid, chart: &PoseChart, mean: &[f64], pose: &Pose) -> Option<f64> {
+        let footing = self.footing.as_ref()?;
+        let on_manifold = chart.place(mean, &PlanarRoot::of(pose));
+        let [here, there] = [pose, &on_manifold].map(|pose| footing.feet(body, pose).lower_height());
+        Some((here - there) / chart.height_unit())
+    }
+
+    /// Root and pose one frame after `before`, which stood at `root`.
+    pub(super) fn next(
+        &self,
+        before: &Pose,
+        root: &PlanarRoot,
+        at: &Stand<'_>,
+        rng: &mut ChaCha8Rng,
+    ) -> (PlanarRoot, Pose) {
+        let step = at.chart.planar_step(at.mean);
+        let drawn = [0, 1, 2].map(|_| self.scale * normal(rng));
+        match &self.footing {
+            Some(footing) => {
+                let root = root.after(&step);
+                self.held(footing, before, root, self.stand(at, &root), at.body, drawn)
+            }
+            None => {
+                let root = root.after(&PlanarStep {
+                    forward: step.forward + self.noise.forward * drawn[0],
+                    left: step.left + self.noise.left * drawn[1],
+                    turn: step.turn + self.noise.turn * drawn[2],
+                });
+                (root, self.stand(at, &root))
+            }
+        }
+    }
+
+    /// A pose that stands where the models' velocities put it, moved to where its feet say.
+    fn held(
+        &self,
+        footing: &Footing,
+        before: &Pose,
+        root: PlanarRoot,
+        mut pose: Pose,
+        body: &Humanoid,
+        drawn: [f64; 3],
+    ) -> (PlanarRoot, Pose) {
+        let steps = footing.feet(body, before).steps_to(&footing.feet(body, &pose));
+        let feet = steps.map(|step| (step, footing.looseness(&step)));
+        let turns = feet.iter().map(|(step, loose)| (-step.turned, loose.turn));
+        let turn = Fused::of(0.0, self.noise.turn * self.noise.turn, turns);
+        let turned = turn.mean() + turn.deviation(LEAST_NOISE.turn) * drawn[2];
+        let pivot = pose.world_from_root.translation.vector;
+        let back = |step: &FootStep| step.before.coords.xy() - turned_about(&pivot, turned, &step.after);
+        let slides = feet.iter().map(|(step, loose)| (back(step), loose.slide));
+        let slide = Fused::of(Vector2::zeros(), self.slide_variance(), slides);
+        let shift = slide.mean() + Vector2::new(drawn[0], drawn[1]) * slide.deviation(LEAST_NOISE.forward);
+        let placed = &mut pose.world_from_root;
+        placed.rotation = rotation_about(&Vector3::z_axis(), turned) * placed.rotation;
+        placed.translation.vector += Vector3::new(shift.x, shift.y, 0.0);
+        let root = root.after(&PlanarStep { forward: 0.0, left: 0.0, turn: turned });
+        (PlanarRoot { x: root.x + shift.x, y: root.y + shift.y, ..root }, pose)
+    }
+
+    /// Variance of the models' horizontal steps, per axis.
+    fn slide_variance(&self) -> f64 {
+        0.5 * (self.noise.forward * self.noise.forward + self.noise.left * self.noise.left)
+    }
+}
+
+/// What stands somewhere: the map's mean and an offset.
+pub(super) struct Stand<'a> {
+    pub(super) body: &'a Humanoid,
+    pub(super) chart: &'a PoseChart,
+    pub(super) mean: &'a [f64],
+    pub(super) offset: &'a [f64],
+}
+
+/// Standard deviation of what the models do not explain of the root's steps in their own training.
+fn own_noise(graph: &GpdmGraph) -> PlanarStep {
+    let (mut squares, mut count) = ([0.0; 3], 0.0);
+    for segment in &graph.segments {
+        let mapped = segment.gpdm.map_mean(segment.gpdm.latents());
+        for t in 0..mapped.nrows() {
+            let model = graph.chart.planar_step(&mapped.row(t).iter().copied().collect::<Vec<_>>());
+            let truth = graph.chart.planar_step(&segment.gpdm.observation(t));
+            let residuals = [model.forward - truth.forward, model.left - truth.left, model.turn - truth.turn];
+            squares.iter_mut().zip(residuals).for_each(|(s, r)| *s += r * r);
+            count += 1.0;
+        }
+    }
+    let [forward, left, turn] = squares.map(|s| (s / f64::max(count, 1.0)).sqrt());
+    PlanarStep { forward, left, turn }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,139 @@
+use nalgebra::{Isometry3, Point3};
+
+use super::super::super::gpdm_graph::GraphSettings;
+use super::*;
+use crate::body::Motion;
+use crate::rng::{Purpose, stream};
+
+/// Feet that stand like rock below 0.2 m and are loose above 0.3 m.
+fn rock() -> Option<Footing> {
+    Footing::with_knots(&Humanoid::tracker25().unwrap(), &[(0.0, 0.0), (0.2, 0.0), (0.3, 1e6)])
+}
+
+/// A body that swings all its joints over a left foot whose middle stays at (0.4, -0.2, 0.05) and does not turn, its right foot
+/// in the air.
+fn on_one_leg(body: &Humanoid, footing: &Footing, frames: usize) -> Motion {
+    let knee = body.find_degree_of_freedom("right_knee_flexion").unwrap();
+    let left = |pose: &Pose| footing.feet(body, pose).places()[0];
+    let mut poses: Vec<Pose> = Vec::new();
+    for t in 0..frames {
+        let mut pose = body.zero_pose();
+        let angles = pose.joint_angles.iter_mut().enumerate();
+        angles.for_each(|(i, angle)| *angle = 0.1 + 0.08 * (0.15 * t as f64 + 0.7 * i as f64).sin());
+        pose.joint_angles[knee] = 1.6 + 0.1 * (0.15 * t as f64).sin();
+        let turned = poses
+            .last()
+            .map_or(0.0, |before| footing.feet(body, before).steps_to(&footing.feet(body, &pose))[0].turned);
+        pose.world_from_root = Isometry3::rotation(Vector3::z() * -turned) * pose.world_from_root;
+        pose.world_from_root.translation.vector += Vector3::new(0.4, -0.2, 0.05) - left(&pose).translation.vector;
+        poses.push(pose);
+    }
+    Motion { frames_per_second: 60.0, poses }
+}
+
+fn dynamics(footing: Option<Footing>) -> RootDynamics {
+    RootDynamics { footing, noise: PlanarStep { forward: 0.05, left: 0.05, turn: 0.5 }, scale: 0.0 }
+}
+
+#[test]
+fn a_firm_foot_stays_where_it_is_whatever_the_pose_does_above_it() {
+    let body = Humanoid::tracker25().unwrap();
+    let footing = rock().unwrap();
+    let motion = on_one_leg(&body, &footing, 60);
+    let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
+    let roots = dynamics(rock());
+    let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
+    let observations = chart.observe(&motion);
+    let mut pose = motion.poses[0].clone();
+    let mut root = PlanarRoot::of(&pose);
+    let start = footing.feet(&body, &pose).places()[0].translation.vector;
+    for t in 1..60 {
+        let mean: Vec<f64> = observations.row(t).iter().copied().collect();
+        // off the manifold by another offset each frame, but for the height, that of the foot
+        let mut offset: Vec<f64> = (0..mean.len() - 3).map(|i| 0.05 * ((t * (i + 3)) as f64).sin()).collect();
+        *offset.last_mut().unwrap() = 0.0;
+        let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &offset };
+        (root, pose) = roots.next(&pose, &root, &at, &mut rng);
+        let foot = footing.feet(&body, &pose).places()[0].translation.vector;
+        assert!((foot - start).norm() < 1e-9, "frame {t}: {foot:?}");
+        let said = PlanarRoot::of(&pose);
+        assert!((said.x - root.x).abs() + (said.y - root.y).abs() + (said.yaw - root.yaw).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn the_legs_alone_tell_the_same_way_as_the_recording() {
+    let body = Humanoid::tracker25().unwrap();
+    let footing = rock().unwrap();
+    let motion = on_one_leg(&body, &footing, 60);
+    let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
+    let roots = dynamics(rock());
+    let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
+    let observations = chart.observe(&motion);
+    let mut pose = motion.poses[0].clone();
+    let mut root = PlanarRoot::of(&pose);
+    let mut way: f64 = 0.0;
+    for t in 1..60 {
+        // velocities that say nothing: only the legs know
+        let mut mean: Vec<f64> = observations.row(t).iter().copied().collect();
+        let velocities = mean.len() - 3;
+        mean[velocities..].fill(0.0);
+        let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &[] };
+        (root, pose) = roots.next(&pose, &root, &at, &mut rng);
+        let (found, truth) = (pose.world_from_root, motion.poses[t].world_from_root);
+        assert!((found.translation.vector - truth.translation.vector).norm() < 1e-6, "frame {t}");
+        assert!(found.rotation.angle_to(&truth.rotation) < 1e-6, "frame {t}");
+        way = way.max((truth.translation.vector - motion.poses[0].world_from_root.translation.vector).norm());
+    }
+    assert!(way > 0.02, "the root hardly moved: {way} m");
+}
+
+#[test]
+fn a_foot_in_the_air_leaves_the_velocities_alone() {
+    let body = Humanoid::tracker25().unwrap();
+    let footing = rock().unwrap();
+    let mut motion = on_one_leg(&body, &footing, 30);
+    motion.poses.iter_mut().enumerate().for_each(|(t, pose)| {
+        let flight = Vector3::new(0.03 * t as f64, 0.01 * t as f64, 0.5);
+        pose.world_from_root.translation.vector += flight;
+    });
+    let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
+    let roots = dynamics(rock());
+    let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
+    let observations = chart.observe(&motion);
+    let mut pose = motion.poses[0].clone();
+    let mut root = PlanarRoot::of(&pose);
+    for t in 1..30 {
+        let mean: Vec<f64> = observations.row(t).iter().copied().collect();
+        let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &[] };
+        (root, pose) = roots.next(&pose, &root, &at, &mut rng);
+        let off = pose.world_from_root.translation.vector - motion.poses[t].world_from_root.translation.vector;
+        assert!(off.norm() < 1e-5, "frame {t}: {off:?}");
+    }
+}
+
+#[test]
+fn training_on_a_foot_that_stands_teaches_that_low_feet_are_firm() {
+    let body = Humanoid::tracker25().unwrap();
+    let footing = rock().unwrap();
+    let motion = on_one_leg(&body, &footing, 60);
+    let mut settings = GraphSettings::default();
+    settings.training.rounds = 1;
+    let graph = GpdmGraph::learn(&body, &[motion], &settings, |_, _| ()).unwrap();
+    let learned = Footing::learn(&body, &graph).unwrap();
+    let at = |height: f64| {
+        let place = Point3::new(0.0, 0.0, height);
+        learned.looseness(&FootStep { before: place, after: place, turned: 0.0 })
+    };
+    assert!(at(0.05).slide < 1e-12 && at(0.05).turn < 1e-12, "{:?}", at(0.05));
+    assert!(at(0.4).slide > 1e-6, "{:?}", at(0.4));
+}
+
+#[test]
+fn estimates_are_weighed_by_the_inverses_of_their_variances() {
+    // by hand: 0, 3 and 6 with variances 1, 1/2 and 1/3 have precisions 1, 2, 3: mean 24/6, deviation 1/sqrt(6)
+    let fused = Fused::of(0.0, 1.0, [(3.0, 0.5), (6.0, 1.0 / 3.0)].into_iter());
+    assert!((fused.mean() - 4.0).abs() < 1e-12);
+    assert!((fused.deviation(0.0) - 1.0 / 6.0_f64.sqrt()).abs() < 1e-12);
+    assert_eq!(fused.deviation(0.5), 0.5);
+}
