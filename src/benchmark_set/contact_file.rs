@@ -30,6 +30,8 @@
 //! | `zmp_margin`, `zmp_margin_is_defined` | (T) | how far it lies within the support polygon, m, negative outside; 0 without |
 //! | `residual_wrench` | (T) | what no ground force within friction cones of `friction` explains, body weights |
 //! | `effort` | (T, D) | of every degree of freedom of `dof_names`, N m or N |
+//! | `beyond_limits`, `too_fast` | (T) | how many degrees of freedom are beyond their limits, and faster than their greatest speed |
+//! | `mass` | () | of the actor, kg |
 
 use rayon::prelude::*;
 
@@ -112,6 +114,11 @@ fn push_dynamics(npz: &mut Npz, truth: &GroundTruth, dynamics: &Dynamics) {
     let efforts: Vec<f64> = frames.iter().flat_map(|f| f.efforts.iter().copied()).collect();
     npz.push("effort", Array::new(&[count, dofs], efforts));
     npz.push("dof_names", Array::names(truth.actor.degrees_of_freedom.iter().map(|dof| dof.name.as_str())));
+    for (name, kind) in [("beyond_limits", 0), ("too_fast", 1)] {
+        let counts: Vec<i64> = frames.iter().map(|f| f.violations[kind] as i64).collect();
+        npz.push(name, Array::new(&[count], counts));
+    }
+    npz.push("mass", Array::new(&[], vec![dynamics.mass]));
     npz.push("friction", Array::new(&[], vec![GROUND_FRICTION]));
 }
 
@@ -133,6 +140,7 @@ mod tests {
     use super::*;
     use nalgebra::Point3;
 
+    use crate::benchmark_set::Values;
     use crate::benchmark_set::fixture::small_set;
     use crate::body::Inertia;
     use crate::contact::GroundContacts;
@@ -159,6 +167,11 @@ mod tests {
         assert_eq!(residuals[1], dynamics.frames[1].residual);
         let dofs = truth.actor.degrees_of_freedom.len();
         assert_eq!(npz.f64s(PATH, "effort", &[Some(3), Some(dofs)]).unwrap()[dofs], dynamics.frames[1].efforts[0]);
+        assert_eq!(npz.f64s(PATH, "mass", &[]).unwrap(), [dynamics.mass]);
+        for name in ["beyond_limits", "too_fast"] {
+            let Some(Array { values: Values::I64(counts), .. }) = npz.get(name) else { panic!("{name}") };
+            assert_eq!(counts.len(), 3);
+        }
         let bytes = npz.to_bytes(PATH).unwrap();
         assert_eq!(Npz::from_bytes(PATH, &bytes).unwrap(), npz);
     }
