@@ -35,28 +35,44 @@ fn dynamics(footing: Option<Footing>) -> RootDynamics {
     RootDynamics { footing, noise: PlanarStep { forward: 0.05, left: 0.05, turn: 0.5 }, scale: 0.0 }
 }
 
+/// Where feet that stand firm, and no noise, lead through a motion from its first pose on: root and pose of every later frame. `change`
+/// may change the map's mean of a frame, and says the offset from it.
+fn followed(
+    body: &Humanoid,
+    motion: &Motion,
+    change: impl Fn(usize, &mut Vec<f64>) -> Vec<f64>,
+) -> Vec<(PlanarRoot, Pose)> {
+    let chart = PoseChart::learn(body, std::slice::from_ref(motion));
+    let roots = dynamics(rock());
+    let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
+    let observations = chart.observe(motion);
+    let mut pose = motion.poses[0].clone();
+    let mut root = PlanarRoot::of(&pose);
+    let next = |t: usize| {
+        let mut mean: Vec<f64> = observations.row(t).iter().copied().collect();
+        let offset = change(t, &mut mean);
+        let at = Stand { body, chart: &chart, mean: &mean, offset: &offset };
+        (root, pose) = roots.next(&pose, &root, &at, &mut rng);
+        (root, pose.clone())
+    };
+    (1..motion.poses.len()).map(next).collect()
+}
+
 #[test]
 fn a_firm_foot_stays_where_it_is_whatever_the_pose_does_above_it() {
     let body = Humanoid::tracker25().unwrap();
     let footing = rock().unwrap();
     let motion = on_one_leg(&body, &footing, 60);
-    let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
-    let roots = dynamics(rock());
-    let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
-    let observations = chart.observe(&motion);
-    let mut pose = motion.poses[0].clone();
-    let mut root = PlanarRoot::of(&pose);
-    let start = footing.feet(&body, &pose).places()[0].translation.vector;
-    for t in 1..60 {
-        let mean: Vec<f64> = observations.row(t).iter().copied().collect();
+    let foot = |pose: &Pose| footing.feet(&body, pose).places()[0].translation.vector;
+    let way = followed(&body, &motion, |t, mean| {
         // off the manifold by another offset each frame, but for the height, that of the foot
         let mut offset: Vec<f64> = (0..mean.len() - 3).map(|i| 0.05 * ((t * (i + 3)) as f64).sin()).collect();
         *offset.last_mut().unwrap() = 0.0;
-        let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &offset };
-        (root, pose) = roots.next(&pose, &root, &at, &mut rng);
-        let foot = footing.feet(&body, &pose).places()[0].translation.vector;
-        assert!((foot - start).norm() < 1e-9, "frame {t}: {foot:?}");
-        let said = PlanarRoot::of(&pose);
+        offset
+    });
+    for (t, (root, pose)) in (1..).zip(&way) {
+        assert!((foot(pose) - foot(&motion.poses[0])).norm() < 1e-9, "frame {t}: {:?}", foot(pose));
+        let said = PlanarRoot::of(pose);
         assert!((said.x - root.x).abs() + (said.y - root.y).abs() + (said.yaw - root.yaw).abs() < 1e-9);
     }
 }
@@ -64,49 +80,33 @@ fn a_firm_foot_stays_where_it_is_whatever_the_pose_does_above_it() {
 #[test]
 fn the_legs_alone_tell_the_same_way_as_the_recording() {
     let body = Humanoid::tracker25().unwrap();
-    let footing = rock().unwrap();
-    let motion = on_one_leg(&body, &footing, 60);
-    let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
-    let roots = dynamics(rock());
-    let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
-    let observations = chart.observe(&motion);
-    let mut pose = motion.poses[0].clone();
-    let mut root = PlanarRoot::of(&pose);
-    let mut way: f64 = 0.0;
-    for t in 1..60 {
+    let motion = on_one_leg(&body, &rock().unwrap(), 60);
+    let way = followed(&body, &motion, |_, mean| {
         // velocities that say nothing: only the legs know
-        let mut mean: Vec<f64> = observations.row(t).iter().copied().collect();
         let velocities = mean.len() - 3;
         mean[velocities..].fill(0.0);
-        let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &[] };
-        (root, pose) = roots.next(&pose, &root, &at, &mut rng);
+        Vec::new()
+    });
+    let start = motion.poses[0].world_from_root.translation.vector;
+    let mut farthest: f64 = 0.0;
+    for (t, (_, pose)) in (1..).zip(&way) {
         let (found, truth) = (pose.world_from_root, motion.poses[t].world_from_root);
         assert!((found.translation.vector - truth.translation.vector).norm() < 1e-6, "frame {t}");
         assert!(found.rotation.angle_to(&truth.rotation) < 1e-6, "frame {t}");
-        way = way.max((truth.translation.vector - motion.poses[0].world_from_root.translation.vector).norm());
+        farthest = farthest.max((truth.translation.vector - start).norm());
     }
-    assert!(way > 0.02, "the root hardly moved: {way} m");
+    assert!(farthest > 0.02, "the root hardly moved: {farthest} m");
 }
 
 #[test]
 fn a_foot_in_the_air_leaves_the_velocities_alone() {
     let body = Humanoid::tracker25().unwrap();
-    let footing = rock().unwrap();
-    let mut motion = on_one_leg(&body, &footing, 30);
+    let mut motion = on_one_leg(&body, &rock().unwrap(), 30);
     motion.poses.iter_mut().enumerate().for_each(|(t, pose)| {
         let flight = Vector3::new(0.03 * t as f64, 0.01 * t as f64, 0.5);
         pose.world_from_root.translation.vector += flight;
     });
-    let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
-    let roots = dynamics(rock());
-    let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
-    let observations = chart.observe(&motion);
-    let mut pose = motion.poses[0].clone();
-    let mut root = PlanarRoot::of(&pose);
-    for t in 1..30 {
-        let mean: Vec<f64> = observations.row(t).iter().copied().collect();
-        let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &[] };
-        (root, pose) = roots.next(&pose, &root, &at, &mut rng);
+    for (t, (_, pose)) in (1..).zip(followed(&body, &motion, |_, _| Vec::new())) {
         let off = pose.world_from_root.translation.vector - motion.poses[t].world_from_root.translation.vector;
         assert!(off.norm() < 1e-5, "frame {t}: {off:?}");
     }
