@@ -81,9 +81,12 @@ pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
 }
 
 fn push_props(npz: &mut Npz, truth: &GroundTruth, frames: &[LinkFrames]) {
-    let rule = ContactRule::default();
+    let (rule, props) = (ContactRule::default(), truth.props.len());
+    if props == 0 {
+        return;
+    }
     let found = PropContacts::of_frames(&truth.actor, &truth.props, frames, truth.frames_per_second, &rule);
-    let Some((found, props)) = found.ok().zip(Some(truth.props.len()).filter(|props| *props > 0)) else { return };
+    let Ok(found) = found else { return };
     let (count, links) = (frames.len(), found.tracks.len() / props);
     let all = || (0..count).flat_map(|frame| found.tracks.iter().map(move |track| &track.frames[frame]));
     let shape = [count, props, links];

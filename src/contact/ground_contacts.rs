@@ -29,7 +29,7 @@ pub struct ContactTrack {
 }
 
 /// A link that is no higher than this touches although it moves too fast to stand, metres: a heel that strikes, toes that push off.
-pub(super) const TOUCHES: f64 = 0.002;
+const TOUCHES: f64 = 0.002;
 
 /// One part of a body and the ground in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,19 +67,12 @@ impl ContactTrack {
 }
 
 impl GroundContacts {
-    /// The links that stand in a frame.
-    pub(super) fn standing(&self, frame: usize) -> impl Iterator<Item = usize> {
-        self.links_where(frame, |contact| contact.in_contact)
-    }
-
-    /// The links that touch the ground in a frame, whether they stand on it or strike it or push off.
-    pub(super) fn touching(&self, frame: usize) -> impl Iterator<Item = usize> {
-        self.links_where(frame, |contact| contact.in_contact || contact.gap_m <= TOUCHES)
-    }
-
-    fn links_where(&self, frame: usize, holds: fn(&GroundContact) -> bool) -> impl Iterator<Item = usize> {
-        let tracks = self.links.iter().filter(move |track| holds(&track.frames[frame]));
-        tracks.flat_map(|track| track.links.iter().copied())
+    /// The links that touch the ground in a frame, whether they stand on it or strike it or push off, and the height of their lowest
+    /// point, metres.
+    pub(super) fn touching(&self, frame: usize) -> impl Iterator<Item = (usize, f64)> {
+        let tracks = self.links.iter().map(move |track| (track, &track.frames[frame]));
+        let touching = tracks.filter(|(_, contact)| contact.in_contact || contact.gap_m <= TOUCHES);
+        touching.flat_map(|(track, contact)| track.links.iter().map(|&link| (link, contact.gap_m)))
     }
 
     /// Contact of `body` moved by `motion`, from the solids of its flesh.

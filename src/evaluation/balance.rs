@@ -32,8 +32,8 @@ pub(super) const RESIDUAL: Metric = Metric {
     title: "Residual root wrench",
     unit: Unit::BodyWeight,
     direction: Direction::LowerIsBetter,
-    protocol: "wrench that the motion of the tracker's body needs and no forces within the friction cones (0.8) of what stands \
-               explain: norm of its force and of its moment about the centre of mass over the centre's height, over the body's \
+    protocol: "wrench that the motion of the tracker's body needs and no forces within the friction cones (0.8) of what touches the \
+               ground explain: norm of its force and of its moment about the centre of mass over the centre's height, over the body's \
                weight; mean over frames",
     measure: |sequence| residual(sequence, ESTIMATE),
 };

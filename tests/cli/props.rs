@@ -31,7 +31,7 @@ fn props_hide_what_is_behind_them_are_touched_and_are_told() {
     let names: Vec<&str> = hall.truth.ground_truth.props.iter().map(|prop| prop.name.as_str()).collect();
     assert_eq!(names, ["screen", "plate"]);
     let (all, left) = (pixels(&bare), pixels(&hall));
-    assert!(left[1] > 0 && 2 * left[1] < 2 * all[1] - all[1] / 4, "the screen hides the legs: {left:?} of {all:?}");
+    assert!(left[1] > 0 && 8 * left[1] < 7 * all[1], "the screen hides an eighth at least: {left:?} of {all:?}");
     for camera in [0, 2, 3] {
         assert_eq!(left[camera], all[camera], "camera {camera}: nothing stands before the walker");
     }

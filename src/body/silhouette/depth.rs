@@ -59,7 +59,7 @@ impl DepthImage {
     pub fn mask(&self) -> Mask {
         let mut mask = Mask::new(self.width, self.height);
         for (index, _) in self.part.iter().enumerate().filter(|(_, part)| **part != 0) {
-            mask.set(index as u32 % self.width, index as u32 / self.width, true);
+            self.set(&mut mask, index, true);
         }
         mask
     }
@@ -78,9 +78,14 @@ impl DepthImage {
     pub fn clear_hidden(&self, screen: &DepthImage, silhouette: &mut Mask) {
         for (index, (screen, own)) in screen.depth.iter().zip(&self.depth).enumerate() {
             if screen < own {
-                silhouette.set(index as u32 % self.width, index as u32 / self.width, false);
+                self.set(silhouette, index, false);
             }
         }
+    }
+
+    /// Sets a pixel of a mask of the same size by its place in row order.
+    fn set(&self, mask: &mut Mask, index: usize, value: bool) {
+        mask.set(index as u32 % self.width, index as u32 / self.width, value);
     }
 }
 

@@ -58,7 +58,7 @@ pub struct DynamicsFrame {
     pub support: Vec<Point2<f64>>,
     /// How far the zero-moment point lies within the support polygon, metres, negative outside; `None` without either.
     pub margin_m: Option<f64>,
-    /// Size of the wrench that no forces within the friction cones of the standing points explain, body weights: the norm of its
+    /// Size of the wrench that no forces within the friction cones where the body touches the ground explain, body weights: the norm of its
     /// force and of its moment about the centre of mass over the centre's height.
     pub residual: f64,
     /// Of every degree of freedom, N m or N, with the ground's forces that leave the least residual, shared evenly.
@@ -157,8 +157,8 @@ impl Clip<'_> {
             let moment = about(&Vector3::zeros());
             Point2::new(-moment.y / needed.root_force.z, moment.x / needed.root_force.z)
         });
-        let points = support_points(body, links, self.contacts.standing(frame));
-        let support = support_polygon(body, links, self.contacts, frame);
+        let points = support_points(body, links, self.contacts.touching(frame));
+        let support = support_polygon(body, links, self.contacts.touching(frame));
         let ground = Ground { points: &points, friction: self.friction, weight };
         let share = ground.share(&centre, &[needed.root_force, about(&centre.coords)]);
         let [force, moment] = share.missing;

@@ -2,11 +2,10 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::super::GroundContacts;
-use super::super::ground_contacts::TOUCHES;
 use crate::body::{Flesh, Humanoid, LinkFrames};
 
-/// Points of standing links no higher than this carry the body, metres.
+/// What of a link is no higher than this above the ground, or above its lowest point where all of it is higher (recordings float),
+/// carries the body, metres: flesh yields.
 const CARRIES: f64 = 0.01;
 /// Points on the edge of a disc.
 const AROUND: usize = 16;
@@ -18,21 +17,26 @@ pub(in crate::contact) struct SupportPoint {
     pub(in crate::contact) point: Point3<f64>,
 }
 
-/// The points of standing links that touch the ground, or nearly: the lowest points of the balls of a tapered capsule, the
-/// corners of a box, eight points of each rim of a cylinder, the vertices of a mesh.
+/// The points on which links stand that touch the ground, given with their heights: of what is low enough the lowest points of
+/// the balls of a tapered capsule, the corners of a box, eight points of each rim of a cylinder, the vertices of a mesh.
 pub(in crate::contact) fn support_points(
     body: &Humanoid,
     frames: &LinkFrames,
-    standing: impl Iterator<Item = usize>,
+    touching: impl Iterator<Item = (usize, f64)>,
 ) -> Vec<SupportPoint> {
     let mut found = Vec::new();
-    for link in standing {
+    for (link, gap) in touching {
         for flesh in &body.links[link].flesh {
-            let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= CARRIES);
+            let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= carried(gap));
             found.extend(low.map(|point| SupportPoint { link, point }));
         }
     }
     found
+}
+
+/// Up to which height a link with this gap to the ground carries, metres.
+fn carried(gap: f64) -> f64 {
+    gap.max(0.0) + CARRIES
 }
 
 fn corners(flesh: &Flesh, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> {
@@ -60,30 +64,24 @@ fn corners(flesh: &Flesh, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> 
     }
 }
 
-/// The convex hull of what touches the ground once flesh has yielded a little: of every link that stands or is lower than
-/// [`TOUCHES`], all that is no higher than [`CARRIES`] above its lowest point or the ground. A ball stands on a disc.
+/// The convex hull of all that is low enough of links that touch the ground, given with their heights. A ball stands on a disc.
 pub(super) fn support_polygon(
     body: &Humanoid,
     frames: &LinkFrames,
-    contacts: &GroundContacts,
-    frame: usize,
+    touching: impl Iterator<Item = (usize, f64)>,
 ) -> Vec<Point2<f64>> {
     let mut found = Vec::new();
-    for track in &contacts.links {
-        let contact = &track.frames[frame];
-        let high = contact.gap_m.max(0.0) + CARRIES;
-        let links = track.links.iter().filter(|_| contact.in_contact || contact.gap_m <= TOUCHES);
-        for &link in links {
-            for flesh in &body.links[link].flesh {
-                match flesh {
-                    Flesh::TaperedCapsule(c) => {
-                        let balls = [(c.a, c.radius_a), (c.b, c.radius_b)].into_iter();
-                        found.extend(balls.flat_map(|(centre, radius)| disc(&(frames[link] * centre), radius, high)));
-                    }
-                    _ => {
-                        let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= high);
-                        found.extend(low.map(|point| point.xy()));
-                    }
+    for (link, gap) in touching {
+        let high = carried(gap);
+        for flesh in &body.links[link].flesh {
+            match flesh {
+                Flesh::TaperedCapsule(c) => {
+                    let balls = [(c.a, c.radius_a), (c.b, c.radius_b)].into_iter();
+                    found.extend(balls.flat_map(|(centre, radius)| disc(&(frames[link] * centre), radius, high)));
+                }
+                _ => {
+                    let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= high);
+                    found.extend(low.map(|point| point.xy()));
                 }
             }
         }

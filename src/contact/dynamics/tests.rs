@@ -42,6 +42,23 @@ fn the_zero_moment_point_of_a_body_that_speeds_up_lags_as_the_cart_and_table_say
     assert_relative_eq!(found.mass, body.total_mass());
 }
 
+/// Recordings float a little where they stand, and feet that strike the ground touch it before they stand.
+#[test]
+fn what_stands_a_little_too_high_and_what_slides_are_carried() {
+    let (body, still) = standing(13);
+    let (mut high, mut sliding) = (still.clone(), still);
+    high.poses.iter_mut().for_each(|pose| pose.world_from_root.translation.z += 0.015);
+    for (frame, pose) in sliding.poses.iter_mut().enumerate() {
+        pose.world_from_root.translation.x += 2.0 * frame as f64 / 60.0;
+    }
+    for (motion, stands) in [(high, true), (sliding, false)] {
+        let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default()).unwrap();
+        assert_eq!(contacts.feet[0].frames[6].in_contact, stands);
+        let frame = Dynamics::of_motion(&body, &motion, &contacts, 0.8).unwrap().frames[6].clone();
+        assert!(frame.residual < 1e-3 && frame.margin_m.unwrap() > 0.01, "{frame:?}");
+    }
+}
+
 #[test]
 fn a_body_that_floats_is_carried_by_nothing() {
     let (body, mut motion) = standing(5);

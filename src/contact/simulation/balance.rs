@@ -48,7 +48,8 @@ impl<'a> Balance<'a> {
         let needed = efforts(&[]);
         let root = &now.pose.world_from_root;
         let moment = needed.root_moment + (root.translation.vector - now.centre.coords).cross(&needed.root_force);
-        let points = support_points(self.body, &now.frames, touching);
+        // the body is where it is: what is high above the ground carries nothing
+        let points = support_points(self.body, &now.frames, touching.map(|link| (link, 0.0)));
         let weight = self.mass * GRAVITY;
         let ground = Ground { points: &points, friction: self.friction, weight };
         let share = ground.share(&now.centre, &[needed.root_force, moment]);
