@@ -5,6 +5,8 @@ mod against_inverse_dynamics;
 mod balance;
 mod clearance;
 mod control;
+mod joints;
+mod masses;
 mod moving;
 mod reference;
 mod report;

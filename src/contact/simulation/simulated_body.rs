@@ -5,15 +5,14 @@ use std::collections::BTreeSet;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
+use super::joints::{axes, is_tag, rapier_joint};
+use super::masses::{check_masses, mass};
 use super::solids::{colliders, ground, pose, prop_colliders, vector};
-use crate::body::{Humanoid, Inertia, Joint, JointKind, Pose as BodyPose, Prop, ROOT_STEP};
+use crate::body::{Humanoid, Pose as BodyPose, Prop, ROOT_STEP};
 use crate::contact::{ContactError, SelfCollision};
 
 /// Earth's standard gravity, m/s^2.
 pub(in crate::contact) const GRAVITY: f64 = 9.80665;
-/// Rows of rapier's spatial coordinates: a hinge turns about x, a slide moves along x.
-const SLIDE: usize = 0;
-const HINGE: usize = 3;
 
 /// The body in the world. Links and degrees of freedom keep the humanoid's numbers; a link that only names a place is its parent.
 pub(super) struct SimulatedBody {
@@ -252,94 +251,6 @@ impl SimulatedBody {
         let impulses = manifolds.flat_map(|manifold| manifold.contacts().iter().map(|contact| contact.data.impulse));
         impulses.map(f64::from).sum::<f64>() / f64::from(self.world.integration_parameters.dt)
     }
-}
-
-/// Whether a link only names a place on its parent, as a marker does: rapier need not know of it.
-fn is_tag(body: &Humanoid, link: usize) -> bool {
-    let Some(joint) = link.checked_sub(1).map(|joint| &body.joints[joint]) else { return false };
-    let empty = body.links[link].flesh.is_empty() && body.links[link].inertia.is_none();
-    empty && joint.kind == JointKind::Fixed && body.joints.iter().all(|other| other.parent != link)
-}
-
-/// The link and coordinate behind every degree of freedom.
-fn axes(body: &Humanoid) -> Result<Vec<(usize, usize)>, ContactError> {
-    let mut axes = vec![None; body.degrees_of_freedom.len()];
-    for (index, joint) in body.joints.iter().enumerate() {
-        let refuse = |kind| ContactError::Joint { joint: joint.name.clone(), kind };
-        let (drive, row) = match &joint.kind {
-            JointKind::Fixed => continue,
-            JointKind::Revolute { drive, .. } => (drive, HINGE),
-            JointKind::Prismatic { drive, .. } => (drive, SLIDE),
-            JointKind::Spherical { .. } => return Err(refuse("a ball joint")),
-            JointKind::Floating { .. } => return Err(refuse("a floating joint")),
-        };
-        let slot = &mut axes[drive.degree_of_freedom];
-        if drive.multiplier != 1.0 || drive.offset != 0.0 || slot.is_some() {
-            return Err(refuse("a joint that mimics another"));
-        }
-        *slot = Some((index + 1, row));
-    }
-    let undriven = |dof: usize| ContactError::Joint {
-        joint: body.degrees_of_freedom[dof].name.clone(),
-        kind: "a degree of freedom that moves nothing",
-    };
-    axes.into_iter().enumerate().map(|(dof, axis)| axis.ok_or_else(|| undriven(dof))).collect()
-}
-
-/// Whether everything that moves has mass.
-fn check_masses(body: &Humanoid, fixed: bool) -> Result<(), ContactError> {
-    for link in &body.links {
-        if let Some(Inertia { mass, tensor, .. }) = &link.inertia {
-            let values = tensor.symmetric_eigenvalues();
-            let sound = *mass > 0.0 && mass.is_finite() && values.iter().all(|v| v.is_finite() && *v >= -1e-9);
-            if !sound {
-                return Err(ContactError::Inertia { link: link.name.clone() });
-            }
-        }
-    }
-    let root_moves = (!fixed).then_some((body.name.as_str(), 0));
-    let moved = body.joints.iter().enumerate().filter(|(_, joint)| joint.kind != JointKind::Fixed);
-    let moved = root_moves.into_iter().chain(moved.map(|(index, joint)| (joint.name.as_str(), index + 1)));
-    for (joint, link) in moved {
-        let mut below = vec![false; body.links.len()];
-        for other in link..body.links.len() {
-            below[other] = other == link || body.parent(other).is_some_and(|parent| below[parent]);
-        }
-        if !(0..body.links.len()).any(|other| below[other] && body.links[other].inertia.is_some()) {
-            return Err(ContactError::NoMass { joint: joint.to_owned(), link: body.links[link].name.clone() });
-        }
-    }
-    Ok(())
-}
-
-/// Mass properties in a frame with its origin at `origin` of the link's.
-fn mass(inertia: &Option<Inertia>, origin: &Vector3<f64>) -> MassProperties {
-    match inertia {
-        None => MassProperties::default(),
-        Some(Inertia { mass, centre_of_mass, tensor }) => {
-            let tensor = tensor.map(|value| value as Real);
-            let centre = vector(&(centre_of_mass.coords - origin));
-            MassProperties::with_inertia_matrix(centre, *mass as Real, tensor.into())
-        }
-    }
-}
-
-/// `centre` is the origin of the parent's rapier body in the frame of its link.
-fn rapier_joint(body: &Humanoid, joint: &Joint, centre: &Vector3<f64>) -> GenericJoint {
-    let origin = pose(&(Translation3::from(-centre) * joint.parent_from_joint));
-    let (axis, drive, moving, locked) = match &joint.kind {
-        JointKind::Revolute { axis, drive } => (axis, drive, JointAxis::AngX, JointAxesMask::LOCKED_REVOLUTE_AXES),
-        JointKind::Prismatic { axis, drive } => (axis, drive, JointAxis::LinX, JointAxesMask::LOCKED_PRISMATIC_AXES),
-        JointKind::Fixed | JointKind::Spherical { .. } | JointKind::Floating { .. } => {
-            return GenericJointBuilder::new(JointAxesMask::LOCKED_FIXED_AXES).local_frame1(origin).build();
-        }
-    };
-    let basis = Pose::from_rotation(Rotation::from_rotation_arc(Vector::X, vector(axis)));
-    let joint = GenericJointBuilder::new(locked).local_frame1(origin * basis).local_frame2(basis);
-    let limits = &body.degrees_of_freedom[drive.degree_of_freedom];
-    let limited = limits.lower.is_finite() && limits.upper.is_finite();
-    let limits = [limits.lower as Real, limits.upper as Real];
-    if limited { joint.limits(moving, limits).build() } else { joint.build() }
 }
 
 fn from_rapier(v: Vector) -> Vector3<f64> {
