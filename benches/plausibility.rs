@@ -79,13 +79,13 @@ fn kinematics(bencher: Bencher<'_, '_>) {
 }
 
 fn depths(bencher: Bencher<'_, '_>, body: &Humanoid) {
-    let solids = Interpenetration::new(body);
+    let solids = Interpenetration::new(body, 0.01);
     let poses: Vec<Pose> = (0..POSES).map(|index| jittered(body, index)).collect();
     let (mut frames, mut scratch) = (LinkFrames::default(), InterpenetrationScratch::default());
     bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         for pose in &poses {
             body.link_frames_into(divan::black_box(pose), &mut frames);
-            divan::black_box(solids.depths(&frames, 0.01, &mut scratch));
+            divan::black_box(solids.depths(&frames, &mut scratch));
         }
     });
 }

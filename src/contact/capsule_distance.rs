@@ -18,6 +18,29 @@ pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule)
     Axis::of(first).distance(&Axis::of(second))
 }
 
+/// Squared distance of the axes of two tapered capsules (Ericson 2005, Real-Time Collision Detection, 5.1.9), square metres.
+#[inline(always)]
+pub(super) fn squared_distance_of_axes(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
+    let (u, v, w) = (first.b - first.a, second.b - second.a, first.a - second.a);
+    let (uu, vv, uv, uw, vw) = (u.dot(&u), v.dot(&v), u.dot(&v), u.dot(&w), v.dot(&w));
+    let s = share(uv * vw - uw * vv, uu * vv - uv * uv);
+    let t = share(vw + uv * s, vv);
+    let s = share(uv * t - uw, uu);
+    (w + u * s - v * t).norm_squared()
+}
+
+/// `part / whole`, at least 0 and at most 1; 0 where there is no whole.
+#[inline(always)]
+fn share(part: f64, whole: f64) -> f64 {
+    if part <= 0.0 || whole <= 0.0 {
+        0.0
+    } else if part >= whole {
+        1.0
+    } else {
+        part / whole
+    }
+}
+
 /// A tapered capsule as distances see it: the first ball, the way to the last, and how the radius grows on it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Axis {
@@ -45,27 +68,19 @@ impl Axis {
         Self { start: solid.a.coords, along: axis / length, length, radius: solid.radius_a, taper: growth / length }
     }
 
+    #[inline(always)]
     fn end(&self) -> Vector3<f64> {
         self.start + self.along * self.length
     }
 
     /// Radius of the last ball.
+    #[inline(always)]
     pub(super) fn end_radius(&self) -> f64 {
         self.radius + self.taper * self.length
     }
 
-    /// Squared distance of the axes alone (Ericson 2005, Real-Time Collision Detection, 5.1.9).
-    pub(super) fn squared_distance_of_axes(&self, other: &Self) -> f64 {
-        let (u, v, w) = (&self.along, &other.along, self.start - other.start);
-        let (c, uw, vw) = (u.dot(v), u.dot(&w), v.dot(&w));
-        let sine_squared = 1.0 - c * c;
-        let s = if sine_squared > 0.0 { ((c * vw - uw) / sine_squared).clamp(0.0, self.length) } else { 0.0 };
-        let t = (vw + c * s).clamp(0.0, other.length);
-        let s = (c * t - uw).clamp(0.0, self.length);
-        (w + u * s - v * t).norm_squared()
-    }
-
     /// Signed distance of two.
+    #[inline(always)]
     pub(super) fn distance(&self, other: &Self) -> f64 {
         self.between_sides(other).unwrap_or_else(|| {
             let of_mine = self
@@ -82,6 +97,7 @@ impl Axis {
     /// There the unit vector `n` from the other's ball to this one's has `n . u = k` and `n . v = -l`, with `u`, `v` the axes and
     /// `k`, `l` the tapers: `n` is known but for its side, which is that of the line between the axes. What joins the balls is
     /// `d n`, and its parts across and along the axes give `d` and the places of the balls.
+    #[inline(always)]
     fn between_sides(&self, other: &Self) -> Option<f64> {
         let (u, v, w) = (&self.along, &other.along, self.start - other.start);
         let (k, l, c) = (self.taper, other.taper, u.dot(v));
@@ -104,6 +120,7 @@ impl Axis {
 
     /// Signed distance of a ball: along the axis the nearest one is the foot of the perpendicular moved by
     /// `k y / sqrt(1 - k^2)`, with `y` the distance from the axis.
+    #[inline(always)]
     fn ball_distance(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
         let from_start = centre - self.start;
         let along = from_start.dot(&self.along);

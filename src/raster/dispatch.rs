@@ -1,7 +1,7 @@
 //! Compiling a kernel for several instruction sets and choosing among them when it runs.
 
 /// A kernel and what it works on.
-pub(super) trait Dispatched {
+pub(crate) trait Dispatched {
     type Output;
 
     /// Does the work. It, and all that it calls, must be `#[inline(always)]` to be compiled for the chosen instructions.
@@ -12,7 +12,7 @@ pub(super) trait Dispatched {
 ///
 /// A closure would not do: where one can be called more than once, `FnOnce::call_once` is a function of its own that the
 /// compiler makes for the baseline, and everything is inlined there instead of into the function with better instructions.
-pub(super) fn dispatch<D: Dispatched>(work: D) -> D::Output {
+pub(crate) fn dispatch<D: Dispatched>(work: D) -> D::Output {
     pulp::Arch::new().dispatch(Kernel(work))
 }
 

@@ -24,6 +24,7 @@ pub use bounds::PixelBounds;
 pub use capsules::{CapsulePainter, SilhouetteScratch};
 pub use comparer::{Comparison, SilhouetteComparer};
 pub use contour::contour;
+pub(crate) use dispatch::{Dispatched, dispatch};
 pub use distance::DistanceMap;
 pub use mask::Mask;
 pub use overlap::{Overlap, overlap};

@@ -17,6 +17,7 @@ pub struct TaperedCapsule {
 
 impl TaperedCapsule {
     /// The same solid in another frame.
+    #[inline]
     pub fn transformed(&self, to_from_here: &Isometry3<f64>) -> Self {
         Self { a: to_from_here * self.a, b: to_from_here * self.b, ..*self }
     }

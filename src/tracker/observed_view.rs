@@ -53,6 +53,13 @@ impl ViewScratch {
     }
 }
 
+impl ViewScratch {
+    /// The capsules of the [`ObservedView::Capsules`] that was compared last, in its camera's frame.
+    pub(super) fn capsules(&self) -> &[TaperedCapsule] {
+        &self.capsules
+    }
+}
+
 impl ObservedView {
     /// Prepares what `camera`, an ideal one, saw.
     pub(super) fn new(camera: &Camera, observed: Mask, fast: bool, settings: &SilhouetteSettings) -> Self {

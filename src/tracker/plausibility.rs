@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::silhouette_likelihood::LikelihoodScratch;
 use super::{Likelihood, SettingError, SilhouetteLikelihood, TrackError};
-use crate::body::{Humanoid, Pose};
+use crate::body::Pose;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
 use crate::observation::Observation;
 
@@ -62,7 +62,8 @@ impl PlausibilitySettings {
 #[derive(Debug)]
 pub struct PlausibleLikelihood {
     silhouettes: SilhouetteLikelihood,
-    body: Humanoid,
+    /// Lowest and highest value of every degree of freedom.
+    limits: Vec<[f64; 2]>,
     solids: Interpenetration,
     settings: PlausibilitySettings,
 }
@@ -74,27 +75,41 @@ impl PlausibleLikelihood {
     /// [`SettingError`] where a setting is out of its range.
     pub fn new(silhouettes: SilhouetteLikelihood, settings: PlausibilitySettings) -> Result<Self, SettingError> {
         settings.validate()?;
-        let body = silhouettes.body().clone();
-        Ok(Self { solids: Interpenetration::new(&body), silhouettes, body, settings })
+        let body = silhouettes.body();
+        let limits = body.degrees_of_freedom.iter().map(|limits| [limits.lower, limits.upper]).collect();
+        Ok(Self { solids: Interpenetration::new(body, settings.tolerance_m), limits, silhouettes, settings })
     }
 
     fn judge(&self, pose: &Pose, scratch: &mut PlausibleScratch, may_reject: bool) -> f64 {
         let PlausibleScratch { silhouettes, solids } = scratch;
         let Some(frames) = self.silhouettes.place(pose, silhouettes) else { return f64::NAN };
-        let depths = self.solids.depths(frames, self.settings.tolerance_m, solids);
-        let deepest = depths.ground_m.max(depths.own_m);
-        if may_reject && self.settings.reject_beyond_m.is_some_and(|limit| deepest > limit) {
-            return f64::INFINITY;
+        if let (true, Some(limit)) = (may_reject, self.settings.reject_beyond_m) {
+            let depths = self.solids.depths(frames, solids);
+            if depths.ground_m.max(depths.own_m) > limit {
+                return f64::INFINITY;
+            }
         }
-        let depth = depths.ground_m + depths.own_sum_m + LIMIT_LEVER * beyond_limits(&self.body, pose);
-        self.silhouettes.energy_in_place(silhouettes) + self.settings.weight * depth
+        let energy = self.silhouettes.energy_in_place(silhouettes);
+        let depths = match self.silhouettes.capsules_of_last_view(silhouettes) {
+            Some((capsules, camera)) => {
+                let camera_from_world = &camera.camera_from_world;
+                self.solids.depths_in_camera(silhouettes.frames(), capsules, camera_from_world, solids)
+            }
+            None => self.solids.depths(silhouettes.frames(), solids),
+        };
+        let depth = depths.ground_m + depths.own_sum_m + LIMIT_LEVER * beyond_limits(&self.limits, pose);
+        energy + self.settings.weight * depth
     }
 }
 
 /// Sum of what is beyond a limit, radians (metres where prismatic).
-fn beyond_limits(body: &Humanoid, pose: &Pose) -> f64 {
-    let angles = pose.joint_angles.iter().zip(&body.degrees_of_freedom);
-    angles.map(|(angle, limits)| (angle - limits.upper).max(limits.lower - angle).max(0.0)).sum()
+fn beyond_limits(limits: &[[f64; 2]], pose: &Pose) -> f64 {
+    let beyond = |(&angle, &[lower, upper]): (&f64, &[f64; 2])| match () {
+        () if angle > upper => angle - upper,
+        () if angle < lower => lower - angle,
+        () => 0.0,
+    };
+    pose.joint_angles.iter().zip(limits).map(beyond).sum()
 }
 
 /// Buffers of one thread.
@@ -126,7 +141,7 @@ impl Likelihood for PlausibleLikelihood {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{draw_silhouette, shipped};
+    use crate::body::{Humanoid, draw_silhouette, shipped};
     use crate::camera::{CameraRig, RingParameters};
     use crate::raster::Mask;
     use crate::tracker::SilhouetteSettings;

@@ -73,11 +73,10 @@ impl SilhouetteSettings {
     /// # Errors
     /// [`SettingError`] that names the first key which is not.
     pub fn validate(&self) -> Result<(), SettingError> {
-        if self.contour_weight != 0.0 {
-            within("contour_weight", self.contour_weight, f64::MAX)?;
-        }
-        if self.limb_side_weight != 0.0 {
-            within("limb_side_weight", self.limb_side_weight, f64::MAX)?;
+        for (key, weight) in [("contour_weight", self.contour_weight), ("limb_side_weight", self.limb_side_weight)] {
+            if !(weight >= 0.0 && weight.is_finite()) {
+                return Err(SettingError { key, expected: "a number, 0 or more".into(), found: weight.to_string() });
+            }
         }
         within("contour_reach", self.contour_reach, 1.0)
     }
@@ -202,6 +201,25 @@ impl SilhouetteLikelihood {
             }
         }
         if count > 0.0 { sum / count } else { 0.0 }
+    }
+}
+
+impl SilhouetteLikelihood {
+    /// The body's solids as [`Self::energy_in_place`] left them, in the frame of the last camera; `None` where not all of them are
+    /// tapered capsules or silhouettes are drawn in another way.
+    pub(super) fn capsules_of_last_view<'s>(
+        &self,
+        scratch: &'s LikelihoodScratch,
+    ) -> Option<(&'s [TaperedCapsule], &Camera)> {
+        let camera = &self.views.last()?.camera;
+        self.fast.then_some((scratch.views.capsules(), camera))
+    }
+}
+
+impl LikelihoodScratch {
+    /// Where the body's links were placed last.
+    pub(super) fn frames(&self) -> &LinkFrames {
+        &self.frames
     }
 }
 

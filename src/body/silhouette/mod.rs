@@ -27,10 +27,11 @@ pub fn capsules_in_camera(
     capsules.clear();
     for (link, world_from_link) in humanoid.links.iter().zip(&frames.0).filter(|(link, _)| !link.flesh.is_empty()) {
         let camera_from_link = camera.camera_from_world * world_from_link;
-        capsules.extend(link.flesh.iter().filter_map(|flesh| match flesh {
-            Flesh::TaperedCapsule(capsule) => Some(capsule.transformed(&camera_from_link)),
-            _ => None,
-        }));
+        for flesh in &link.flesh {
+            if let Flesh::TaperedCapsule(capsule) = flesh {
+                capsules.push(capsule.transformed(&camera_from_link));
+            }
+        }
     }
 }
 

@@ -1,0 +1,142 @@
+use super::*;
+use crate::body::{Pose, capsules_in_camera, shipped};
+use crate::camera::{CameraRig, RingParameters};
+use crate::contact::GroundContacts;
+use nalgebra::{Point3, UnitQuaternion};
+
+fn crumpled(body: &Humanoid, index: u64) -> Pose {
+    // anything that looks like chance will do here
+    let mut step = 0.0;
+    let mut between = |low: f64, high: f64| {
+        step += 78.233;
+        low + (high - low) * (libm::sin(index as f64 * 12.9898 + step) * 43_758.545).rem_euclid(1.0)
+    };
+    let mut pose = body.zero_pose();
+    for (angle, limits) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
+        *angle = between(limits.lower.max(-2.0), limits.upper.min(2.0));
+    }
+    let turn = UnitQuaternion::from_euler_angles(0.4, between(-0.5, 0.5), 1.0);
+    let place = Vector3::new(3.0, -2.0, between(0.3, 1.2));
+    pose.world_from_root = Isometry3::from_parts(place.into(), turn);
+    pose
+}
+
+fn with_boxes(mut body: Humanoid) -> Humanoid {
+    for name in ["left_forearm", "right_shank"] {
+        let link = body.find_link(name).unwrap();
+        let half_extents = [0.04, 0.05, 0.12];
+        body.links[link].flesh =
+            vec![Flesh::Box { link_from_box: Isometry3::translation(0.0, 0.0, -0.12), half_extents }];
+    }
+    body
+}
+
+/// Depth of the ground by the surface's lowest point, and of all pairs of links one by one.
+#[test]
+fn every_depth_is_that_of_the_slow_road() {
+    let actor = shipped("actor").unwrap();
+    let mut collided = 0;
+    for body in [shipped("tracker25").unwrap(), with_boxes(actor.clone()), actor] {
+        let [fast, tolerant] = [0.0, 0.02].map(|tolerance_m| Interpenetration::new(&body, tolerance_m));
+        let slow = SelfCollision::new(&body);
+        let all: Vec<usize> = (0..body.links.len()).collect();
+        let mut scratch = InterpenetrationScratch::default();
+        for index in 0..200 {
+            let frames = body.link_frames(&crumpled(&body, index));
+            let found = fast.depths(&frames, &mut scratch);
+            let ground = (-body.lowest_point(&frames, &all).unwrap().z).max(0.0);
+            let own = slow.deepest_m(&frames);
+            assert!((found.ground_m - ground).abs() < 1e-9, "{} {index}: {found:?} {ground}", body.name);
+            assert!((found.own_m - own).abs() < 1e-6, "{} {index}: {found:?} {own}", body.name);
+            assert!(found.own_sum_m >= found.own_m);
+            let tolerant = tolerant.depths(&frames, &mut scratch);
+            assert!((tolerant.own_m - (found.own_m - 0.02).max(0.0)).abs() < 1e-12);
+            assert!((tolerant.ground_m - (found.ground_m - 0.02).max(0.0)).abs() < 1e-12);
+            collided += u32::from(own > 0.01);
+        }
+    }
+    assert!(collided > 100, "too few collisions to tell: {collided}");
+}
+
+#[test]
+fn a_camera_sees_the_same_depths() {
+    let body = shipped("tracker25").unwrap();
+    let rig = CameraRig::ring(&RingParameters {
+        count: 3,
+        radius: 4.5,
+        height: 1.6,
+        look_at: Point3::new(0.0, 0.0, 0.95),
+        first_azimuth: 0.8,
+        field_of_view: 1.05,
+        image_size: [160, 120],
+        near: 0.05,
+    })
+    .unwrap();
+    let solids = Interpenetration::new(&body, 0.01);
+    let (mut scratch, mut capsules, mut deep) = (InterpenetrationScratch::default(), Vec::new(), 0);
+    for index in 0..300 {
+        let frames = body.link_frames(&crumpled(&body, index));
+        let camera = &rig.cameras[index as usize % 3];
+        capsules_in_camera(&body, &frames, camera, &mut capsules);
+        let seen = solids.depths_in_camera(&frames, &capsules, &camera.camera_from_world, &mut scratch);
+        let there = solids.depths(&frames, &mut scratch);
+        for (seen, there) in
+            [(seen.ground_m, there.ground_m), (seen.own_m, there.own_m), (seen.own_sum_m, there.own_sum_m)]
+        {
+            assert!((seen - there).abs() < 1e-12, "{index}: {seen} {there}");
+            deep += u32::from(there > 0.01);
+        }
+    }
+    assert!(deep > 100, "too few depths to tell: {deep}");
+}
+
+/// Sixteen plain capsules: parry has those. It is asked for the distance of the axes, from which the radii are taken.
+#[test]
+fn capsules_are_as_deep_as_parry_says_within_a_tenth_of_a_millimetre() {
+    let mut body = shipped("tracker25").unwrap();
+    for flesh in body.links.iter_mut().flat_map(|link| &mut link.flesh) {
+        if let Flesh::TaperedCapsule(c) = flesh {
+            *c = TaperedCapsule { radius_b: c.radius_a, ..*c };
+        }
+    }
+    let fast = Interpenetration::new(&body, 0.0);
+    let pairs = SelfCollision::new(&body);
+    let mut deep = 0;
+    for index in 0..1000 {
+        let frames = body.link_frames(&crumpled(&body, index));
+        let found = fast.depths(&frames, &mut InterpenetrationScratch::default());
+        let mut deepest = 0.0_f64;
+        for [first, second] in pairs.pairs() {
+            for a in &body.links[*first].flesh {
+                for b in &body.links[*second].flesh {
+                    deepest = deepest.max(-by_parry([a, b], [&frames[*first], &frames[*second]]));
+                }
+            }
+        }
+        assert!((found.own_m - deepest).abs() < 1e-4, "{index}: {found:?}, parry {deepest}");
+        deep += u32::from(deepest > 0.01);
+    }
+    assert!(deep > 100, "too few collisions to tell: {deep}");
+}
+
+fn by_parry(solids: [&Flesh; 2], frames: [&Isometry3<f64>; 2]) -> f64 {
+    use parry3d::math::{Pose, Vector};
+    use parry3d::shape::Segment;
+    let [(a, r), (b, s)] = [0, 1].map(|i| {
+        let Flesh::TaperedCapsule(c) = solids[i] else { panic!("a capsule") };
+        let point = |p: Point3<f64>| Vector::new(p.x as f32, p.y as f32, p.z as f32);
+        (Segment::new(point(frames[i] * c.a), point(frames[i] * c.b)), c.radius_a)
+    });
+    let apart = parry3d::query::distance(&Pose::IDENTITY, &a, &Pose::IDENTITY, &b).unwrap();
+    f64::from(apart.distance) - r - s
+}
+
+#[test]
+fn a_body_of_no_flesh_touches_nothing() {
+    let mut body = shipped("tracker25").unwrap();
+    let frames = body.link_frames(&body.zero_pose());
+    body.links.iter_mut().for_each(|link| link.flesh.clear());
+    let found = Interpenetration::new(&body, 0.0).depths(&frames, &mut InterpenetrationScratch::default());
+    assert_eq!(found, Depths::default());
+    assert!(GroundContacts::of_frames(&body, &body, &[frames], 60.0, &Default::default()).is_err());
+}
