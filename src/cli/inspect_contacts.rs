@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::{CommandError, output};
+use super::{CommandError, notes, output};
 use crate::experiment::{ContactSummary, inspect_contacts};
 
 /// Says how a motion stands on the ground; `picture` shows it over time.
 pub(super) fn run(name: &str, picture: Option<&Path>, json: bool) -> Result<(), CommandError> {
     let summary = inspect_contacts(name, picture)?;
+    notes::tell(&summary.notes);
     if json {
         output::print_json(&summary)?;
     } else {

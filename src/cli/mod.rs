@@ -41,8 +41,8 @@ struct CommandLine {
     command: Command,
 
     /// Threads [default: all cores]; results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
-    threads: Option<usize>,
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check said no, 2 usage or bad input, 3 inconclusive, 75 try again, \
@@ -95,7 +95,7 @@ impl CommandError {
 pub fn run_command() -> Result<ExitCode, CommandError> {
     let line = CommandLine::parse();
     if let Some(threads) = line.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
     match line.command {
         Command::Run(arguments) => run::run(&arguments),

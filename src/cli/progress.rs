@@ -26,6 +26,7 @@ impl Progress {
             if INTERRUPTED.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
             }
+            notes::tell(&["stopping after this frame; again to stop at once".to_owned()]);
         })
         .ok();
         Self { bar: Mutex::new(ProgressBar::hidden()), visible: !quiet && std::io::stderr().is_terminal(), quiet }

@@ -156,6 +156,16 @@ pub fn find_metric(name: &str) -> Option<&'static Metric> {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn the_readme_has_every_metric() {
+        let readme = include_str!("../../README.md");
+        for name in super::METRICS.iter().map(|metric| metric.name) {
+            // what is said of the actor is said once for all
+            let told = name.strip_prefix("truth_").unwrap_or(name);
+            assert!(readme.contains(&format!("`{told}`")), "README.md has no row for {name}");
+        }
+    }
+
     use super::*;
     use std::collections::BTreeSet;
 

@@ -9,7 +9,7 @@ use super::statistics::mean_of;
 /// A frame is bad when its HumanEva error exceeds this, millimetres.
 pub const LOSS_THRESHOLD_MM: f64 = 150.0;
 
-/// So many bad frames in a row are a loss.
+/// So many bad frames in a row are a loss; all scored frames of a sequence that has fewer.
 pub const LOSS_FRAMES: usize = 15;
 
 /// Share of frames inside a loss.
@@ -18,8 +18,8 @@ pub(super) const FRACTION: Metric = Metric {
     title: "Frames lost",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
-    protocol: "share of frames that lie in a run of at least 15 frames whose HumanEva error exceeds 150 mm; a frame \
-               without an estimate counts as exceeding",
+    protocol: "share of frames that lie in a run of at least 15 frames (all frames of a shorter sequence) whose HumanEva \
+               error exceeds 150 mm; a frame without an estimate counts as exceeding",
     measure: fraction,
 };
 
@@ -45,16 +45,17 @@ pub(super) const RECOVERY: Metric = Metric {
     measure: recovery,
 };
 
-/// Runs of at least [`LOSS_FRAMES`] bad frames.
+/// Runs of at least [`LOSS_FRAMES`] bad frames, or of all that there are.
 fn losses(sequence: &Sequence<'_>) -> Vec<Range<usize>> {
     let bad = |frame: usize| {
         frame < sequence.frames() && mean_of(sequence.distances_mm(frame)).is_none_or(|error| error > LOSS_THRESHOLD_MM)
     };
+    let enough = LOSS_FRAMES.min(sequence.frames().saturating_sub(sequence.first_scored));
     let mut runs = Vec::new();
     let mut start = sequence.first_scored;
     while start < sequence.frames() {
         let end = (start..).find(|frame| !bad(*frame)).unwrap_or(start);
-        if end - start >= LOSS_FRAMES {
+        if end > start && end - start >= enough {
             runs.push(start..end);
         }
         start = end + 1;
@@ -102,6 +103,15 @@ mod tests {
     fn fourteen_bad_frames_are_no_loss_and_fifteen_are() {
         assert_eq!(with_bad_frames(std::slice::from_ref(&(20..34)))["track_loss"].mean, 0.0);
         assert!((with_bad_frames(std::slice::from_ref(&(20..35)))["track_loss"].mean - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_short_sequence_is_lost_when_every_frame_is_bad() {
+        let truth = vec![standing(); 11];
+        let mut estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.2, 0.0, 0.0))).collect();
+        assert_eq!(evaluate_markers(&truth, &estimate).metrics["track_loss"].mean, 1.0);
+        estimate[5] = truth[5];
+        assert_eq!(evaluate_markers(&truth, &estimate).metrics["track_loss"].mean, 0.0);
     }
 
     #[test]

@@ -261,6 +261,16 @@ pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     if let Some(record) = tracked.record.as_ref().filter(|record| record.set_hash != set.blind.set_hash) {
         return Err(format!("the run's set has the hash {}, this set {}", record.set_hash, set.blind.set_hash));
     }
+    let (rate, expected) = (tracked.poses.frames_per_second, set.blind.frames_per_second);
+    // another program may have written its rate in single precision
+    if (rate - expected).abs() > 1e-4 * expected {
+        return Err(format!("its poses are {rate} a second, the set's frames {expected}"));
+    }
+    let mut seeds = tracked.poses.seeds.clone();
+    seeds.sort_unstable();
+    if let Some(twice) = seeds.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(format!("it has seed {} twice", twice[0]));
+    }
     let (frames, angles) = (set.blind.frame_count, set.blind.start.body.degrees_of_freedom.len());
     for (seed, poses) in tracked.poses.seeds.iter().zip(&tracked.poses.estimates) {
         if poses.len() != frames {

@@ -1,7 +1,8 @@
 //! Rendering, tracking and measuring, from and to directories that are whole or absent; and the three in one.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::output;
 use super::measuring::{Measures, SeedMeasures, check_fit};
@@ -10,7 +11,7 @@ use super::results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, 
 use super::staging::Staged;
 use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, Files, Models, Scenario, ScenarioFile, TrackerSettings};
+use super::{ExperimentError, Files, Models, Scenario, ScenarioError, ScenarioFile, TrackerSettings};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SET_ENTRIES, SetParts, TruthSet, is_set};
 use crate::observation::Observer;
 
@@ -56,11 +57,30 @@ pub fn draw(
         facts: &staged.facts,
     };
     let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let seen = AtomicBool::new(false);
     let set = BenchmarkSet::assemble(&parts, |frame| {
         watch.advance();
-        observer.observe(frame)
+        let observation = observer.observe(frame);
+        if observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty()) {
+            seen.store(true, Ordering::Relaxed);
+        }
+        observation
     })?;
-    if watch.interrupted() { Err(ExperimentError::Interrupted) } else { Ok((set, staged.notes)) }
+    if watch.interrupted() {
+        return Err(ExperimentError::Interrupted);
+    }
+    if !seen.into_inner() {
+        return Err(unseen(file, staged.frames()));
+    }
+    Ok((set, staged.notes))
+}
+
+fn unseen(file: &ScenarioFile, frames: usize) -> ExperimentError {
+    let message = format!(
+        "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the cameras are \
+         too far away"
+    );
+    ScenarioError::from(file.complaint("rig", message)).into()
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set; returns its hash and notes for the user.
@@ -202,19 +222,29 @@ fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), Experime
     files.iter().try_for_each(|(name, bytes)| directory.write(name, bytes))
 }
 
-/// Puts files into a directory that is there already, each whole or not at all; `run.json`, the last, is what makes a run.
+/// Puts files into a directory that is there already: all of them or none. Each is written beside its place first, and only when
+/// all are on the disk are they moved; `run.json`, the last, is what makes a run.
 fn replace_files(folder: &Path, files: &Files) -> Result<(), ExperimentError> {
-    for (name, bytes) in files {
-        let (path, partial) = (folder.join(name), folder.join(format!(".{name}.partial")));
-        let written = fs::File::create(&partial).and_then(|mut file| {
-            std::io::Write::write_all(&mut file, bytes)?;
-            file.sync_all()?;
-            fs::rename(&partial, &path)
-        });
-        written.map_err(|source| {
-            fs::remove_file(&partial).ok();
-            output(&path, "write")(source)
-        })?;
+    let partial = |name: &str| folder.join(format!(".{name}.partial"));
+    let replaced = write_partial(&partial, files).and_then(|()| {
+        files.iter().try_for_each(|(name, _)| {
+            let path = folder.join(name);
+            fs::rename(partial(name), &path).map_err(output(&path, "write"))
+        })
+    });
+    if replaced.is_err() {
+        files.iter().for_each(|(name, _)| drop(fs::remove_file(partial(name))));
     }
-    Ok(())
+    replaced
+}
+
+fn write_partial(partial: &impl Fn(&str) -> PathBuf, files: &Files) -> Result<(), ExperimentError> {
+    files.iter().try_for_each(|(name, bytes)| {
+        let path = partial(name);
+        let written = fs::File::create(&path).and_then(|mut file| {
+            std::io::Write::write_all(&mut file, bytes)?;
+            file.sync_all()
+        });
+        written.map_err(output(&path, "write"))
+    })
 }

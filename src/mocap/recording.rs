@@ -71,7 +71,8 @@ impl Recording {
         }
         let seen: Vec<usize> = (0..total).filter(|&index| is_seen[index]).collect();
         let (Some(&first), Some(&last)) = (seen.first(), seen.last()) else {
-            return 0..total; // At rest throughout: nothing was lost.
+            clip.notes.push("all channels are zero in every frame of the file: the body rests throughout".to_owned());
+            return 0..total;
         };
         let mut runs = Vec::new();
         for pair in seen.windows(2) {

@@ -52,7 +52,9 @@ fn certainty(input: &ReportInput<'_>) -> String {
 /// Whether the likelihood or the search is at fault, from the sign of the energy gap frame by frame.
 fn cause(input: &ReportInput<'_>) -> Option<String> {
     let of_runs = input.runs.iter().filter_map(|run| run.run.evaluation.metrics.get("energy_gap"));
-    let gaps: Vec<f64> = of_runs.flat_map(|metric| metric.per_frame.iter().flatten().copied()).collect();
+    let gaps = of_runs.flat_map(|metric| metric.per_frame.iter().flatten().copied());
+    // images that show nothing fit everything alike
+    let gaps: Vec<f64> = gaps.filter(|gap| *gap != 0.0).collect();
     let preferred = gaps.iter().filter(|gap| **gap > 0.0).count();
     let share = (!gaps.is_empty()).then(|| preferred as f64 / gaps.len() as f64)?;
     Some(if share >= 0.5 {
@@ -109,6 +111,11 @@ mod tests {
             let verdict = told(&Story { gap, ..Story::default() }, verdict);
             assert!(verdict.cause.is_some_and(|cause| cause.contains(words)));
         }
+    }
+
+    #[test]
+    fn images_that_show_nothing_accuse_nobody() {
+        assert_eq!(told(&Story { gap: 0.0, ..Story::default() }, verdict).cause, None);
     }
 
     #[test]

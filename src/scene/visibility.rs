@@ -6,7 +6,8 @@ use crate::body::{Flesh, Humanoid, LANDMARKS, LinkFrames, Markers, Prop, Ray};
 use crate::camera::Camera;
 
 /// Clears every marker of `visible` that flesh hides: flesh of another link than the marker's, which does not hold the
-/// marker itself, and which the segment from the camera's centre to the marker meets; or any prop on that segment.
+/// marker itself, and which the segment from the camera's centre to the marker meets; or any prop on that segment, be it one that
+/// holds the marker.
 pub(super) fn clear_hidden(
     body: &Humanoid,
     frames: &LinkFrames,
@@ -25,7 +26,8 @@ pub(super) fn clear_hidden(
             let sight = sight.transformed(&links_from_world[link]);
             own_link != Some(link) && part.flesh.iter().any(|flesh| meets(flesh, &sight))
         });
-        visible[index] = !by_flesh && !props.iter().any(|prop| meets(&prop.solid, &sight));
+        let by_prop = props.iter().any(|prop| prop.solid.ray_entry(&sight).is_some_and(|s| s <= 1.0));
+        visible[index] = !by_flesh && !by_prop;
     }
 }
 
@@ -36,12 +38,12 @@ fn meets(solid: &Flesh, sight: &Ray) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::body::Landmark;
     use crate::body::fixture::{person, walk};
+    use crate::body::{Flesh, Landmark, Prop};
     use crate::camera::CameraRig;
     use crate::scene::GroundTruth;
     use crate::scene::fixture::camera_at;
-    use nalgebra::Point3;
+    use nalgebra::{Isometry3, Point3};
 
     fn visible(from: Point3<f64>, landmark: Landmark) -> bool {
         let rig = CameraRig { cameras: vec![camera_at("only", from)] };
@@ -63,6 +65,20 @@ mod tests {
         // the elbow lies inside upper arm and forearm alike
         assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
         assert!(visible(Point3::new(-4.0, 0.0, 1.0), Landmark::LeftElbow));
+    }
+
+    #[test]
+    fn a_prop_around_a_marker_hides_it_and_one_behind_it_does_not() {
+        let rig = CameraRig { cameras: vec![camera_at("only", Point3::new(4.0, 0.0, 1.0))] };
+        let among = |x: f64| {
+            let solid =
+                Flesh::Box { link_from_box: Isometry3::translation(x, 0.0, 1.0), half_extents: [1.0, 1.0, 1.5] };
+            let props = vec![Prop { name: "box".into(), solid }];
+            let truth = GroundTruth::among_props(person(), &walk(1), &rig, props).unwrap();
+            truth.frames[0].visible[0][Landmark::LeftElbow as usize]
+        };
+        assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
+        assert!(!among(0.0) && among(-3.0));
     }
 
     #[test]

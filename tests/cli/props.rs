@@ -94,6 +94,17 @@ fn props_that_make_no_sense_are_refused_with_the_key() {
 }
 
 #[test]
+fn a_subject_that_props_hide_from_every_camera_is_refused() {
+    let room = Room::new();
+    let hood = "[[prop]]\nname = \"hood\"\nshape = { box = { size_m = [4.0, 4.0, 5.0] } }\nplace_m = [0.0, 0.0, 0.0]\n";
+    room.write("hidden.toml", format!("{SCENARIO}{hood}"));
+    let refused = room.skiagraph(["run", "hidden.toml", "--out", "none"]);
+    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    assert!(refused.stderr.contains("rig: expected a camera that sees the subject"), "{}", refused.stderr);
+    assert!(!room.path("none").exists());
+}
+
+#[test]
 fn keys_of_the_simulation_are_refused_where_they_make_no_sense() {
     let room = Room::new();
     let simulated = "[actor]\ncontact = \"simulate\"\n";

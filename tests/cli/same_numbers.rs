@@ -1,6 +1,7 @@
 //! The same scenario and seed give the same bytes, however they are asked for.
 
 use serde_json::Value;
+use skiagraph::benchmark_set::{BlindSet, RunPoses};
 
 use super::rooms::{Room, TINY};
 
@@ -73,6 +74,42 @@ fn poses_of_another_program_are_measured_too() {
     let record: Value = serde_json::from_slice(&room.read("run/run.json")).unwrap();
     assert_eq!(record["tracker"], "external");
     assert_eq!(record["metrics"]["humaneva_mm"]["mean"], record["frozen"]["humaneva_mm"]);
+}
+
+#[test]
+fn an_evaluation_that_cannot_be_written_changes_nothing() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    room.succeed("track set --tracker frozen --out run");
+    // nothing can be written where a directory stands
+    std::fs::create_dir(room.path("run/.report.html.partial")).unwrap();
+    let answer = room.skiagraph(["evaluate", "set", "run"]);
+    assert_eq!(answer.code, 2, "{}", answer.stderr);
+    for absent in ["contact_sheet.png", "per_frame.csv", "run.json", ".per_frame.csv.partial"] {
+        assert!(!room.path("run").join(absent).exists(), "{absent}");
+    }
+}
+
+#[test]
+fn poses_at_another_rate_or_with_a_seed_twice_are_refused() {
+    let room = Room::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    room.succeed("track set --tracker frozen --out run");
+    std::fs::remove_file(room.path("run/track.json")).unwrap();
+    let poses = RunPoses::from_bytes("poses.npz", &room.read("run/poses.npz")).unwrap();
+    let body = BlindSet::read(&room.path("set")).unwrap().start.body;
+    let (rate, seeds) = (poses.frames_per_second, poses.seeds.clone());
+    let twice =
+        RunPoses { seeds: vec![seeds[0]; 2], estimates: vec![poses.estimates[0].clone(); 2], frames_per_second: rate };
+    let faster = RunPoses { frames_per_second: 2.0 * rate, ..poses };
+    for (broken, expected) in [(faster, "a second, the set's frames"), (twice, "twice")] {
+        room.write("run/poses.npz", broken.to_bytes("poses.npz", &body, None).unwrap());
+        let refused = room.skiagraph(["evaluate", "set", "run"]);
+        assert_eq!(refused.code, 2, "{}", refused.stderr);
+        assert!(refused.stderr.contains(expected), "{}", refused.stderr);
+    }
 }
 
 #[test]

@@ -45,6 +45,8 @@ pub struct ContactSummary {
     pub stances: Vec<StanceSummary>,
     /// Where each fault is greatest; without those that do not occur.
     pub worst: Vec<WorstContact>,
+    /// What the reader and the retargeting say of the recording.
+    pub notes: Vec<String>,
 }
 
 /// Balance and forces over the whole motion ([`Dynamics`] has the definitions).
@@ -130,10 +132,10 @@ impl WorstContact {
 /// [`ExperimentError`] that names what cannot be read, or a picture of another kind.
 pub fn inspect_contacts(name: &str, picture: Option<&Path>) -> Result<ContactSummary, ExperimentError> {
     let kind = picture.map(|path| Picture::of(path).map(|kind| (path, kind))).transpose()?;
-    let (body, motion) = moved(name)?;
+    let (body, motion, notes) = moved(name)?;
     let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
     let dynamics = Dynamics::of_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
-    let summary = ContactSummary::of(name, &body, &motion, &contacts, dynamics.as_ref());
+    let summary = ContactSummary { notes, ..ContactSummary::of(name, &body, &motion, &contacts, dynamics.as_ref()) };
     if let Some((path, kind)) = kind {
         let chart = chart(&summary, &contacts, dynamics.as_ref());
         let text = match kind {
@@ -164,15 +166,16 @@ impl Picture {
     }
 }
 
-fn moved(name: &str) -> Result<(Humanoid, Motion), ExperimentError> {
+/// The body that moves, its motion, and what a user should know of it.
+fn moved(name: &str) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
     if Path::new(name).is_dir() {
         let truth = BenchmarkSet::read(Path::new(name))?.truth.ground_truth;
         let motion = truth.motion();
-        return Ok((truth.actor, motion));
+        return Ok((truth.actor, motion, Vec::new()));
     }
     let clip = clip_file::read_whole(name)?.without_inserted_rest_pose();
     let performed = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
-    Ok((performed.humanoid, performed.motion))
+    Ok((performed.humanoid, performed.motion, performed.report.notes))
 }
 
 impl ContactSummary {
@@ -201,6 +204,7 @@ impl ContactSummary {
             balance: dynamics.map(BalanceSummary::of),
             stances,
             worst: worst(body, motion, contacts, dynamics),
+            notes: Vec::new(),
         }
     }
 }

@@ -181,7 +181,12 @@ fn camera(table: &str, c: &CameraSettings) -> Verdict {
     require(&key, r.determinant() > 0.0, "a rotation (determinant +1)", "a reflection (determinant -1)")?;
     require(&format!("{table}.distortion"), finite(&c.distortion), "finite numbers", "one that is not")?;
     let key = format!("{table}.translation_m");
-    require(&key, finite(&c.translation_m), "finite numbers", "one that is not")?;
+    require(
+        &key,
+        c.translation_m.iter().all(|t| t.abs() <= 1e4),
+        "metres within 10000",
+        format!("{:?}", c.translation_m),
+    )?;
     let centre = -(r.transpose() * nalgebra::Vector3::from(c.translation_m));
     above_ground(&key, centre.z)
 }
@@ -203,7 +208,7 @@ fn filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
 
 fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> Verdict {
     filter.validate().and_then(|()| likelihood.validate()).map_err(|e| setting(table, &e))?;
-    within(&format!("{table}.particles"), filter.particles, 1..=10_000_000)?;
+    within(&format!("{table}.particles"), filter.particles, 1..=1_000_000)?;
     within(&format!("{table}.layers"), filter.layers, 1..=1000)
 }
 
