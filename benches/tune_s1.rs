@@ -3,17 +3,20 @@
 //! `SKIAGRAPH_MOCAP=DIR cargo bench --bench tune_s1 -- [TAKE,...] [gpdm|switching_gpdm|gpdm_graph][,key=value...]...` where keys are those
 //! of `[tracker.gpdm_graph]` and its like: `gpdm_graph,root_motion=planted,root_noise_scale=1`. Three seeds, or as many as
 //! `SKIAGRAPH_SEEDS` says. The method `drift` tracks nothing: it says how fast a root drifts that follows the recording's own feet,
-//! and one that follows the velocities of the most similar training frames.
+//! and one that follows the velocities of the most similar training frames. The method `depth` tracks nothing either: it says
+//! where along the camera's view the silhouette would have the root of the refitted truth. With `subject_measures` the tracker's body has
+//! the lengths of the actor's (no mismatch).
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::body::{Flesh, Landmark, LinkFrames, Motion, Pose};
 use skiagraph::evaluation::Sequence;
 use skiagraph::experiment::{Models, ScenarioFile, Staged, Tracked, Unwatched, draw, track};
 use skiagraph::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS};
+use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
 /// Name, recording, skeleton, frames learned from and frames tracked, as the files count them.
 type Take = (&'static str, &'static str, &'static str, [usize; 2], [usize; 2]);
@@ -33,6 +36,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let seeds: u64 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(3), |n| n.parse())?;
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let mismatch = if arguments.iter().any(|a| a == "subject_measures") { "none" } else { "standard" };
+    let arguments: Vec<String> = arguments.into_iter().filter(|a| a != "subject_measures").collect();
     let is_takes = |a: &&String| TAKES.iter().any(|take| a.split(',').any(|name| name == take.0));
     let wanted: Option<&String> = arguments.iter().find(is_takes);
     let mut methods: Vec<&str> = arguments.iter().filter(|a| !is_takes(a)).map(String::as_str).collect();
@@ -45,27 +50,37 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         println!("|---|---|---|---|---|");
         for take in TAKES.iter().filter(|take| wanted.is_none_or(|w| w.split(',').any(|name| name == take.0))) {
-            drift(take, &mocap)?;
+            drift(take, mismatch, &mocap)?;
+        }
+        return Ok(());
+    }
+    if methods == ["depth"] {
+        println!(
+            "| take | depth, mm | spread | upwards, mm | spread | energy there | lean, degrees | spread | energy there | energy leant by 4 | energy of the truth |"
+        );
+        println!("|---|---|---|---|---|---|---|---|---|---|---|");
+        for take in TAKES.iter().filter(|take| wanted.is_none_or(|w| w.split(',').any(|name| name == take.0))) {
+            depth(take, mismatch, &mocap)?;
         }
         return Ok(());
     }
     println!(
-        "| take | method | error, mm | by seed | root: depth, mm | sideways | up | root-relative, mm | energy | brought back |"
+        "| take | method | error, mm | by seed | root: depth, mm | sideways | up | root-relative, mm | energy | brought back | depth by fifth of the frames, mm | upwards | depth of ankles, knees, hips, thorax, head, wrists, mm |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for take in TAKES.iter().filter(|take| wanted.is_none_or(|w| w.split(',').any(|name| name == take.0))) {
-        run(take, &methods, seeds, &mocap)?;
+        run(take, mismatch, &methods, seeds, &mocap)?;
     }
     Ok(())
 }
 
-fn run(take: &Take, methods: &[&str], seeds: u64, mocap: &Path) -> Result<(), Box<dyn Error>> {
-    let file = ScenarioFile::parse(&scenario(take), take.0, PathBuf::new(), &[])?;
+fn run(take: &Take, mismatch: &str, methods: &[&str], seeds: u64, mocap: &Path) -> Result<(), Box<dyn Error>> {
+    let file = ScenarioFile::parse(&scenario(take, mismatch), take.0, PathBuf::new(), &[])?;
     let (set, _) = draw(&file, Some(mocap), &Unwatched)?;
     let mut models = Models::default();
     for method in methods {
         let (kind, overrides) = method.split_once(',').unwrap_or((method, ""));
-        let text = scenario(take) + &format!("[tracker.{kind}]\n");
+        let text = scenario(take, mismatch) + &format!("[tracker.{kind}]\n");
         let overrides = overrides.split(',').filter(|o| !o.is_empty());
         let overrides: Vec<String> = overrides.map(|o| format!("tracker.{kind}.{o}")).collect();
         let settings = ScenarioFile::parse(&text, method, PathBuf::new(), &overrides)?.scenario.tracker();
@@ -76,9 +91,72 @@ fn run(take: &Take, methods: &[&str], seeds: u64, mocap: &Path) -> Result<(), Bo
     Ok(())
 }
 
+/// Where the silhouette has the refitted truth, moved along the view and upwards alone, or leant away from the camera about its ankles
+/// alone: mean and deviation over frames.
+fn depth(take: &Take, mismatch: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
+    let file = ScenarioFile::parse(&scenario(take, mismatch), take.0, PathBuf::new(), &[])?;
+    let (set, _) = draw(&file, Some(mocap), &Unwatched)?;
+    let Some(refitted) = &set.truth.refitted else { return Ok(()) };
+    let body = &set.blind.start.body;
+    let mut likelihood = SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default())?;
+    let mut scratch = likelihood.scratch();
+    let mut found: Vec<[f64; 7]> = Vec::new();
+    for (frame, truth) in refitted.poses.iter().enumerate().step_by(3) {
+        likelihood.prepare(&set.blind.observation(frame)?)?;
+        let view = truth.world_from_root.translation.vector - set.blind.rig.cameras[0].centre().coords;
+        let view = Vector3::new(view.x, view.y, 0.0).normalize();
+        let ankles = body.markers(&body.link_frames(truth));
+        let ankle = |landmark: Landmark| ankles[landmark as usize].unwrap_or_default().coords;
+        let middle = 0.5 * (ankle(Landmark::LeftAnkle) + ankle(Landmark::RightAnkle));
+        let across = Unit::new_normalize(Vector3::z().cross(&view));
+        let mut energy = |depth: f64, up: f64, lean: f64| {
+            let mut pose = truth.clone();
+            let turn = Isometry3::rotation(*across * lean);
+            pose.world_from_root =
+                Translation3::from(middle) * turn * Translation3::from(-middle) * pose.world_from_root;
+            pose.world_from_root.translation.vector += depth * view + up * Vector3::z();
+            likelihood.energy(&pose, &mut scratch)
+        };
+        let there = energy(0.0, 0.0, 0.0);
+        let (mut moved, mut leant) = ([0.0, 0.0, there], [0.0, there]);
+        for (depth, up) in (-30..=30).flat_map(|i| (-10..=10).map(move |j| (0.01 * f64::from(i), 0.01 * f64::from(j))))
+        {
+            let here = energy(depth, up, 0.0);
+            if here < moved[2] {
+                moved = [depth, up, here];
+            }
+        }
+        for lean in (-20..=20).map(|i| (0.5 * f64::from(i)).to_radians()) {
+            let here = energy(0.0, 0.0, lean);
+            if here < leant[1] {
+                leant = [lean.to_degrees(), here];
+            }
+        }
+        found.push([moved[0], moved[1], moved[2], there, leant[0], leant[1], energy(0.0, 0.0, 4.0_f64.to_radians())]);
+    }
+    let mean = |i: usize| found.iter().map(|f| f[i]).sum::<f64>() / found.len() as f64;
+    let spread = |i: usize| (found.iter().map(|f| (f[i] - mean(i)).powi(2)).sum::<f64>() / found.len() as f64).sqrt();
+    println!(
+        "| {} | {:.0} | {:.0} | {:.0} | {:.0} | {:.4} | {:.1} | {:.1} | {:.4} | {:.4} | {:.4} |",
+        take.0,
+        1000.0 * mean(0),
+        1000.0 * spread(0),
+        1000.0 * mean(1),
+        1000.0 * spread(1),
+        mean(2),
+        mean(4),
+        spread(4),
+        mean(5),
+        mean(6),
+        mean(3)
+    );
+    Ok(())
+}
+
 /// Millimetres a second, over the frames tracked.
-fn drift(take: &Take, mocap: &Path) -> Result<(), Box<dyn Error>> {
-    let staged = Staged::new(&ScenarioFile::parse(&scenario(take), take.0, PathBuf::new(), &[])?, Some(mocap))?;
+fn drift(take: &Take, mismatch: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
+    let staged =
+        Staged::new(&ScenarioFile::parse(&scenario(take, mismatch), take.0, PathBuf::new(), &[])?, Some(mocap))?;
     let (body, motion) = (&staged.start.body, &staged.refitted);
     let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
     let seconds = (frames.len() - 1) as f64 / motion.frames_per_second;
@@ -132,7 +210,7 @@ fn drift(take: &Take, mocap: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn scenario((name, clip, skeleton, learned, tracked): &Take) -> String {
+fn scenario((name, clip, skeleton, learned, tracked): &Take, mismatch: &str) -> String {
     let part = |[first, last]: &[usize; 2]| {
         format!(
             "clip = \"{clip}\"\nskeleton = \"{skeleton}\"\nfirst_frame = {first}\nlast_frame = {last}\n\
@@ -141,7 +219,7 @@ fn scenario((name, clip, skeleton, learned, tracked): &Take) -> String {
     };
     format!(
         "schema = \"skiagraph.scenario/1\"\nname = \"{name}\"\n[motion]\n{}[[training.clips]]\n{}[actor]\nrobot = \"actor\"\n\
-         [tracker_body]\nrobot = \"tracker25\"\nmismatch = \"standard\"\n[rig.ring]\ncount = 1\nradius_m = 4.5\nheight_m = 1.6\n\
+         [tracker_body]\nrobot = \"tracker25\"\nmismatch = \"{mismatch}\"\n[rig.ring]\ncount = 1\nradius_m = 4.5\nheight_m = 1.6\n\
          field_of_view_deg = 57.4\nsize_px = [640, 480]\n",
         part(tracked),
         part(learned)
@@ -150,7 +228,7 @@ fn scenario((name, clip, skeleton, learned, tracked): &Take) -> String {
 
 /// Errors of one pose, mm: of the markers, of the root along the camera's view of it, sideways and upwards, and of the markers
 /// once the roots lie on each other.
-fn errors(set: &BenchmarkSet, frame: usize, pose: &Pose) -> [f64; 5] {
+fn errors(set: &BenchmarkSet, frame: usize, pose: &Pose) -> [f64; 7] {
     let body = &set.blind.start.body;
     let truth = &set.truth.ground_truth.frames[frame].markers;
     let of = |pose: &Pose| {
@@ -167,30 +245,74 @@ fn errors(set: &BenchmarkSet, frame: usize, pose: &Pose) -> [f64; 5] {
     let mut moved = pose.clone();
     moved.world_from_root.translation.vector = root;
     let side = off.dot(&Vector3::z().cross(&depth));
-    [of(pose), off.dot(&depth).abs(), side.abs(), off.z.abs(), of(&moved)]
+    [of(pose), off.dot(&depth).abs(), side.abs(), off.z.abs(), of(&moved), off.dot(&depth), off.z]
 }
 
 fn row(take: &str, method: &str, set: &BenchmarkSet, tracked: &Tracked) -> String {
     let mut of_seeds = Vec::new();
     for poses in &tracked.poses.estimates {
-        let mut sum = [0.0; 5];
+        let mut sum = [0.0; 7];
         for (frame, pose) in poses.iter().enumerate().skip(1) {
             sum.iter_mut().zip(errors(set, frame, pose)).for_each(|(s, e)| *s += e / (poses.len() - 1) as f64);
         }
         of_seeds.push(sum);
     }
+    let fifths = |component: usize| -> String {
+        let mut sums = [(0.0, 0.0); 5];
+        for poses in &tracked.poses.estimates {
+            for (frame, pose) in poses.iter().enumerate().skip(1) {
+                let sum = &mut sums[5 * frame / poses.len()];
+                *sum = (sum.0 + errors(set, frame, pose)[component], sum.1 + 1.0);
+            }
+        }
+        sums.map(|(sum, count): (f64, f64)| format!("{:+.0}", sum / count)).join(" ")
+    };
     let mean = |i: usize| of_seeds.iter().map(|s| s[i]).sum::<f64>() / of_seeds.len() as f64;
     let each: Vec<String> = of_seeds.iter().map(|s| format!("{:.0}", s[0])).collect();
     let records = || tracked.search.iter().flatten();
     let energy = records().filter_map(|r| r.energy).sum::<f64>() / records().count() as f64;
     let recovered: u64 = records().flat_map(|r| &r.occupancy).map(|o| u64::from(o.recovered)).sum();
     format!(
-        "| {take} | {method} | **{:.1}** | {} | {:.1} | {:.1} | {:.1} | {:.1} | {energy:.4} | {recovered} |",
+        "| {take} | {method} | **{:.1}** | {} | {:.1} | {:.1} | {:.1} | {:.1} | {energy:.4} | {recovered} | {} | {} | {} |",
         mean(0),
         each.join(" "),
         mean(1),
         mean(2),
         mean(3),
-        mean(4)
+        mean(4),
+        fifths(5),
+        fifths(6),
+        tracked_depths(set, tracked)
     )
+}
+
+/// Mean error of landmarks along the view, mm, those farther than they are above zero: where a body leans, it differs between them.
+fn tracked_depths(set: &BenchmarkSet, tracked: &Tracked) -> String {
+    let groups: [&[Landmark]; 6] = [
+        &[Landmark::LeftAnkle, Landmark::RightAnkle],
+        &[Landmark::LeftKnee, Landmark::RightKnee],
+        &[Landmark::LeftHip, Landmark::RightHip],
+        &[Landmark::Thorax],
+        &[Landmark::HeadTop],
+        &[Landmark::LeftWrist, Landmark::RightWrist],
+    ];
+    let body = &set.blind.start.body;
+    let camera = set.blind.rig.cameras[0].centre();
+    let mut sums = [(0.0, 0.0); 6];
+    for poses in &tracked.poses.estimates {
+        for (frame, pose) in poses.iter().enumerate().skip(1) {
+            let (truth, found) = (&set.truth.ground_truth.frames[frame].markers, body.markers(&body.link_frames(pose)));
+            for (sum, group) in sums.iter_mut().zip(groups) {
+                for landmark in group {
+                    let (Some(truth), Some(found)) = (truth[*landmark as usize], found[*landmark as usize]) else {
+                        continue;
+                    };
+                    let view = truth - camera;
+                    let off = (found - truth).dot(&Vector3::new(view.x, view.y, 0.0).normalize());
+                    *sum = (sum.0 + 1000.0 * off, sum.1 + 1.0);
+                }
+            }
+        }
+    }
+    sums.map(|(sum, count): (f64, f64)| format!("{:+.0}", sum / count)).join(" ")
 }

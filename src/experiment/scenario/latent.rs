@@ -115,14 +115,15 @@ pub struct GpdmGraph {
     pub clip_s: f64,
     /// TH of S1's Table 1 per anatomical joint, rad^2. Default: 1/13.
     pub threshold_per_joint: f64,
-    /// What finds the moments at which the motion may turn into another: `"short_term_pca"` or `"speed_minima"`.
+    /// What finds the moments at which the motion may turn into another: `"short_term_pca"`, `"speed_minima"` or `"every_frame"`.
     /// Default: `"short_term_pca"`.
     pub detector: String,
-    /// Which particles near candidates jump: `"stay_weighted"` or `"literal"`. Default: `"stay_weighted"`.
+    /// Which particles near candidates jump: `"stay_weighted"`, `"stay_shared"` (the same, weights divided by the number of
+    /// candidates of their model) or `"literal"`. Default: `"stay_weighted"`.
     pub jump_rule: JumpRule,
     /// Greatest distance of a jump per anatomical joint, rad^2. Default: 1/13.
     pub jump_threshold_per_joint: f64,
-    /// Distance at which a jump is 1/e as likely per anatomical joint, rad^2; for `"stay_weighted"`. Default: 0.25/13.
+    /// Distance at which a jump is 1/e as likely per anatomical joint, rad^2; not for `"literal"`. Default: 0.25/13.
     pub jump_width_per_joint: f64,
     /// Weight of the squared difference of joint velocities, s^2. Default: 0.02.
     pub velocity_weight: f64,

@@ -8,11 +8,12 @@ pub trait CandidateDetector {
     fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize>;
 }
 
-/// The detector of that name: `short_term_pca` or `speed_minima`.
+/// The detector of that name: `short_term_pca`, `speed_minima` or `every_frame`.
 pub fn detector(name: &str) -> Option<Box<dyn CandidateDetector>> {
     match name {
         "short_term_pca" => Some(Box::new(ShortTermPca::default())),
         "speed_minima" => Some(Box::new(SpeedMinima::default())),
+        "every_frame" => Some(Box::new(EveryFrame)),
         _ => None,
     }
 }
@@ -48,6 +49,17 @@ pub struct SpeedMinima {
 impl Default for SpeedMinima {
     fn default() -> Self {
         Self { separation_s: 0.1 }
+    }
+}
+
+/// Every frame but the ends, which nothing precedes or follows. Turning points are few, and a particle meets one that moves as
+/// it does by luck; how alike poses and their velocities must be is then the jump's business alone. Not in S1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EveryFrame;
+
+impl CandidateDetector for EveryFrame {
+    fn detect(&self, positions: &[Vec<Point3<f64>>], _frames_per_second: f64) -> Vec<usize> {
+        (1..positions.len().saturating_sub(1)).collect()
     }
 }
 
@@ -188,5 +200,18 @@ mod tests {
             assert!(detector.detect(&swing(2), 60.0).is_empty(), "{name}");
         }
         assert!(detector("unknown").is_none());
+    }
+
+    #[test]
+    fn every_frame_between_the_ends_is_a_candidate_and_holds_those_of_the_others() {
+        let every = detector("every_frame").unwrap();
+        for frames in 0..3 {
+            assert!(every.detect(&swing(frames), 60.0).is_empty(), "{frames} frames");
+        }
+        let all = every.detect(&swing(240), 60.0);
+        assert_eq!((all.len(), all[0], all[237]), (238, 1, 238));
+        for name in ["short_term_pca", "speed_minima"] {
+            assert!(detector(name).unwrap().detect(&swing(240), 60.0).iter().all(|t| all.contains(t)), "{name}");
+        }
     }
 }

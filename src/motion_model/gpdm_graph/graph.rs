@@ -16,7 +16,7 @@ pub struct GraphSettings {
     pub clip_s: f64,
     /// TH of S1's Table 1 per anatomical joint, rad^2: S1's 1.0 over the 13 joints of a CMU body.
     pub threshold_per_joint: f64,
-    /// `short_term_pca` (S1) or `speed_minima`.
+    /// `short_term_pca` (S1), `speed_minima` or `every_frame`.
     pub detector: String,
     /// How each model is learned.
     pub training: TrainingOptions,

@@ -142,7 +142,7 @@ fn checked(
         return wrong("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions.to_string());
     }
     let Some(detector) = detector(&settings.detector) else {
-        return wrong("detector", "\"short_term_pca\" or \"speed_minima\"", settings.detector.clone());
+        return wrong("detector", "\"short_term_pca\", \"speed_minima\" or \"every_frame\"", settings.detector.clone());
     };
     let least = settings.training.latent_dimensions.max(settings.training.order.lag() + 1) + 1;
     let clip = ((settings.clip_s * rate).round() as usize).max(least);

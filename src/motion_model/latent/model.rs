@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -34,6 +34,8 @@ pub struct LatentModel {
     graph: Arc<GpdmGraph>,
     settings: LatentSettings,
     destinations: Vec<Destination>,
+    /// Per segment: the map's mean at every training latent, a row a frame.
+    training_means: Vec<Mat<f64>>,
     /// Per segment: spread of the latents per coordinate.
     spreads: Vec<f64>,
     roots: RootDynamics,
@@ -52,7 +54,9 @@ pub struct LatentParticle {
     pub latent: Vec<f64>,
     /// `z_{t-1}`.
     before: Vec<f64>,
-    /// What the particle's observation vector has beside the map's mean.
+    /// The map's mean at the latent point, an observation vector.
+    mean: Vec<f64>,
+    /// What the particle's observation vector has beside that mean.
     offset: Vec<f64>,
     root: PlanarRoot,
     frame: usize,
@@ -68,6 +72,9 @@ struct Departure {
     segment: usize,
     latent: Vec<f64>,
     before: Vec<f64>,
+    offset: Vec<f64>,
+    /// The pose at the map's mean.
+    rotations: Vec<UnitQuaternion<f64>>,
 }
 
 /// A particle on its way through a frame.
@@ -107,7 +114,19 @@ impl LatentModel {
         deviations.extend(residual.increments());
         deviations.extend(roots.deviations());
         let destinations = destinations(&graph);
-        Ok(Self { body, graph, settings, destinations, spreads, roots, residual, given_roots: None, deviations })
+        let training_means = graph.segments.iter().map(|s| s.gpdm.map_mean(s.gpdm.latents())).collect();
+        Ok(Self {
+            body,
+            graph,
+            settings,
+            destinations,
+            training_means,
+            spreads,
+            roots,
+            residual,
+            given_roots: None,
+            deviations,
+        })
     }
 
     /// The same, with the true root of every frame given away.
@@ -132,20 +151,44 @@ impl LatentModel {
         (0..z.nrows()).map(|i| (i, squared(i))).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
     }
 
-    /// S1's inter-transition: where the particle leaves from, in its own model or in the one it jumps to.
+    /// S1's inter-transition: where the particle leaves from, in its own model or in the one it jumps to. Its pose stays what it is:
+    /// what the means of the two models differ by goes into the offset, and dies out from there.
     fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> Departure {
         let at = (state.segment, self.nearest_row(state.segment, &state.latent));
         match jump(&self.graph, &self.destinations, &self.settings, at, &state.moving, rng) {
-            None => Departure { segment: state.segment, latent: state.latent.clone(), before: state.before.clone() },
-            Some(at) => {
-                let before = Candidate { row: at.row.saturating_sub(1), ..at };
-                Departure {
-                    segment: at.segment,
-                    latent: self.training_latent(at),
-                    before: self.training_latent(before),
-                }
-            }
+            None => Departure {
+                segment: state.segment,
+                latent: state.latent.clone(),
+                before: state.before.clone(),
+                offset: state.offset.clone(),
+                rotations: state.moving.rotations.clone(),
+            },
+            Some(at) => self.depart_from(at, state),
         }
+    }
+
+    /// A departure from a training frame in the pose of `state`.
+    fn depart_from(&self, at: Candidate, state: &LatentParticle) -> Departure {
+        let before = Candidate { row: at.row.saturating_sub(1), ..at };
+        let mean: Vec<f64> = self.training_means[at.segment].row(at.row).iter().copied().collect();
+        let observation = offset_by(state.mean.clone(), &state.offset);
+        Departure {
+            segment: at.segment,
+            latent: self.training_latent(at),
+            before: self.training_latent(before),
+            offset: self.offset_to(&mean, &observation, &state.pose),
+            rotations: self.graph.chart.rotations_of(&mean),
+        }
+    }
+
+    /// The offset that makes of a mean the observation vector of `pose`.
+    fn offset_to(&self, mean: &[f64], observation: &[f64], pose: &Pose) -> Vec<f64> {
+        let mut offset = self.residual.between(mean, observation);
+        let height = self.roots.height_offset(&self.body, &self.graph.chart, mean, pose);
+        if let (Some(last), Some(height)) = (offset.last_mut(), height) {
+            *last = height;
+        }
+        offset
     }
 
     /// S1's intra-transition and mapping for particles of one model: the next latent points, drawn from its dynamics, and the
@@ -172,14 +215,16 @@ impl LatentModel {
         let arrive = |(i, (journey, (latent, recovered))): (usize, (&mut Journey<'_>, (Vec<f64>, bool)))| {
             let mean: Vec<f64> = observations.row(i).iter().copied().collect();
             let rotations = self.graph.chart.rotations_of(&mean);
-            let moving = Moving::between(&journey.state.moving.rotations, rotations, self.graph.frames_per_second);
-            let offset = self.residual.next(&journey.state.offset, journey.rng);
+            let moving = Moving::between(&journey.departure.rotations, rotations, self.graph.frames_per_second);
+            let offset = self.residual.next(&journey.departure.offset, journey.rng);
             let frame = journey.state.frame + 1;
             let (root, pose) =
                 self.roots.next(&journey.state.pose, &journey.state.root, &self.stand(&mean, &offset), journey.rng);
             let pose = self.with_given_root(pose, frame);
             let before = std::mem::take(&mut journey.departure.latent);
-            (journey.index, LatentParticle { segment, latent, before, offset, root, frame, moving, pose, recovered })
+            let particle =
+                LatentParticle { segment, latent, before, mean, offset, root, frame, moving, pose, recovered };
+            (journey.index, particle)
         };
         journeys.iter_mut().zip(drawn).enumerate().map(arrive).collect()
     }
@@ -235,14 +280,10 @@ impl LatentModel {
         let rotations = self.graph.chart.rotations_of(&mean);
         let moving = Moving { velocities: vec![Default::default(); rotations.len()], rotations };
         let standing = self.graph.chart.observe_pose(start, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
-        let mut offset = self.residual.between(&mean, &standing);
-        let height = self.roots.height_offset(&self.body, &self.graph.chart, &mean, start);
-        if let (Some(last), Some(height)) = (offset.last_mut(), height) {
-            *last = height;
-        }
+        let offset = self.offset_to(&mean, &standing, start);
         let pose = self.with_given_root(self.roots.stand(&self.stand(&mean, &offset), &root), 0);
         let segment = at.segment;
-        LatentParticle { segment, latent, before, offset, root, frame: 0, moving, pose, recovered: false }
+        LatentParticle { segment, latent, before, mean, offset, root, frame: 0, moving, pose, recovered: false }
     }
 }
 
@@ -295,12 +336,13 @@ impl MotionModel for LatentModel {
         let (offset, root) = rest.split_at(rest.len() - 3);
         let latent: Vec<f64> = state.latent.iter().zip(latent).map(|(z, s)| z + s).collect();
         let offset = offset_by(state.offset.clone(), offset);
-        let root = state.root.after(&PlanarStep { forward: root[0], left: root[1], turn: root[2] });
+        let step = PlanarStep { forward: root[0], left: root[1], turn: root[2] };
         let mean = self.observation(state.segment, &latent);
         let rotations = self.graph.chart.rotations_of(&mean);
-        let pose = self.with_given_root(self.roots.stand(&self.stand(&mean, &offset), &root), state.frame);
+        let (root, pose) = self.roots.nudged(&state.pose, &state.root, &self.stand(&mean, &offset), &step);
+        let pose = self.with_given_root(pose, state.frame);
         let moving = Moving { rotations, velocities: state.moving.velocities.clone() };
-        LatentParticle { latent, offset, root, pose, moving, ..state.clone() }
+        LatentParticle { latent, mean, offset, root, pose, moving, ..state.clone() }
     }
 
     fn difference(&self, from: &LatentParticle, to: &LatentParticle, step: &mut [f64]) {
@@ -312,7 +354,9 @@ impl MotionModel for LatentModel {
         for (s, (a, b)) in latent.iter_mut().zip(from.latent.iter().zip(&to.latent)) {
             *s = if same { b - a } else { 0.0 };
         }
-        let apart = from.root.step_to(&to.root);
+        let still = PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 };
+        let (carried, _) = self.roots.nudged(&from.pose, &from.root, &self.stand(&to.mean, &to.offset), &still);
+        let apart = carried.step_to(&to.root);
         root.copy_from_slice(&[apart.forward, apart.left, apart.turn]);
     }
 

@@ -145,13 +145,31 @@ impl RootDynamics {
         }
     }
 
+    /// Root and pose when a nudge within a frame, not time, changed what stands there: feet hold the body as they do between frames
+    /// (where they are loose it stays where it is), then it goes by `step`.
+    pub(super) fn nudged(
+        &self,
+        before: &Pose,
+        root: &PlanarRoot,
+        at: &Stand<'_>,
+        step: &PlanarStep,
+    ) -> (PlanarRoot, Pose) {
+        let pose = self.stand(at, root);
+        let (root, pose) = match &self.footing {
+            Some(footing) => self.held(footing, before, *root, pose, at.body, [0.0; 3]),
+            None => (*root, pose),
+        };
+        let after = root.after(step);
+        (after, moved(pose, step.turn, &Vector2::new(after.x - root.x, after.y - root.y)))
+    }
+
     /// A pose that stands where the models' velocities put it, moved to where its feet say.
     fn held(
         &self,
         footing: &Footing,
         before: &Pose,
         root: PlanarRoot,
-        mut pose: Pose,
+        pose: Pose,
         body: &Humanoid,
         drawn: [f64; 3],
     ) -> (PlanarRoot, Pose) {
@@ -165,9 +183,7 @@ impl RootDynamics {
         let slides = feet.iter().map(|(step, loose)| (back(step), loose.slide));
         let slide = Fused::of(Vector2::zeros(), self.slide_variance(), slides);
         let shift = slide.mean() + Vector2::new(drawn[0], drawn[1]) * slide.deviation(LEAST_NOISE.forward);
-        let placed = &mut pose.world_from_root;
-        placed.rotation = rotation_about(&Vector3::z_axis(), turned) * placed.rotation;
-        placed.translation.vector += Vector3::new(shift.x, shift.y, 0.0);
+        let pose = moved(pose, turned, &shift);
         let root = root.after(&PlanarStep { forward: 0.0, left: 0.0, turn: turned });
         (PlanarRoot { x: root.x + shift.x, y: root.y + shift.y, ..root }, pose)
     }
@@ -176,6 +192,14 @@ impl RootDynamics {
     fn slide_variance(&self) -> f64 {
         0.5 * (self.noise.forward * self.noise.forward + self.noise.left * self.noise.left)
     }
+}
+
+/// A pose turned on the spot and shifted along the ground.
+fn moved(mut pose: Pose, turned: f64, shift: &Vector2<f64>) -> Pose {
+    let placed = &mut pose.world_from_root;
+    placed.rotation = rotation_about(&Vector3::z_axis(), turned) * placed.rotation;
+    placed.translation.vector += Vector3::new(shift.x, shift.y, 0.0);
+    pose
 }
 
 /// What stands somewhere: the map's mean and an offset.

@@ -82,6 +82,9 @@ pub enum JumpRule {
     /// Jumping weighs `exp(-distance / width)` per candidate against 1 for staying.
     #[default]
     StayWeighted,
+    /// As [`Self::StayWeighted`], but every weight is divided by the number of candidates of its model: how often particles jump
+    /// does not grow with the number of candidates.
+    StayShared,
 }
 
 /// How particles are shared among the training poses that resemble the start pose.

@@ -35,10 +35,25 @@ impl Moving {
         Self { rotations: now, velocities }
     }
 
-    fn distance(&self, other: &Self, velocity_weight: f64) -> f64 {
+    pub(super) fn distance(&self, other: &Self, velocity_weight: f64) -> f64 {
         let velocity = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - b).norm_squared();
         let velocities: f64 = self.velocities.iter().zip(&other.velocities).map(velocity).sum();
         distance(&self.rotations, &other.rotations) + velocity_weight * velocities
+    }
+
+    /// The distance if it is below `limit`. What is certainly farther, by the chords of the angles, costs no arctangent.
+    pub(super) fn distance_below(&self, other: &Self, velocity_weight: f64, limit: f64) -> Option<f64> {
+        let mut least = 0.0;
+        let joints = self.rotations.iter().zip(&other.rotations).zip(self.velocities.iter().zip(&other.velocities));
+        for ((a, b), (u, v)) in joints {
+            let cos = a.coords.dot(&b.coords);
+            least += 4.0 * (1.0 - cos * cos) + velocity_weight * (u - v).norm_squared();
+            // rounding must not cost a pose that lies just below the limit
+            if least > limit + 1e-9 {
+                return None;
+            }
+        }
+        Some(self.distance(other, velocity_weight)).filter(|distance| *distance < limit)
     }
 }
 
@@ -47,11 +62,17 @@ impl Moving {
 pub(super) struct Destination {
     pub(super) at: Candidate,
     moving: Moving,
+    /// One over the number of candidates of its model.
+    share: f64,
 }
 
 /// All destinations of a graph, its natural edges apart.
 pub(super) fn destinations(graph: &GpdmGraph) -> Vec<Destination> {
-    graph.candidates.iter().map(|at| Destination { at: *at, moving: moving_at(graph, *at) }).collect()
+    let mut counts = vec![0.0; graph.segments.len()];
+    graph.candidates.iter().for_each(|at| counts[at.segment] += 1.0);
+    let destination =
+        |at: &Candidate| Destination { at: *at, moving: moving_at(graph, *at), share: 1.0 / counts[at.segment] };
+    graph.candidates.iter().map(destination).collect()
 }
 
 /// Where a particle in `segment`, nearest to training row `row` there, jumps to; `None` to stay.
@@ -82,11 +103,11 @@ pub(super) fn jump(
         }
         InterTransition::Graph { rule, threshold, width, velocity_weight } => {
             let joints = moving.rotations.len() as f64;
-            let near: Vec<(Candidate, f64)> = destinations
+            let limit = threshold * joints;
+            let near: Vec<(&Destination, f64)> = destinations
                 .iter()
                 .filter(|d| d.at.segment != segment)
-                .map(|d| (d.at, d.moving.distance(moving, velocity_weight)))
-                .filter(|(_, distance)| *distance < threshold * joints)
+                .filter_map(|d| Some((d, d.moving.distance_below(moving, velocity_weight, limit)?)))
                 .collect();
             choose(&near, rule, width * joints, rng)
         }
@@ -125,21 +146,25 @@ fn moving_at(graph: &GpdmGraph, at: Candidate) -> Moving {
     Moving { rotations: rotations[at.row].clone(), ..velocity }
 }
 
-fn choose(near: &[(Candidate, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {
+/// Of destinations and their distances, the one that is drawn; `None` to stay.
+fn choose(near: &[(&Destination, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {
     let drawn: f64 = rng.random();
-    let shares: Vec<f64> = match rule {
+    let shares = match rule {
         JumpRule::Literal => literal_shares(&near.iter().map(|n| n.1).collect::<Vec<_>>()),
-        JumpRule::StayWeighted => {
-            let weights: Vec<f64> = near.iter().map(|n| libm::exp(-n.1 / width)).collect();
-            let total = 1.0 + weights.iter().sum::<f64>();
-            weights.into_iter().map(|weight| weight / total).collect()
-        }
+        JumpRule::StayWeighted => beside_staying(near.iter().map(|n| libm::exp(-n.1 / width)).collect()),
+        JumpRule::StayShared => beside_staying(near.iter().map(|n| n.0.share * libm::exp(-n.1 / width)).collect()),
     };
     let mut passed = 0.0;
-    near.iter().zip(shares).find_map(|((at, _), share)| {
+    near.iter().zip(shares).find_map(|((destination, _), share)| {
         passed += share;
-        (drawn < passed).then_some(*at)
+        (drawn < passed).then_some(destination.at)
     })
+}
+
+/// Probabilities of jumps of these weights, where staying weighs 1.
+fn beside_staying(weights: Vec<f64>) -> Vec<f64> {
+    let total = 1.0 + weights.iter().sum::<f64>();
+    weights.into_iter().map(|weight| weight / total).collect()
 }
 
 /// The training frame of a model whose pose is most similar.

@@ -210,3 +210,75 @@ fn the_first_particles_without_jitter_have_the_start_pose_itself() {
     let (a, b) = (particle.pose.world_from_root, start.world_from_root);
     assert!((a.translation.vector - b.translation.vector).norm() < 1e-9 && a.rotation.angle_to(&b.rotation) < 1e-7);
 }
+
+#[test]
+fn a_jump_leaves_the_pose_where_it_is_on_whatever_frame_it_lands() {
+    let (body, motion, graph) = learned();
+    let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
+    let particle = follow(&model, &motion, 5).swap_remove(20);
+    for (segment, s) in graph.segments.iter().enumerate() {
+        for row in [0, s.rotations.len() / 2, s.rotations.len() - 1] {
+            let departure = model.depart_from(Candidate { segment, row }, &particle);
+            let mean = model.observation(segment, &departure.latent);
+            let pose = model.roots.stand(&model.stand(&mean, &departure.offset), &particle.root);
+            let (a, b) = (pose.world_from_root, particle.pose.world_from_root);
+            assert!((&pose.joint_angles - &particle.pose.joint_angles).amax() < 1e-9, "model {segment}, row {row}");
+            assert!(
+                (a.translation.vector - b.translation.vector).norm() < 1e-9 && a.rotation.angle_to(&b.rotation) < 1e-7
+            );
+            // what jumps compare is the mean of the new model, so that a jump is no velocity
+            assert!(distance(&departure.rotations, &graph.chart.rotations_of(&mean)) < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_jump_without_offsets_lands_on_the_manifold() {
+    let (body, motion, graph) = learned();
+    let settings = LatentSettings { residual_scale: 0.0, ..LatentSettings::default() };
+    let model = LatentModel::new(body, graph, settings).unwrap();
+    let particle = follow(&model, &motion, 5).swap_remove(20);
+    assert!(model.depart_from(Candidate { segment: 0, row: 3 }, &particle).offset.is_empty());
+}
+
+#[test]
+fn shared_weights_jump_as_often_however_many_candidates_there_are() {
+    let (_, _, graph) = learned();
+    let here = &graph.segments[0].rotations;
+    let moving = Moving::between(&here[9], here[10].clone(), graph.frames_per_second);
+    let jumps = |rule: JumpRule, copies: usize| -> Vec<bool> {
+        let mut graph = GpdmGraph::clone(&graph);
+        graph.candidates = vec![Candidate { segment: 1, row: 5 }; copies];
+        let transition = InterTransition::Graph { rule, threshold: 10.0, width: 5.0, velocity_weight: 0.0 };
+        let settings = LatentSettings { transition, ..LatentSettings::default() };
+        let destinations = destinations(&graph);
+        let jumps = |seed| {
+            let mut rng = stream(seed, Purpose::MotionModel, 0, 0, 0);
+            jump(&graph, &destinations, &settings, (0, 10), &moving, &mut rng).is_some()
+        };
+        (0..300).map(jumps).collect()
+    };
+    let one = jumps(JumpRule::StayWeighted, 1);
+    assert!(one.contains(&true) && one.contains(&false));
+    assert_eq!(jumps(JumpRule::StayShared, 1), one);
+    assert_eq!(jumps(JumpRule::StayShared, 40), one);
+    let count = |jumps: Vec<bool>| jumps.into_iter().filter(|j| *j).count();
+    assert!(count(jumps(JumpRule::StayWeighted, 40)) > count(one));
+}
+
+#[test]
+fn distances_below_a_limit_are_those_that_are_measured_in_full() {
+    let (_, _, graph) = learned();
+    let rotations = &graph.segments[0].rotations;
+    let moving: Vec<Moving> =
+        rotations.windows(2).map(|w| Moving::between(&w[0], w[1].clone(), graph.frames_per_second)).collect();
+    let (mut below, mut above) = (0, 0);
+    for (a, b) in moving.iter().flat_map(|a| moving.iter().map(move |b| (a, b))) {
+        for (limit, weight) in [(0.1, 0.0), (0.4, 0.0), (0.4, 0.02), (2.0, 0.02)] {
+            let full = Some(a.distance(b, weight)).filter(|d| *d < limit);
+            assert_eq!(a.distance_below(b, weight, limit), full);
+            (below, above) = (below + usize::from(full.is_some()), above + usize::from(full.is_none()));
+        }
+    }
+    assert!(below > 100 && above > 100, "{below} below, {above} above");
+}

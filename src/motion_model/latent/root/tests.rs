@@ -137,3 +137,31 @@ fn estimates_are_weighed_by_the_inverses_of_their_variances() {
     assert!((fused.deviation(0.0) - 1.0 / 6.0_f64.sqrt()).abs() < 1e-12);
     assert_eq!(fused.deviation(0.5), 0.5);
 }
+
+#[test]
+fn a_nudge_leaves_a_firm_foot_where_it_is_but_for_its_own_step() {
+    let body = Humanoid::tracker25().unwrap();
+    let footing = rock().unwrap();
+    let motion = on_one_leg(&body, &footing, 20);
+    let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
+    let observations = chart.observe(&motion);
+    let roots = dynamics(rock());
+    for t in 1..20 {
+        let before = &motion.poses[t];
+        let root = PlanarRoot::of(before);
+        let mean: Vec<f64> = observations.row(t).iter().copied().collect();
+        let mut offset: Vec<f64> = (0..mean.len() - 3).map(|i| 0.1 * ((t * (i + 3)) as f64).sin()).collect();
+        *offset.last_mut().unwrap() = 0.0;
+        let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &offset };
+        let foot = |pose: &Pose| footing.feet(&body, pose).places()[0];
+        let (still, pose) = roots.nudged(before, &root, &at, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
+        assert!((foot(&pose).translation.vector - foot(before).translation.vector).norm() < 1e-9, "frame {t}");
+        // the same step from the same place; and another road to the pose: the offset, standing there
+        let (gone, moved) = roots.nudged(before, &root, &at, &PlanarStep { forward: 0.1, left: -0.05, turn: 0.2 });
+        let step = still.step_to(&gone);
+        assert!((step.forward - 0.1).abs() + (step.left + 0.05).abs() + (step.turn - 0.2).abs() < 1e-12);
+        let stands = roots.stand(&at, &gone).world_from_root;
+        assert!((stands.translation.vector - moved.world_from_root.translation.vector).norm() < 1e-9);
+        assert!(stands.rotation.angle_to(&moved.world_from_root.rotation) < 1e-7);
+    }
+}
