@@ -4,76 +4,133 @@ mod support;
 
 use skiagraph::body::retarget::{RetargetOptions, Retargeted, retarget};
 use skiagraph::body::shipped;
-use skiagraph::contact::{ContactRule, GroundContacts, fix};
+use skiagraph::contact::{ContactRule, FixReport, GroundContacts, fix};
 use skiagraph::mocap::{ReadOptions, read};
 
-/// The first 400 frames of a clip on the actor.
-fn walk(name: &str) -> Option<Retargeted> {
-    let path = support::test_data("mocap/cmu_asf_amc")?.join(name);
-    let mut clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
-    clip.frames.truncate(400);
+/// All walks of CMU that the tests have.
+const WALKS: [&str; 8] = ["49_01", "16_15", "16_17", "16_22", "02_01", "35_02", "35_08", "35_34"];
+const RATES: [f64; 3] = [120.0, 60.0, 30.0];
+
+/// A whole clip at a rate on the actor, as a scenario has it: first resampled, then retargeted.
+fn walk(name: &str, frames_per_second: f64) -> Option<Retargeted> {
+    let path = support::test_data("mocap/cmu_asf_amc")?.join(format!("{name}.amc"));
+    let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
+    let clip = clip.resampled(frames_per_second).unwrap();
     Some(retarget(&clip, &shipped("actor").unwrap(), &RetargetOptions::default()).unwrap())
 }
 
+/// First and last instants of the stances of a foot, seconds, without those at which the clip begins or ends: they are none of
+/// the foot's.
+type Stances = Vec<[Option<f64>; 2]>;
+
+fn stances(walk: &Retargeted) -> [Stances; 2] {
+    let motion = &walk.motion;
+    let found = GroundContacts::of_motion(&walk.humanoid, motion, &ContactRule::default()).unwrap();
+    let at = |frame: usize| {
+        let is_inside = frame > 0 && frame + 1 < motion.poses.len();
+        is_inside.then_some(frame as f64 / motion.frames_per_second)
+    };
+    found.feet.map(|foot| foot.stances().into_iter().map(|s| [at(s.start), at(s.end - 1)]).collect())
+}
+
+/// Rates are compared each with each.
+fn same_stances_at_all_rates(name: &str) -> Option<()> {
+    let mut found = Vec::new();
+    for fps in RATES {
+        found.push((fps, stances(&walk(name, fps)?)));
+    }
+    for (i, (fast, of_fast)) in found.iter().enumerate() {
+        for (slow, of_slow) in &found[i + 1..] {
+            let mut apart = 0.0_f64;
+            for (a, b) in of_fast.iter().zip(of_slow) {
+                assert_eq!(a.len(), b.len(), "{name} at {fast} and {slow} Hz: {of_fast:.3?} and {of_slow:.3?}");
+                let both = a.iter().flatten().zip(b.iter().flatten()).filter_map(|(a, b)| a.zip(*b));
+                apart = both.map(|(a, b)| (a - b).abs()).fold(apart, f64::max);
+            }
+            let count = of_fast.iter().map(Vec::len).sum::<usize>();
+            println!("| {name} | {fast} and {slow} | {count} | {:.2} |", apart * 30.0);
+            assert!(apart <= 1.0 / 30.0 + 1e-9, "{name} at {fast} and {slow} Hz: {of_fast:.3?} and {of_slow:.3?}");
+        }
+    }
+    Some(())
+}
+
+/// A line of the table of `results/contact.md`.
+fn line(name: &str, walk: &Retargeted, report: &FixReport) -> String {
+    let (a, b, old) = (report.before, report.after, report.after_in_old_stances);
+    let most = &report.moved_most;
+    format!(
+        "| {name} | {} | {} | {:.1} -> {:.1} | {:.1} | {:.1} -> {:.1} | {:.1} -> {:.1} | {:.1} | {:.0} ({}, {}) |",
+        walk.motion.frames_per_second,
+        walk.motion.poses.len(),
+        a.skate_mm_per_s,
+        b.skate_mm_per_s,
+        old.skate_mm_per_s,
+        a.penetration_mm,
+        b.penetration_mm,
+        a.float_mm,
+        b.float_mm,
+        report.moved_mm,
+        most.mm,
+        most.link,
+        most.frame
+    )
+}
+
+/// What keeps a settled walk from what it must reach; empty if nothing does.
+fn shortcomings(name: &str, fps: f64, report: &FixReport) -> Vec<String> {
+    let mut found = Vec::new();
+    for after in [report.after, report.after_in_old_stances] {
+        if !(after.skate_mm_per_s <= 20.0 && after.penetration_mm <= 2.0 && after.float_mm <= 10.0) {
+            found.push(format!("{name} at {fps} Hz: {after}"));
+        }
+    }
+    if report.moved_mm > 15.0 {
+        found.push(format!("{name} at {fps} Hz: {report}"));
+    }
+    found
+}
+
+fn settled_well(cases: impl IntoIterator<Item = (&'static str, f64)>) -> Option<()> {
+    println!(
+        "| clip | Hz | frames | skate mm/s | in the stances as they were | penetration mm | float mm | joints moved mm | most |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    let mut all = Vec::new();
+    for (name, fps) in cases {
+        let walk = walk(name, fps)?;
+        let report = fix(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap().report;
+        println!("{}", line(name, &walk, &report));
+        all.extend(shortcomings(name, fps, &report));
+    }
+    assert!(all.is_empty(), "{all:#?}");
+    Some(())
+}
+
+/// The clips on which labels were once told apart: a stance that fell in two, ones lost at an end, beginnings 1.75 frames apart.
 #[test]
 fn the_same_walk_at_30_60_and_120_hz_has_the_same_stances_within_a_frame_of_the_slowest() {
-    for name in ["49_01.amc", "16_15.amc"] {
-        let Some(walk) = walk(name) else { return };
-        let stances = |fps: f64| {
-            let motion = walk.motion.resampled(&walk.humanoid, fps).unwrap();
-            let found = GroundContacts::of_motion(&walk.humanoid, &motion, &ContactRule::default()).unwrap();
-            found.feet.map(|foot| {
-                let seconds = |s: std::ops::Range<usize>| [s.start as f64 / fps, (s.end - 1) as f64 / fps];
-                foot.stances().into_iter().map(seconds).collect::<Vec<_>>()
-            })
-        };
-        let fastest = stances(120.0);
-        println!("{name}: {fastest:.3?}");
-        for fps in [60.0, 30.0] {
-            let found = stances(fps);
-            println!("  at {fps}: {found:.3?}");
-            for (a, b) in fastest.iter().zip(&found) {
-                assert_eq!(a.len(), b.len(), "{name} at {fps} Hz");
-                for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
-                    assert!((a - b).abs() <= 1.0 / 30.0 + 1e-9, "{name} at {fps} Hz: {a} and {b} s");
-                }
-            }
+    for name in ["16_17", "16_22", "02_01"] {
+        if same_stances_at_all_rates(name).is_none() {
+            return;
         }
-        assert!(fastest.iter().all(|foot| foot.len() >= 2), "{name}: {fastest:?}");
     }
 }
 
-/// Prints the table of `results/contact.md`.
 #[test]
 fn fixed_walks_neither_skate_nor_sink() {
-    println!(
-        "| clip | frames | skate mm/s | in the stances as they were | penetration mm | float mm | joints moved mm | most |"
-    );
-    println!("|---|---|---|---|---|---|---|---|");
-    for name in ["49_01", "16_15", "16_17", "16_22", "35_02", "02_01"] {
-        let Some(walk) = walk(&format!("{name}.amc")) else { return };
-        let report = fix(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap().report;
-        let (a, b, old) = (report.before, report.after, report.after_in_old_stances);
-        let most = &report.moved_most;
-        println!(
-            "| {name} | {} | {:.1} -> {:.1} | {:.1} | {:.1} -> {:.1} | {:.1} -> {:.1} | {:.1} | {:.0} ({}, {}) |",
-            walk.motion.poses.len(),
-            a.skate_mm_per_s,
-            b.skate_mm_per_s,
-            old.skate_mm_per_s,
-            a.penetration_mm,
-            b.penetration_mm,
-            a.float_mm,
-            b.float_mm,
-            report.moved_mm,
-            most.mm,
-            most.link,
-            most.frame
-        );
-        for after in [b, old] {
-            assert!(after.skate_mm_per_s <= 20.0 && after.penetration_mm <= 2.0, "{name}: {after:?}");
-            assert!(after.float_mm <= 10.0, "{name}: {after:?}");
+    let _ = settled_well([("16_22", 30.0), ("35_02", 30.0), ("16_22", 60.0), ("35_34", 120.0)]);
+}
+
+/// The tables of `results/contact.md`: all walks at all rates.
+#[test]
+#[ignore = "takes minutes; the two tests above look at the hardest of these"]
+fn all_walks_at_all_rates() {
+    println!("| clip | Hz | stances | furthest apart, frames at 30 Hz |\n|---|---|---|---|");
+    for name in WALKS {
+        if same_stances_at_all_rates(name).is_none() {
+            return;
         }
-        assert!(report.moved_mm <= 15.0, "{name}: {report}");
     }
+    let _ = settled_well(WALKS.into_iter().flat_map(|name| RATES.map(|fps| (name, fps))));
 }

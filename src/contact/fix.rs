@@ -5,8 +5,8 @@ use std::fmt;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::foot_paths::offsets;
-use super::ground_contacts::link_frames;
+use super::foot_paths::planted;
+use super::ground_contacts::{Clip, link_frames};
 use super::{ContactError, ContactRule, GroundContacts, GroundQuality};
 use crate::body::retarget::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
 use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
@@ -83,7 +83,7 @@ impl fmt::Display for FixReport {
     }
 }
 
-/// Settles a motion on the ground z = 0: feet that stand by `rule` are planted, nothing sinks; every frame is a
+/// Settles a motion on the ground z = 0: feet that stand by `rule`, now or once settled, are planted, nothing sinks; every frame is a
 /// least squares problem with the body's joint limits, in which feet follow their planted paths with the orientation that they
 /// have, and the root and all angles stay near where they were. No angle changes by more than 0.35 rad. A motion whose standing
 /// feet are underground, further than contact begins above it, is first raised as a whole.
@@ -98,7 +98,8 @@ pub fn fix(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Fixed
     let old_frames = link_frames(body, &old)?;
     let contacts = GroundContacts::of_frames(body, body, &old_frames, motion.frames_per_second, rule)?;
     let feet = contacts.feet.each_ref().map(|foot| foot.links.clone());
-    let paths = contacts.feet.each_ref().map(|foot| offsets(foot, &old_frames, motion.frames_per_second));
+    let clip = Clip { surface: body, frames: &old_frames, frames_per_second: motion.frames_per_second, rule };
+    let paths = contacts.feet.each_ref().map(|foot| planted(&clip, foot));
     let poses = (0..old_frames.len()).into_par_iter().map(|frame| {
         let shifts = [paths[0][frame], paths[1][frame]];
         place(&bounded(body, &old.poses[frame]), &old.poses[frame], &old_frames[frame], &feet, shifts)

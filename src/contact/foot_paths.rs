@@ -2,23 +2,60 @@
 
 use nalgebra::Vector3;
 
-use super::{ContactTrack, Stance};
+use super::ground_contacts::Clip;
+use super::{ContactTrack, Stance, stances};
 use crate::body::LinkFrames;
 
 /// Time within which the rate of a foot's offset dies out once the foot has left the ground, seconds.
 const RATES_DIE_OUT_S: f64 = 0.05;
 
-/// Offsets of one foot from where it is now, world, metres, one a frame.
+/// Offsets of one foot from where it is now, world, metres, one a frame, such that it stands still in all frames in which, moved
+/// by them, it counts as standing.
+///
+/// A foot that is held in place up to the last frame of its recorded stance starts and ends its flight later and earlier than
+/// the recorded foot, from where it was held: for some frames about the stance it is still so low and slow that it stands, and
+/// skates. It is therefore held in these frames too, and in those to either side from which the speed of the outermost ones is
+/// told, until no frame is added; as the recorded foot is ever faster further from the stance, these are few.
+pub(super) fn planted(clip: &Clip<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
+    let mut held: Vec<bool> = track.frames.iter().map(|frame| frame.in_contact).collect();
+    loop {
+        let offsets = offsets(track, &stances(&held), clip.frames, clip.frames_per_second);
+        let frames: Vec<LinkFrames> =
+            clip.frames.iter().zip(&offsets).map(|(frames, offset)| moved(frames, &track.links, offset)).collect();
+        let Some(planned) = (Clip { frames: &frames, ..*clip }).track(&track.name, track.links.clone()) else {
+            return offsets;
+        };
+        let before = held.clone();
+        for stance in planned.stances() {
+            held[stance.start.saturating_sub(1)..(stance.end + 1).min(before.len())].fill(true);
+        }
+        if held == before {
+            return offsets;
+        }
+    }
+}
+
+fn moved(frames: &LinkFrames, links: &[usize], by: &Vector3<f64>) -> LinkFrames {
+    let mut moved = frames.clone();
+    links.iter().for_each(|&link| moved.0[link].translation.vector += by);
+    moved
+}
+
+/// Offsets of one foot that hold it in these stances.
 ///
 /// In a stance the foot keeps its orientation, and its offset is such that the material at its lowest point does not move: it
 /// stands, or rolls without slipping, with its lowest point at z = 0; what is left free, where it stands, is chosen nearest to
 /// where it was on average. Between two stances a smooth step joins the offsets, their rates dying out within 0.05 s; the
 /// foot is raised wherever it would sink.
-pub(super) fn offsets(track: &ContactTrack, frames: &[LinkFrames], frames_per_second: f64) -> Vec<Vector3<f64>> {
+fn offsets(
+    track: &ContactTrack,
+    stances: &[Stance],
+    frames: &[LinkFrames],
+    frames_per_second: f64,
+) -> Vec<Vector3<f64>> {
     let reach = RATES_DIE_OUT_S * frames_per_second;
     let mut offsets = vec![Vector3::zeros(); frames.len()];
-    let stances = track.stances();
-    for stance in &stances {
+    for stance in stances {
         plant(track, frames, stance, &mut offsets[stance.clone()]);
     }
     for pair in stances.windows(2) {

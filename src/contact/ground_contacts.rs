@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::{ContactError, ContactRule, FOOT_NAMES, Stance, Surface, stances};
+use super::{ContactError, ContactRule, FOOT_NAMES, Stance, Surface, SurfacePoint, stances};
 use crate::body::{Humanoid, LinkFrames, Motion};
 
 /// Contact of every link that has flesh, and of the two feet, in every frame of a motion.
@@ -147,54 +147,67 @@ pub(super) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFr
 }
 
 /// What tracks are made of.
-struct Clip<'a> {
-    surface: &'a dyn Surface,
-    frames: &'a [LinkFrames],
-    frames_per_second: f64,
-    rule: &'a ContactRule,
+#[derive(Clone, Copy)]
+pub(super) struct Clip<'a> {
+    pub(super) surface: &'a dyn Surface,
+    pub(super) frames: &'a [LinkFrames],
+    pub(super) frames_per_second: f64,
+    pub(super) rule: &'a ContactRule,
 }
 
 impl Clip<'_> {
     /// `None` where the links have no surface.
-    fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
+    pub(super) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
         let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
         let lowest = lowest.collect::<Option<Vec<_>>>()?;
         let reach = self.rule.speed_reach(self.frames_per_second);
         let measures: Vec<(f64, f64)> = lowest
             .iter()
             .enumerate()
-            .map(|(frame, lowest)| (lowest.point.z, self.velocity(frame, lowest.link, &lowest.point, reach).norm()))
+            .map(|(frame, lowest)| {
+                let speed = |centre| self.velocity_about(centre, frame, lowest, reach).norm();
+                (lowest.point.z, least_speed(frame, self.frames.len(), reach, speed))
+            })
             .collect();
         let labels = self.rule.label(&measures, self.frames_per_second);
         let frames = lowest.iter().zip(labels).enumerate().map(|(frame, (lowest, in_contact))| GroundContact {
             gap_m: lowest.point.z,
             point: lowest.point,
             link: lowest.link,
-            velocity: self.velocity(frame, lowest.link, &lowest.point, 1),
+            velocity: self.velocity_about(frame, frame, lowest, 1),
             in_contact,
         });
         Some(ContactTrack { name: name.to_owned(), frames: frames.collect(), links })
     }
 
-    fn velocity(&self, frame: usize, link: usize, point: &Point3<f64>, reach: usize) -> Vector3<f64> {
-        material_velocity(self.frames, self.frames_per_second, frame, link, point, reach)
+    fn velocity_about(&self, centre: usize, frame: usize, lowest: &SurfacePoint, reach: usize) -> Vector3<f64> {
+        let in_link = self.frames[frame][lowest.link].inverse_transform_point(&lowest.point);
+        material_velocity(self.frames, self.frames_per_second, centre, lowest.link, &in_link, reach)
     }
 }
 
-/// Mean velocity, over `reach` frames either way, of what of `link` is at `point` in this frame, world, m/s.
+/// The speed by which contact is told: that of the window about `frame`, or where it reaches beyond an end of the motion and
+/// the nearest whole window has a lesser one, that. Half a window sees twice the noise of a whole one, and a whole one,
+/// further from the end, may hold a heel that only just struck.
+pub(super) fn least_speed(frame: usize, frames: usize, reach: usize, speed: impl Fn(usize) -> f64) -> f64 {
+    let nearest_whole = frame.max(reach).min((frames - 1).saturating_sub(reach));
+    let own = speed(frame);
+    if nearest_whole == frame { own } else { own.min(speed(nearest_whole)) }
+}
+
+/// Mean velocity, over `reach` frames either way of `centre`, of a point of a link, world, m/s.
 pub(super) fn material_velocity(
     frames: &[LinkFrames],
     frames_per_second: f64,
-    frame: usize,
+    centre: usize,
     link: usize,
-    point: &Point3<f64>,
+    in_link: &Point3<f64>,
     reach: usize,
 ) -> Vector3<f64> {
-    let (before, after) = (frame.saturating_sub(reach), (frame + reach).min(frames.len() - 1));
+    let (before, after) = (centre.saturating_sub(reach), (centre + reach).min(frames.len() - 1));
     if before == after {
         return Vector3::zeros();
     }
-    let in_link = frames[frame][link].inverse_transform_point(point);
     let moved = frames[after][link] * in_link - frames[before][link] * in_link;
     moved * (frames_per_second / (after - before) as f64)
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::ground_contacts::material_velocity;
+use super::ground_contacts::{least_speed, material_velocity};
 use super::solid_distance::{nearest_point, solid_distance};
 use super::{ContactError, ContactRule};
 use crate::body::{Humanoid, LinkFrames, Prop};
@@ -95,19 +95,22 @@ struct Clip<'a> {
 impl Clip<'_> {
     fn track(&self, prop: &Prop, link: usize) -> Vec<PropContact> {
         let near: Vec<Near> = self.frames.iter().map(|frames| self.near(prop, frames, link)).collect();
-        let slip = |frame: usize, reach: usize| {
+        let slip_about = |centre: usize, frame: usize, reach: usize| {
             let Near { point, normal, .. } = &near[frame];
-            let velocity = material_velocity(self.frames, self.frames_per_second, frame, link, point, reach);
+            let in_link = self.frames[frame][link].inverse_transform_point(point);
+            let velocity = material_velocity(self.frames, self.frames_per_second, centre, link, &in_link, reach);
             velocity - normal * normal.dot(&velocity)
         };
         let reach = self.rule.speed_reach(self.frames_per_second);
+        let speed =
+            |frame: usize| least_speed(frame, near.len(), reach, |centre| slip_about(centre, frame, reach).norm());
         let measures: Vec<(f64, f64)> =
-            near.iter().enumerate().map(|(frame, near)| (near.gap_m, slip(frame, reach).norm())).collect();
+            near.iter().enumerate().map(|(frame, near)| (near.gap_m, speed(frame))).collect();
         let labels = self.rule.label(&measures, self.frames_per_second);
         let contact = |(frame, in_contact): (usize, bool)| PropContact {
             gap_m: near[frame].gap_m,
             point: near[frame].point,
-            slip: slip(frame, 1),
+            slip: slip_about(frame, frame, 1),
             in_contact,
         };
         labels.into_iter().enumerate().map(contact).collect()

@@ -1,22 +1,29 @@
 //! When something counts as standing on the ground.
 
-use super::ContactError;
+use super::{ContactError, stances};
 
-/// Thresholds with hysteresis. All are lengths, speeds and times, none is a number of frames, so that the same motion gets the
-/// same labels at any frame rate.
+/// Thresholds with hysteresis, which looks both ways in time: a contact is a run of instants low and slow enough to *go on*
+/// that were, for a while, low and slow enough to *begin*. Were the state at one instant to hang on the one before, a dip of the
+/// speed between two frames of a slow camera would move or lose a contact that a fast camera sees.
+///
+/// All are lengths, speeds and times, none is a number of frames, and times are told between frames too (gap and speed are
+/// linear there), so that the same motion gets the same labels at any frame rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactRule {
-    /// Contact begins below this gap to the ground, metres.
+    /// A contact comes below this gap to the ground, metres.
     pub enter_gap_m: f64,
-    /// And below this speed of the lowest point, m/s.
+    /// And, at the same time, below this speed of the lowest point, m/s.
     pub enter_speed_m_per_s: f64,
-    /// It ends above this gap, metres.
+    /// It lasts while the gap is no more than this, metres.
     pub leave_gap_m: f64,
-    /// Or above this speed, m/s.
+    /// And the speed no more than this, m/s.
     pub leave_speed_m_per_s: f64,
-    /// Speeds are means over this time, half before the instant and half after it, seconds (at least one frame each way).
+    /// Speeds are means over this time, half before the instant and half after it, seconds (at least one frame each way). Where a
+    /// motion begins or ends, and half of that is missing, the mean over the half that is there counts, or that over the nearest
+    /// whole window, whichever is less.
     pub speed_window_s: f64,
-    /// Contacts that last less are none, seconds.
+    /// Contacts that spend less time than this below the thresholds at which they come are none, unless the beginning or the end
+    /// of the motion cuts them off; and breaks between two contacts that last less are none either, seconds.
     pub shortest_s: f64,
 }
 
@@ -67,23 +74,61 @@ impl ContactRule {
 
     /// Whether each frame is in contact, by its gap (metres) and the speed of its lowest point (m/s).
     pub(super) fn label(&self, frames: &[(f64, f64)], frames_per_second: f64) -> Vec<bool> {
-        let mut standing = false;
-        let mut labels: Vec<bool> = frames
-            .iter()
-            .map(|&(gap, speed)| {
-                standing = match standing {
-                    true => gap <= self.leave_gap_m && speed <= self.leave_speed_m_per_s,
-                    false => gap < self.enter_gap_m && speed < self.enter_speed_m_per_s,
-                };
-                standing
-            })
-            .collect();
-        for stance in super::stances(&labels) {
-            if (stance.len() as f64) < self.shortest_s * frames_per_second {
-                labels[stance].fill(false);
+        let comes = Thresholds { gap_m: self.enter_gap_m, speed_m_per_s: self.enter_speed_m_per_s };
+        let lasts = Thresholds { gap_m: self.leave_gap_m, speed_m_per_s: self.leave_speed_m_per_s };
+        let mut labels: Vec<bool> = frames.iter().map(|frame| lasts.hold(*frame)).collect();
+        let runs = stances(&labels);
+        for run in &runs {
+            let ends = [run.start, run.end - 1].map(|end| end == 0 || end + 1 == frames.len());
+            let is_cut_off = ends[0] && comes.hold(frames[run.start]) || ends[1] && comes.hold(frames[run.end - 1]);
+            let around = &frames[run.start.saturating_sub(1)..(run.end + 1).min(frames.len())];
+            let below_s = comes.held(around) / frames_per_second;
+            let comes_at_all = frames[run.clone()].iter().any(|frame| comes.hold(*frame));
+            if !(comes_at_all && (is_cut_off || below_s >= self.shortest_s)) {
+                labels[run.clone()].fill(false);
+            }
+        }
+        for pair in stances(&labels).windows(2) {
+            let around = &frames[pair[0].end - 1..=pair[1].start];
+            let away_s = ((around.len() - 1) as f64 - lasts.held(around)) / frames_per_second;
+            if away_s < self.shortest_s {
+                labels[pair[0].end..pair[1].start].fill(true);
             }
         }
         labels
+    }
+}
+
+/// What gap and speed must not exceed.
+struct Thresholds {
+    gap_m: f64,
+    speed_m_per_s: f64,
+}
+
+impl Thresholds {
+    fn hold(&self, (gap, speed): (f64, f64)) -> bool {
+        gap <= self.gap_m && speed <= self.speed_m_per_s
+    }
+
+    /// For how long they hold, in frames: both measures are linear from one frame to the next.
+    fn held(&self, frames: &[(f64, f64)]) -> f64 {
+        let between = |pair: &[(f64, f64)]| {
+            let gap = part_below(pair[0].0, pair[1].0, self.gap_m);
+            let speed = part_below(pair[0].1, pair[1].1, self.speed_m_per_s);
+            (gap[1].min(speed[1]) - gap[0].max(speed[0])).max(0.0)
+        };
+        frames.windows(2).map(between).sum()
+    }
+}
+
+/// From where to where of the way between two values, 0 to 1, it is at most a threshold. A value may be infinite.
+fn part_below(from: f64, to: f64, threshold: f64) -> [f64; 2] {
+    let crossing = || if from.is_finite() { (threshold - from) / (to - from) } else { 1.0 };
+    match (from <= threshold, to <= threshold) {
+        (true, true) => [0.0, 1.0],
+        (true, false) => [0.0, crossing()],
+        (false, true) => [crossing(), 1.0],
+        (false, false) => [0.0, 0.0],
     }
 }
 
@@ -92,29 +137,70 @@ mod tests {
     use super::*;
 
     #[test]
-    fn contact_begins_low_and_slow_and_ends_high_or_fast() {
+    fn a_contact_is_all_that_is_low_and_slow_about_a_time_that_is_lower_and_slower() {
         let rule = ContactRule::default();
         let frames = [
-            (0.010, 0.30), // low, too fast
-            (0.030, 0.10), // slow, too high
-            (0.010, 0.20), // both: begins
-            (0.035, 0.40), // would not begin, but goes on
-            (0.010, 0.46), // too fast: ends
-            (0.010, 0.40), // would go on, but does not begin
+            (0.010, 0.50), // low, too fast
+            (0.030, 0.40), // not enough to come, but enough to last: begins
+            (0.010, 0.20),
+            (0.010, 0.20),
+            (0.010, 0.20),
+            (0.035, 0.40),
+            (0.010, 0.60), // too fast: ends
+            (0.010, 0.60),
+            (0.010, 0.60),
+            (0.010, 0.40), // would last, but never comes
+            (0.010, 0.40),
+            (0.041, 0.10), // too high
+            (0.050, 0.50),
             (-0.02, 0.10), // under the ground is low enough
             (-0.02, 0.10),
-            (0.041, 0.10), // too high: ends
         ];
-        let expected = [false, false, true, true, false, false, true, true, false];
+        let expected = [0, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1].map(|on| on == 1);
         assert_eq!(rule.label(&frames, 30.0), expected);
     }
 
+    fn high_or_low(low: &[i32]) -> Vec<(f64, f64)> {
+        low.iter().map(|&on| (0.1 - 0.1 * f64::from(on), 0.0)).collect()
+    }
+
     #[test]
-    fn contacts_shorter_than_50_ms_are_none() {
-        let frames: Vec<(f64, f64)> =
-            [1, 1, 0, 0, 0, 1, 1, 1].iter().map(|&on| (0.1 - 0.1 * f64::from(on), 0.0)).collect();
-        let kept = |fps| ContactRule::default().label(&frames, fps).iter().filter(|&&on| on).count();
-        assert_eq!([kept(30.0), kept(50.0), kept(120.0)], [5, 3, 0]);
+    fn contacts_and_breaks_shorter_than_50_ms_are_none() {
+        // low for 2 frames and 0.2 of one to either side, high for 2 and 0.6 of one to either side
+        let contact = high_or_low(&[0, 0, 1, 1, 0, 0]);
+        let pause = high_or_low(&[1, 1, 1, 1, 1, 1, 0, 0, 1, 1, 1, 1, 1, 1]);
+        let kept =
+            |frames: &[(f64, f64)], fps| ContactRule::default().label(frames, fps).iter().filter(|x| **x).count();
+        assert_eq!([20.0, 27.0, 29.0, 60.0].map(|fps| kept(&contact, fps)), [2, 2, 0, 0]);
+        assert_eq!([20.0, 43.0, 45.0, 90.0].map(|fps| kept(&pause, fps)), [12, 12, 14, 14]);
+    }
+
+    #[test]
+    fn a_contact_that_the_motion_cuts_off_is_kept_however_short() {
+        let frames = high_or_low(&[1, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
+        let found = ContactRule::default().label(&frames, 120.0);
+        assert_eq!(stances(&found), [0..1, 9..10]);
+        assert_eq!(ContactRule::default().label(&[(0.0, 0.0)], 120.0), [true]);
+    }
+
+    #[test]
+    fn what_is_infinitely_far_away_between_two_contacts_parts_them() {
+        let far = (f64::INFINITY, 0.0);
+        let frames = [[(0.0, 0.0); 6].as_slice(), &[far; 6], &[(0.0, 0.0); 6]].concat();
+        assert_eq!(stances(&ContactRule::default().label(&frames, 60.0)), [0..6, 12..18]);
+    }
+
+    /// A speed that dips below the threshold between two frames of the slower camera.
+    #[test]
+    fn a_dip_between_two_frames_moves_no_label() {
+        let dip = |t: f64| 0.1 * libm::exp(-((t - 13.0 / 120.0) / 0.005) * ((t - 13.0 / 120.0) / 0.005));
+        let speed = |t: f64| if t < 0.25 { (0.9 - 6.0 * t).max(0.28) - dip(t) } else { 0.1 };
+        let label = |fps: f64| {
+            let frames: Vec<_> = (0..=(0.5 * fps) as usize).map(|i| (0.0, speed(i as f64 / fps))).collect();
+            stances(&ContactRule::default().label(&frames, fps))[0].start as f64 / fps
+        };
+        let fastest = label(120.0);
+        assert!([60.0, 30.0].iter().all(|fps| (label(*fps) - fastest).abs() <= 1.0 / 30.0 + 1e-9), "{fastest}");
     }
 
     #[test]
