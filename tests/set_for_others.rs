@@ -45,7 +45,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let motion = motion(&actor);
     let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
     let start = Start { body: actor, pose: motion.poses[0].clone(), training: Training::of_the_test(motion.clone()) };
-    let facts = TruthFacts { motion: "made up".into(), matched: true, mismatch: String::new() };
+    let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "for others",
         rig: &rig,

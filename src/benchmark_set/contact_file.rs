@@ -28,6 +28,7 @@
 //! | `centre_of_mass` | (T, 3) | m |
 //! | `zmp`, `zmp_is_defined` | (T, 2), (T) | zero-moment point on the ground, m; (0, 0) in flight, where there is none |
 //! | `zmp_margin`, `zmp_margin_is_defined` | (T) | how far it lies within the support polygon, m, negative outside; 0 without |
+//! | `support`, `support_count` | (T, V, 2), (T) | the support polygon's corners, anticlockwise, m, filled up with NaN; how many there are |
 //! | `residual_wrench` | (T) | what no ground force within friction cones of `friction` explains, body weights |
 //! | `effort` | (T, D) | of every degree of freedom of `dof_names`, N m or N |
 //! | `beyond_limits`, `too_fast` | (T) | how many degrees of freedom are beyond their limits, and faster than their greatest speed |
@@ -38,8 +39,8 @@ use rayon::prelude::*;
 use super::{Array, Npz};
 use crate::body::LinkFrames;
 use crate::contact::{
-    ContactRule, ContactTrack, Dynamics, GROUND_FRICTION, GroundContacts, LinkPair, PropContact, PropContacts,
-    SelfCollision,
+    ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContacts, LinkPair, PropContact,
+    PropContacts, SelfCollision,
 };
 use crate::scene::GroundTruth;
 
@@ -113,6 +114,16 @@ fn push_dynamics(npz: &mut Npz, truth: &GroundTruth, dynamics: &Dynamics) {
     npz.push("zmp_margin", Array::new(&[count], frames.iter().map(|f| f.margin_m.unwrap_or(0.0)).collect::<Vec<_>>()));
     let defined: Vec<bool> = frames.iter().map(|f| f.margin_m.is_some()).collect();
     npz.push("zmp_margin_is_defined", Array::new(&[count], defined));
+    let corners = frames.iter().map(|f| f.support.len()).max().unwrap_or(0);
+    let padded = |f: &DynamicsFrame| {
+        let mut row = vec![f64::NAN; 2 * corners];
+        row.chunks_exact_mut(2)
+            .zip(&f.support)
+            .for_each(|(place, point)| place.copy_from_slice(point.coords.as_slice()));
+        row
+    };
+    npz.push("support", Array::new(&[count, corners, 2], frames.iter().flat_map(padded).collect::<Vec<_>>()));
+    npz.push("support_count", Array::new(&[count], frames.iter().map(|f| f.support.len() as i64).collect::<Vec<_>>()));
     npz.push("residual_wrench", Array::new(&[count], frames.iter().map(|f| f.residual).collect::<Vec<_>>()));
     let efforts: Vec<f64> = frames.iter().flat_map(|f| f.efforts.iter().copied()).collect();
     npz.push("effort", Array::new(&[count, dofs], efforts));
@@ -175,8 +186,19 @@ mod tests {
             let Some(Array { values: Values::I64(counts), .. }) = npz.get(name) else { panic!("{name}") };
             assert_eq!(counts.len(), 3);
         }
+        let Some(Array { values: Values::I64(counts), .. }) = npz.get("support_count") else { panic!("support_count") };
+        let most = counts.iter().copied().max().unwrap() as usize;
+        let corners = npz.f64s(PATH, "support", &[Some(3), Some(most), Some(2)]).unwrap();
+        for (frame, expected) in dynamics.frames.iter().enumerate() {
+            assert_eq!(counts[frame], expected.support.len() as i64);
+            let row = &corners[2 * most * frame..2 * most * (frame + 1)];
+            let (held, empty) = row.split_at(2 * expected.support.len());
+            assert!(held.iter().copied().eq(expected.support.iter().flat_map(|point| [point.x, point.y])));
+            assert!(empty.iter().all(|x| x.is_nan()));
+        }
         let bytes = npz.to_bytes(PATH).unwrap();
-        assert_eq!(Npz::from_bytes(PATH, &bytes).unwrap(), npz);
+        // NaN is not equal to itself: the bytes are compared
+        assert_eq!(Npz::from_bytes(PATH, &bytes).unwrap().to_bytes(PATH).unwrap(), bytes);
     }
 
     #[test]

@@ -16,7 +16,7 @@ pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
     let truth = GroundTruth::from_motion(person(), &motion, &rig()).unwrap();
     let start =
         Start { body: person(), pose: motion.poses[0].clone(), training: Training::of_the_test(motion.clone()) };
-    let facts = TruthFacts { motion: "made up".into(), matched: true, mismatch: String::new() };
+    let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "small",
         rig: &rig(),

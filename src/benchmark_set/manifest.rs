@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SetError;
+use super::{ContactFacts, SetError};
 
 pub(super) const PATH: &str = "set.toml";
 const SCHEMA: &str = "skiagraph.set/1";
@@ -34,6 +34,10 @@ pub struct TruthFacts {
     pub matched: bool,
     /// How the bodies differ, in words; empty when matched.
     pub mismatch: String,
+    /// How the motion came to stand on the ground; absent where contact was neither measured nor changed, and in sets that were
+    /// made before it was written down.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactFacts>,
 }
 
 #[derive(Serialize)]
@@ -98,11 +102,40 @@ fn parse<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, SetError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::benchmark_set::{PushFacts, SimulationFacts};
+
+    fn pushed_over() -> ContactFacts {
+        let push = PushFacts { at_s: 0.5, link: "thorax".into(), impulse_ns: 40.0, direction: [0.0, 1.0, 0.0] };
+        ContactFacts {
+            mode: "simulate".into(),
+            outcome: "the body FELL after 0.80 s of 2.50 s".into(),
+            skate_mm_per_s: 3.25,
+            penetration_mm: 0.0,
+            float_mm: 0.1,
+            joints_moved_mm: Some([20.0, 300.0]),
+            raised_mm: None,
+            simulation: Some(SimulationFacts {
+                friction: 0.8,
+                root_wrench: 0.2,
+                root_wrench_used: [0.05, 0.2],
+                duration_s: 2.5,
+                fell_at_s: Some(0.8),
+                pushes: vec![push],
+            }),
+        }
+    }
 
     #[test]
     fn both_parts_are_read_back_and_conventions_are_said() {
         let blind = BlindManifest::new("walk", Sequence { frames: 3, frames_per_second: 59.94, cameras: 4 });
-        let facts = TruthFacts { motion: "made up".into(), matched: false, mismatch: "girths +10 %".into() };
+        let without = TruthFacts { motion: "made up".into(), mismatch: "girths +10 %".into(), ..TruthFacts::default() };
+        let text = to_toml(&blind, &without).unwrap();
+        assert!(
+            !String::from_utf8(text.clone()).unwrap().contains("contact"),
+            "as it was before contact was written down"
+        );
+        assert_eq!(truth_facts(&text).unwrap(), without);
+        let facts = TruthFacts { contact: Some(pushed_over()), ..without };
         let text = to_toml(&blind, &facts).unwrap();
         assert_eq!(BlindManifest::from_toml(&text).unwrap(), blind);
         assert_eq!(truth_facts(&text).unwrap(), facts);

@@ -7,6 +7,7 @@
 mod blind;
 mod body_file;
 mod cameras_file;
+mod contact_facts;
 mod contact_file;
 mod error;
 mod exr_layers;
@@ -28,6 +29,7 @@ mod truth_file;
 
 pub use blind::BlindSet;
 pub use body_file::{from_json as body_from_json, to_json as body_to_json};
+pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
 pub use error::SetError;
 pub use exr_layers::{Layer, layer_channels};
 pub use manifest::TruthFacts;

@@ -100,6 +100,19 @@ pub enum ContactError {
         /// How deep, mm.
         depth_mm: f64,
     },
+    /// The start is inside something.
+    #[error(
+        "the motion starts with link {link:?} {depth_mm:.0} mm inside the prop {prop:?}; expected at most 100 mm: move the prop \
+         or use contact = \"off\""
+    )]
+    InsideProp {
+        /// The link that is deepest.
+        link: String,
+        /// What it is in.
+        prop: String,
+        /// How deep, mm.
+        depth_mm: f64,
+    },
     /// The simulation went out of bounds.
     #[error(
         "frame {frame}: the simulation has diverged at link {link:?}; lower the push or the friction, or use \

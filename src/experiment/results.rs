@@ -6,7 +6,7 @@ use super::measuring::{Measures, Painters};
 use super::scenario::TrackerSettings;
 use super::tracking::{POSES_FILE, TrackTiming, Tracked};
 use super::{ExperimentError, Files, per_frame, to_json};
-use crate::benchmark_set::BenchmarkSet;
+use crate::benchmark_set::{BenchmarkSet, ContactFacts};
 use crate::body::Prop;
 use crate::evaluation::Summary;
 use crate::report::{
@@ -50,6 +50,9 @@ pub struct RunRecord {
     pub facts: Vec<FactGroup>,
     /// Whether actor and tracker share one body.
     pub matched: bool,
+    /// How the truth came to stand on the ground; absent where contact was neither measured nor changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactFacts>,
     /// Number of frames.
     pub frames: usize,
     /// Frames a second.
@@ -147,6 +150,7 @@ fn record(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         facts: facts.to_vec(),
         matched: set.truth.facts.matched,
+        contact: set.truth.facts.contact.clone(),
         frames: set.blind.frame_count,
         frames_per_second: set.blind.frames_per_second,
         summary: measures.summary.clone(),
@@ -244,6 +248,9 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
         group("Cameras", blind.rig.cameras.iter().map(|camera| (camera.name.as_str(), in_words(camera))).collect()),
         group("Observations", vec![("silhouettes", observations(&truth.ground_truth.props))]),
     ];
+    if let Some(contact) = &truth.facts.contact {
+        groups.insert(1, group("Contact of the truth with the ground", contact.in_words()));
+    }
     if let Some(record) = &tracked.record {
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
         let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
 use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
-use crate::benchmark_set::{Start, Training, TruthFacts};
+use crate::benchmark_set::{ContactFacts, Start, Training, TruthFacts};
 use crate::body::retarget::{
     FitOptions, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
 };
@@ -54,7 +54,7 @@ impl Staged {
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
         let mut performed = retarget(&clip, &actor_template, &RetargetOptions::default())?;
-        let settled = perform(file, &mut performed)?;
+        let contact = perform(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
         let training = match training::load(file, mocap_directory, &actor_template, &body)? {
             Some(training) => training,
@@ -81,7 +81,7 @@ impl Staged {
             return Err(unsound(file, "motion", "expected at least one frame, found none".to_owned()));
         };
         let mut notes = performed.report.notes.clone();
-        notes.extend(settled);
+        notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
         notes.extend(actor_template.notes.iter().map(|note| format!("actor.robot: {note}")));
         if !same_robot {
             notes.extend(tracker_template.notes.iter().map(|note| format!("tracker_body.robot: {note}")));
@@ -105,6 +105,7 @@ impl Staged {
                 motion: motion_in_words(file),
                 matched: scenario.is_matched(),
                 mismatch: mismatch_in_words(file),
+                contact,
             },
             notes,
             ground_truth,
@@ -123,35 +124,39 @@ fn footless(key: &str, body: &Humanoid) -> Option<String> {
 }
 
 /// As [`settle`], but a body that is to be simulated is.
-fn perform(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<String>, ExperimentError> {
+fn perform(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
     if file.scenario.actor.contact != ContactMode::Simulate {
         return settle(file.scenario.actor.contact, performed);
     }
-    let settings = simulation_settings(file, &performed.humanoid)?;
+    let settings = simulation_settings(file, &performed.humanoid, performed.motion.duration_s())?;
     let simulated = simulate(&performed.humanoid, &performed.motion, &settings)?;
     performed.motion = simulated.motion;
-    Ok(Some(format!("contact: {}", simulated.report)))
+    Ok(Some(ContactFacts::simulated(&performed.humanoid, &settings, &simulated.report)))
 }
 
-/// Does to the motion what `[actor] contact` says; what to tell the user about it. Where the test is simulated, what is only
+/// Does to the motion what `[actor] contact` says; what came of it. Where the test is simulated, what is only
 /// learned from is fixed.
-pub(super) fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<String>, ExperimentError> {
+pub(super) fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
     let rule = ContactRule::default();
     Ok(match mode {
         ContactMode::Off => None,
         ContactMode::Measure => {
             let contacts = GroundContacts::of_motion(&performed.humanoid, &performed.motion, &rule)?;
-            Some(format!("contact: {}", GroundQuality::of(&contacts)))
+            Some(ContactFacts::measured(&GroundQuality::of(&contacts)))
         }
         ContactMode::Fix | ContactMode::Simulate => {
             let fixed = fix(&performed.humanoid, &performed.motion, &rule)?;
             performed.motion = fixed.motion;
-            Some(format!("contact: {}", fixed.report))
+            Some(ContactFacts::fixed(&fixed.report))
         }
     })
 }
 
-fn simulation_settings(file: &ScenarioFile, actor: &Humanoid) -> Result<SimulationSettings, ExperimentError> {
+fn simulation_settings(
+    file: &ScenarioFile,
+    actor: &Humanoid,
+    duration_s: f64,
+) -> Result<SimulationSettings, ExperimentError> {
     let settings = &file.scenario.actor;
     let push = |push: &PushSettings| {
         let Some(link) = actor.find_link(&push.link) else {
@@ -160,6 +165,13 @@ fn simulation_settings(file: &ScenarioFile, actor: &Humanoid) -> Result<Simulati
             let message = format!("expected a link of `{}`, found `{}`{meant}", settings.robot, push.link);
             return Err(unsound(file, "actor.push.link", message));
         };
+        if push.at >= duration_s {
+            let message = format!(
+                "expected a time before the motion's end at {duration_s:.3} s, found {} s: the push of {} N s on `{}` would never come",
+                push.at, push.impulse_ns, push.link
+            );
+            return Err(unsound(file, "actor.push.at", message));
+        }
         let direction = Unit::new_normalize(Vector3::from(push.direction));
         Ok(Push { at_s: push.at, link, impulse_ns: push.impulse_ns, direction })
     };

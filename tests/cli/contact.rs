@@ -33,6 +33,43 @@ fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
     assert!(page.contains("Which foot stands when") && page.contains("left foot, estimate"));
 }
 
+#[test]
+fn a_truth_that_was_simulated_is_said_to_be_wherever_it_goes_but_to_the_tracker() {
+    let room = Room::new();
+    // some 8 m/s to the side: nobody stays up
+    let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"pushed\"\n[motion]\nclip = \"embedded:walk\"\n\
+                    loop_to_s = 1.2\nframes_per_second = 30\n[actor]\ncontact = \"simulate\"\nfriction = 0.6\nroot_wrench = 0.1\n\
+                    [actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 600\n[rig.ring]\nsize_px = [80, 60]\n[tracker.frozen]\n";
+    room.write("pushed.toml", scenario);
+    room.succeed("render pushed.toml --out set");
+    let manifest: toml::Table = toml::from_slice(&room.read("set/set.toml")).unwrap();
+    let contact = manifest["truth"]["contact"].as_table().unwrap();
+    let simulation = contact["simulation"].as_table().unwrap();
+    assert_eq!((contact["mode"].as_str(), simulation["friction"].as_float()), (Some("simulate"), Some(0.6)));
+    assert_eq!(simulation["root_wrench"].as_float(), Some(0.1));
+    let [mean, most] = [0, 1].map(|i| simulation["root_wrench_used"][i].as_float().unwrap());
+    assert!(0.0 < mean && mean <= most && most <= 0.1 + 1e-9, "{mean} {most}");
+    let push = &simulation["pushes"][0];
+    assert_eq!((push["link"].as_str(), push["impulse_ns"].as_float()), (Some("thorax"), Some(600.0)));
+    let fell = simulation["fell_at_s"].as_float().unwrap();
+    assert!(fell > 0.1 && fell < 1.2, "{fell}");
+    let outcome = format!("the body FELL after {fell:.2} s of 1.2");
+    let said = room.succeed("inspect set").stdout;
+    for expected in ["mode: simulate", "push: 600 N s on thorax at 0.1 s", &outcome] {
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+    room.succeed("track set --tracker frozen --out tracked");
+    for file in std::fs::read_dir(room.path("tracked")).unwrap() {
+        let bytes = std::fs::read(file.unwrap().path()).unwrap();
+        assert!(!String::from_utf8_lossy(&bytes).contains("simulat"), "the tracker was told");
+    }
+    room.succeed("evaluate set tracked");
+    let record: Value = serde_json::from_slice(&room.read("tracked/run.json")).unwrap();
+    assert_eq!(record["contact"]["mode"], "simulate");
+    assert_eq!(record["contact"]["simulation"]["fell_at_s"].as_f64(), Some(fell));
+    assert!(String::from_utf8(room.read("tracked/report.html")).unwrap().contains(&outcome));
+}
+
 /// The shipped actor with nothing on its feet.
 fn barefoot(room: &Room) {
     let urdf = std::fs::read_to_string(shipped("robots/actor.urdf")).unwrap();

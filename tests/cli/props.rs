@@ -119,6 +119,16 @@ fn keys_of_the_simulation_are_refused_where_they_make_no_sense() {
             format!("{simulated}{}", push.replace("thorax", "torax")),
             "expected a link of `actor`, found `torax`; did you mean `thorax`?",
         ),
+        (
+            format!("{simulated}{}", push.replace("0.1", "100.0")),
+            "actor.push.at: expected a time before the motion's end at 0.333 s, found 100 s: the push of 10 N s on `thorax`",
+        ),
+        (
+            format!(
+                "{simulated}[[prop]]\nname = \"block\"\nplace_m = [0, 0, 1]\nshape = {{ box = {{ size_m = [3, 3, 2.2] }} }}\n"
+            ),
+            "mm inside the prop \"block\"; expected at most 100 mm: move the prop or use contact = \"off\"",
+        ),
         (format!("{simulated}{}", push.replace("10.0", "-1.0")), "actor.push.impulse_ns: expected 0 to 10000"),
     ] {
         room.write("broken.toml", format!("{SCENARIO}{actor}"));

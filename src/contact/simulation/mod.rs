@@ -28,12 +28,12 @@ use run::Run;
 use slowed::slowed;
 
 use super::ground_contacts::link_frames;
-use super::{ContactError, ContactRule, GroundContacts, GroundQuality, fix};
-use crate::body::{Humanoid, LinkFrames, Motion, Pose};
+use super::{ContactError, ContactRule, GroundContacts, GroundQuality, fix, solid_distance};
+use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
 
 /// Least number of steps a second.
 const LEAST_RATE: f64 = 480.0;
-/// Deeper than this no motion may start under the ground, metres.
+/// Deeper than this no motion may start under the ground or inside a prop, metres.
 const DEEPEST_START: f64 = 0.1;
 /// A body has fallen whose centre of mass is below this share of the motion's height.
 const FALLEN: f64 = 0.75;
@@ -52,10 +52,10 @@ const FALLEN: f64 = 0.75;
 ///
 /// # Errors
 /// [`ContactError`] for settings that make no sense, a motion that is empty, belongs to another body, is not finite or starts
-/// deep under the ground, a body without mass, feet or hinges, and a simulation that diverges.
+/// deep under the ground or inside a prop, a push after its end, a body without mass, feet or hinges, and a simulation that diverges.
 pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings) -> Result<Simulated, ContactError> {
-    settings.check(body)?;
     let recorded = link_frames(body, motion)?;
+    settings.check(body, motion.duration_s())?;
     let all: Vec<usize> = (0..body.links.len()).collect();
     let depth_at_start = |frames: &[LinkFrames]| {
         frames.first().and_then(|frame| body.lowest_point(frame, &all)).map_or(0.0, |lowest| (-lowest.z).max(0.0))
@@ -63,6 +63,7 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
     if depth_at_start(&recorded) > DEEPEST_START {
         return Err(ContactError::Underground { depth_mm: 1000.0 * depth_at_start(&recorded) });
     }
+    check_props(body, &recorded[0], &settings.props)?;
     let rule = ContactRule::default();
     let settled = fix(body, motion, &rule)?.motion;
     let frames = link_frames(body, &settled)?;
@@ -93,6 +94,22 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
         quality: GroundQuality::of(&contacts),
     };
     Ok(Simulated { motion: simulated.made_continuous(body), report })
+}
+
+/// Whether no link is deep inside a prop.
+fn check_props(body: &Humanoid, frames: &LinkFrames, props: &[Prop]) -> Result<(), ContactError> {
+    let links = || body.links.iter().enumerate();
+    let depths = props.iter().flat_map(|prop| {
+        links().flat_map(move |(index, link)| {
+            link.flesh.iter().map(move |flesh| (-solid_distance(&prop.solid, flesh, &frames[index]), link, prop))
+        })
+    });
+    match depths.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(depth, ..)| *depth > DEEPEST_START) {
+        Some((depth, link, prop)) => {
+            Err(ContactError::InsideProp { link: link.name.clone(), prop: prop.name.clone(), depth_mm: 1000.0 * depth })
+        }
+        None => Ok(()),
+    }
 }
 
 /// Mean and greatest distance of joints between two motions, mm.

@@ -44,13 +44,20 @@ impl Default for SimulationSettings {
 }
 
 impl SimulationSettings {
-    /// Whether the values make sense for this body.
-    pub(super) fn check(&self, body: &Humanoid) -> Result<(), ContactError> {
+    /// Whether the values make sense for this body and a motion of so many seconds.
+    pub(super) fn check(&self, body: &Humanoid, duration_s: f64) -> Result<(), ContactError> {
         let sound = |value: f64| value.is_finite() && value >= 0.0;
         let numbers = [("friction", self.friction), ("root_wrench", self.root_wrench)];
         let pushes = self.pushes.iter().flat_map(|p| [("push.at", p.at_s), ("push.impulse_ns", p.impulse_ns)]);
         if let Some((key, found)) = numbers.into_iter().chain(pushes).find(|(_, value)| !sound(*value)) {
             return Err(ContactError::Rule { key, expected: "a finite number, 0 or more", found });
+        }
+        if let Some(late) = self.pushes.iter().find(|push| push.at_s >= duration_s) {
+            return Err(ContactError::Rule {
+                key: "push.at",
+                expected: "a time, in seconds, before the motion's end",
+                found: late.at_s,
+            });
         }
         match self.pushes.iter().find(|push| push.link >= body.links.len()) {
             Some(push) => Err(ContactError::NoLink { link: push.link, body: body.name.clone() }),

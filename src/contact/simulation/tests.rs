@@ -264,11 +264,18 @@ fn what_cannot_be_simulated_is_refused_by_name() {
     let mut buried = motion.clone();
     buried.poses[0].world_from_root.translation.z -= 0.5;
     assert!(matches!(refused(&body, &buried, &plain), ContactError::Underground { .. }));
+    let block = Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [1.5, 1.5, 1.1] };
+    let block = crate::body::Prop { name: "block".into(), solid: block };
+    let walled_in = SimulationSettings { props: vec![block], ..plain.clone() };
+    let message = refused(&body, &motion, &walled_in).to_string();
+    assert!(message.contains("mm inside the prop \"block\"; expected at most 100 mm"), "{message}");
     let rough = SimulationSettings { friction: f64::NAN, ..plain.clone() };
     assert!(matches!(refused(&body, &motion, &rough), ContactError::Rule { key: "friction", .. }));
     let nobody = Push { at_s: 0.0, link: 999, impulse_ns: 1.0, direction: Unit::new_normalize(Vector3::x()) };
     let pushed = |push| SimulationSettings { pushes: vec![push], ..plain.clone() };
     assert!(matches!(refused(&body, &motion, &pushed(nobody)), ContactError::NoLink { link: 999, .. }));
+    let late = Push { link: 0, at_s: motion.duration_s(), ..nobody };
+    assert!(matches!(refused(&body, &motion, &pushed(late)), ContactError::Rule { key: "push.at", .. }));
     let comet = Push { link: 0, impulse_ns: 1e9, ..nobody };
     let message = refused(&body, &motion, &pushed(comet)).to_string();
     assert!(message.starts_with("frame 1: the simulation has diverged at link"), "{message}");

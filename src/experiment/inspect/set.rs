@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::super::ExperimentError;
 use super::INSPECT_SCHEMA;
-use crate::benchmark_set::{BenchmarkSet, layer_channels, verify_hashes};
+use crate::benchmark_set::{BenchmarkSet, ContactFacts, layer_channels, verify_hashes};
 
 /// A set in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -37,6 +37,9 @@ pub struct SetSummary {
     pub mismatch: String,
     /// Where the motion came from.
     pub motion: String,
+    /// How it came to stand on the ground; absent where contact was neither measured nor changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactFacts>,
     /// Frames of training motion on the blind side.
     pub training_frames: usize,
     /// Whether that training is the test's own motion.
@@ -87,6 +90,7 @@ impl SetSummary {
             matched: truth.facts.matched,
             mismatch: truth.facts.mismatch.clone(),
             motion: truth.facts.motion.clone(),
+            contact: truth.facts.contact.clone(),
             training_frames: blind.start.training.frames(),
             training_of_the_test: blind.start.training.of_the_test,
             set_hash: blind.set_hash.clone(),

@@ -1,0 +1,137 @@
+//! What contact with the ground was made to do to the truth, and what came of it: `[truth.contact]` of `set.toml`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::body::Humanoid;
+use crate::contact::{FixReport, GroundQuality, SimulationReport, SimulationSettings};
+
+/// How the truth came to stand on the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactFacts {
+    /// `measure`: as it was recorded. `fix`: settled. `simulate`: what a simulated body did.
+    pub mode: String,
+    /// What came of it, in words.
+    pub outcome: String,
+    /// Mean speed of standing feet along the ground, mm/s.
+    pub skate_mm_per_s: f64,
+    /// Greatest depth of any link under the ground, mm.
+    pub penetration_mm: f64,
+    /// Greatest height of a standing foot above the ground, mm.
+    pub float_mm: f64,
+    /// Mean and greatest distance by which joints were moved from the recording, mm; absent where nothing was moved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints_moved_mm: Option<[f64; 2]>,
+    /// By how much the whole motion was raised beyond that, mm; absent where it was not underground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub raised_mm: Option<f64>,
+    /// What a simulation was told and how it went.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulation: Option<SimulationFacts>,
+}
+
+/// What a simulation was told and how it went.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimulationFacts {
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Greatest residual wrench at the root that was allowed, body weights.
+    pub root_wrench: f64,
+    /// Mean and greatest residual wrench at the root that was used, body weights.
+    pub root_wrench_used: [f64; 2],
+    /// How long it lasted, seconds.
+    pub duration_s: f64,
+    /// When the body fell, seconds; absent where it stayed up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fell_at_s: Option<f64>,
+    /// What hit the body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pushes: Vec<PushFacts>,
+}
+
+/// A push.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PushFacts {
+    /// When it began, seconds from the first frame.
+    pub at_s: f64,
+    /// The actor's link.
+    pub link: String,
+    /// Force times time, N s.
+    pub impulse_ns: f64,
+    /// Where to, world, unit.
+    pub direction: [f64; 3],
+}
+
+impl ContactFacts {
+    /// Of a motion that was only measured.
+    pub fn measured(quality: &GroundQuality) -> Self {
+        Self::new("measure", quality.to_string(), quality)
+    }
+
+    /// Of a motion that was settled.
+    pub fn fixed(report: &FixReport) -> Self {
+        Self {
+            joints_moved_mm: Some([report.moved_mm, report.moved_most.mm]),
+            raised_mm: (report.raised_mm > 0.0).then_some(report.raised_mm),
+            ..Self::new("fix", report.to_string(), &report.after)
+        }
+    }
+
+    /// Of a motion of `body` that was simulated.
+    pub fn simulated(body: &Humanoid, settings: &SimulationSettings, report: &SimulationReport) -> Self {
+        let name = |link: usize| body.links.get(link).map_or_else(String::new, |link| link.name.clone());
+        let push = |push: &crate::contact::Push| PushFacts {
+            at_s: push.at_s,
+            link: name(push.link),
+            impulse_ns: push.impulse_ns,
+            direction: push.direction.into_inner().into(),
+        };
+        Self {
+            joints_moved_mm: Some([report.moved_mm, report.moved_most_mm]),
+            simulation: Some(SimulationFacts {
+                friction: settings.friction,
+                root_wrench: settings.root_wrench,
+                root_wrench_used: [report.root_wrench_mean, report.root_wrench_most],
+                duration_s: report.duration_s,
+                fell_at_s: report.fell_at_s,
+                pushes: settings.pushes.iter().map(push).collect(),
+            }),
+            ..Self::new("simulate", report.to_string(), &report.quality)
+        }
+    }
+
+    fn new(mode: &str, outcome: String, quality: &GroundQuality) -> Self {
+        Self {
+            mode: mode.to_owned(),
+            outcome,
+            skate_mm_per_s: quality.skate_mm_per_s,
+            penetration_mm: quality.penetration_mm,
+            float_mm: quality.float_mm,
+            joints_moved_mm: None,
+            raised_mm: None,
+            simulation: None,
+        }
+    }
+
+    /// Names and values for people.
+    pub fn in_words(&self) -> Vec<(&'static str, String)> {
+        let mut words = vec![("mode", self.mode.clone())];
+        if let Some(simulation) = &self.simulation {
+            words.push(("friction", simulation.friction.to_string()));
+            let bound = format!("at most {} % of body weight", 100.0 * simulation.root_wrench);
+            words.push(("root wrench", if simulation.root_wrench > 0.0 { bound } else { "none".to_owned() }));
+            words.extend(simulation.pushes.iter().map(|push| ("push", push.in_words())));
+        }
+        words.push(("outcome", self.outcome.clone()));
+        words
+    }
+}
+
+impl PushFacts {
+    fn in_words(&self) -> String {
+        let [x, y, z] = self.direction;
+        format!("{} N s on {} at {} s, towards ({x:.2}, {y:.2}, {z:.2})", self.impulse_ns, self.link, self.at_s)
+    }
+}
