@@ -9,6 +9,8 @@ use skiagraph::mocap::{ReadOptions, read};
 
 /// All walks of CMU that the tests have.
 const WALKS: [&str; 8] = ["49_01", "16_15", "16_17", "16_22", "02_01", "35_02", "35_08", "35_34"];
+/// Recordings on which the rule of contact was not worked out: runs, jumps, turns, steps.
+const OTHERS: [&str; 8] = ["02_03", "02_04", "16_03", "16_08", "16_35", "16_36", "16_45", "16_57"];
 const RATES: [f64; 3] = [120.0, 60.0, 30.0];
 
 /// A whole clip at a rate on the actor, as a scenario has it: first resampled, then retargeted.
@@ -33,26 +35,31 @@ fn stances(walk: &Retargeted) -> [Stances; 2] {
     found.feet.map(|foot| foot.stances().into_iter().map(|s| [at(s.start), at(s.end - 1)]).collect())
 }
 
-/// Rates are compared each with each.
-fn same_stances_at_all_rates(name: &str) -> Option<()> {
+/// How far stances at two rates are apart, frames at 30 Hz; `None` if there are not as many.
+fn apart(of_fast: &[Stances; 2], of_slow: &[Stances; 2]) -> Option<f64> {
+    let mut apart = 0.0_f64;
+    for (a, b) in of_fast.iter().zip(of_slow) {
+        if a.len() != b.len() {
+            return None;
+        }
+        let both = a.iter().flatten().zip(b.iter().flatten()).filter_map(|(a, b)| a.zip(*b));
+        apart = both.map(|(a, b)| 30.0 * (a - b).abs()).fold(apart, f64::max);
+    }
+    Some(apart)
+}
+
+/// Prints a line of the table of `results/contact.md`: 120 with 60, 120 with 30, and 60 with 30 Hz. Whether all are within a frame
+/// at 30 Hz; `None` without the clip.
+fn has_same_stances_at_all_rates(name: &str) -> Option<bool> {
     let mut found = Vec::new();
     for fps in RATES {
-        found.push((fps, stances(&walk(name, fps)?)));
+        found.push(stances(&walk(name, fps)?));
     }
-    for (i, (fast, of_fast)) in found.iter().enumerate() {
-        for (slow, of_slow) in &found[i + 1..] {
-            let mut apart = 0.0_f64;
-            for (a, b) in of_fast.iter().zip(of_slow) {
-                assert_eq!(a.len(), b.len(), "{name} at {fast} and {slow} Hz: {of_fast:.3?} and {of_slow:.3?}");
-                let both = a.iter().flatten().zip(b.iter().flatten()).filter_map(|(a, b)| a.zip(*b));
-                apart = both.map(|(a, b)| (a - b).abs()).fold(apart, f64::max);
-            }
-            let count = of_fast.iter().map(Vec::len).sum::<usize>();
-            println!("| {name} | {fast} and {slow} | {count} | {:.2} |", apart * 30.0);
-            assert!(apart <= 1.0 / 30.0 + 1e-9, "{name} at {fast} and {slow} Hz: {of_fast:.3?} and {of_slow:.3?}");
-        }
-    }
-    Some(())
+    let pairs = [(0, 1), (0, 2), (1, 2)].map(|(a, b)| apart(&found[a], &found[b]));
+    let count = found[0].iter().map(Vec::len).sum::<usize>();
+    let cells = pairs.map(|cell| cell.map_or_else(|| "not as many".to_owned(), |frames| format!("{frames:.2}")));
+    println!("| {name} | {count} | {} |", cells.join(" | "));
+    Some(pairs.iter().all(|apart| apart.is_some_and(|frames| frames <= 1.0 + 1e-6)))
 }
 
 /// A line of the table of `results/contact.md`.
@@ -111,9 +118,8 @@ fn settled_well(cases: impl IntoIterator<Item = (&'static str, f64)>) -> Option<
 #[test]
 fn the_same_walk_at_30_60_and_120_hz_has_the_same_stances_within_a_frame_of_the_slowest() {
     for name in ["16_17", "16_22", "02_01"] {
-        if same_stances_at_all_rates(name).is_none() {
-            return;
-        }
+        let Some(same) = has_same_stances_at_all_rates(name) else { return };
+        assert!(same, "{name}");
     }
 }
 
@@ -126,11 +132,12 @@ fn fixed_walks_neither_skate_nor_sink() {
 #[test]
 #[ignore = "takes minutes; the two tests above look at the hardest of these"]
 fn all_walks_at_all_rates() {
-    println!("| clip | Hz | stances | furthest apart, frames at 30 Hz |\n|---|---|---|---|");
+    println!("| clip | stances | 120 and 60 Hz | 120 and 30 Hz | 60 and 30 Hz |\n|---|---|---|---|---|");
     for name in WALKS {
-        if same_stances_at_all_rates(name).is_none() {
-            return;
-        }
+        let Some(same) = has_same_stances_at_all_rates(name) else { return };
+        assert!(same, "{name}");
     }
+    // printed, not held to anything: the rule was worked out on the walks, and these are hardly walks
+    OTHERS.iter().for_each(|name| drop(has_same_stances_at_all_rates(name)));
     let _ = settled_well(WALKS.into_iter().flat_map(|name| RATES.map(|fps| (name, fps))));
 }
