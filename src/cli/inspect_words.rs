@@ -1,7 +1,6 @@
 //! What `skiagraph inspect` says to people.
 
 use super::output::counted;
-use crate::benchmark_set::ContactFacts;
 use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary};
 
 pub(super) fn in_words(name: &str, found: &Inspected) -> String {
@@ -108,7 +107,7 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
         s.set_hash,
     );
-    for (name, value) in s.contact.iter().flat_map(ContactFacts::in_words) {
+    for (name, value) in s.contact.iter().flat_map(|contact| contact.in_words()) {
         text.push_str(&format!("  contact  {name}: {value}\n"));
     }
     if !s.props.is_empty() {

@@ -5,9 +5,9 @@ use std::fmt;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::foot_paths::planted;
+use super::foot_paths::{planted, planted_in_recorded_stances};
 use super::ground_contacts::{Clip, link_frames};
-use super::{ContactError, ContactRule, GroundContacts, GroundQuality};
+use super::{ContactError, ContactRule, ContactTrack, GroundContacts, GroundQuality};
 use crate::body::retarget::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
 use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
 
@@ -91,6 +91,25 @@ impl fmt::Display for FixReport {
 /// # Errors
 /// As [`GroundContacts::of_motion`].
 pub fn fix(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Fixed, ContactError> {
+    settle(body, motion, rule, planted)
+}
+
+/// As [`fix`], with feet held in the stances of the recording alone: what skates about them is a matter of the simulation that
+/// follows, and feet that are held longer swing faster.
+pub(super) fn fix_in_recorded_stances(
+    body: &Humanoid,
+    motion: &Motion,
+    rule: &ContactRule,
+) -> Result<Fixed, ContactError> {
+    settle(body, motion, rule, planted_in_recorded_stances)
+}
+
+fn settle(
+    body: &Humanoid,
+    motion: &Motion,
+    rule: &ContactRule,
+    path: fn(&Clip<'_>, &ContactTrack) -> Vec<Vector3<f64>>,
+) -> Result<Fixed, ContactError> {
     let before = GroundContacts::of_motion(body, motion, rule)?;
     let depth = depth_of_feet(&before);
     let raised_m = if depth > rule.enter_gap_m { depth } else { 0.0 };
@@ -99,7 +118,7 @@ pub fn fix(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Fixed
     let contacts = GroundContacts::of_frames(body, body, &old_frames, motion.frames_per_second, rule)?;
     let feet = contacts.feet.each_ref().map(|foot| foot.links.clone());
     let clip = Clip { surface: body, frames: &old_frames, frames_per_second: motion.frames_per_second, rule };
-    let paths = contacts.feet.each_ref().map(|foot| planted(&clip, foot));
+    let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
     let poses = (0..old_frames.len()).into_par_iter().map(|frame| {
         let shifts = [paths[0][frame], paths[1][frame]];
         place(&bounded(body, &old.poses[frame]), &old.poses[frame], &old_frames[frame], &feet, shifts)

@@ -35,6 +35,11 @@ pub(super) fn planted(clip: &Clip<'_>, track: &ContactTrack) -> Vec<Vector3<f64>
     }
 }
 
+/// Offsets of one foot that hold it in its stances as they are.
+pub(super) fn planted_in_recorded_stances(clip: &Clip<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
+    offsets(track, &track.stances(), clip.frames, clip.frames_per_second)
+}
+
 fn moved(frames: &LinkFrames, links: &[usize], by: &Vector3<f64>) -> LinkFrames {
     let mut moved = frames.clone();
     links.iter().for_each(|&link| moved.0[link].translation.vector += by);

@@ -166,7 +166,8 @@ impl Clip<'_> {
             .enumerate()
             .map(|(frame, lowest)| {
                 let speed = |centre| self.velocity_about(centre, frame, lowest, reach).norm();
-                (lowest.point.z, least_speed(frame, self.frames.len(), reach, speed))
+                let least = least_speed(frame, self.frames.len(), reach, speed);
+                (lowest.point.z, if self.rule.looks_ahead { least } else { speed(frame) })
             })
             .collect();
         let labels = self.rule.label(&measures, self.frames_per_second);

@@ -25,6 +25,9 @@ pub struct ContactRule {
     /// Contacts that spend less time than this below the thresholds at which they come are none, unless the beginning or the end
     /// of the motion cuts them off; and breaks between two contacts that last less are none either, seconds.
     pub shortest_s: f64,
+    /// Whether hysteresis looks both ways in time. If not, a contact begins at the first frame below the thresholds at which it
+    /// comes, as whoever must say so at once would have it.
+    pub looks_ahead: bool,
 }
 
 impl Default for ContactRule {
@@ -36,6 +39,7 @@ impl Default for ContactRule {
             leave_speed_m_per_s: 0.45,
             speed_window_s: 1.0 / 15.0,
             shortest_s: 0.05,
+            looks_ahead: true,
         }
     }
 }
@@ -76,6 +80,9 @@ impl ContactRule {
     pub(super) fn label(&self, frames: &[(f64, f64)], frames_per_second: f64) -> Vec<bool> {
         let comes = Thresholds { gap_m: self.enter_gap_m, speed_m_per_s: self.enter_speed_m_per_s };
         let lasts = Thresholds { gap_m: self.leave_gap_m, speed_m_per_s: self.leave_speed_m_per_s };
+        if !self.looks_ahead {
+            return self.label_at_once(frames, frames_per_second, [&comes, &lasts]);
+        }
         let mut labels: Vec<bool> = frames.iter().map(|frame| lasts.hold(*frame)).collect();
         let runs = stances(&labels);
         for run in &runs {
@@ -93,6 +100,25 @@ impl ContactRule {
             let away_s = ((around.len() - 1) as f64 - lasts.held(around)) / frames_per_second;
             if away_s < self.shortest_s {
                 labels[pair[0].end..pair[1].start].fill(true);
+            }
+        }
+        labels
+    }
+
+    fn label_at_once(
+        &self,
+        frames: &[(f64, f64)],
+        frames_per_second: f64,
+        [comes, lasts]: [&Thresholds; 2],
+    ) -> Vec<bool> {
+        let on = |standing: &mut bool, frame: &(f64, f64)| {
+            *standing = if *standing { lasts } else { comes }.hold(*frame);
+            Some(*standing)
+        };
+        let mut labels: Vec<bool> = frames.iter().scan(false, on).collect();
+        for stance in stances(&labels) {
+            if (stance.len() as f64) < self.shortest_s * frames_per_second {
+                labels[stance].fill(false);
             }
         }
         labels
@@ -188,6 +214,13 @@ mod tests {
         let far = (f64::INFINITY, 0.0);
         let frames = [[(0.0, 0.0); 6].as_slice(), &[far; 6], &[(0.0, 0.0); 6]].concat();
         assert_eq!(stances(&ContactRule::default().label(&frames, 60.0)), [0..6, 12..18]);
+    }
+
+    #[test]
+    fn without_looking_ahead_a_contact_begins_when_it_is_sure() {
+        let rule = ContactRule { looks_ahead: false, ..ContactRule::default() };
+        let frames = [(0.01, 0.40), (0.01, 0.20), (0.01, 0.40), (0.01, 0.50), (0.01, 0.40), (0.01, 0.10)];
+        assert_eq!(rule.label(&frames, 30.0), [false, true, true, false, false, false], "the last one is too short");
     }
 
     /// A speed that dips below the threshold between two frames of the slower camera.

@@ -27,8 +27,9 @@ use reference::Reference;
 use run::Run;
 use slowed::slowed;
 
+use super::fix::fix_in_recorded_stances;
 use super::ground_contacts::link_frames;
-use super::{ContactError, ContactRule, GroundContacts, GroundQuality, fix, solid_distance};
+use super::{ContactError, ContactRule, GroundContacts, GroundQuality, solid_distance};
 use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
 
 /// Least number of steps a second.
@@ -41,8 +42,10 @@ const FALLEN: f64 = 0.75;
 /// Simulates `body` as it is driven towards `motion`: a multibody in reduced coordinates on the ground z = 0, with
 /// friction and self-collision ([`super::SelfCollision`] says between which links), props if there are any, springs and dampers in
 /// its joints that pull towards the motion with about each joint's effort at most, and a wrench at the root if asked. What
-/// it is driven towards is the motion settled on the ground ([`fix`]), with feet that swing lifted to clear it and no joint faster
-/// than its greatest speed. It starts in that motion's first pose with the mean speed of its
+/// it is driven towards is the motion settled on the ground as [`super::fix`] does, but with feet held in their recorded stances
+/// alone and stances told without looking ahead ([`ContactRule::looks_ahead`]): the control was worked out on these, and feet that
+/// are held longer swing faster, which tripped it. Feet that swing are lifted to clear the ground, and no joint is faster than its
+/// greatest speed. It starts in that motion's first pose with the mean speed of its
 /// first 1/15 s. The same bits on any number of threads.
 ///
 /// It keeps its balance: 120 times a second, inverse dynamics of the body as it is says which wrench would bring its root back to
@@ -64,8 +67,8 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
         return Err(ContactError::Underground { depth_mm: 1000.0 * depth_at_start(&recorded) });
     }
     check_props(body, &recorded[0], &settings.props)?;
-    let rule = ContactRule::default();
-    let settled = fix(body, motion, &rule)?.motion;
+    let rule = ContactRule { looks_ahead: false, ..ContactRule::default() };
+    let settled = fix_in_recorded_stances(body, motion, &rule)?.motion;
     let frames = link_frames(body, &settled)?;
     let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, &rule)?;
     let cleared = slowed(body, clearance::cleared(body, &settled, &frames, &contacts));
@@ -83,7 +86,7 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
     let fell_at_s = poses.iter().enumerate().find(fell).map(|(frame, _)| frame as f64 / motion.frames_per_second);
     let simulated = Motion { frames_per_second: motion.frames_per_second, poses };
     let (moved_mm, moved_most_mm) = distances_mm(body, motion, &simulated)?;
-    let contacts = GroundContacts::of_motion(body, &simulated, &rule)?;
+    let contacts = GroundContacts::of_motion(body, &simulated, &ContactRule::default())?;
     let report = SimulationReport {
         duration_s: motion.duration_s(),
         fell_at_s,

@@ -39,7 +39,7 @@ pub struct SetSummary {
     pub motion: String,
     /// How it came to stand on the ground; absent where contact was neither measured nor changed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact: Option<ContactFacts>,
+    pub contact: Option<Box<ContactFacts>>,
     /// Frames of training motion on the blind side.
     pub training_frames: usize,
     /// Whether that training is the test's own motion.
@@ -90,7 +90,7 @@ impl SetSummary {
             matched: truth.facts.matched,
             mismatch: truth.facts.mismatch.clone(),
             motion: truth.facts.motion.clone(),
-            contact: truth.facts.contact.clone(),
+            contact: truth.facts.contact.clone().map(Box::new),
             training_frames: blind.start.training.frames(),
             training_of_the_test: blind.start.training.of_the_test,
             set_hash: blind.set_hash.clone(),
