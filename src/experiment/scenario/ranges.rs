@@ -234,7 +234,12 @@ fn latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) ->
     within(&format!("{table}.model.training.rounds"), learning.training.rounds, 1..=1000)?;
     within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)?;
     let known = detector(&learning.detector).is_some();
-    require(&format!("{table}.model.detector"), known, "\"short_term_pca\" or \"speed_minima\"", learning.detector)
+    require(
+        &format!("{table}.model.detector"),
+        known,
+        "\"short_term_pca\", \"speed_minima\" or \"every_frame\"",
+        learning.detector,
+    )
 }
 
 fn oracle(table: &str, s: &OracleSettings) -> Verdict {
