@@ -191,7 +191,8 @@ mod tests {
     #[test]
     fn a_skeleton_that_never_moves_has_lost_nothing() {
         let clip = recording(4, &[0, 1, 2, 3]).into_clip("f", &ReadOptions::default()).unwrap();
-        assert_eq!((clip.frames.len(), clip.notes.len()), (4, 0));
+        assert_eq!(clip.frames.len(), 4);
+        assert_eq!(clip.notes, ["all channels are zero in every frame of the file: the body rests throughout"]);
     }
 
     #[test]
