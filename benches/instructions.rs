@@ -3,60 +3,30 @@
 
 #![allow(missing_docs, reason = "what the macros of gungraun make has none")]
 
+mod scene;
+
 use std::hint::black_box;
 
 use faer::Mat;
 use gungraun::{library_benchmark, library_benchmark_group, main};
-use nalgebra::Point3;
-use skiagraph::body::{Humanoid, Pose, draw_silhouette};
-use skiagraph::camera::{CameraRig, RingParameters};
+use scene::{filter, ring, seen, standing, tracker25};
+use skiagraph::body::Pose;
+use skiagraph::motion_model::Diffusion;
 use skiagraph::motion_model::gpdm::{
     DynamicsKernel, DynamicsOrder, MapKernel, Objective, Parameters, SequenceLayout, TrainingOptions, train,
 };
-use skiagraph::motion_model::{Diffusion, DiffusionSettings, ProposalScales};
 use skiagraph::observation::Observation;
-use skiagraph::raster::Mask;
 use skiagraph::tracker::{
-    AnnealedParticleFilter, FilterSettings, Likelihood, PlausibilitySettings, PlausibleLikelihood,
-    SilhouetteLikelihood, SilhouetteSettings, Tracker,
+    AnnealedParticleFilter, Likelihood, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood,
+    SilhouetteSettings, Tracker,
 };
 
 const LARGE: [u32; 2] = [640, 480];
 const SMALL: [u32; 2] = [160, 120];
 
-fn standing(body: &Humanoid) -> Pose {
-    let mut pose = body.zero_pose();
-    pose.world_from_root.translation.z = 0.93;
-    body.clamp_to_limits(&mut pose);
-    pose
-}
-
-fn rig([width, height]: [u32; 2]) -> CameraRig {
-    let ring = RingParameters {
-        count: 4,
-        radius: 4.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size: [width, height],
-        near: 0.05,
-    };
-    CameraRig::ring(&ring).expect("a sound ring")
-}
-
-fn seen(body: &Humanoid, rig: &CameraRig) -> Observation {
-    let silhouettes = rig.cameras.iter().map(|camera| {
-        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        draw_silhouette(body, &body.link_frames(&standing(body)), camera, &mut mask);
-        mask
-    });
-    Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect() }
-}
-
 fn prepared(size: [u32; 2]) -> (SilhouetteLikelihood, Observation) {
-    let body = Humanoid::tracker25().expect("tracker25 loads");
-    let rig = rig(size);
+    let body = tracker25();
+    let rig = ring(size);
     let observation = seen(&body, &rig);
     let mut likelihood = SilhouetteLikelihood::new(body, &rig, SilhouetteSettings::default()).expect("sound settings");
     likelihood.prepare(&observation).expect("an observation of this rig");
@@ -65,7 +35,7 @@ fn prepared(size: [u32; 2]) -> (SilhouetteLikelihood, Observation) {
 
 /// A likelihood and 64 poses about the one that was seen.
 fn poses(size: [u32; 2]) -> (SilhouetteLikelihood, Vec<Pose>) {
-    let body = Humanoid::tracker25().expect("tracker25 loads");
+    let body = tracker25();
     let pose = |index: usize| {
         let mut pose = standing(&body);
         let angles = pose.joint_angles.iter_mut().enumerate();
@@ -98,25 +68,33 @@ fn plausible_energies_of_64_poses((likelihood, poses): (PlausibleLikelihood, Vec
     black_box(&poses).iter().map(|pose| likelihood.energy(pose, &mut scratch)).sum()
 }
 
-type Filter = AnnealedParticleFilter<Diffusion, SilhouetteLikelihood>;
+type Filter<L> = (AnnealedParticleFilter<Diffusion, L>, Observation);
 
-fn filter(size: [u32; 2]) -> (Filter, Observation) {
+fn starting(size: [u32; 2]) -> Filter<SilhouetteLikelihood> {
     // what other threads do is not counted
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global().ok();
-    let body = Humanoid::tracker25().expect("tracker25 loads");
     let (likelihood, observation) = prepared(size);
-    let scales = ProposalScales::for_human(&body, 60.0);
-    let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("sound scales");
-    let mut filter =
-        AnnealedParticleFilter::new(FilterSettings::default(), model, likelihood, 1).expect("sound settings");
-    filter.start(&standing(&body));
-    (filter, observation)
+    (filter(&tracker25(), likelihood), observation)
+}
+
+fn starting_plausible(size: [u32; 2]) -> Filter<PlausibleLikelihood> {
+    rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global().ok();
+    let (silhouettes, observation) = prepared(size);
+    let likelihood = PlausibleLikelihood::new(silhouettes, PlausibilitySettings::default()).expect("sound settings");
+    (filter(&tracker25(), likelihood), observation)
 }
 
 // One frame: 200 particles, five layers, four views.
 #[library_benchmark]
-#[bench::at_160x120(args = (SMALL), setup = filter)]
-fn annealed_frame((mut filter, observation): (Filter, Observation)) -> Option<f64> {
+#[bench::at_160x120(args = (SMALL), setup = starting)]
+fn annealed_frame((mut filter, observation): Filter<SilhouetteLikelihood>) -> Option<f64> {
+    filter.track(black_box(&observation)).ok().and_then(|estimate| estimate.energy)
+}
+
+// The same with the term for plausibility.
+#[library_benchmark]
+#[bench::at_160x120(args = (SMALL), setup = starting_plausible)]
+fn plausible_frame((mut filter, observation): Filter<PlausibleLikelihood>) -> Option<f64> {
     filter.track(black_box(&observation)).ok().and_then(|estimate| estimate.energy)
 }
 
@@ -164,7 +142,7 @@ fn gpdm_prediction_of_1000_particles(model: skiagraph::motion_model::gpdm::Gpdm)
 
 library_benchmark_group!(
     name = paths;
-    benchmarks = silhouette_energies_of_64_poses, plausible_energies_of_64_poses, annealed_frame, gpdm_loss_and_gradient,
+    benchmarks = silhouette_energies_of_64_poses, plausible_energies_of_64_poses, annealed_frame, plausible_frame, gpdm_loss_and_gradient,
         gpdm_prediction_of_1000_particles
 );
 

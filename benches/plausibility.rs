@@ -4,20 +4,19 @@
 //! Sixteen capsules are tracker25 without its head and one of the trunk's, its tapered capsules made plain; all pairs that are
 //! neither adjacent nor touch in the bind pose are looked at, and the ground. Poses are those of `benches/silhouette.rs`.
 
+mod scene;
+
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
-use skiagraph::body::{Flesh, Humanoid, LinkFrames, Pose, draw_silhouette};
-use skiagraph::camera::{CameraRig, RingParameters};
+use scene::{filter, ring, seen, tracker25};
+use skiagraph::body::{Flesh, Humanoid, LinkFrames, Pose};
 use skiagraph::contact::{Interpenetration, InterpenetrationScratch, SelfCollision};
-use skiagraph::motion_model::{Diffusion, DiffusionSettings, ProposalScales};
-use skiagraph::observation::Observation;
-use skiagraph::raster::{Mask, TaperedCapsule};
+use skiagraph::raster::TaperedCapsule;
 use skiagraph::rng::{Purpose, stream};
 use skiagraph::tracker::{
-    AnnealedParticleFilter, FilterSettings, Likelihood, PlausibilitySettings, PlausibleLikelihood,
-    SilhouetteLikelihood, SilhouetteSettings, Tracker,
+    Likelihood, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood, SilhouetteSettings, Tracker,
 };
 
 fn main() {
@@ -28,10 +27,6 @@ fn main() {
 }
 
 const POSES: u64 = 256;
-
-fn tracker25() -> Humanoid {
-    Humanoid::tracker25().expect("a shipped body")
-}
 
 fn sixteen_capsules() -> Humanoid {
     let mut body = tracker25();
@@ -100,39 +95,12 @@ fn depths_of_tracker25(bencher: Bencher<'_, '_>) {
     depths(bencher, &tracker25());
 }
 
-fn standing(body: &Humanoid) -> Pose {
-    let mut pose = body.zero_pose();
-    pose.world_from_root.translation.z = 0.93;
-    pose
-}
-
 /// One frame again and again, 200 particles x 5 layers x 4 views.
 fn frames<L: Likelihood>(bencher: Bencher<'_, '_>, size: [u32; 2], likelihood: impl Fn(SilhouetteLikelihood) -> L) {
-    let body = tracker25();
-    let ring = RingParameters {
-        count: 4,
-        radius: 4.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size: size,
-        near: 0.05,
-    };
-    let rig = CameraRig::ring(&ring).expect("a sound ring");
-    let placed = body.link_frames(&standing(&body));
-    let silhouettes = rig.cameras.iter().map(|camera| {
-        let mut mask = Mask::new(size[0], size[1]);
-        draw_silhouette(&body, &placed, camera, &mut mask);
-        mask
-    });
-    let seen = Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect() };
-    let scales = ProposalScales::for_human(&body, 60.0);
-    let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("sound scales");
+    let (body, rig) = (tracker25(), ring(size));
+    let seen = seen(&body, &rig);
     let silhouettes = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("sound");
-    let settings = FilterSettings { particles: 200, layers: 5, ..FilterSettings::default() };
-    let mut filter = AnnealedParticleFilter::new(settings, model, likelihood(silhouettes), 1).expect("sound settings");
-    filter.start(&standing(&body));
+    let mut filter = filter(&body, likelihood(silhouettes));
     bencher.bench_local(|| filter.track(divan::black_box(&seen)));
 }
 

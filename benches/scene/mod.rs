@@ -1,0 +1,60 @@
+//! What benches of tracking look at: a person who stands amid four cameras and fills half the image's height.
+
+use nalgebra::Point3;
+use skiagraph::body::{Humanoid, Pose, draw_silhouette};
+use skiagraph::camera::{CameraRig, RingParameters};
+use skiagraph::motion_model::{Diffusion, DiffusionSettings, ProposalScales};
+use skiagraph::observation::Observation;
+use skiagraph::raster::Mask;
+use skiagraph::tracker::{AnnealedParticleFilter, Estimator, FilterSettings, Kernel, Likelihood, Tracker};
+
+const SETTINGS: FilterSettings = FilterSettings {
+    particles: 200,
+    layers: 5,
+    survival_rate: 0.5,
+    kernel: Kernel::Geometric,
+    estimator: Estimator::WeightedMean,
+};
+
+pub(crate) fn tracker25() -> Humanoid {
+    Humanoid::tracker25().expect("a shipped body")
+}
+
+pub(crate) fn standing(body: &Humanoid) -> Pose {
+    let mut pose = body.zero_pose();
+    pose.world_from_root.translation.z = 0.93;
+    body.clamp_to_limits(&mut pose);
+    pose
+}
+
+pub(crate) fn ring(image_size: [u32; 2]) -> CameraRig {
+    let ring = RingParameters {
+        count: 4,
+        radius: 4.5,
+        height: 1.6,
+        look_at: Point3::new(0.0, 0.0, 0.95),
+        first_azimuth: 0.8,
+        field_of_view: 1.05,
+        image_size,
+        near: 0.05,
+    };
+    CameraRig::ring(&ring).expect("a sound ring")
+}
+
+pub(crate) fn seen(body: &Humanoid, rig: &CameraRig) -> Observation {
+    let silhouettes = rig.cameras.iter().map(|camera| {
+        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+        draw_silhouette(body, &body.link_frames(&standing(body)), camera, &mut mask);
+        mask
+    });
+    Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect() }
+}
+
+/// A filter that has started on the standing person.
+pub(crate) fn filter<L: Likelihood>(body: &Humanoid, likelihood: L) -> AnnealedParticleFilter<Diffusion, L> {
+    let scales = ProposalScales::for_human(body, 60.0);
+    let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("sound scales");
+    let mut filter = AnnealedParticleFilter::new(SETTINGS, model, likelihood, 1).expect("sound settings");
+    filter.start(&standing(body));
+    filter
+}
