@@ -1,6 +1,5 @@
 use super::*;
-use crate::body::{Pose, capsules_in_camera, shipped};
-use crate::camera::{CameraRig, RingParameters};
+use crate::body::{Pose, shipped};
 use crate::contact::GroundContacts;
 use nalgebra::{Point3, UnitQuaternion};
 
@@ -61,24 +60,21 @@ fn every_depth_is_that_of_the_slow_road() {
 #[test]
 fn a_camera_sees_the_same_depths() {
     let body = shipped("tracker25").unwrap();
-    let rig = CameraRig::ring(&RingParameters {
-        count: 3,
-        radius: 4.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size: [160, 120],
-        near: 0.05,
-    })
-    .unwrap();
     let solids = Interpenetration::new(&body, 0.01);
-    let (mut scratch, mut capsules, mut deep) = (InterpenetrationScratch::default(), Vec::new(), 0);
+    let (mut scratch, mut deep) = (InterpenetrationScratch::default(), 0);
     for index in 0..300 {
         let frames = body.link_frames(&crumpled(&body, index));
-        let camera = &rig.cameras[index as usize % 3];
-        capsules_in_camera(&body, &frames, camera, &mut capsules);
-        let seen = solids.depths_in_camera(&frames, &capsules, &camera.camera_from_world, &mut scratch);
+        let turn = UnitQuaternion::from_euler_angles(1.0 + 0.1 * index as f64, 0.7, -1.2);
+        let camera_from_world = Isometry3::from_parts(Vector3::new(0.3, -0.8, 4.5).into(), turn);
+        let placed = body.links.iter().zip(&frames.0).flat_map(|(link, world_from_link)| {
+            let camera_from_link = camera_from_world * world_from_link;
+            link.flesh.iter().map(move |flesh| match flesh {
+                Flesh::TaperedCapsule(capsule) => capsule.transformed(&camera_from_link),
+                _ => panic!("tracker25 is made of tapered capsules"),
+            })
+        });
+        let capsules: Vec<TaperedCapsule> = placed.collect();
+        let seen = solids.depths_in_camera(&frames, &capsules, &camera_from_world, &mut scratch);
         let there = solids.depths(&frames, &mut scratch);
         for (seen, there) in
             [(seen.ground_m, there.ground_m), (seen.own_m, there.own_m), (seen.own_sum_m, there.own_sum_m)]
