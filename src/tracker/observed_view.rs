@@ -51,9 +51,7 @@ impl ViewScratch {
             painters: painted.map(painter).collect(),
         }
     }
-}
 
-impl ViewScratch {
     /// The capsules of the [`ObservedView::Capsules`] that was compared last, in its camera's frame.
     pub(super) fn capsules(&self) -> &[TaperedCapsule] {
         &self.capsules

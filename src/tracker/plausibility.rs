@@ -104,10 +104,14 @@ impl PlausibleLikelihood {
 
 /// Sum of what is beyond a limit, radians (metres where prismatic).
 fn beyond_limits(limits: &[[f64; 2]], pose: &Pose) -> f64 {
-    let beyond = |(&angle, &[lower, upper]): (&f64, &[f64; 2])| match () {
-        () if angle > upper => angle - upper,
-        () if angle < lower => lower - angle,
-        () => 0.0,
+    let beyond = |(&angle, &[lower, upper]): (&f64, &[f64; 2])| {
+        if angle > upper {
+            angle - upper
+        } else if angle < lower {
+            lower - angle
+        } else {
+            0.0
+        }
     };
     pose.joint_angles.iter().zip(limits).map(beyond).sum()
 }

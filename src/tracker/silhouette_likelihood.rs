@@ -202,9 +202,7 @@ impl SilhouetteLikelihood {
         }
         if count > 0.0 { sum / count } else { 0.0 }
     }
-}
 
-impl SilhouetteLikelihood {
     /// The body's solids as [`Self::energy_in_place`] left them, in the frame of the last camera; `None` where not all of them are
     /// tapered capsules or silhouettes are drawn in another way.
     pub(super) fn capsules_of_last_view<'s>(
