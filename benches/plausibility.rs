@@ -1,6 +1,10 @@
 //! Whether a pose could be, from its angles to its depths: poses a second on one thread, kinematics included; and what that
 //! costs a frame of the annealed particle filter. `cargo bench --bench plausibility`
 //!
+//! What it costs is a small difference of large times, which a machine that others use too buries when one is measured after the
+//! other. So frames with and without the term are tracked by turns first, and the quartiles of their ratio are told
+//! (`SKIAGRAPH_PAIRS`, default 400; 0 leaves that out).
+//!
 //! Sixteen capsules are tracker25 without its head and one of the trunk's, its tapered capsules made plain; all pairs that are
 //! neither adjacent nor touch in the bind pose are looked at, and the ground. Poses are those of `benches/silhouette.rs`.
 
@@ -23,7 +27,40 @@ fn main() {
     let body = sixteen_capsules();
     let pairs = SelfCollision::new(&body);
     println!("sixteen capsules: {} pairs, {} left out", pairs.pairs().len(), pairs.left_out().len());
+    let pairs = std::env::var("SKIAGRAPH_PAIRS").map_or(400, |number| number.parse().expect("a number of pairs"));
+    if pairs > 0 && std::env::args().any(|argument| argument == "--bench") {
+        rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread").install(|| cost_of_the_term(pairs));
+    }
     divan::main();
+}
+
+/// Prints the quartiles of the time of a frame with the term over that of one without, one thread, 160x120, and of one without
+/// over another without, which tells how far to trust the first.
+fn cost_of_the_term(pairs: usize) {
+    let (body, rig) = (tracker25(), ring([160, 120]));
+    let seen = seen(&body, &rig);
+    let silhouettes = || SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("sound");
+    let with_the_term = PlausibleLikelihood::new(silhouettes(), PlausibilitySettings::default()).expect("sound");
+    let (mut plain, mut plausible) = (filter(&body, silhouettes()), filter(&body, with_the_term));
+    let mut other = filter(&body, silhouettes());
+    let run: [&mut dyn Tracker; 3] = [&mut plain, &mut plausible, &mut other];
+    let mut ratios = [Vec::new(), Vec::new()];
+    for pair in 0..pairs {
+        let mut seconds = [0.0; 3];
+        for turn in 0..3 {
+            let which = (turn + pair) % 3; // each comes first, second and third as often
+            let start = std::time::Instant::now();
+            divan::black_box(run[which].track(&seen)).expect("an observation of this rig");
+            seconds[which] = start.elapsed().as_secs_f64();
+        }
+        ratios[0].push(seconds[1] / seconds[0]);
+        ratios[1].push(seconds[2] / seconds[0]);
+    }
+    for (name, ratios) in ["with the term over without", "without over without"].iter().zip(&mut ratios) {
+        ratios.sort_by(f64::total_cmp);
+        let at = |share: f64| ratios[(ratios.len() as f64 * share) as usize];
+        println!("{name}: {:.3}, quartiles {:.3} to {:.3}, {pairs} frames each", at(0.5), at(0.25), at(0.75));
+    }
 }
 
 const POSES: u64 = 256;

@@ -18,27 +18,46 @@ pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule)
     Axis::of(first).distance(&Axis::of(second))
 }
 
-/// Squared distance of the axes of two tapered capsules (Ericson 2005, Real-Time Collision Detection, 5.1.9), square metres.
-#[inline(always)]
-pub(super) fn squared_distance_of_axes(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
-    let (u, v, w) = (first.b - first.a, second.b - second.a, first.a - second.a);
-    let (uu, vv, uv, uw, vw) = (u.dot(&u), v.dot(&v), u.dot(&v), u.dot(&w), v.dot(&w));
-    let s = share(uv * vw - uw * vv, uu * vv - uv * uv);
-    let t = share(vw + uv * s, vv);
-    let s = share(uv * t - uw, uu);
-    (w + u * s - v * t).norm_squared()
+/// What is the same of the axis of a tapered capsule wherever that stands.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct AxisLength {
+    /// Square metres.
+    squared: f64,
+    /// One through that, and 0 of nothing.
+    inverse: f64,
 }
 
-/// `part / whole`, at least 0 and at most 1; 0 where there is no whole.
+impl AxisLength {
+    pub(super) fn of(solid: &TaperedCapsule) -> Self {
+        let squared = (solid.b - solid.a).norm_squared();
+        Self { squared, inverse: if squared > 0.0 { 1.0 / squared } else { 0.0 } }
+    }
+}
+
+/// Squared distance of the axes of two tapered capsules (Ericson 2005, Real-Time Collision Detection, 5.1.9), square metres.
 #[inline(always)]
-fn share(part: f64, whole: f64) -> f64 {
-    if part <= 0.0 || whole <= 0.0 {
+pub(super) fn squared_distance_of_axes([first, second]: [&TaperedCapsule; 2], [uu, vv]: [&AxisLength; 2]) -> f64 {
+    let (u, v, w) = (first.b - first.a, second.b - second.a, first.a - second.a);
+    let (uv, uw, vw) = (u.dot(&v), u.dot(&w), v.dot(&w));
+    let (part, whole) = (uv * vw - uw * vv.squared, uu.squared * vv.squared - uv * uv);
+    // branches, since what is beyond an end need not wait for the division
+    let s = if part <= 0.0 || whole <= 0.0 {
         0.0
     } else if part >= whole {
         1.0
     } else {
         part / whole
-    }
+    };
+    let t = share((vw + uv * s) * vv.inverse);
+    let s = share((uv * t - uw) * uu.inverse);
+    (w + u * s - v * t).norm_squared()
+}
+
+/// At least 0 and at most 1.
+#[inline(always)]
+fn share(share: f64) -> f64 {
+    let share = if share > 0.0 { share } else { 0.0 };
+    if share < 1.0 { share } else { 1.0 }
 }
 
 /// A tapered capsule as distances see it: the first ball, the way to the last, and how the radius grows on it.
@@ -50,10 +69,14 @@ pub(super) struct Axis {
     pub(super) along: Vector3<f64>,
     /// Distance of the centres, metres.
     pub(super) length: f64,
+    /// One through that; 0 where it is 0.
+    per_length: f64,
     /// Radius of the first ball, metres.
     pub(super) radius: f64,
-    /// Change of the radius per metre; of no meaning where the length is zero.
+    /// Change of the radius per metre, the sine of the angle between the axis and its side; 0 where the length is zero.
     pub(super) taper: f64,
+    /// The tangent of that angle.
+    lean: f64,
 }
 
 impl Axis {
@@ -63,9 +86,36 @@ impl Axis {
         let length = axis.norm();
         if length <= growth.abs() {
             let (centre, radius) = if growth > 0.0 { (solid.b, solid.radius_b) } else { (solid.a, solid.radius_a) };
-            return Self { start: centre.coords, along: Vector3::x(), length: 0.0, radius, taper: 0.0 };
+            return Self {
+                start: centre.coords,
+                along: Vector3::x(),
+                length: 0.0,
+                per_length: 0.0,
+                radius,
+                taper: 0.0,
+                lean: 0.0,
+            };
         }
-        Self { start: solid.a.coords, along: axis / length, length, radius: solid.radius_a, taper: growth / length }
+        let taper = growth / length;
+        let lean = taper / libm::sqrt(1.0 - taper * taper);
+        Self {
+            start: solid.a.coords,
+            along: axis / length,
+            length,
+            per_length: 1.0 / length,
+            radius: solid.radius_a,
+            taper,
+            lean,
+        }
+    }
+
+    /// The same of the same solid in another place: what does not change is not worked out again.
+    #[inline(always)]
+    pub(super) fn moved_to(&self, solid: &TaperedCapsule) -> Self {
+        if self.length == 0.0 {
+            return Self::of(solid);
+        }
+        Self { start: solid.a.coords, along: (solid.b - solid.a) * self.per_length, ..*self }
     }
 
     #[inline(always)]
@@ -125,8 +175,7 @@ impl Axis {
         let from_start = centre - self.start;
         let along = from_start.dot(&self.along);
         let across_squared = (from_start.norm_squared() - along * along).max(0.0);
-        let lean = self.taper / libm::sqrt(1.0 - self.taper * self.taper);
-        let s = (along + lean * libm::sqrt(across_squared)).clamp(0.0, self.length);
+        let s = (along + self.lean * libm::sqrt(across_squared)).clamp(0.0, self.length);
         let off = along - s;
         libm::sqrt(across_squared + off * off) - self.radius - s * self.taper - radius
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Isometry3, Vector3};
 
 use super::SelfCollision;
-use super::capsule_distance::{squared_distance_of_axes, tapered_capsule_distance};
+use super::capsule_distance::{Axis, AxisLength, squared_distance_of_axes};
 use super::self_collision::bounding_ball;
 use super::solid_distance::solid_distance;
 use crate::body::{Flesh, Humanoid, LinkFrames};
@@ -32,6 +32,8 @@ struct Solid {
     flesh: Flesh,
     /// Itself where it is a tapered capsule, else a ball around it.
     capsule: TaperedCapsule,
+    axis: Axis,
+    length: AxisLength,
     exact: bool,
 }
 
@@ -137,37 +139,45 @@ impl Interpenetration {
     }
 }
 
-/// A box along the axes of the frame in which solids stand.
+/// A box along the axes of the frame in which solids stand, laid out for one comparison of all its sides at once.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
-    low: [f64; 3],
-    high: [f64; 3],
+    /// Lowest coordinates; the last lane fills the register and stands for an axis along which all boxes meet.
+    low: Lanes,
+    /// Highest coordinates, negated.
+    minus_high: Lanes,
 }
 
+type Lanes = [f64; 4];
+
 impl Bounds {
+    const NOTHING: Self = Self { low: [f64::INFINITY; 4], minus_high: [f64::INFINITY; 4] };
+
     /// Around a tapered capsule as if both radii were smaller by `less`. Boxes of two that are deeper in each other than twice that meet.
     #[inline(always)]
     fn around(capsule: &TaperedCapsule, less: f64) -> Self {
         let (a, b) = (capsule.radius_a - less, capsule.radius_b - less);
-        let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
+        let (mut low, mut minus_high) = ([-1.0; 4], [-1.0; 4]);
         for axis in 0..3 {
             low[axis] = lesser(capsule.a[axis] - a, capsule.b[axis] - b);
-            high[axis] = -lesser(-capsule.a[axis] - a, -capsule.b[axis] - b);
+            minus_high[axis] = lesser(-capsule.a[axis] - a, -capsule.b[axis] - b);
         }
-        Self { low, high }
+        Self { low, minus_high }
     }
 
     #[inline(always)]
     fn add(&mut self, other: &Self) {
-        for axis in 0..3 {
-            self.low[axis] = lesser(self.low[axis], other.low[axis]);
-            self.high[axis] = -lesser(-self.high[axis], -other.high[axis]);
+        for lane in 0..4 {
+            self.low[lane] = lesser(self.low[lane], other.low[lane]);
+            self.minus_high[lane] = lesser(self.minus_high[lane], other.minus_high[lane]);
         }
     }
 
     #[inline(always)]
     fn meets(&self, other: &Self) -> bool {
-        (0..3).all(|axis| self.low[axis] < other.high[axis] && other.low[axis] < self.high[axis])
+        let below =
+            |low: &Lanes, minus_high: &Lanes| (0..4).fold(true, |all, lane| all & (low[lane] + minus_high[lane] < 0.0));
+        below(&self.low, &other.minus_high) & below(&other.low, &self.minus_high)
     }
 }
 
@@ -187,6 +197,17 @@ impl Ground {
     #[inline(always)]
     fn height(&self, point: &Vector3<f64>) -> f64 {
         self.up.dot(point) + self.height
+    }
+
+    /// Height of the lowest corner of a box.
+    #[inline(always)]
+    fn lowest_height(&self, bounds: &Bounds) -> f64 {
+        let mut height = self.height;
+        for axis in 0..3 {
+            let up = self.up[axis];
+            height += if up > 0.0 { up * bounds.low[axis] } else { -up * bounds.minus_high[axis] };
+        }
+        height
     }
 }
 
@@ -221,15 +242,18 @@ impl Measuring<'_> {
     #[inline(always)]
     fn bound(&mut self) {
         let less = 0.5 * self.body.tolerance_m;
-        self.boxes.clear();
-        self.boxes.extend(self.capsules.iter().map(|capsule| Bounds::around(capsule, less)));
-        self.part_boxes.clear();
-        for part in &self.body.parts {
-            let mut bounds = self.boxes[part.start];
-            for other in &self.boxes[part.start + 1..part.end] {
-                bounds.add(other);
+        self.boxes.resize(self.capsules.len(), Bounds::NOTHING);
+        self.part_boxes.resize(self.body.parts.len(), Bounds::NOTHING);
+        for (around, part) in self.part_boxes.iter_mut().zip(&self.body.parts) {
+            // joined here, not read back: reading whole lanes that were just written number by number stalls
+            let mut whole = Bounds::NOTHING;
+            let solids = self.boxes[part.start..part.end].iter_mut();
+            for (bounds, capsule) in solids.zip(&self.capsules[part.start..part.end]) {
+                let own = Bounds::around(capsule, less);
+                whole.add(&own);
+                *bounds = own;
             }
-            self.part_boxes.push(bounds);
+            *around = whole;
         }
     }
 
@@ -251,23 +275,36 @@ impl Measuring<'_> {
     #[inline(always)]
     fn distance(&self, pair: &SolidPair) -> f64 {
         let [i, j] = pair.solids;
+        let (first, second) = (&self.body.solids[i], &self.body.solids[j]);
         if pair.axes_reach_squared == f64::INFINITY {
-            let (first, second) = (&self.body.solids[i], &self.body.solids[j]);
             let first_from_second: Isometry3<f64> = self.frames[first.link].inverse() * self.frames[second.link];
             return solid_distance(&first.flesh, &second.flesh, &first_from_second);
         }
-        let (first, second) = (&self.capsules[i], &self.capsules[j]);
-        if squared_distance_of_axes(first, second) >= pair.axes_reach_squared {
+        let (a, b) = (&self.capsules[i], &self.capsules[j]);
+        if squared_distance_of_axes([a, b], [&first.length, &second.length]) >= pair.axes_reach_squared {
             return f64::INFINITY;
         }
-        tapered_capsule_distance(first, second)
+        first.axis.moved_to(a).distance(&second.axis.moved_to(b))
     }
 
     /// How deep the deepest point is under the ground; the tolerance where nothing is deeper.
     #[inline(always)]
     fn ground_depth(&self) -> f64 {
         let mut lowest = -self.body.tolerance_m;
-        for (solid, capsule) in self.body.solids.iter().zip(self.capsules) {
+        for (part, bounds) in self.body.parts.iter().zip(self.part_boxes.iter()) {
+            // boxes are smaller by half the tolerance
+            if self.ground.lowest_height(bounds) - 0.5 * self.body.tolerance_m < lowest {
+                lowest = lesser(self.lowest_height(part), lowest);
+            }
+        }
+        -lowest
+    }
+
+    #[inline(always)]
+    fn lowest_height(&self, part: &Part) -> f64 {
+        let mut lowest = f64::INFINITY;
+        for (solid, capsule) in self.body.solids[part.start..part.end].iter().zip(&self.capsules[part.start..part.end])
+        {
             let height = if solid.exact {
                 let (a, b) = (self.ground.height(&capsule.a.coords), self.ground.height(&capsule.b.coords));
                 lesser(a - capsule.radius_a, b - capsule.radius_b)
@@ -276,19 +313,22 @@ impl Measuring<'_> {
             };
             lowest = lesser(height, lowest);
         }
-        -lowest
+        lowest
     }
 }
 
 impl Solid {
     /// `None` of an empty mesh.
     fn new(link: usize, flesh: &Flesh) -> Option<Self> {
-        if let Flesh::TaperedCapsule(capsule) = flesh {
-            return Some(Self { link, flesh: flesh.clone(), capsule: *capsule, exact: true });
-        }
-        let (centre, radius) = bounding_ball(flesh)?;
-        let capsule = TaperedCapsule { a: centre, b: centre, radius_a: radius, radius_b: radius };
-        Some(Self { link, flesh: flesh.clone(), capsule, exact: false })
+        let (capsule, exact) = match flesh {
+            Flesh::TaperedCapsule(capsule) => (*capsule, true),
+            _ => {
+                let (centre, radius) = bounding_ball(flesh)?;
+                (TaperedCapsule { a: centre, b: centre, radius_a: radius, radius_b: radius }, false)
+            }
+        };
+        let (axis, length) = (Axis::of(&capsule), AxisLength::of(&capsule));
+        Some(Self { link, flesh: flesh.clone(), capsule, axis, length, exact })
     }
 }
 

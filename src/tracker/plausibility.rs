@@ -104,16 +104,9 @@ impl PlausibleLikelihood {
 
 /// Sum of what is beyond a limit, radians (metres where prismatic).
 fn beyond_limits(limits: &[[f64; 2]], pose: &Pose) -> f64 {
-    let beyond = |(&angle, &[lower, upper]): (&f64, &[f64; 2])| {
-        if angle > upper {
-            angle - upper
-        } else if angle < lower {
-            lower - angle
-        } else {
-            0.0
-        }
-    };
-    pose.joint_angles.iter().zip(limits).map(beyond).sum()
+    let angles = pose.joint_angles.as_slice().iter().zip(limits);
+    let broken = angles.filter(|&(angle, [lower, upper])| angle < lower || angle > upper);
+    broken.map(|(angle, [lower, upper])| (lower - angle).max(angle - upper)).sum()
 }
 
 /// Buffers of one thread.
