@@ -40,6 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = arguments.into_iter().filter(|a| a != "subject_measures").collect();
     let is_takes = |a: &&String| TAKES.iter().any(|take| a.split(',').any(|name| name == take.0));
     let wanted: Option<&String> = arguments.iter().find(is_takes);
+    let takes = TAKES.iter().filter(|take| wanted.is_none_or(|w| w.split(',').any(|name| name == take.0)));
     let mut methods: Vec<&str> = arguments.iter().filter(|a| !is_takes(a)).map(String::as_str).collect();
     if methods.is_empty() {
         methods.push("gpdm_graph");
@@ -49,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "| take | middle of the lower foot | its lowest point | its ankle | velocities of the most similar frames |"
         );
         println!("|---|---|---|---|---|");
-        for take in TAKES.iter().filter(|take| wanted.is_none_or(|w| w.split(',').any(|name| name == take.0))) {
+        for take in takes {
             drift(take, mismatch, &mocap)?;
         }
         return Ok(());
@@ -59,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "| take | depth, mm | spread | upwards, mm | spread | energy there | lean, degrees | spread | energy there | energy leant by 4 | energy of the truth |"
         );
         println!("|---|---|---|---|---|---|---|---|---|---|---|");
-        for take in TAKES.iter().filter(|take| wanted.is_none_or(|w| w.split(',').any(|name| name == take.0))) {
+        for take in takes {
             depth(take, mismatch, &mocap)?;
         }
         return Ok(());
@@ -68,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "| take | method | error, mm | by seed | root: depth, mm | sideways | up | root-relative, mm | energy | brought back | depth by fifth of the frames, mm | upwards | depth of ankles, knees, hips, thorax, head, wrists, mm |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    for take in TAKES.iter().filter(|take| wanted.is_none_or(|w| w.split(',').any(|name| name == take.0))) {
+    for take in takes {
         run(take, mismatch, &methods, seeds, &mocap)?;
     }
     Ok(())
