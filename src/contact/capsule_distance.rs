@@ -48,16 +48,9 @@ pub(super) fn squared_distance_of_axes([first, second]: [&TaperedCapsule; 2], [u
     } else {
         part / whole
     };
-    let t = share((vw + uv * s) * vv.inverse);
-    let s = share((uv * t - uw) * uu.inverse);
+    let t = ((vw + uv * s) * vv.inverse).clamp(0.0, 1.0);
+    let s = ((uv * t - uw) * uu.inverse).clamp(0.0, 1.0);
     (w + u * s - v * t).norm_squared()
-}
-
-/// At least 0 and at most 1.
-#[inline(always)]
-fn share(share: f64) -> f64 {
-    let share = if share > 0.0 { share } else { 0.0 };
-    if share < 1.0 { share } else { 1.0 }
 }
 
 /// A tapered capsule as distances see it: the first ball, the way to the last, and how the radius grows on it.

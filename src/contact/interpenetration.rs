@@ -32,8 +32,10 @@ struct Solid {
     flesh: Flesh,
     /// Itself where it is a tapered capsule, else a ball around it.
     capsule: TaperedCapsule,
+    /// Of that capsule, in the link.
     axis: Axis,
     length: AxisLength,
+    /// Whether the capsule is the solid itself.
     exact: bool,
 }
 
