@@ -16,6 +16,7 @@ mod clip_file;
 mod comparison;
 mod error;
 mod inspect;
+mod json_tree;
 mod learning;
 mod measuring;
 mod model_file;

@@ -19,7 +19,7 @@ use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use super::scenario::TrackerSettings;
 use super::watch::{Stage, Watch, advance};
-use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models};
+use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models, json_tree};
 use crate::benchmark_set::{Array, BlindSet, Npz, RunPoses, Values};
 use crate::body::Motion;
 use crate::motion_model::{Diffusion, ProposalScales};
@@ -231,9 +231,8 @@ impl Tracked {
             false => (None, Vec::new()),
             true => {
                 let path = folder.join(TRACK_FILE);
-                let malformed =
-                    |e: serde_json::Error| ExperimentError::Malformed { path: path.clone(), detail: e.to_string() };
-                let record = serde_json::from_slice(&read_file(&path)?).map_err(malformed)?;
+                let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
+                let record = json_tree::value_of_file(&read_file(&path)?).map_err(malformed)?;
                 let npz = Npz::from_bytes(SEARCH_FILE, &read_file(&folder.join(SEARCH_FILE))?)?;
                 let search = search_from_npz(&npz).ok_or_else(|| ExperimentError::Malformed {
                     path: folder.join(SEARCH_FILE),

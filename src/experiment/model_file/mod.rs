@@ -29,7 +29,7 @@ use self::arrays::{Arrays, ArraysError};
 pub(super) use self::facts::hex_sha256;
 pub use self::facts::{LearnedFrom, ModelFacts, RobotFacts};
 use super::error::read_file;
-use super::{ExperimentError, to_json};
+use super::{ExperimentError, json_tree, to_json};
 use crate::benchmark_set::{Array, Npz, SetError, Values, body_from_json, body_to_json};
 use crate::body::Humanoid;
 use crate::motion_model::gpdm::{DynamicsKernel, GpdmParts};
@@ -135,8 +135,8 @@ fn facts_of(path: &Path, npz: &Npz) -> Result<ModelFacts, ExperimentError> {
         schema: String,
     }
     let bytes = bytes_of(path, npz, "facts")?;
-    let in_facts = |e: serde_json::Error| malformed(path, format!("facts: {e}"));
-    let Tag { schema } = serde_json::from_slice(bytes).map_err(in_facts)?;
+    let in_facts = |detail| malformed(path, format!("facts: {detail}"));
+    let Tag { schema } = json_tree::value_of_file(bytes).map_err(in_facts)?;
     if schema != MODEL_SCHEMA {
         let detail = match schema.strip_prefix("skiagraph.model/") {
             Some(_) => format!("written as {schema}, this program reads {MODEL_SCHEMA}; update skiagraph"),
@@ -144,7 +144,7 @@ fn facts_of(path: &Path, npz: &Npz) -> Result<ModelFacts, ExperimentError> {
         };
         return Err(malformed(path, detail));
     }
-    serde_json::from_slice(bytes).map_err(in_facts)
+    json_tree::value_of_file(bytes).map_err(in_facts)
 }
 
 fn bytes_of<'a>(path: &Path, npz: &'a Npz, name: &str) -> Result<&'a [u8], ExperimentError> {

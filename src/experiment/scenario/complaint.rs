@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue};
 
 /// One thing that is wrong with a scenario: printed as `file:line: key: what`, the line itself and a caret below.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,23 +72,31 @@ impl fmt::Display for Complaint {
 
 impl std::error::Error for Complaint {}
 
-/// Where the value of a dotted key stands in a TOML text; `None` if the text does not say it.
-pub(super) fn locate(text: &str, key: &str) -> Option<Range<usize>> {
+/// Where a dotted key stands in a TOML text, and its value.
+pub(super) struct Spot {
+    pub(super) key: Range<usize>,
+    pub(super) value: Range<usize>,
+}
+
+/// Where a dotted key stands; `None` if the text does not say it.
+pub(super) fn locate(text: &str, key: &str) -> Option<Spot> {
     let document = DeTable::parse(text).ok()?;
     let mut segments = key.split(['.', '[', ']']).filter(|s| !s.is_empty());
-    let mut value = find(document.get_ref(), segments.next()?)?;
+    let (mut key, mut value) = find(document.get_ref(), segments.next()?)?;
     for segment in segments {
-        value = match value.get_ref() {
+        (key, value) = match value.get_ref() {
             DeValue::Table(table) => find(table, segment)?,
-            DeValue::Array(array) => array.get(segment.parse::<usize>().ok()?)?,
+            DeValue::Array(array) => (key, array.get(segment.parse::<usize>().ok()?)?),
             _ => return None,
         };
     }
-    Some(value.span())
+    Some(Spot { key: key.span(), value: value.span() })
 }
 
-fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
-    table.iter().find(|(k, _)| k.get_ref() == key).map(|(_, v)| v)
+type Entry<'a, 'i> = (&'a Spanned<DeString<'i>>, &'a Spanned<DeValue<'i>>);
+
+fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<Entry<'a, 'i>> {
+    table.iter().find(|(k, _)| k.get_ref() == key)
 }
 
 /// The candidate that a misspelt word most likely means: two letters away, or a third of them.
@@ -137,7 +145,7 @@ mod tests {
     #[test]
     fn the_caret_stands_below_the_value_even_after_wide_characters() {
         let text = "a = 1\nname = \"é\"\n[t]\nkey = -4 # x\n";
-        let place = Place::of(text, &locate(text, "t.key").unwrap());
+        let place = Place::of(text, &locate(text, "t.key").unwrap().value);
         assert_eq!((place.line, place.column, place.width), (4, 7, 2));
         let complaint =
             Complaint { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
@@ -147,8 +155,8 @@ mod tests {
     #[test]
     fn a_key_is_found_inside_arrays_of_tables() {
         let text = "[[c]]\nx = 1\n[[c]]\nx = 22\n";
-        let span = locate(text, "c[1].x").unwrap();
-        assert_eq!(&text[span], "22");
-        assert_eq!(locate(text, "c[2].x"), None);
+        let spot = locate(text, "c[1].x").unwrap();
+        assert_eq!((&text[spot.key], &text[spot.value]), ("x", "22"));
+        assert!(locate(text, "c[2].x").is_none());
     }
 }

@@ -14,6 +14,7 @@ mod ranges;
 mod read;
 mod rig;
 mod tracker;
+mod tree;
 
 pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBodySettings};
 pub(crate) use complaint::did_you_mean;

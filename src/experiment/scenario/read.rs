@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
-use toml::{Table, Value};
+use serde::Deserialize;
+use serde_json::{Map, Value};
 
-use super::complaint::{Complaint, Place, did_you_mean, locate};
+use super::complaint::{Complaint, Place, locate};
+use super::tree::{settings_of, tree_of};
 use super::{Scenario, TrackerSettings};
 
 /// The scenario that runs when none is named: `scenarios/walk.toml`.
@@ -65,13 +66,11 @@ impl ScenarioFile {
     /// # Errors
     /// As [`Self::open`], but for reading.
     pub fn parse(text: &str, origin: &str, folder: PathBuf, overrides: &[String]) -> Result<Self, ScenarioError> {
-        let mut scenario: Scenario = from_text(text, origin)?;
-        if !overrides.is_empty() {
-            let mut table: Table = from_text(text, origin)?;
-            for assignment in overrides {
-                set(&mut table, assignment)?;
-                scenario = from_table(table.clone(), assignment)?;
-            }
+        let mut tree = tree_of(text, origin)?;
+        let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))?;
+        for assignment in overrides {
+            set(&mut tree, assignment)?;
+            scenario = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))?;
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), overrides.to_vec());
         let file = Self { scenario, origin, folder, text, overrides };
@@ -84,7 +83,8 @@ impl ScenarioFile {
     /// A complaint about the value of a key, shown where it stands: in the file, or in the override that says it.
     pub(crate) fn complaint(&self, key: &str, message: String) -> Complaint {
         let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
-        let place = locate(&self.text, key).filter(|_| culprit.is_none()).map(|span| Place::of(&self.text, &span));
+        let spot = locate(&self.text, key).filter(|_| culprit.is_none());
+        let place = spot.map(|spot| Place::of(&self.text, &spot.value));
         let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
         Complaint { origin, place, key: key.to_owned(), message }
     }
@@ -98,19 +98,16 @@ impl TrackerSettings {
     pub fn overridden(self, overrides: &[String]) -> Result<Self, Complaint> {
         let mut settings = self;
         for assignment in overrides {
-            let complain =
-                |message: String| Complaint { origin: named(assignment), place: None, key: String::new(), message };
-            let mut table = Table::try_from(&settings).map_err(|e| complain(e.to_string()))?;
-            if let Some(Value::Table(own)) = table.iter_mut().next().map(|(_, value)| value) {
-                set(own, assignment)?;
+            let complain = |message: String| complaint_about(assignment, message);
+            // one entry, the tracker's name, which holds its table
+            let mut tree = serde_json::to_value(&settings).map_err(|e| complain(e.to_string()))?;
+            if let Some(Value::Object(own)) = tree.as_object_mut().and_then(|named| named.values_mut().next()) {
+                insert(own, assignment)?;
             }
-            settings = from_table(table, assignment)?;
-            settings.first_problem("").map_err(|problem| Complaint {
-                origin: named(assignment),
-                place: None,
-                key: problem.key,
-                message: problem.message,
-            })?;
+            settings = settings_of(tree, |mistake| mistake.about(&named(assignment)))?;
+            settings
+                .first_problem("")
+                .map_err(|problem| Complaint { key: problem.key, ..complain(problem.message) })?;
         }
         Ok(settings)
     }
@@ -126,14 +123,21 @@ fn covers(assignment: &str, key: &str) -> bool {
     key.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
+fn complaint_about(assignment: &str, message: String) -> Complaint {
+    Complaint { origin: named(assignment), place: None, key: String::new(), message }
+}
+
+/// Applies `key=value` to a scenario.
+fn set(tree: &mut Value, assignment: &str) -> Result<(), Complaint> {
+    match tree {
+        Value::Object(table) => insert(table, assignment),
+        _ => Err(complaint_about(assignment, "expected a table".to_owned())),
+    }
+}
+
 /// Applies `key=value` to a table.
-fn set(table: &mut Table, assignment: &str) -> Result<(), Complaint> {
-    let complain = |message: &str| Complaint {
-        origin: named(assignment),
-        place: None,
-        key: String::new(),
-        message: message.to_owned(),
-    };
+fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Complaint> {
+    let complain = |message: &str| complaint_about(assignment, message.to_owned());
     let (key, value) = assignment
         .split_once('=')
         .ok_or_else(|| complain("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
@@ -144,11 +148,11 @@ fn set(table: &mut Table, assignment: &str) -> Result<(), Complaint> {
     };
     let mut table = table;
     for (depth, segment) in segments.iter().enumerate() {
-        let slot = table.entry((*segment).to_owned()).or_insert_with(|| Value::Table(Table::new()));
-        if !slot.is_table() {
-            *slot = Value::Table(Table::new());
+        let slot = table.entry((*segment).to_owned()).or_insert_with(|| Value::Object(Map::new()));
+        if !slot.is_object() {
+            *slot = Value::Object(Map::new());
         }
-        let Value::Table(inner) = slot else { return Err(complain("expected a table")) };
+        let Value::Object(inner) = slot else { return Err(complain("expected a table")) };
         let method = depth == 1 && segments[0] == "methods";
         if (depth == 0 && *segment == "tracker") || method {
             // A scenario or method has one tracker: naming another takes the first one's place.
@@ -164,53 +168,10 @@ fn set(table: &mut Table, assignment: &str) -> Result<(), Complaint> {
 /// A TOML value; a bare word (`value=overlap`, `clip=a/b.bvh`) is taken as a string.
 fn parse_value(text: &str) -> Result<Value, String> {
     let bare = |c: char| c.is_ascii_alphanumeric() || "_-./:~ ".contains(c);
-    match text.parse::<Value>() {
+    match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
         Ok(value) => Ok(value),
         Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::String(text.to_owned())),
         Err(e) => Err(format!("the value is not TOML: {}", e.message())),
-    }
-}
-
-fn from_text<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T, Complaint> {
-    let syntax = |e: toml::de::Error| Complaint {
-        origin: origin.to_owned(),
-        place: e.span().map(|span| Place::of(text, &span)),
-        key: String::new(),
-        message: format!("not TOML: {}", e.message()),
-    };
-    let document = toml::de::Deserializer::parse(text).map_err(syntax)?;
-    serde_path_to_error::deserialize(document).map_err(|e| {
-        let place = e.inner().span().filter(|span| !span.is_empty() && span.end - span.start < text.trim().len());
-        complaint(origin, place.map(|span| Place::of(text, &span)), &e)
-    })
-}
-
-fn from_table<T: DeserializeOwned>(table: Table, assignment: &str) -> Result<T, Complaint> {
-    serde_path_to_error::deserialize(table).map_err(|e| complaint(&named(assignment), None, &e))
-}
-
-fn complaint(origin: &str, place: Option<Place>, error: &serde_path_to_error::Error<toml::de::Error>) -> Complaint {
-    let key = error.path().to_string();
-    let key = if key == "." { String::new() } else { key.trim_end_matches(".?").to_owned() };
-    Complaint { origin: origin.to_owned(), place, key, message: in_plain_words(error.inner().message()) }
-}
-
-/// Serde's message for somebody who writes a scenario.
-fn in_plain_words(message: &str) -> String {
-    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    match quoted.split_first() {
-        Some((word, known)) if message.starts_with("unknown field") || message.starts_with("unknown variant") => {
-            let what = if message.starts_with("unknown field") { "unknown key" } else { "unknown name" };
-            let guess = did_you_mean(word, known.iter().copied());
-            let guess = guess.map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
-            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            format!("{what} `{word}`{guess} (known here: {known})")
-        }
-        _ => [("usize", "a whole number"), ("u32", "a whole number"), ("u64", "a whole number"), ("f64", "a number")]
-            .iter()
-            .fold(message.replace("missing field", "missing key"), |m, (from, to)| {
-                m.replace(&format!("expected {from}"), &format!("expected {to}"))
-            }),
     }
 }
 
@@ -257,6 +218,24 @@ mod tests {
             let error = parse("", &[&format!("tracker.annealed_particle_filter.{bad}")]).unwrap_err();
             assert!(error.starts_with("override tracker.annealed_particle_filter."), "{error}");
         }
+    }
+
+    #[test]
+    fn what_a_setting_cannot_be_is_shown_where_it_stands() {
+        for (extra, expected, line) in [
+            ("loop_to_s = nan", "motion.loop_to_s: expected a finite number", "loop_to_s = nan"),
+            ("source = 2021-01-01", "motion.source: no setting is a date", "source = 2021-01-01"),
+            ("[rig.ring]\nsize_px = [160, 120, 3]", "rig.ring.size_px: invalid length 3", "size_px = [160, 120, 3]"),
+            ("[tracker_body]\nmismatch = 4", "integer `4`, expected a text or a table", "mismatch = 4"),
+            ("[tracker.frosen]", "tracker: unknown name `frosen`, did you mean `frozen`?", "[tracker.frosen]"),
+            ("[tracker.frozen]\n[tracker.oracle]", "tracker: expected a single name in this table", "[tracker.frozen]"),
+        ] {
+            let error = parse(extra, &[]).unwrap_err();
+            assert!(error.contains(expected) && error.contains(line), "{error}");
+        }
+        assert!(
+            parse("", &["motion.loop_to_s=inf"]).unwrap_err().contains("motion.loop_to_s: expected a finite number")
+        );
     }
 
     #[test]

@@ -1,0 +1,19 @@
+//! Values that hold settings, read from a tree of JSON, whatever file it comes from: every type of settings is then compiled for
+//! one kind of input alone, and every mistake is told by its key.
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+/// What is wrong with a tree, and at which key.
+pub(super) type Error = serde_path_to_error::Error<serde_json::Error>;
+
+/// The value that a tree says.
+pub(super) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, Error> {
+    serde_path_to_error::deserialize(tree)
+}
+
+/// The value of a JSON file, or what is wrong with it.
+pub(super) fn value_of_file<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    let tree = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
+    value(tree).map_err(|e| e.to_string())
+}
