@@ -24,6 +24,7 @@ pub mod experiment;
 pub mod mocap;
 pub mod motion_model;
 pub mod observation;
+mod parallel;
 pub mod raster;
 pub mod report;
 pub mod rng;

@@ -13,16 +13,17 @@ use syn::{Item, UseTree, Visibility};
 /// Each room and the rooms that it may use. Rooms missing here may use every other.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("rng", &[]),
+    ("parallel", &[]),
     ("camera", &[]),
     ("raster", &["camera", "rng"]),
     ("mocap", &[]),
     ("body", &["mocap", "raster", "camera", "rng"]),
-    ("contact", &["body", "raster"]),
-    ("scene", &["body", "camera", "mocap", "contact", "rng"]),
-    ("observation", &["scene", "body", "camera", "raster", "rng"]),
+    ("contact", &["body", "raster", "parallel"]),
+    ("scene", &["body", "camera", "mocap", "contact", "rng", "parallel"]),
+    ("observation", &["scene", "body", "camera", "raster", "rng", "parallel"]),
     ("motion_model", &["body", "rng"]),
-    ("tracker", &["body", "camera", "raster", "observation", "motion_model", "contact", "rng"]),
-    ("benchmark_set", &["scene", "observation", "body", "camera", "raster", "contact"]),
+    ("tracker", &["body", "camera", "raster", "observation", "motion_model", "contact", "rng", "parallel"]),
+    ("benchmark_set", &["scene", "observation", "body", "camera", "raster", "contact", "parallel"]),
     ("evaluation", &["body", "camera", "raster", "contact", "scene", "tracker", "rng"]),
     ("report", &["evaluation", "raster", "body", "camera", "observation", "tracker"]),
 ];

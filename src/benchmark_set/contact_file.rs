@@ -34,14 +34,13 @@
 //! | `beyond_limits`, `too_fast` | (T) | how many degrees of freedom are beyond their limits, and faster than their greatest speed |
 //! | `mass` | () | of the actor, kg |
 
-use rayon::prelude::*;
-
 use super::{Array, Npz};
 use crate::body::LinkFrames;
 use crate::contact::{
     ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContacts, LinkPair, PropContact,
     PropContacts, SelfCollision,
 };
+use crate::parallel;
 use crate::scene::GroundTruth;
 
 pub(super) const PATH: &str = "truth/contact.npz";
@@ -57,7 +56,7 @@ pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
     push_tracks(&mut npz, "foot_", &contacts.feet);
     npz.push("link_names", Array::names(contacts.links.iter().map(|track| track.name.as_str())));
     let own = SelfCollision::new(actor);
-    let depths: Vec<Vec<f64>> = frames.par_iter().map(|frames| own.depths_m(frames)).collect();
+    let depths = parallel::map(frames.len(), |frame| own.depths_m(&frames[frame]));
     npz.push("self_depth", Array::new(&[frames.len(), own.pairs().len()], depths.concat()));
     let names = |pair: LinkPair| own.names(pair).join(" ");
     let pairs: Vec<String> = own.pairs().iter().map(|&pair| names(pair)).collect();

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::SetError;
+use crate::parallel;
 
 pub(super) const LISTING: &str = "files.sha256";
 /// Optional images that are worked out of the truth: not part of what identifies a set.
@@ -126,8 +127,8 @@ impl SetFiles {
     /// Reads every listed file, and looks for files that are not listed.
     pub(super) fn verify(&self) -> Result<(), SetError> {
         let paths: Vec<&String> = self.digests.keys().collect();
-        let faults: Vec<SetError> = paths.par_iter().filter_map(|path| self.read(path).err()).collect();
-        if let Some(first) = faults.into_iter().next() {
+        let faults = parallel::map(paths.len(), |path| self.read(paths[path]).err());
+        if let Some(first) = faults.into_iter().flatten().next() {
             return Err(first);
         }
         let Place::Directory(directory) = &self.place else { return Ok(()) };

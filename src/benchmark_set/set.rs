@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::blind::{BlindSet, silhouette_path};
 use super::files::{LISTING, SetFiles};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
@@ -17,6 +15,7 @@ use super::{
 use crate::body::Motion;
 use crate::camera::CameraRig;
 use crate::observation::{Observation, Observer};
+use crate::parallel;
 use crate::scene::GroundTruth;
 
 /// All that lies in a set's directory, by name.
@@ -98,13 +97,9 @@ impl BenchmarkSet {
     pub fn assemble(parts: &SetParts<'_>, observe: impl Fn(usize) -> Observation + Sync) -> Result<Self, SetError> {
         let truth = parts.ground_truth;
         parts.check()?;
-        let mut files: BTreeMap<String, Vec<u8>> = (0..truth.frames.len())
-            .into_par_iter()
-            .map(|frame| silhouette_files(parts.rig, frame, &observe(frame)))
-            .collect::<Result<Vec<_>, _>>()?
-            .into_iter()
-            .flatten()
-            .collect();
+        let of_frame = |frame| silhouette_files(parts.rig, frame, &observe(frame));
+        let of_frames = parallel::map(truth.frames.len(), of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let mut files: BTreeMap<String, Vec<u8>> = of_frames.into_iter().flatten().collect();
         let sequence = Sequence {
             frames: truth.frames.len(),
             frames_per_second: truth.frames_per_second,

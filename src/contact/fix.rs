@@ -3,13 +3,13 @@
 use std::fmt;
 
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 use super::foot_paths::{planted, planted_in_recorded_stances};
 use super::ground_contacts::{Clip, link_frames};
 use super::{ContactError, ContactRule, ContactTrack, GroundContacts, GroundQuality};
 use crate::body::retarget::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
 use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
+use crate::parallel;
 
 /// Greatest change of any angle from the recorded motion, radians (metres where prismatic).
 const GREATEST_CHANGE: f64 = 0.35;
@@ -119,11 +119,11 @@ fn settle(
     let feet = contacts.feet.each_ref().map(|foot| foot.links.clone());
     let clip = Clip { surface: body, frames: &old_frames, frames_per_second: motion.frames_per_second, rule };
     let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
-    let poses = (0..old_frames.len()).into_par_iter().map(|frame| {
+    let poses = parallel::map(old_frames.len(), |frame| {
         let shifts = [paths[0][frame], paths[1][frame]];
         place(&bounded(body, &old.poses[frame]), &old.poses[frame], &old_frames[frame], &feet, shifts)
     });
-    let settled = Motion { poses: poses.collect(), ..old.clone() }.made_continuous(body);
+    let settled = Motion { poses, ..old.clone() }.made_continuous(body);
     let report = report(body, [&old, &settled], [&before, &contacts], raised_m, rule)?;
     Ok(Fixed { motion: settled, report })
 }

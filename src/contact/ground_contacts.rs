@@ -1,10 +1,10 @@
 //! Exact contact of a motion with the ground z = 0.
 
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 use super::{ContactError, ContactRule, FOOT_NAMES, Stance, Surface, SurfacePoint, stances};
 use crate::body::{Humanoid, LinkFrames, Motion};
+use crate::parallel;
 
 /// Contact of every link that has flesh, and of the two feet, in every frame of a motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,10 +101,10 @@ impl GroundContacts {
         let foot = |name, links| {
             clip.track(name, links).ok_or_else(|| ContactError::NoFoot { body: body.name.clone(), foot: name })
         };
-        let links = (0..body.links.len()).into_par_iter().filter_map(|l| clip.track(&body.links[l].name, vec![l]));
+        let links = parallel::map(body.links.len(), |link| clip.track(&body.links[link].name, vec![link]));
         Ok(Self {
             frames_per_second,
-            links: links.collect(),
+            links: links.into_iter().flatten().collect(),
             feet: [foot(FOOT_NAMES[0], left)?, foot(FOOT_NAMES[1], right)?],
         })
     }

@@ -1,12 +1,12 @@
 //! Exact contact of a motion with what stands about.
 
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 use super::ground_contacts::{least_speed, material_velocity};
 use super::solid_distance::{nearest_point, solid_distance};
 use super::{ContactError, ContactRule};
 use crate::body::{Humanoid, LinkFrames, Prop};
+use crate::parallel;
 
 /// Contact of every link that has flesh with every prop, in every frame of a motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,10 +68,10 @@ impl PropContacts {
         let pairs: Vec<(usize, usize)> =
             fleshy.flat_map(|link| (0..props.len()).map(move |prop| (prop, link))).collect();
         let clip = Clip { body, frames, frames_per_second, rule };
-        let mut tracks: Vec<PropTrack> = pairs
-            .into_par_iter()
-            .map(|(prop, link)| PropTrack { prop, link, frames: clip.track(&props[prop], link) })
-            .collect();
+        let mut tracks = parallel::map(pairs.len(), |pair| {
+            let (prop, link) = pairs[pair];
+            PropTrack { prop, link, frames: clip.track(&props[prop], link) }
+        });
         tracks.sort_by_key(|track| (track.prop, track.link));
         Ok(Self { frames_per_second, tracks })
     }

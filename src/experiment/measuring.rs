@@ -15,6 +15,7 @@ use crate::evaluation::{
     summarise,
 };
 use crate::observation::Observation;
+use crate::parallel;
 use crate::raster::Mask;
 use crate::report::FootStances;
 use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood};
@@ -118,7 +119,7 @@ impl Touching {
         let among = PropContacts::of_frames(body, props, &frames, motion.frames_per_second, &rule).ok()?;
         let prop_depth_m = among.deepest_m(frames.len());
         let own = SelfCollision::new(body);
-        let self_depth_m = frames.par_iter().map(|frames| own.deepest_m(frames)).collect();
+        let self_depth_m = parallel::map(frames.len(), |frame| own.deepest_m(&frames[frame]));
         let dynamics = Dynamics::of_motion(body, motion, &ground, GROUND_FRICTION).ok();
         Some(Self { ground, self_depth_m, prop_depth_m, dynamics })
     }

@@ -2,17 +2,16 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
-
 use super::Observation;
 use crate::body::{DepthImage, SilhouettePainter};
 use crate::camera::CameraRig;
+use crate::parallel;
 use crate::scene::{GroundTruth, TruthFrame};
 
 /// Clean silhouettes of every frame, lens distortion included, without what props hide; the same bits for any number of threads.
 pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
     let observer = Observer::new(truth, rig);
-    (0..truth.frames.len()).into_par_iter().map(|frame| observer.observe(frame)).collect()
+    parallel::map(truth.frames.len(), |frame| observer.observe(frame))
 }
 
 /// Clean silhouettes of one frame, which the truth must have. For many frames keep an [`Observer`].

@@ -1,11 +1,11 @@
 //! Everything that is known exactly, because we made it.
 
 use nalgebra::Point3;
-use rayon::prelude::*;
 
 use super::visibility;
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
+use crate::parallel;
 
 /// What really happened: the actor's body and, for every frame, everything that is known about it exactly.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,10 +112,8 @@ impl GroundTruth {
         if motion.poses.is_empty() || !positive_rate {
             return Err(SceneError::EmptyMotion { poses: motion.poses.len(), frames_per_second });
         }
-        let frames: Vec<TruthFrame> = (0..motion.poses.len())
-            .into_par_iter()
-            .map(|frame| TruthFrame::new(&actor, &props, frame, frames_per_second, &motion.poses[frame], rig))
-            .collect::<Result<_, _>>()?;
+        let frame = |frame| TruthFrame::new(&actor, &props, frame, frames_per_second, &motion.poses[frame], rig);
+        let frames = parallel::map(motion.poses.len(), frame).into_iter().collect::<Result<Vec<_>, _>>()?;
         let truth = Self { actor, props, frames_per_second, frames };
         if truth.unseen_frames(rig).len() == truth.frames.len() {
             let start = motion.poses[0].world_from_root.translation.vector.into();

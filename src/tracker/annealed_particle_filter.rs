@@ -85,7 +85,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         self.energies_by(particles, L::energy_unrejected)
     }
 
-    fn energies_by(&self, particles: &[M::State], by: impl Fn(&L, &Pose, &mut L::Scratch) -> f64 + Sync) -> Vec<f64> {
+    fn energies_by(&self, particles: &[M::State], by: fn(&L, &Pose, &mut L::Scratch) -> f64) -> Vec<f64> {
         let energy = |scratch: &mut L::Scratch, state| by(&self.likelihood, self.model.pose(state), scratch);
         particles.par_iter().map_init(|| self.likelihood.scratch(), energy).collect()
     }

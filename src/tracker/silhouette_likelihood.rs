@@ -11,6 +11,7 @@ use super::{Likelihood, SettingError, TrackError};
 use crate::body::{Flesh, Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::observation::Observation;
+use crate::parallel;
 use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
 
 /// How the areas of two silhouettes are compared: S2's `D_s`, in [0, 1]. With B pixels of the model alone, R of the
@@ -131,7 +132,7 @@ impl SilhouetteLikelihood {
         let only_capsules = body.links.iter().flat_map(|l| &l.flesh).all(|f| matches!(f, Flesh::TaperedCapsule(_)));
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && one_sided;
-        let views = rig.cameras.par_iter().map(|camera| View::new(camera, fast, &settings)).collect();
+        let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
         Ok(Self { body, settings, views, fast })
     }
 

@@ -12,12 +12,12 @@ mod virtual_work;
 pub use inverse::{Efforts, PointForce, inverse_dynamics};
 
 use nalgebra::{DMatrix, DVector, Point2, Point3, Vector3};
-use rayon::prelude::*;
 
 use super::ground_contacts::link_frames;
 use super::simulation::GRAVITY;
 use super::{ContactError, GroundContacts};
 use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
+use crate::parallel;
 pub(super) use derivatives::derivatives;
 use nonnegative::nonnegative_least_squares;
 pub(super) use support::{SupportPoint, support_points};
@@ -112,7 +112,7 @@ impl Dynamics {
         }
         let motion = motion.clone().made_continuous(body);
         let clip = Clip { body, motion: &motion, frames: &frames, contacts, friction, mass };
-        Ok(Self { mass, frames: (0..frames.len()).into_par_iter().map(|frame| clip.frame(frame)).collect() })
+        Ok(Self { mass, frames: parallel::map(frames.len(), |frame| clip.frame(frame)) })
     }
 
     /// In a few numbers.

@@ -2,11 +2,11 @@
 //! it, and a simulated foot that scrapes stumbles.
 
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 use crate::body::retarget::{AngleGoal, Goals, PointGoal, Solver};
 use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
 use crate::contact::{ContactTrack, GroundContacts};
+use crate::parallel;
 
 /// What a swinging foot clears the ground by: between the least toe clearance of healthy gait, 13 mm on average (Winter 1992),
 /// and its height in mid-swing, metres.
@@ -24,7 +24,8 @@ const MAX_ITERATIONS: usize = 10;
 /// The motion with its swinging feet lifted where they scrape; all else stays near where it was.
 pub(super) fn cleared(body: &Humanoid, motion: &Motion, frames: &[LinkFrames], contacts: &GroundContacts) -> Motion {
     let lifts = [0, 1].map(|foot| lifts(&contacts.feet[foot], motion.frames_per_second));
-    let poses = motion.poses.par_iter().enumerate().map(|(frame, pose)| {
+    let poses = parallel::map(motion.poses.len(), |frame| {
+        let pose = &motion.poses[frame];
         let lift = [lifts[0][frame], lifts[1][frame]];
         if lift == [0.0; 2] {
             return pose.clone();
@@ -32,7 +33,7 @@ pub(super) fn cleared(body: &Humanoid, motion: &Motion, frames: &[LinkFrames], c
         let feet = [0, 1].map(|foot| (contacts.feet[foot].links.as_slice(), lift[foot]));
         lifted(body, pose, &frames[frame], feet)
     });
-    Motion { frames_per_second: motion.frames_per_second, poses: poses.collect() }.made_continuous(body)
+    Motion { frames_per_second: motion.frames_per_second, poses }.made_continuous(body)
 }
 
 /// By how much a foot is lifted in each frame, metres.

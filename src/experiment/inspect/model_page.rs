@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rayon::prelude::*;
 
 use super::super::{ExperimentError, LearnedModel};
 use crate::motion_model::gpdm_graph::Segment;
 use crate::motion_model::pose_chart::distance;
+use crate::parallel;
 use crate::report::{
     CandidateFrame, FactGroup, FrameDistances, LatentPath, ModelPageInput, OneModel, OtherModel, model_page,
 };
@@ -111,8 +111,8 @@ fn frame_distances(model: &LearnedModel) -> FrameDistances {
     let all: Vec<_> = model.graph.segments.iter().flat_map(|s| &s.rotations).collect();
     let step = all.len().div_ceil(MOST_FRAMES).max(1);
     let shown: Vec<_> = all.into_iter().step_by(step).collect();
-    let row = |a: &&Vec<_>| shown.iter().map(|b| distance(a, b) as f32).collect::<Vec<f32>>();
-    let values = shown.par_iter().flat_map_iter(row).collect();
+    let row = |a: usize| shown.iter().map(|b| distance(shown[a], b) as f32).collect::<Vec<f32>>();
+    let values = parallel::map(shown.len(), row).concat();
     FrameDistances { step, frames: shown.len(), values }
 }
 

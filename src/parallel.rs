@@ -1,0 +1,32 @@
+//! The same work on many things, on all cores.
+
+use std::sync::OnceLock;
+
+use rayon::prelude::*;
+
+/// `work(0)`, `work(1)` and so on, `count` in all and in this order, each done on some core.
+///
+/// Rayon's own iterators are compiled anew for every closure, which takes long; of this only what holds the results is.
+pub(crate) fn map<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let places: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
+    on_all_cores(count, &|index| drop(places[index].set(work(index))));
+    places.into_iter().filter_map(OnceLock::into_inner).collect()
+}
+
+fn on_all_cores(count: usize, work: &(dyn Fn(usize) + Sync)) {
+    (0..count).into_par_iter().for_each(work);
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn results_stand_in_the_order_of_their_numbers_on_any_number_of_threads() {
+        for threads in [1, 2, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let squares = pool.install(|| super::map(1000, |index| index * index));
+            assert!(squares.iter().enumerate().all(|(index, square)| *square == index * index), "{threads}");
+            assert_eq!(squares.len(), 1000);
+        }
+        assert_eq!(super::map(0, |_| 1), Vec::<i32>::new());
+    }
+}
