@@ -1,6 +1,7 @@
 //! How far two tapered capsules are apart, without iterating over their surfaces.
 
 use nalgebra::{Point3, Vector3};
+use wide::f64x2;
 
 use crate::raster::TaperedCapsule;
 
@@ -13,7 +14,7 @@ const SEARCH_STEPS: usize = 44;
 /// A tapered capsule is a row of balls along a segment. Balls `s` and `t` of two rows are
 /// `|a(s) - b(t)| - r_a(s) - r_b(t)` apart, a convex function of `(s, t)`: a norm of something linear and a linear part. It is
 /// least where its derivatives vanish, which has a closed form (`between_sides`), or else for one of the four end
-/// balls, each of which has its nearest ball of the other row in closed form (`ball_distance`).
+/// balls, each of which has its nearest ball of the other row in closed form (`least_end_distance`).
 pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
     Axis::of(first).distance(&Axis::of(second))
 }
@@ -125,14 +126,7 @@ impl Axis {
     /// Signed distance of two.
     #[inline(always)]
     pub(super) fn distance(&self, other: &Self) -> f64 {
-        self.between_sides(other).unwrap_or_else(|| {
-            let of_mine = self
-                .ball_distance(&other.start, other.radius)
-                .min(self.ball_distance(&other.end(), other.end_radius()));
-            let of_theirs =
-                other.ball_distance(&self.start, self.radius).min(other.ball_distance(&self.end(), self.end_radius()));
-            of_mine.min(of_theirs)
-        })
+        self.between_sides(other).unwrap_or_else(|| self.least_end_distance(other).min(other.least_end_distance(self)))
     }
 
     /// The distance where both nearest balls lie between the ends; `None` elsewhere.
@@ -153,7 +147,7 @@ impl Axis {
             return None;
         }
         let across = w.dot(&u.cross(v)).abs();
-        let d = across / libm::sqrt((1.0 - flat) * sine_squared);
+        let d = across / ((1.0 - flat) * sine_squared).sqrt();
         let (p, q) = (d * k - w.dot(u), -d * l - w.dot(v));
         let s = (p - c * q) / sine_squared;
         let t = c * s - q;
@@ -161,16 +155,21 @@ impl Axis {
         inside.then_some(d - self.radius - s * k - other.radius - t * l)
     }
 
-    /// Signed distance of a ball: along the axis the nearest one is the foot of the perpendicular moved by
-    /// `k y / sqrt(1 - k^2)`, with `y` the distance from the axis.
-    #[inline(always)]
-    fn ball_distance(&self, centre: &Vector3<f64>, radius: f64) -> f64 {
-        let from_start = centre - self.start;
-        let along = from_start.dot(&self.along);
-        let across_squared = (from_start.norm_squared() - along * along).max(0.0);
-        let s = (along + self.lean * libm::sqrt(across_squared)).clamp(0.0, self.length);
+    /// Signed distance of the nearer end ball of the other: along this axis the nearest ball is the foot of the perpendicular moved
+    /// by `k y / sqrt(1 - k^2)`, with `y` the distance from the axis. Both ends at once.
+    fn least_end_distance(&self, other: &Self) -> f64 {
+        let (first, last) = (other.start - self.start, other.end() - self.start);
+        let [x, y, z] = [0, 1, 2].map(|axis| f64x2::new([first[axis], last[axis]]));
+        let [u, v, w] = [0, 1, 2].map(|axis| f64x2::splat(self.along[axis]));
+        let along = x * u + y * v + z * w;
+        let across_squared = (x * x + y * y + z * z - along * along).fast_max(f64x2::ZERO);
+        let s = along + f64x2::splat(self.lean) * across_squared.sqrt();
+        let s = s.fast_max(f64x2::ZERO).fast_min(f64x2::splat(self.length));
         let off = along - s;
-        libm::sqrt(across_squared + off * off) - self.radius - s * self.taper - radius
+        let radii = f64x2::new([other.radius, other.end_radius()]);
+        let apart = (across_squared + off * off).sqrt() - self.radius - s * f64x2::splat(self.taper) - radii;
+        let [first, last] = apart.to_array();
+        first.min(last)
     }
 }
 

@@ -1,10 +1,9 @@
 //! How deep a body is in the ground and in itself, fast enough for every particle of a tracker.
 
-use std::ops::Range;
-
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::SelfCollision;
+use super::bounds::{Bounds, rounding};
 use super::capsule_distance::{Axis, AxisLength, squared_distance_of_axes};
 use super::self_collision::bounding_ball;
 use super::solid_distance::solid_distance;
@@ -20,6 +19,8 @@ use crate::raster::{Dispatched, TaperedCapsule, dispatch};
 pub struct Interpenetration {
     tolerance_m: f64,
     solids: Vec<Solid>,
+    /// Of the solids, in their order: what the measuring reads, near together.
+    outlines: Vec<Outline>,
     parts: Vec<Part>,
     part_pairs: Vec<PartPair>,
     solid_pairs: Vec<SolidPair>,
@@ -32,7 +33,11 @@ struct Solid {
     flesh: Flesh,
     /// Itself where it is a tapered capsule, else a ball around it.
     capsule: TaperedCapsule,
-    /// Of that capsule, in the link.
+}
+
+/// The capsule of a solid, wherever that stands.
+#[derive(Clone, Debug)]
+struct Outline {
     axis: Axis,
     length: AxisLength,
     /// Whether the capsule is the solid itself.
@@ -40,20 +45,27 @@ struct Solid {
 }
 
 /// The solids of one link.
-type Part = Range<usize>;
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    link: u32,
+    /// The first and that after the last.
+    solids: [u32; 2],
+    /// How far they reach from the link's origin, metres.
+    reach: f64,
+}
 
 /// Two parts that must not touch.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct PartPair {
-    parts: [usize; 2],
-    /// Of their solids.
-    pairs: Range<usize>,
+    parts: [u32; 2],
+    /// Of their solids: the first pair and that after the last.
+    pairs: [u32; 2],
 }
 
 /// Two solids that must not touch.
 #[derive(Clone, Debug)]
 struct SolidPair {
-    solids: [usize; 2],
+    solids: [u32; 2],
     /// Squared distance of their axes below which they may be deeper in each other than the tolerance; infinite where one of them is
     /// no tapered capsule.
     axes_reach_squared: f64,
@@ -86,10 +98,12 @@ impl Interpenetration {
             let first = solids.len();
             solids.extend(flesh.iter().filter_map(|flesh| Solid::new(link, flesh)));
             if solids.len() > first {
-                parts.push(first..solids.len());
+                parts.push(Part::of(&solids[first..], first));
             }
         }
-        let mut laid_out = Self { tolerance_m, solids, parts, part_pairs: Vec::new(), solid_pairs: Vec::new() };
+        let outlines = solids.iter().map(Outline::of).collect();
+        let mut laid_out =
+            Self { tolerance_m, solids, outlines, parts, part_pairs: Vec::new(), solid_pairs: Vec::new() };
         for pair in SelfCollision::new(body).pairs() {
             laid_out.add_pair(pair);
         }
@@ -97,21 +111,21 @@ impl Interpenetration {
     }
 
     fn add_pair(&mut self, links: &[usize; 2]) {
-        let part = |link: usize| self.parts.iter().position(|part| self.solids[part.start].link == link);
+        let part = |link: usize| self.parts.iter().position(|part| part.link as usize == link);
         let (Some(a), Some(b)) = (part(links[0]), part(links[1])) else { return };
-        let first = self.solid_pairs.len();
-        for i in self.parts[a].clone() {
-            for j in self.parts[b].clone() {
-                let (one, other) = (&self.solids[i], &self.solids[j]);
-                let reach = thickest(&one.capsule) + thickest(&other.capsule) - self.tolerance_m;
-                let axes_reach_squared = match one.exact && other.exact {
+        let first = self.solid_pairs.len() as u32;
+        for i in within(self.parts[a].solids) {
+            for j in within(self.parts[b].solids) {
+                let reach = thickest(&self.solids[i].capsule) + thickest(&self.solids[j].capsule) - self.tolerance_m;
+                let axes_reach_squared = match self.outlines[i].exact && self.outlines[j].exact {
                     true => reach.max(0.0) * reach.max(0.0),
                     false => f64::INFINITY,
                 };
-                self.solid_pairs.push(SolidPair { solids: [i, j], axes_reach_squared });
+                self.solid_pairs.push(SolidPair { solids: [i as u32, j as u32], axes_reach_squared });
             }
         }
-        self.part_pairs.push(PartPair { parts: [a, b], pairs: first..self.solid_pairs.len() });
+        let pairs = [first, self.solid_pairs.len() as u32];
+        self.part_pairs.push(PartPair { parts: [a as u32, b as u32], pairs });
     }
 
     /// How deep the body is in the ground and in itself when its links are at `frames`.
@@ -141,54 +155,6 @@ impl Interpenetration {
     }
 }
 
-/// A box along the axes of the frame in which solids stand, laid out for one comparison of all its sides at once.
-#[derive(Clone, Copy, Debug)]
-struct Bounds {
-    /// Lowest coordinates; the last lane fills the register and stands for an axis along which all boxes meet.
-    low: Lanes,
-    /// Highest coordinates, negated.
-    minus_high: Lanes,
-}
-
-type Lanes = [f64; 4];
-
-impl Bounds {
-    const NOTHING: Self = Self { low: [f64::INFINITY; 4], minus_high: [f64::INFINITY; 4] };
-
-    /// Around a tapered capsule as if both radii were smaller by `less`. Boxes of two that are deeper in each other than twice that meet.
-    #[inline(always)]
-    fn around(capsule: &TaperedCapsule, less: f64) -> Self {
-        let (a, b) = (capsule.radius_a - less, capsule.radius_b - less);
-        let (mut low, mut minus_high) = ([-1.0; 4], [-1.0; 4]);
-        for axis in 0..3 {
-            low[axis] = lesser(capsule.a[axis] - a, capsule.b[axis] - b);
-            minus_high[axis] = lesser(-capsule.a[axis] - a, -capsule.b[axis] - b);
-        }
-        Self { low, minus_high }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, other: &Self) {
-        for lane in 0..4 {
-            self.low[lane] = lesser(self.low[lane], other.low[lane]);
-            self.minus_high[lane] = lesser(self.minus_high[lane], other.minus_high[lane]);
-        }
-    }
-
-    #[inline(always)]
-    fn meets(&self, other: &Self) -> bool {
-        let below =
-            |low: &Lanes, minus_high: &Lanes| (0..4).fold(true, |all, lane| all & (low[lane] + minus_high[lane] < 0.0));
-        below(&self.low, &other.minus_high) & below(&other.low, &self.minus_high)
-    }
-}
-
-/// `f64::min` without its care for what is not a number: one instruction.
-#[inline(always)]
-fn lesser(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
 /// The ground: points `p` with `up . p + height = 0`.
 struct Ground {
     up: Vector3<f64>,
@@ -199,17 +165,6 @@ impl Ground {
     #[inline(always)]
     fn height(&self, point: &Vector3<f64>) -> f64 {
         self.up.dot(point) + self.height
-    }
-
-    /// Height of the lowest corner of a box.
-    #[inline(always)]
-    fn lowest_height(&self, bounds: &Bounds) -> f64 {
-        let mut height = self.height;
-        for axis in 0..3 {
-            let up = self.up[axis];
-            height += if up > 0.0 { up * bounds.low[axis] } else { -up * bounds.minus_high[axis] };
-        }
-        height
     }
 }
 
@@ -227,12 +182,18 @@ impl Dispatched for Measuring<'_> {
     type Output = Depths;
 
     #[inline(always)]
-    fn work(mut self) -> Depths {
-        self.bound();
-        let mut depths = Depths { ground_m: self.ground_depth() - self.body.tolerance_m, ..Depths::default() };
-        for PartPair { parts: [a, b], pairs } in &self.body.part_pairs {
-            if self.part_boxes[*a].meets(&self.part_boxes[*b]) {
-                self.add_depths(&self.body.solid_pairs[pairs.start..pairs.end], &mut depths);
+    fn work(self) -> Depths {
+        let reach = self.reach();
+        let Self { body, capsules, boxes, part_boxes, .. } = self;
+        boxes.resize(capsules.len(), Bounds::NOTHING);
+        part_boxes.resize(body.parts.len(), Bounds::NOTHING);
+        let more = rounding(reach) - 0.5 * body.tolerance_m;
+        bound(&body.parts, capsules, more as f32, boxes, part_boxes);
+        let standing = Standing { boxes, part_boxes, body, capsules, ground: self.ground, frames: self.frames };
+        let mut depths = Depths { ground_m: standing.ground_depth() - body.tolerance_m, ..Depths::default() };
+        for PartPair { parts: [a, b], pairs } in &body.part_pairs {
+            if standing.part_boxes[*a as usize].meets(&standing.part_boxes[*b as usize]) {
+                standing.add_depths(&body.solid_pairs[within(*pairs)], &mut depths);
             }
         }
         depths
@@ -240,29 +201,42 @@ impl Dispatched for Measuring<'_> {
 }
 
 impl Measuring<'_> {
-    /// Puts boxes around solids and parts.
-    #[inline(always)]
-    fn bound(&mut self) {
-        let less = 0.5 * self.body.tolerance_m;
-        self.boxes.resize(self.capsules.len(), Bounds::NOTHING);
-        self.part_boxes.resize(self.body.parts.len(), Bounds::NOTHING);
-        for (around, part) in self.part_boxes.iter_mut().zip(&self.body.parts) {
-            // joined here, not read back: reading whole lanes that were just written number by number stalls
-            let mut whole = Bounds::NOTHING;
-            let solids = self.boxes[part.start..part.end].iter_mut();
-            for (bounds, capsule) in solids.zip(&self.capsules[part.start..part.end]) {
-                let own = Bounds::around(capsule, less);
-                whole.add(&own);
-                *bounds = own;
-            }
-            *around = whole;
-        }
+    /// No coordinate of any capsule is greater, metres, if the body is no more than 10 m long.
+    fn reach(&self) -> f64 {
+        10.0 + self.capsules.first().map_or(0.0, |capsule| capsule.a.coords.amax())
     }
+}
 
+/// Puts boxes around solids and parts, around capsules with radii larger by `more`.
+#[inline(always)]
+fn bound(parts: &[Part], capsules: &[TaperedCapsule], more: f32, boxes: &mut [Bounds], part_boxes: &mut [Bounds]) {
+    for (around, part) in part_boxes.iter_mut().zip(parts) {
+        // joined here, not read back: reading whole lanes that were just written number by number stalls
+        let mut whole = Bounds::NOTHING;
+        for (bounds, capsule) in boxes[within(part.solids)].iter_mut().zip(&capsules[within(part.solids)]) {
+            let own = Bounds::around(capsule, more);
+            whole.add(&own);
+            *bounds = own;
+        }
+        *around = whole;
+    }
+}
+
+/// Solids with boxes around them.
+struct Standing<'a> {
+    body: &'a Interpenetration,
+    capsules: &'a [TaperedCapsule],
+    ground: Ground,
+    frames: &'a LinkFrames,
+    boxes: &'a [Bounds],
+    part_boxes: &'a [Bounds],
+}
+
+impl Standing<'_> {
     #[inline(always)]
     fn add_depths(&self, pairs: &[SolidPair], depths: &mut Depths) {
         for pair in pairs {
-            let [i, j] = pair.solids;
+            let [i, j] = pair.solids.map(|solid| solid as usize);
             if self.boxes[i].meets(&self.boxes[j]) {
                 let depth = -self.distance(pair) - self.body.tolerance_m;
                 if depth > 0.0 {
@@ -276,12 +250,13 @@ impl Measuring<'_> {
     /// Signed distance of two solids; infinite where their axes tell that they are no deeper in each other than the tolerance.
     #[inline(always)]
     fn distance(&self, pair: &SolidPair) -> f64 {
-        let [i, j] = pair.solids;
-        let (first, second) = (&self.body.solids[i], &self.body.solids[j]);
+        let [i, j] = pair.solids.map(|solid| solid as usize);
         if pair.axes_reach_squared == f64::INFINITY {
+            let (first, second) = (&self.body.solids[i], &self.body.solids[j]);
             let first_from_second: Isometry3<f64> = self.frames[first.link].inverse() * self.frames[second.link];
             return solid_distance(&first.flesh, &second.flesh, &first_from_second);
         }
+        let (first, second) = (&self.body.outlines[i], &self.body.outlines[j]);
         let (a, b) = (&self.capsules[i], &self.capsules[j]);
         if squared_distance_of_axes([a, b], [&first.length, &second.length]) >= pair.axes_reach_squared {
             return f64::INFINITY;
@@ -293,25 +268,25 @@ impl Measuring<'_> {
     #[inline(always)]
     fn ground_depth(&self) -> f64 {
         let mut lowest = -self.body.tolerance_m;
-        for (part, bounds) in self.body.parts.iter().zip(self.part_boxes.iter()) {
-            // boxes are smaller by half the tolerance
-            if self.ground.lowest_height(bounds) - 0.5 * self.body.tolerance_m < lowest {
-                lowest = lesser(self.lowest_height(part), lowest);
+        for Part { link, solids, reach } in &self.body.parts {
+            if self.frames[*link as usize].translation.z - reach < lowest {
+                lowest = lesser(self.lowest_height(*solids), lowest);
             }
         }
         -lowest
     }
 
     #[inline(always)]
-    fn lowest_height(&self, part: &Part) -> f64 {
+    fn lowest_height(&self, solids: [u32; 2]) -> f64 {
         let mut lowest = f64::INFINITY;
-        for (solid, capsule) in self.body.solids[part.start..part.end].iter().zip(&self.capsules[part.start..part.end])
-        {
-            let height = if solid.exact {
+        for solid in within(solids) {
+            let capsule = &self.capsules[solid];
+            let height = if self.body.outlines[solid].exact {
                 let (a, b) = (self.ground.height(&capsule.a.coords), self.ground.height(&capsule.b.coords));
                 lesser(a - capsule.radius_a, b - capsule.radius_b)
             } else {
-                solid.flesh.lowest_point(&self.frames[solid.link]).map_or(f64::INFINITY, |point| point.z)
+                let Solid { link, flesh, .. } = &self.body.solids[solid];
+                flesh.lowest_point(&self.frames[*link]).map_or(f64::INFINITY, |point| point.z)
             };
             lowest = lesser(height, lowest);
         }
@@ -319,18 +294,48 @@ impl Measuring<'_> {
     }
 }
 
+/// `f64::min` without its care for what is not a number: one instruction.
+#[inline(always)]
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// From the first to that before the last.
+#[inline(always)]
+fn within([first, end]: [u32; 2]) -> std::ops::Range<usize> {
+    first as usize..end as usize
+}
+
+impl Part {
+    fn of(solids: &[Solid], first: usize) -> Self {
+        let end = |centre: &Point3<f64>, radius: f64| centre.coords.norm() + radius;
+        let reach = |c: &TaperedCapsule| end(&c.a, c.radius_a).max(end(&c.b, c.radius_b));
+        Self {
+            link: solids[0].link as u32,
+            solids: [first as u32, (first + solids.len()) as u32],
+            reach: solids.iter().map(|solid| reach(&solid.capsule)).fold(0.0, f64::max),
+        }
+    }
+}
+
 impl Solid {
     /// `None` of an empty mesh.
     fn new(link: usize, flesh: &Flesh) -> Option<Self> {
-        let (capsule, exact) = match flesh {
-            Flesh::TaperedCapsule(capsule) => (*capsule, true),
+        let capsule = match flesh {
+            Flesh::TaperedCapsule(capsule) => *capsule,
             _ => {
                 let (centre, radius) = bounding_ball(flesh)?;
-                (TaperedCapsule { a: centre, b: centre, radius_a: radius, radius_b: radius }, false)
+                TaperedCapsule { a: centre, b: centre, radius_a: radius, radius_b: radius }
             }
         };
-        let (axis, length) = (Axis::of(&capsule), AxisLength::of(&capsule));
-        Some(Self { link, flesh: flesh.clone(), capsule, axis, length, exact })
+        Some(Self { link, flesh: flesh.clone(), capsule })
+    }
+}
+
+impl Outline {
+    fn of(Solid { flesh, capsule, .. }: &Solid) -> Self {
+        let exact = matches!(flesh, Flesh::TaperedCapsule(_));
+        Self { axis: Axis::of(capsule), length: AxisLength::of(capsule), exact }
     }
 }
 

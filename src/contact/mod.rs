@@ -5,6 +5,7 @@
 //! is exact up to rounding: nothing is guessed from the speed of a joint. Another surface, such as a skin, takes the solids'
 //! place by implementing [`Surface`].
 
+mod bounds;
 mod capsule_distance;
 mod dynamics;
 mod error;

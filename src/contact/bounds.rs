@@ -1,0 +1,113 @@
+//! Boxes around tapered capsules, as cheap to make and to compare as can be.
+
+use wide::f32x4;
+
+use crate::raster::TaperedCapsule;
+
+/// A box along the axes of the frame in which solids stand, all its sides compared at once.
+///
+/// In single precision: a box must be too large by [`rounding`], never too small. Fourth lanes hold what happened to lie next to the
+/// three coordinates and mean nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    low: f32x4,
+    high: f32x4,
+}
+
+/// The lanes that mean something.
+const COORDINATES: u32 = 0b0111;
+
+/// By how much a box must be larger than what it holds where coordinates are no greater than `reach`, so that single precision
+/// loses nothing; metres.
+#[inline(always)]
+pub(super) fn rounding(reach: f64) -> f64 {
+    // some four roundings of half a unit each
+    reach * f64::from(f32::EPSILON) * 5.0
+}
+
+impl Bounds {
+    pub(super) const NOTHING: Self =
+        Self { low: f32x4::new([f32::INFINITY; 4]), high: f32x4::new([f32::NEG_INFINITY; 4]) };
+
+    /// Around a tapered capsule as if both radii were larger by `more`.
+    #[inline(always)]
+    pub(super) fn around(capsule: &TaperedCapsule, more: f32) -> Self {
+        let TaperedCapsule { a, b, radius_a, radius_b } = capsule;
+        let (from, to) = (single([a.x, a.y, a.z, b.x]), single([b.x, b.y, b.z, *radius_a]));
+        let (radius_a, radius_b) = (f32x4::splat(*radius_a as f32 + more), f32x4::splat(*radius_b as f32 + more));
+        Self { low: (from - radius_a).fast_min(to - radius_b), high: (from + radius_a).fast_max(to + radius_b) }
+    }
+
+    /// Makes this one hold the other.
+    #[inline(always)]
+    pub(super) fn add(&mut self, other: &Self) {
+        self.low = self.low.fast_min(other.low);
+        self.high = self.high.fast_max(other.high);
+    }
+
+    /// Whether they have a point in common.
+    #[inline(always)]
+    pub(super) fn meets(&self, other: &Self) -> bool {
+        let meeting = self.low.simd_lt(other.high) & other.low.simd_lt(self.high);
+        meeting.to_bitmask() & COORDINATES == COORDINATES
+    }
+}
+
+/// In single precision.
+#[inline(always)]
+fn single(lanes: [f64; 4]) -> f32x4 {
+    f32x4::new(lanes.map(|lane| lane as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+    use proptest::prelude::*;
+
+    fn capsules() -> impl Strategy<Value = TaperedCapsule> {
+        let place = || (-9.0..9.0_f64, -9.0..9.0_f64, -9.0..9.0_f64).prop_map(|(x, y, z)| Point3::new(x, y, z));
+        (place(), place(), 0.0..3.0_f64, 0.0..3.0_f64).prop_map(|(a, b, radius_a, radius_b)| TaperedCapsule {
+            a,
+            b,
+            radius_a,
+            radius_b,
+        })
+    }
+
+    /// Lowest and highest coordinates.
+    fn sides(capsule: &TaperedCapsule) -> [[f64; 3]; 2] {
+        let at = |axis: usize, sign: f64| {
+            (capsule.a[axis] + sign * capsule.radius_a, capsule.b[axis] + sign * capsule.radius_b)
+        };
+        [[0, 1, 2].map(|k| at(k, -1.0).0.min(at(k, -1.0).1)), [0, 1, 2].map(|k| at(k, 1.0).0.max(at(k, 1.0).1))]
+    }
+
+    proptest! {
+        #[test]
+        fn boxes_hold_their_capsules_tightly(c in capsules()) {
+            let bounds = Bounds::around(&c, rounding(12.0) as f32);
+            let ([low, high], [lows, highs]) = (sides(&c), [bounds.low, bounds.high].map(f32x4::to_array));
+            for axis in 0..3 {
+                let (below, above) = (low[axis] - f64::from(lows[axis]), f64::from(highs[axis]) - high[axis]);
+                prop_assert!((0.0..1e-4).contains(&below) && (0.0..1e-4).contains(&above), "{below} {above}");
+            }
+        }
+
+        #[test]
+        fn boxes_meet_where_their_sides_say_so(a in capsules(), b in capsules(), more in 0.0..1.0_f64) {
+            let more = more as f32;
+            let ([a_low, a_high], [b_low, b_high]) = (sides(&a), sides(&b));
+            let gap = (0..3).map(|k| (a_low[k] - b_high[k]).max(b_low[k] - a_high[k])).fold(f64::NEG_INFINITY, f64::max);
+            let gap = gap - 2.0 * f64::from(more);
+            prop_assume!(gap.abs() > 1e-4);
+            let (a, b) = (Bounds::around(&a, more), Bounds::around(&b, more));
+            prop_assert_eq!(a.meets(&b), gap < 0.0);
+            prop_assert_eq!(b.meets(&a), gap < 0.0);
+            let mut both = Bounds::NOTHING;
+            both.add(&a);
+            both.add(&b);
+            prop_assert!(both.meets(&a) && both.meets(&b));
+        }
+    }
+}
