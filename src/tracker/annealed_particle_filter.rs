@@ -3,6 +3,7 @@
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use super::annealing::{Selection, select};
 use super::resampling::systematic;
@@ -15,13 +16,16 @@ use crate::motion_model::MotionModel;
 use crate::observation::Observation;
 use crate::rng::{Purpose, stream};
 
+/// Particles whose energies are asked for at once.
+const BATCH: usize = 8;
+
 /// Follows a body by annealing a cloud of particles on each frame's energy (Deutscher et al. 2000; S2, Algorithm 1).
 ///
 /// | S2 | here |
 /// |---|---|
 /// | x_t^i | a particle: a [`MotionModel::State`] |
 /// | p(x_t given x_{t-1}) | [`MotionModel::propagate`], its noise P_0 included |
-/// | E(y_t, x_t) | [`Likelihood::energy`] |
+/// | E(y_t, x_t) | [`Likelihood::energies`] |
 /// | N, M, alpha_m | [`FilterSettings`]: `particles`, `layers`, `survival_rate` |
 /// | lambda_m, w^i | [`select`] |
 /// | P_0, P_m = alpha_m P_{m-1} | squares of [`MotionModel::deviations`], times `survival_rate` per layer |
@@ -78,15 +82,19 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
 
     /// Step 2: the energy of every particle. A rule that rejects them all is lifted: somebody has to lead.
     fn energies(&self, particles: &[M::State]) -> Vec<f64> {
-        let energies = self.energies_by(particles, L::energy);
+        let mut energies = vec![0.0; particles.len()];
+        particles.par_chunks(BATCH).zip(energies.par_chunks_mut(BATCH)).for_each_init(
+            || self.likelihood.scratch(),
+            |scratch, (batch, energies)| {
+                let poses: SmallVec<[&Pose; BATCH]> = batch.iter().map(|state| self.model.pose(state)).collect();
+                self.likelihood.energies(&poses, energies, scratch);
+            },
+        );
         if energies.iter().any(|energy| energy.is_finite()) {
             return energies;
         }
-        self.energies_by(particles, L::energy_unrejected)
-    }
-
-    fn energies_by(&self, particles: &[M::State], by: fn(&L, &Pose, &mut L::Scratch) -> f64) -> Vec<f64> {
-        let energy = |scratch: &mut L::Scratch, state| by(&self.likelihood, self.model.pose(state), scratch);
+        let energy =
+            |scratch: &mut L::Scratch, state| self.likelihood.energy_unrejected(self.model.pose(state), scratch);
         particles.par_iter().map_init(|| self.likelihood.scratch(), energy).collect()
     }
 

@@ -53,8 +53,8 @@ impl ViewScratch {
     }
 
     /// The capsules of the [`ObservedView::Capsules`] that was compared last, in its camera's frame.
-    pub(super) fn capsules(&self) -> &[TaperedCapsule] {
-        &self.capsules
+    pub(super) fn capsules(&mut self) -> &mut Vec<TaperedCapsule> {
+        &mut self.capsules
     }
 }
 

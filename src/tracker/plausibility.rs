@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::silhouette_likelihood::LikelihoodScratch;
+use super::silhouette_likelihood::{LikelihoodScratch, PlacedBody};
 use super::{Likelihood, SettingError, SilhouetteLikelihood, TrackError};
 use crate::body::Pose;
+use crate::camera::Camera;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
 use crate::observation::Observation;
 
@@ -80,8 +81,32 @@ impl PlausibleLikelihood {
         Ok(Self { solids: Interpenetration::new(body, settings.tolerance_m), limits, silhouettes, settings })
     }
 
-    fn judge(&self, pose: &Pose, scratch: &mut PlausibleScratch, may_reject: bool) -> f64 {
-        let PlausibleScratch { silhouettes, solids } = scratch;
+    /// Energies, silhouettes of all poses first: what looks for depths is small, and stays in the processor's nearest memory for as
+    /// long as nothing else is done.
+    fn judge(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut PlausibleScratch, may_reject: bool) {
+        let PlausibleScratch { silhouettes, bodies, solids } = scratch;
+        bodies.resize_with(bodies.len().max(poses.len()), PlacedBody::default);
+        let mut camera = None;
+        for ((pose, energy), placed) in poses.iter().zip(energies.iter_mut()).zip(bodies.iter_mut()) {
+            *energy = self.silhouette_energy(pose, silhouettes, solids, may_reject);
+            camera = self.silhouettes.give_away(silhouettes, placed);
+        }
+        for ((pose, energy), placed) in poses.iter().zip(energies).zip(bodies) {
+            if energy.is_finite() {
+                let depth = self.depth(placed, camera, solids) + LIMIT_LEVER * beyond_limits(&self.limits, pose);
+                *energy += self.settings.weight * depth;
+            }
+        }
+    }
+
+    /// Not finite for a pose that is not, or is rejected.
+    fn silhouette_energy(
+        &self,
+        pose: &Pose,
+        silhouettes: &mut LikelihoodScratch,
+        solids: &mut InterpenetrationScratch,
+        may_reject: bool,
+    ) -> f64 {
         let Some(frames) = self.silhouettes.place(pose, silhouettes) else { return f64::NAN };
         if let (true, Some(limit)) = (may_reject, self.settings.reject_beyond_m) {
             let depths = self.solids.depths(frames, solids);
@@ -89,16 +114,18 @@ impl PlausibleLikelihood {
                 return f64::INFINITY;
             }
         }
-        let energy = self.silhouettes.energy_in_place(silhouettes);
-        let depths = match self.silhouettes.capsules_of_last_view(silhouettes) {
-            Some((capsules, camera)) => {
-                let camera_from_world = &camera.camera_from_world;
-                self.solids.depths_in_camera(silhouettes.frames(), capsules, camera_from_world, solids)
+        self.silhouettes.energy_in_place(silhouettes)
+    }
+
+    /// In the ground and in itself, metres.
+    fn depth(&self, placed: &PlacedBody, camera: Option<&Camera>, solids: &mut InterpenetrationScratch) -> f64 {
+        let depths = match camera {
+            Some(camera) => {
+                self.solids.depths_in_camera(&placed.frames, &placed.capsules, &camera.camera_from_world, solids)
             }
-            None => self.solids.depths(silhouettes.frames(), solids),
+            None => self.solids.depths(&placed.frames, solids),
         };
-        let depth = depths.ground_m + depths.own_sum_m + LIMIT_LEVER * beyond_limits(&self.limits, pose);
-        energy + self.settings.weight * depth
+        depths.ground_m + depths.own_sum_m
     }
 }
 
@@ -112,6 +139,8 @@ fn beyond_limits(limits: &[[f64; 2]], pose: &Pose) -> f64 {
 /// Buffers of one thread.
 pub struct PlausibleScratch {
     silhouettes: LikelihoodScratch,
+    /// One for every pose of those that are judged at once.
+    bodies: Vec<PlacedBody>,
     solids: InterpenetrationScratch,
 }
 
@@ -119,7 +148,8 @@ impl Likelihood for PlausibleLikelihood {
     type Scratch = PlausibleScratch;
 
     fn scratch(&self) -> PlausibleScratch {
-        PlausibleScratch { silhouettes: self.silhouettes.scratch(), solids: InterpenetrationScratch::default() }
+        let solids = InterpenetrationScratch::default();
+        PlausibleScratch { silhouettes: self.silhouettes.scratch(), bodies: Vec::new(), solids }
     }
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
@@ -127,11 +157,19 @@ impl Likelihood for PlausibleLikelihood {
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut PlausibleScratch) -> f64 {
-        self.judge(pose, scratch, true)
+        let mut energy = 0.0;
+        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, true);
+        energy
+    }
+
+    fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut PlausibleScratch) {
+        self.judge(poses, energies, scratch, true);
     }
 
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut PlausibleScratch) -> f64 {
-        self.judge(pose, scratch, false)
+        let mut energy = 0.0;
+        self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, false);
+        energy
     }
 }
 

@@ -204,22 +204,21 @@ impl SilhouetteLikelihood {
         if count > 0.0 { sum / count } else { 0.0 }
     }
 
-    /// The body's solids as [`Self::energy_in_place`] left them, in the frame of the last camera; `None` where not all of them are
-    /// tapered capsules or silhouettes are drawn in another way.
-    pub(super) fn capsules_of_last_view<'s>(
-        &self,
-        scratch: &'s LikelihoodScratch,
-    ) -> Option<(&'s [TaperedCapsule], &Camera)> {
-        let camera = &self.views.last()?.camera;
-        self.fast.then_some((scratch.views.capsules(), camera))
+    /// Gives away where [`Self::energy_in_place`] left links and solids, for other memory of the kind; the camera in whose frame the
+    /// solids are, or `None` where not all of them are tapered capsules or silhouettes are drawn in another way.
+    pub(super) fn give_away(&self, scratch: &mut LikelihoodScratch, to: &mut PlacedBody) -> Option<&Camera> {
+        std::mem::swap(&mut scratch.frames, &mut to.frames);
+        std::mem::swap(scratch.views.capsules(), &mut to.capsules);
+        self.views.last().filter(|_| self.fast).map(|view| &view.camera)
     }
 }
 
-impl LikelihoodScratch {
-    /// Where the body's links were placed last.
-    pub(super) fn frames(&self) -> &LinkFrames {
-        &self.frames
-    }
+/// A body in a pose.
+#[derive(Default)]
+pub(super) struct PlacedBody {
+    pub(super) frames: LinkFrames,
+    /// Its solids in the frame of a camera.
+    pub(super) capsules: Vec<TaperedCapsule>,
 }
 
 impl View {
