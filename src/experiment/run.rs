@@ -214,8 +214,9 @@ fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<R
 
 /// The scenario with its overrides, to be run again.
 pub(super) fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentError> {
-    toml::to_string(scenario)
-        .map_err(|e| ExperimentError::Malformed { path: SCENARIO_FILE.into(), detail: e.to_string() })
+    let malformed = |detail| ExperimentError::Malformed { path: SCENARIO_FILE.into(), detail };
+    let tree = serde_json::to_value(scenario).map_err(|e| malformed(e.to_string()))?;
+    toml::to_string(&tree).map_err(|e| malformed(e.to_string()))
 }
 
 fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), ExperimentError> {
