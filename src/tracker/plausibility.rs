@@ -260,6 +260,28 @@ mod tests {
     }
 
     #[test]
+    fn poses_judged_together_have_the_energies_that_they_have_alone() {
+        for reject_beyond_m in [None, Some(0.05)] {
+            let settings = PlausibilitySettings { weight: 3.0, tolerance_m: 0.0, reject_beyond_m };
+            let (body, height, _, with) = looking(settings);
+            let depths = [0.0, 0.02, f64::NAN, 0.2, 0.01, 0.0, 0.03, 0.04, 0.001, 0.3];
+            let poses: Vec<Pose> = depths.iter().map(|depth| standing(&body, height - depth)).collect();
+            let mut scratch = with.scratch();
+            for size in [1, 3, 8, 10] {
+                let mut together = vec![0.0; poses.len()];
+                for (poses, energies) in poses.chunks(size).zip(together.chunks_mut(size)) {
+                    with.energies(&poses.iter().collect::<Vec<_>>(), energies, &mut scratch);
+                }
+                let alone: Vec<f64> = poses.iter().map(|pose| with.energy(pose, &mut with.scratch())).collect();
+                let bits = |energies: &[f64]| energies.iter().map(|energy| energy.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&together), bits(&alone), "{size}");
+                assert!(alone[1] > alone[0] && alone[2].is_nan());
+                assert_eq!(alone[3].is_infinite(), reject_beyond_m.is_some());
+            }
+        }
+    }
+
+    #[test]
     fn settings_out_of_range_are_named() {
         let key = |s: PlausibilitySettings| s.validate().unwrap_err().key;
         let good = PlausibilitySettings::default();

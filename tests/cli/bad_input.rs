@@ -132,7 +132,7 @@ fn settings_out_of_range() {
         ("layers=0", "expected at least 1, found 0"),
         ("survival_rate=0.0", "above 0 and at most 1, found 0"),
         ("survival_rate=1.01", "above 0 and at most 1, found 1.01"),
-        ("survival_rate=nan", "found NaN"),
+        ("survival_rate=nan", "expected a finite number"),
         ("particles=many", "expected a whole number"),
         ("partciles=3", "did you mean `particles`?"),
     ] {
