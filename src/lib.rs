@@ -21,6 +21,7 @@ pub mod cli;
 pub mod contact;
 pub mod evaluation;
 pub mod experiment;
+mod input;
 pub mod mocap;
 pub mod motion_model;
 pub mod observation;

@@ -14,16 +14,17 @@ use syn::{Item, UseTree, Visibility};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("rng", &[]),
     ("parallel", &[]),
-    ("camera", &[]),
+    ("input", &[]),
+    ("camera", &["input"]),
     ("raster", &["camera", "rng"]),
-    ("mocap", &[]),
-    ("body", &["mocap", "raster", "camera", "rng"]),
-    ("contact", &["body", "raster", "parallel"]),
-    ("scene", &["body", "camera", "mocap", "contact", "rng", "parallel"]),
+    ("mocap", &["input"]),
+    ("body", &["mocap", "raster", "camera", "rng", "input"]),
+    ("contact", &["body", "raster", "parallel", "input"]),
+    ("scene", &["body", "camera", "mocap", "contact", "rng", "parallel", "input"]),
     ("observation", &["scene", "body", "camera", "raster", "rng", "parallel"]),
     ("motion_model", &["body", "rng"]),
     ("tracker", &["body", "camera", "raster", "observation", "motion_model", "contact", "rng", "parallel"]),
-    ("benchmark_set", &["scene", "observation", "body", "camera", "raster", "contact", "parallel"]),
+    ("benchmark_set", &["scene", "observation", "body", "camera", "raster", "contact", "parallel", "input"]),
     ("evaluation", &["body", "camera", "raster", "contact", "scene", "tracker", "rng"]),
     ("report", &["evaluation", "raster", "body", "camera", "observation", "tracker"]),
 ];
@@ -43,6 +44,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     (
         "std::fs",
         &[
+            "input",
             "mocap",
             "camera",
             "body/urdf",

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::files::SetFiles;
-use super::manifest::{self, BlindManifest};
+use super::manifest::{self, BlindManifest, Sequence};
 use super::start_file::{self, Start};
 use super::{SetError, cameras_file, silhouette_png, training_file};
 use crate::camera::CameraRig;
@@ -39,12 +39,17 @@ impl BlindSet {
     }
 
     pub(super) fn from_files(files: Arc<SetFiles>) -> Result<Self, SetError> {
+        Self::parse(&files).map_err(|e| files.locate(e))
+    }
+
+    fn parse(files: &Arc<SetFiles>) -> Result<Self, SetError> {
         let manifest = BlindManifest::from_toml(&files.read(manifest::PATH)?)?;
         let rig = cameras_file::from_json(&files.read(cameras_file::PATH)?)?;
         if rig.cameras.len() != manifest.sequence.cameras {
             let detail = format!("{} cameras, set.toml says {}", rig.cameras.len(), manifest.sequence.cameras);
             return Err(SetError::malformed(cameras_file::PATH, detail));
         }
+        check_listed(files, &manifest)?;
         Ok(Self {
             name: manifest.name,
             frames_per_second: manifest.sequence.frames_per_second,
@@ -56,7 +61,7 @@ impl BlindSet {
                 &files.read(training_file::PATH)?,
             )?,
             set_hash: files.set_hash(),
-            files,
+            files: files.clone(),
         })
     }
 
@@ -65,6 +70,10 @@ impl BlindSet {
     /// # Errors
     /// [`SetError`] when a file is missing or not what was written.
     pub fn observation(&self, frame: usize) -> Result<Observation, SetError> {
+        self.parse_observation(frame).map_err(|e| self.files.locate(e))
+    }
+
+    fn parse_observation(&self, frame: usize) -> Result<Observation, SetError> {
         let silhouettes = self.rig.cameras.iter().enumerate().map(|(index, camera)| {
             let path = silhouette_path(index, frame);
             silhouette_png::decode(&path, &self.files.read(&path)?, camera.pinhole.width, camera.pinhole.height)
@@ -80,6 +89,20 @@ impl BlindSet {
 
     pub(super) fn files(&self) -> &SetFiles {
         &self.files
+    }
+}
+
+/// Whether there are as many silhouettes as the manifest says, told by the last of every camera: nothing is made by a number that
+/// no file stands behind.
+fn check_listed(files: &SetFiles, manifest: &BlindManifest) -> Result<(), SetError> {
+    let Sequence { frames, cameras, .. } = manifest.sequence;
+    match (0..cameras).map(|camera| silhouette_path(camera, frames - 1)).find(|path| !files.has(path)) {
+        None => Ok(()),
+        Some(path) => {
+            let detail =
+                format!("sequence.frames: expected a silhouette of every frame, found {frames} frames and no {path}");
+            Err(SetError::malformed(manifest::PATH, detail))
+        }
     }
 }
 

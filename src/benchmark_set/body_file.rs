@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::SetError;
 use super::rigid::RigidRecord;
 use crate::body::{DegreeOfFreedom, Drive, Flesh, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint};
+use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
 const SCHEMA: &str = "skiagraph.body/1";
@@ -126,7 +127,9 @@ pub fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
 /// [`SetError::Malformed`] that says what is wrong.
 pub fn from_json(file: &str, bytes: &[u8]) -> Result<Humanoid, SetError> {
     let record: BodyRecord = super::json::from_bytes(file, SCHEMA, bytes)?;
-    record.body().map_err(|detail| SetError::malformed(file, detail))
+    let body = record.body().map_err(|detail| SetError::malformed(file, detail))?;
+    body.check_bounds().map_err(|detail| SetError::malformed(file, detail))?;
+    Ok(body)
 }
 
 impl BodyRecord {
@@ -141,13 +144,13 @@ impl BodyRecord {
         let degrees = self.degrees_of_freedom.len();
         let joints = self.joints.into_iter().enumerate().map(|(index, joint)| {
             let name = joint.name.clone();
-            joint.joint(index, degrees).map_err(|e| format!("joint {name:?}: {e}"))
+            joint.joint(index, degrees).map_err(|e| format!("joint {:?}: {e}", excerpt(&name)))
         });
         let joints = joints.collect::<Result<Vec<_>, _>>()?;
         let mut markers = [None; LANDMARKS.len()];
         for (name, marker) in self.markers {
             let landmark = LANDMARKS.iter().position(|l| l.name() == name);
-            let slot = landmark.ok_or_else(|| format!("marker {name:?} is none of HumanEva's fifteen"))?;
+            let slot = landmark.ok_or_else(|| format!("marker {:?} is none of HumanEva's fifteen", excerpt(&name)))?;
             if marker.link >= self.links.len() {
                 return Err(format!("marker {name:?}: there is no link {}", marker.link));
             }
@@ -185,7 +188,7 @@ impl LinkRecord {
             tensor: Matrix3::from(inertia.tensor).transpose(),
         });
         let flesh = self.flesh.into_iter().map(FleshRecord::flesh).collect::<Result<_, _>>();
-        Ok(Link { flesh: flesh.map_err(|e| format!("link {:?}: {e}", self.name))?, name: self.name, inertia })
+        Ok(Link { flesh: flesh.map_err(|e| format!("link {:?}: {e}", excerpt(&self.name)))?, name: self.name, inertia })
     }
 }
 
@@ -307,7 +310,10 @@ impl DegreeRecord {
         let lower = self.lower.unwrap_or(f64::NEG_INFINITY);
         let upper = self.upper.unwrap_or(f64::INFINITY);
         if lower > upper {
-            return Err(format!("degree of freedom {:?}: lower limit {lower} above upper {upper}", self.name));
+            return Err(format!(
+                "degree of freedom {:?}: lower limit {lower} above upper {upper}",
+                excerpt(&self.name)
+            ));
         }
         let max_velocity = self.max_velocity.unwrap_or(f64::INFINITY);
         let max_effort = self.max_effort.unwrap_or(f64::INFINITY);

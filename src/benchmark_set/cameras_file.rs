@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::SetError;
 use super::rigid::RigidRecord;
 use crate::camera::{Camera, CameraRig};
+use crate::input::excerpt;
 
 pub(super) const PATH: &str = "cameras.json";
 const SCHEMA: &str = "skiagraph.cameras/1";
@@ -56,11 +57,12 @@ pub(super) fn to_json(rig: &CameraRig) -> Result<Vec<u8>, SetError> {
 
 pub(super) fn from_json(bytes: &[u8]) -> Result<CameraRig, SetError> {
     let file: CamerasFile = super::json::from_bytes(PATH, SCHEMA, bytes)?;
-    let cameras = file
-        .cameras
-        .iter()
-        .map(|record| record.camera().map_err(|e| SetError::malformed(PATH, format!("camera {:?}: {e}", record.name))));
-    Ok(CameraRig { cameras: cameras.collect::<Result<_, _>>()? })
+    let cameras = file.cameras.iter().map(|record| {
+        record.camera().map_err(|e| SetError::malformed(PATH, format!("camera {:?}: {e}", excerpt(&record.name))))
+    });
+    let rig = CameraRig { cameras: cameras.collect::<Result<_, _>>()? };
+    rig.check_size().map_err(|e| SetError::malformed(PATH, e.to_string()))?;
+    Ok(rig)
 }
 
 impl CameraRecord {

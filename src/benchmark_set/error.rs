@@ -3,11 +3,13 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::input::plain;
+
 /// Why a set could not be made, written, read or believed.
 #[derive(Debug, thiserror::Error)]
 pub enum SetError {
     /// The operating system said no: read-only directory, full disk, missing file.
-    #[error("{}: cannot {action}: {source}", path.display())]
+    #[error("{}: cannot {action}: {source}", plain(path.display()))]
     Io {
         /// The file or directory.
         path: PathBuf,
@@ -17,7 +19,7 @@ pub enum SetError {
         source: io::Error,
     },
     /// The directory is not a whole set.
-    #[error("{} is not a whole benchmark set: {detail}", path.display())]
+    #[error("{} is not a whole benchmark set: {}", plain(path.display()), plain(detail))]
     NotASet {
         /// The directory.
         path: PathBuf,
@@ -25,7 +27,10 @@ pub enum SetError {
         detail: String,
     },
     /// A file is not the one that was written.
-    #[error("{file} was changed or cut short: its SHA-256 is {found}, the set lists {listed}; get the set again")]
+    #[error(
+        "{} was changed or cut short: its SHA-256 is {found}, the set lists {listed}; get the set again",
+        plain(file)
+    )]
     Tampered {
         /// Path inside the set.
         file: String,
@@ -35,13 +40,16 @@ pub enum SetError {
         found: String,
     },
     /// A file lies in the set that the set does not list.
-    #[error("{file} is not one of the set's files (files.sha256 does not list it); remove it or get the set again")]
+    #[error(
+        "{} is not one of the set's files (files.sha256 does not list it); remove it or get the set again",
+        plain(file)
+    )]
     Unlisted {
         /// Path inside the set.
         file: String,
     },
     /// A file does not hold what its format says.
-    #[error("{file}: {detail}")]
+    #[error("{}: {}", plain(file), plain(detail))]
     Malformed {
         /// Path inside the set, or of the file itself.
         file: String,
@@ -49,7 +57,7 @@ pub enum SetError {
         detail: String,
     },
     /// The parts of a set do not fit together.
-    #[error("these parts make no set: {detail}")]
+    #[error("these parts make no set: {}", plain(detail))]
     Inconsistent {
         /// What does not fit.
         detail: String,
@@ -60,6 +68,17 @@ impl SetError {
     pub(super) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_path_buf();
         move |source| Self::Io { path, action, source }
+    }
+
+    /// The same about a file of the set in `directory`, named as it was from the set's own point of view.
+    pub(super) fn below(self, directory: &Path) -> Self {
+        let of_set = |file: String| directory.join(file).display().to_string();
+        match self {
+            Self::Malformed { file, detail } => Self::Malformed { file: of_set(file), detail },
+            Self::Tampered { file, listed, found } => Self::Tampered { file: of_set(file), listed, found },
+            Self::Unlisted { file } => Self::Unlisted { file: of_set(file) },
+            other => other,
+        }
     }
 
     pub(super) fn malformed(file: &str, detail: impl Into<String>) -> Self {

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::SetError;
 use super::files::LAYERS;
 use crate::body::DepthImage;
+use crate::input::{self, foreign, limits};
 
 /// A truth image that can be asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -64,9 +65,9 @@ pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetErr
     if !full.exists() {
         return Ok(Vec::new());
     }
-    let bytes = std::fs::read(&full).map_err(SetError::io(&full, "read"))?;
+    let bytes = input::read(&full, limits::LAYER).map_err(SetError::io(&full, "read"))?;
     let meta = exr::meta::MetaData::read_from_buffered(bytes.as_slice(), false);
-    let meta = meta.map_err(|e| SetError::malformed(&file, e.to_string()))?;
+    let meta = meta.map_err(|e| SetError::malformed(&file, foreign(e)).below(directory))?;
     let channels = meta.headers.iter().flat_map(|header| &header.channels.list);
     Ok(channels.map(|channel| channel.name.to_string()).collect())
 }

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::SetError;
+use crate::input::{self, limits};
 use crate::parallel;
 
 pub(super) const LISTING: &str = "files.sha256";
@@ -42,7 +43,7 @@ impl SetFiles {
     /// The files of a set on disk; their contents are read and checked when they are asked for.
     pub(super) fn open(directory: &Path) -> Result<Self, SetError> {
         let not_a_set = |detail: String| SetError::NotASet { path: directory.to_path_buf(), detail };
-        let listing = match fs::read_to_string(directory.join(LISTING)) {
+        let listing = match input::read_to_string(&directory.join(LISTING), limits::LISTING) {
             Ok(listing) => listing,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound && directory.is_dir() => {
                 return Err(not_a_set(format!("it has no {LISTING}")));
@@ -78,7 +79,7 @@ impl SetFiles {
             Place::Memory(files) => return files.get(path).map(|b| b.as_slice().into()).ok_or_else(missing),
             Place::Directory(directory) => {
                 let full = directory.join(path);
-                fs::read(&full).map_err(SetError::io(&full, "read"))?
+                input::read(&full, limit_of(path)).map_err(SetError::io(&full, "read"))?
             }
         };
         let found = hex_sha256(&bytes);
@@ -86,6 +87,14 @@ impl SetFiles {
             Ok(bytes.into())
         } else {
             Err(SetError::Tampered { file: path.to_string(), listed: listed.clone(), found })
+        }
+    }
+
+    /// The same error, its file named by where it lies on the disk.
+    pub(super) fn locate(&self, error: SetError) -> SetError {
+        match &self.place {
+            Place::Memory(_) => error,
+            Place::Directory(directory) => error.below(directory),
         }
     }
 
@@ -142,6 +151,17 @@ impl SetFiles {
 
 fn hex_sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The greatest size of a file of a set.
+fn limit_of(path: &str) -> u64 {
+    match path.rsplit('.').next() {
+        Some("toml" | "txt") => limits::SETTINGS,
+        Some("json") => limits::JSON,
+        Some("png") => limits::PICTURE,
+        Some("exr") => limits::LAYER,
+        _ => limits::ARRAYS,
+    }
 }
 
 fn listing_line((path, digest): (&String, &String)) -> String {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::SetError;
+use crate::input::{excerpt, foreign};
 
 pub(super) fn to_bytes(file: &str, value: &impl Serialize) -> Result<Vec<u8>, SetError> {
     let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| SetError::malformed(file, e.to_string()))?;
@@ -16,10 +17,10 @@ pub(super) fn from_bytes<T: DeserializeOwned>(file: &str, schema: &str, bytes: &
     struct Tag {
         schema: String,
     }
-    let malformed = |e: serde_json::Error| SetError::malformed(file, e.to_string());
+    let malformed = |e: serde_json::Error| SetError::malformed(file, foreign(e));
     let Tag { schema: found } = serde_json::from_slice(bytes).map_err(malformed)?;
     if found != schema {
-        return Err(SetError::malformed(file, format!("schema {found:?}, this program reads {schema:?}")));
+        return Err(SetError::malformed(file, format!("schema {:?}, this program reads {schema:?}", excerpt(&found))));
     }
     serde_json::from_slice(bytes).map_err(malformed)
 }

@@ -3,9 +3,20 @@
 use serde::{Deserialize, Serialize};
 
 use super::{ContactFacts, SetError};
+use crate::input::{excerpt, foreign};
 
 pub(super) const PATH: &str = "set.toml";
 const SCHEMA: &str = "skiagraph.set/1";
+
+/// Frames that a set may have: four and a half hours at 60 Hz.
+pub(super) const MOST_FRAMES: usize = 1_000_000;
+/// Cameras that a set may have.
+const MOST_CAMERAS: usize = 999;
+/// Characters of a set's name.
+const LONGEST_NAME: usize = 200;
+/// Frames a second that a set may have.
+const LEAST_RATE: f64 = 1e-3;
+const GREATEST_RATE: f64 = 1e5;
 
 /// The part of the manifest that a tracker may know.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +33,24 @@ pub(super) struct Sequence {
     pub(super) frames: usize,
     pub(super) frames_per_second: f64,
     pub(super) cameras: usize,
+}
+
+impl Sequence {
+    /// What is wrong with these numbers by themselves.
+    fn check(&self) -> Result<(), String> {
+        let Self { frames, frames_per_second, cameras } = *self;
+        if !(1..=MOST_FRAMES).contains(&frames) {
+            return Err(format!("sequence.frames: expected 1 to {MOST_FRAMES}, found {frames}"));
+        }
+        if !(LEAST_RATE..=GREATEST_RATE).contains(&frames_per_second) {
+            let found = frames_per_second;
+            return Err(format!("sequence.frames_per_second: expected {LEAST_RATE} to {GREATEST_RATE}, found {found}"));
+        }
+        if !(1..=MOST_CAMERAS).contains(&cameras) {
+            return Err(format!("sequence.cameras: expected 1 to {MOST_CAMERAS}, found {cameras}"));
+        }
+        Ok(())
+    }
 }
 
 /// What is known about the truth beyond its numbers; for reports.
@@ -70,12 +99,12 @@ impl BlindManifest {
     pub(super) fn from_toml(bytes: &[u8]) -> Result<Self, SetError> {
         let manifest: Self = parse(bytes)?;
         if manifest.schema != SCHEMA {
-            let detail = format!("schema {:?}, this program reads {SCHEMA:?}", manifest.schema);
+            let detail = format!("schema {:?}, this program reads {SCHEMA:?}", excerpt(&manifest.schema));
             return Err(SetError::malformed(PATH, detail));
         }
-        let rate = manifest.sequence.frames_per_second;
-        if !(rate > 0.0 && rate.is_finite()) || manifest.sequence.frames == 0 {
-            return Err(SetError::malformed(PATH, "frames and frames_per_second must be above zero"));
+        manifest.sequence.check().map_err(|detail| SetError::malformed(PATH, detail))?;
+        if manifest.name.chars().count() > LONGEST_NAME {
+            return Err(SetError::malformed(PATH, format!("name: expected at most {LONGEST_NAME} characters")));
         }
         Ok(manifest)
     }
@@ -96,7 +125,13 @@ pub(super) fn truth_facts(bytes: &[u8]) -> Result<TruthFacts, SetError> {
 }
 
 fn parse<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, SetError> {
-    toml::from_slice(bytes).map_err(|e| SetError::malformed(PATH, e.to_string()))
+    let text =
+        std::str::from_utf8(bytes).map_err(|e| SetError::malformed(PATH, format!("the text is not UTF-8 ({e})")))?;
+    toml::from_str(text).map_err(|e| {
+        let before = e.span().and_then(|span| text.as_bytes().get(..span.start));
+        let line = before.map_or(1, |before| before.iter().filter(|byte| **byte == b'\n').count() + 1);
+        SetError::malformed(PATH, format!("line {line}: {}", foreign(e.message())))
+    })
 }
 
 #[cfg(test)]
@@ -146,7 +181,12 @@ mod tests {
     fn another_schema_and_an_empty_sequence_are_refused() {
         let blind = BlindManifest::new("walk", Sequence { frames: 0, frames_per_second: 60.0, cameras: 4 });
         let text = String::from_utf8(to_toml(&blind, &TruthFacts::default()).unwrap()).unwrap();
-        assert!(BlindManifest::from_toml(text.as_bytes()).unwrap_err().to_string().contains("above zero"));
+        assert!(
+            BlindManifest::from_toml(text.as_bytes())
+                .unwrap_err()
+                .to_string()
+                .contains("expected 1 to 1000000, found 0")
+        );
         let other = text.replace("skiagraph.set/1", "skiagraph.set/9");
         assert!(BlindManifest::from_toml(other.as_bytes()).unwrap_err().to_string().contains("skiagraph.set/9"));
     }

@@ -1,5 +1,7 @@
 //! NumPy's array format (NEP 1): a header that is a Python dictionary, then the values, little-endian, in C order.
 
+use crate::input::excerpt;
+
 /// An n-dimensional array in C order (the last index runs fastest).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
@@ -36,6 +38,11 @@ macro_rules! values_from {
     )*};
 }
 values_from!(f64 => F64, f32 => F32, i64 => I64, u8 => U8, bool => Bool, String => Text);
+
+/// Dimensions that an array may have.
+const MOST_DIMENSIONS: usize = 8;
+/// Elements along one axis, even of an array that has none in all: 2 GiB of bytes.
+const LONGEST_AXIS: usize = 1 << 31;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
@@ -93,13 +100,17 @@ impl Array {
         let (header, body) = rest.split_at_checked(length).ok_or("the .npy header is cut short")?;
         let header = std::str::from_utf8(header).map_err(|_| "the .npy header is not text")?;
         let (descr, shape) = parse_header(header)?;
-        let count = element_count(&shape).ok_or_else(|| format!("shape {shape:?} is too large"))?;
+        let count = element_count(&shape).ok_or_else(|| "the shape is too large".to_string())?;
         let values = Values::parse(descr, count, body)?;
         Ok(Self { shape, values })
     }
 }
 
+/// `None` where there are more elements, or dimensions, than any file of ours has.
 fn element_count(shape: &[usize]) -> Option<usize> {
+    if shape.len() > MOST_DIMENSIONS || shape.iter().any(|n| *n > LONGEST_AXIS) {
+        return None;
+    }
     shape.iter().try_fold(1_usize, |product, n| product.checked_mul(*n))
 }
 
@@ -109,7 +120,7 @@ fn parse_header(header: &str) -> Result<(&str, Vec<usize>), String> {
         let (_, after) = header.split_once(key)?;
         Some(after.trim_start().strip_prefix(':')?.trim_start())
     };
-    let missing = |key: &str| format!("the .npy header has no readable {key}: {}", header.trim());
+    let missing = |key: &str| format!("the .npy header has no readable {key}: {}", excerpt(header.trim()));
     let descr = value("'descr'").ok_or_else(|| missing("'descr'"))?;
     let descr = descr.strip_prefix('\'').and_then(|d| d.split_once('\'')).map(|(d, _)| d);
     let descr = descr.ok_or("a structured or pickled array; expected plain numbers, booleans or texts")?;
@@ -168,7 +179,8 @@ impl Values {
             "|u1" | "|b1" => 1,
             _ => texts.and_then(|n| n.checked_mul(4)).ok_or_else(|| {
                 format!(
-                    "element type {descr:?} is not read; expected <f8, <f4, <i8, |u1, |b1 or <U (no pickled objects)"
+                    "element type {:?} is not read; expected <f8, <f4, <i8, |u1, |b1 or <U (no pickled objects)",
+                    excerpt(descr)
                 )
             })?,
         };
@@ -221,11 +233,11 @@ mod tests {
             bytes.extend(header.as_bytes());
             Array::from_npy(&bytes).unwrap_err()
         };
-        let huge = "{'descr': '<f8', 'fortran_order': False, 'shape': (999999999999999,)}";
-        assert!(with_header(huge).contains("expected 999999999999999 elements"));
+        let huge = "{'descr': '<f8', 'fortran_order': False, 'shape': (999999999,)}";
+        assert!(with_header(huge).contains("expected 999999999 elements"));
         let overflow = "{'descr': '<f8', 'fortran_order': False, 'shape': (9999999999999999, 9999999999999999)}";
         assert!(with_header(overflow).contains("too large"));
-        let nothing_wide = "{'descr': '<U0', 'fortran_order': False, 'shape': (999999999999999,)}";
+        let nothing_wide = "{'descr': '<U0', 'fortran_order': False, 'shape': (999999999,)}";
         assert!(with_header(nothing_wide).contains("not read"));
         assert!(with_header("{'descr': '|O', 'fortran_order': False, 'shape': (1,)}").contains("pickled"));
         assert!(with_header("{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': ()}").contains("structured"));

@@ -13,6 +13,7 @@
 //! ```
 
 use super::{Array, SetError, Values};
+use crate::input::excerpt;
 
 const LOCAL: u32 = 0x0403_4b50;
 const CENTRAL: u32 = 0x0201_4b50;
@@ -21,6 +22,10 @@ const END: u32 = 0x0605_4b50;
 const DATE: u16 = 0x0021;
 /// Longest distance of the end record from the end of the file: itself and a comment of 65535 bytes.
 const END_REACH: usize = 22 + 65_535;
+/// Arrays that an archive may have.
+const MOST_ENTRIES: usize = 1_000;
+/// Characters of an array's name.
+const LONGEST_NAME: usize = 200;
 
 /// Named arrays in order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -148,7 +153,11 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
         .ok_or_else(truncated)?;
     let count = u16_at(bytes, end + 10).ok_or_else(truncated)?;
     let mut at = u32_at(bytes, end + 16).ok_or_else(truncated)? as usize;
+    if usize::from(count) > MOST_ENTRIES {
+        return Err(format!("{count} entries; expected at most {MOST_ENTRIES}"));
+    }
     let mut npz = Npz::default();
+    let mut taken = Vec::new();
     for _ in 0..count {
         if u32_at(bytes, at) != Some(CENTRAL) {
             return Err("the archive's directory is damaged, or it is a 64-bit archive (4 GiB or more)".to_string());
@@ -158,17 +167,27 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
         let word = |offset| u32_at(header, offset).unwrap_or(0);
         let entry_name = bytes.get(at + 46..at + 46 + half(28)).ok_or_else(truncated)?;
         let entry_name = std::str::from_utf8(entry_name).map_err(|_| "an entry's name is not UTF-8".to_string())?;
+        if entry_name.len() > LONGEST_NAME {
+            return Err(format!("an entry's name has {} bytes; expected at most {LONGEST_NAME}", entry_name.len()));
+        }
         let npy = entry_bytes(bytes, word(42) as usize, word(24) as usize, half(8), half(10))
-            .map_err(|e| format!("{entry_name}: {e}"))?;
+            .map_err(|e| format!("{}: {e}", excerpt(entry_name)))?;
+        let (from, size) = (word(42) as usize, word(if half(10) == 0 { 24 } else { 20 }) as usize);
+        taken.push(from..from.saturating_add(size));
         if crc32fast::hash(npy) != word(16) {
-            return Err(format!("{entry_name}: the checksum is wrong, the file was changed or damaged"));
+            return Err(format!("{}: the checksum is wrong, the file was changed or damaged", excerpt(entry_name)));
         }
-        let name = entry_name.strip_suffix(".npy").ok_or_else(|| format!("{entry_name}: expected NAME.npy"))?;
+        let name =
+            entry_name.strip_suffix(".npy").ok_or_else(|| format!("{}: expected NAME.npy", excerpt(entry_name)))?;
         if npz.get(name).is_some() {
-            return Err(format!("{entry_name}: appears twice"));
+            return Err(format!("{}: appears twice", excerpt(entry_name)));
         }
-        npz.push(name, Array::from_npy(npy).map_err(|e| format!("{name}: {e}"))?);
+        npz.push(name, Array::from_npy(npy).map_err(|e| format!("{}: {e}", excerpt(name)))?);
         at += 46 + half(28) + half(30) + half(32);
+    }
+    taken.sort_by_key(|range| range.start);
+    if taken.windows(2).any(|pair| pair[0].end > pair[1].start) {
+        return Err("two entries share bytes; expected entries one after another".to_string());
     }
     Ok(npz)
 }

@@ -5,9 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use super::SetError;
 use super::body_file::FleshRecord;
-use crate::body::Prop;
+use crate::body::{Flesh, Prop};
+use crate::input::excerpt;
 
 pub(super) const PATH: &str = "truth/props.json";
+/// Props that a set may have.
+const MOST_PROPS: usize = 1_000;
 const SCHEMA: &str = "skiagraph.props/1";
 
 #[derive(Serialize, Deserialize)]
@@ -33,9 +36,14 @@ pub(super) fn to_json(props: &[Prop]) -> Result<Vec<u8>, SetError> {
 /// The props of a file written by [`to_json`].
 pub(super) fn from_json(bytes: &[u8]) -> Result<Vec<Prop>, SetError> {
     let record: PropsRecord = super::json::from_bytes(PATH, SCHEMA, bytes)?;
-    let prop = |PropRecord { name, solid }| match solid.flesh() {
+    if record.props.len() > MOST_PROPS {
+        let detail = format!("{} props; expected at most {MOST_PROPS}", record.props.len());
+        return Err(SetError::malformed(PATH, detail));
+    }
+    let bounded = |solid: Flesh| solid.check_bounds().map(|()| solid);
+    let prop = |PropRecord { name, solid }| match solid.flesh().and_then(bounded) {
         Ok(solid) => Ok(Prop { name, solid }),
-        Err(detail) => Err(SetError::malformed(PATH, format!("prop {name:?}: {detail}"))),
+        Err(detail) => Err(SetError::malformed(PATH, format!("prop {:?}: {detail}", excerpt(&name)))),
     };
     record.props.into_iter().map(prop).collect()
 }
@@ -45,7 +53,6 @@ mod tests {
     use nalgebra::{Isometry3, Vector3};
 
     use super::*;
-    use crate::body::Flesh;
 
     #[test]
     fn props_survive_the_file_and_a_broken_one_is_named() {
@@ -63,5 +70,14 @@ mod tests {
         assert_eq!(*half_extents, [0.5, 0.4, 0.3]);
         let text = String::from_utf8(bytes).unwrap().replace("half_extents", "extents");
         assert!(from_json(text.as_bytes()).unwrap_err().to_string().contains("truth/props.json"));
+    }
+
+    #[test]
+    fn a_prop_of_1e20_m_is_refused_with_its_limit() {
+        let ball = FleshRecord::TaperedCapsule { a: [0.0; 3], b: [0.0; 3], radius_a: 1e20, radius_b: 1e20 };
+        let props = vec![PropRecord { name: "sun".to_owned(), solid: ball }];
+        let bytes = super::super::json::to_bytes(PATH, &PropsRecord { schema: SCHEMA.to_owned(), props }).unwrap();
+        let message = from_json(&bytes).unwrap_err().to_string();
+        assert_eq!(message, "truth/props.json: prop \"sun\": a solid of size 1e20 m; expected 0 to 10000 m");
     }
 }

@@ -3,6 +3,9 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// Greatest coordinate, metres.
+const FARTHEST: f64 = 1e6;
+
 /// A rigid transform in a JSON file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -26,8 +29,10 @@ pub(super) fn from_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
     let [x, y, z, w, i, j, k] = *row;
     let quaternion = Quaternion::new(w, i, j, k);
     // a comparison that NaN fails
-    if !((quaternion.norm() - 1.0).abs() < 1e-9 && [x, y, z].iter().all(|c| c.is_finite())) {
-        return Err(format!("{row:?} is no rigid transform; expected x y z and a unit quaternion w x y z"));
+    if !((quaternion.norm() - 1.0).abs() < 1e-9 && [x, y, z].iter().all(|c| c.abs() <= FARTHEST)) {
+        return Err(format!(
+            "{row:?} is no rigid transform; expected x y z within {FARTHEST} m and a unit quaternion w x y z"
+        ));
     }
     Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z)), Unit::new_unchecked(quaternion)))
 }

@@ -72,6 +72,10 @@ impl TruthSet {
     }
 
     fn from_files(files: &SetFiles) -> Result<Self, SetError> {
+        Self::parse(files).map_err(|e| files.locate(e))
+    }
+
+    fn parse(files: &SetFiles) -> Result<Self, SetError> {
         let manifest = files.read(manifest::PATH)?;
         let sequence = BlindManifest::from_toml(&manifest)?.sequence;
         let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
@@ -180,15 +184,16 @@ pub fn is_set(directory: &Path) -> bool {
 /// # Errors
 /// [`SetError`] naming the first file (in alphabetical order) that is missing or changed, else one that is not listed.
 pub fn verify_hashes(directory: &Path) -> Result<(), SetError> {
-    SetFiles::open(directory)?.verify()
+    let files = SetFiles::open(directory)?;
+    files.verify().map_err(|e| files.locate(e))
 }
 
 impl SetParts<'_> {
     fn check(&self) -> Result<(), SetError> {
         let (truth, cameras) = (self.ground_truth, &self.rig.cameras);
         let frames = truth.frames.len();
-        if frames == 0 || frames > 1_000_000 {
-            return Err(SetError::inconsistent(format!("{frames} frames; expected 1 to 1000000")));
+        if !(1..=manifest::MOST_FRAMES).contains(&frames) {
+            return Err(SetError::inconsistent(format!("{frames} frames; expected 1 to {}", manifest::MOST_FRAMES)));
         }
         if truth.frames.iter().any(|f| f.in_view.len() != cameras.len() || f.visible.len() != cameras.len()) {
             return Err(SetError::inconsistent(format!("the truth was not made for these {} cameras", cameras.len())));

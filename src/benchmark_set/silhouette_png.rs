@@ -1,6 +1,7 @@
 //! Silhouettes as 8-bit grey PNG files: 255 where the body is, 0 elsewhere.
 
 use super::SetError;
+use crate::input::foreign;
 use crate::raster::Mask;
 
 /// The PNG of a mask; compressed as fast as the format allows, for these images need little.
@@ -25,7 +26,7 @@ pub(super) fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
 
 /// The mask of a PNG, which must have the camera's size and no greys.
 pub(super) fn decode(file: &str, bytes: &[u8], width: u32, height: u32) -> Result<Mask, SetError> {
-    let malformed = |e: png::DecodingError| SetError::malformed(file, e.to_string());
+    let malformed = |e: png::DecodingError| SetError::malformed(file, foreign(e));
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(malformed)?;
     let info = reader.info();
     let found = (info.width, info.height, info.color_type, info.bit_depth);

@@ -3,6 +3,7 @@
 //! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is where its root is and one number per
 //! degree of freedom; [`Humanoid::link_frames`] says where every link then is.
 
+mod bounds;
 #[cfg(test)]
 pub(crate) mod fixture;
 mod flesh;

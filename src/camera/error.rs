@@ -1,10 +1,12 @@
 //! What can be wrong with a camera.
 
+use crate::input::excerpt;
+
 /// Why a camera or a rig was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
     /// A number is NaN or infinite.
-    #[error("camera {camera}: {what} has the number {value}; every number must be finite")]
+    #[error("camera {}: {what} has the number {value}; every number must be finite", excerpt(camera))]
     NotFinite {
         /// The camera's name.
         camera: String,
@@ -14,7 +16,7 @@ pub enum CameraError {
         value: f64,
     },
     /// A focal length is zero or negative.
-    #[error("camera {camera}: the focal length is {fx} x {fy} pixels; both must be greater than 0")]
+    #[error("camera {}: the focal length is {fx} x {fy} pixels; both must be greater than 0", excerpt(camera))]
     FocalLength {
         /// The camera's name.
         camera: String,
@@ -24,7 +26,10 @@ pub enum CameraError {
         fy: f64,
     },
     /// A field of view is not between 0 and pi.
-    #[error("camera {camera}: the field of view is {radians} rad; it must lie between 0 and 3.14159, both excluded")]
+    #[error(
+        "camera {}: the field of view is {radians} rad; it must lie between 0 and 3.14159, both excluded",
+        excerpt(camera)
+    )]
     FieldOfView {
         /// The camera's name.
         camera: String,
@@ -32,7 +37,7 @@ pub enum CameraError {
         radians: f64,
     },
     /// The image has no pixels or too many.
-    #[error("camera {camera}: the image is {width} x {height} pixels; both must lie in 1..=16384")]
+    #[error("camera {}: the image is {width} x {height} pixels; both must lie in 1..=16384", excerpt(camera))]
     ImageSize {
         /// The camera's name.
         camera: String,
@@ -42,7 +47,7 @@ pub enum CameraError {
         height: u32,
     },
     /// The near plane is not before the camera.
-    #[error("camera {camera}: the near plane is at {near} m; it must be greater than 0")]
+    #[error("camera {}: the near plane is at {near} m; it must be greater than 0", excerpt(camera))]
     NearPlane {
         /// The camera's name.
         camera: String,
@@ -50,7 +55,7 @@ pub enum CameraError {
         near: f64,
     },
     /// K has another form than `[fx 0 cx; 0 fy cy; 0 0 1]`.
-    #[error("camera {camera}: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] (no skew), got {k:?}")]
+    #[error("camera {}: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] (no skew), got {k:?}", excerpt(camera))]
     MatrixForm {
         /// The camera's name.
         camera: String,
@@ -59,7 +64,8 @@ pub enum CameraError {
     },
     /// R is no rotation.
     #[error(
-        "camera {camera}: R must be a rotation (orthonormal within {tolerance}, determinant +1); it is off by {error:.2e}"
+        "camera {}: R must be a rotation (orthonormal within {tolerance}, determinant +1); it is off by {error:.2e}",
+        excerpt(camera)
     )]
     Rotation {
         /// The camera's name.
@@ -70,12 +76,24 @@ pub enum CameraError {
         tolerance: f64,
     },
     /// Eye, target and up direction do not span a view.
-    #[error("camera {camera}: it cannot look at its target: {why}")]
+    #[error("camera {}: it cannot look at its target: {why}", excerpt(camera))]
     LookAt {
         /// The camera's name.
         camera: String,
         /// What is degenerate.
         why: &'static str,
+    },
+    /// More images than can be held.
+    #[error(
+        "{cameras} cameras of {pixels} pixels in all; expected at most 999 cameras and {most} pixels of all images together"
+    )]
+    RigSize {
+        /// How many there are.
+        cameras: usize,
+        /// Of all images together.
+        pixels: u64,
+        /// The greatest number of pixels.
+        most: u64,
     },
     /// A ring without cameras, or more than can be named.
     #[error("a ring of cameras needs 1 to 999 cameras, got {count}")]

@@ -32,7 +32,25 @@ pub struct RingParameters {
     pub near: f64,
 }
 
+/// Pixels that all images of a rig may have together: 64 cameras of 1920 x 1080, four of 8192 x 4320.
+const MOST_PIXELS: u64 = 150_000_000;
+/// Cameras of a rig.
+const MOST_CAMERAS: usize = 999;
+
 impl CameraRig {
+    /// Refuses more or larger images than a program can hold at once.
+    ///
+    /// # Errors
+    /// [`CameraError::RigSize`] for more than 999 cameras or 150 million pixels.
+    pub fn check_size(&self) -> Result<(), CameraError> {
+        let pixels = |camera: &Camera| u64::from(camera.pinhole.width) * u64::from(camera.pinhole.height);
+        let (cameras, pixels) = (self.cameras.len(), self.cameras.iter().map(pixels).sum());
+        if cameras <= MOST_CAMERAS && pixels <= MOST_PIXELS {
+            return Ok(());
+        }
+        Err(CameraError::RigSize { cameras, pixels, most: MOST_PIXELS })
+    }
+
     /// The cameras of a ring, named `cam00`, `cam01` ..., in order of azimuth.
     ///
     /// # Errors

@@ -24,7 +24,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let file = arguments.scenario.open()?;
-    let soundness = check(&file, arguments.scenario.mocap_directory().as_deref())?;
+    let soundness = check(&file, arguments.scenario.mocap_directory().as_deref()).map_err(|e| e.about(&file.origin))?;
     if arguments.json {
         output::print_json(&soundness)?;
     } else {

@@ -36,7 +36,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(arguments.quiet);
-    let record = evaluate_run(&arguments.set, &arguments.run, &progress)?;
+    let record = evaluate_run(&arguments.set, &arguments.run, &progress).map_err(|e| e.about(&arguments.run))?;
     drop(progress);
     if arguments.json {
         output::print_json(&record)?;

@@ -20,7 +20,7 @@ pub(super) struct Arguments {
     /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt, embedded:NAME); a robot (.urdf, or one that ships);
     /// the directory of a benchmark set
     #[arg(value_name = "MODEL|CLIP|ROBOT|SET")]
-    what: String,
+    what: PathBuf,
 
     /// Another model of the same motions, whose reconstruction error is put beside
     #[arg(long, value_name = "MODEL")]
@@ -46,11 +46,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
         inspect_contacts::run(&arguments.what, arguments.out.as_deref(), arguments.json)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let found = inspect(&arguments.what, arguments.against.as_deref(), arguments.out.as_deref())?;
+    let found = inspect(&arguments.what, arguments.against.as_deref(), arguments.out.as_deref())
+        .map_err(|e| e.about(&arguments.what))?;
     if arguments.json {
         output::print_json(&found)?;
     } else {
-        output::print(&in_words(&arguments.what, &found))?;
+        output::print(&in_words(&arguments.what.display().to_string(), &found))?;
         if let Some(page) = &arguments.out {
             output::print(&format!("\n  pictures: {}", page.display()))?;
         }

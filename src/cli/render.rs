@@ -30,7 +30,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let file = arguments.scenario.open()?;
     let progress = arguments.output.progress();
     let to = arguments.output.destination(&arguments.out);
-    let (set, notes) = render(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
+    let (set, notes) = render(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
+        .map_err(|e| e.about(&file.origin))?;
     drop(progress);
     if !arguments.output.quiet {
         notes::tell(&notes);

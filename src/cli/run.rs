@@ -48,7 +48,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     if !file.scenario.methods.is_empty() {
         return run_methods(arguments, &file, to, progress);
     }
-    let done = run_experiment(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
+    let done = run_experiment(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
+        .map_err(|e| e.about(&file.origin))?;
     drop(progress);
     if !arguments.output.quiet {
         notes::tell(&done.notes);
@@ -68,7 +69,8 @@ fn run_methods(
     to: Destination<'_>,
     progress: Progress,
 ) -> Result<ExitCode, CommandError> {
-    let done = compare(file, arguments.scenario.mocap_directory().as_deref(), to, &progress)?;
+    let done = compare(file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
+        .map_err(|e| e.about(&file.origin))?;
     drop(progress);
     if !arguments.output.quiet {
         notes::tell(&done.notes);

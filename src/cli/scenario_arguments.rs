@@ -1,6 +1,6 @@
 //! `SCENARIO [KEY=VALUE...] [--mocap-dir DIR]`, as several subcommands take it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -10,7 +10,7 @@ use crate::experiment::{ExperimentError, ScenarioFile};
 pub(super) struct ScenarioArguments {
     /// Scenario file; the built-in walk if left out
     #[arg(value_name = "SCENARIO")]
-    scenario: Option<String>,
+    scenario: Option<PathBuf>,
 
     /// Changes to the scenario: a dotted key and a TOML value
     #[arg(value_name = "KEY=VALUE")]
@@ -32,11 +32,13 @@ impl ScenarioArguments {
         let mut overrides = self.overrides.clone();
         overrides.extend(more);
         let file = match &self.scenario {
-            Some(first) if first.contains('=') && !Path::new(first).exists() => {
-                overrides.insert(0, first.clone());
-                ScenarioFile::built_in(&overrides)
-            }
-            Some(path) => ScenarioFile::open(Path::new(path), &overrides),
+            Some(first) => match first.to_str().filter(|text| text.contains('=') && !first.exists()) {
+                Some(assignment) => {
+                    overrides.insert(0, assignment.to_owned());
+                    ScenarioFile::built_in(&overrides)
+                }
+                None => ScenarioFile::open(first, &overrides),
+            },
             None => ScenarioFile::built_in(&overrides),
         };
         Ok(file?)

@@ -52,7 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
     let progress = arguments.output.progress();
     let to = arguments.output.destination(&arguments.out);
-    let tracked = track_set(&arguments.set, &settings, &seeds, to, &progress)?;
+    let tracked = track_set(&arguments.set, &settings, &seeds, to, &progress).map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     if arguments.output.json {
         output::print_json(&tracked.record)?;

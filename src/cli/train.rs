@@ -28,7 +28,7 @@ const JOINTS_OF_S1: f64 = 13.0;
 pub(super) struct Arguments {
     /// A scenario (.toml), whose [training] is learned on its tracker's body; or clips (.bvh, .amc, DeepMimic .txt, embedded:NAME)
     #[arg(value_name = "SCENARIO|CLIP", required = true)]
-    inputs: Vec<String>,
+    inputs: Vec<PathBuf>,
 
     /// One model for each whole recording, or a graph of models that the recordings are cut into
     #[arg(long, value_enum)]
@@ -40,7 +40,7 @@ pub(super) struct Arguments {
 
     /// Robot that clips are retargeted to, or the path of a URDF [default: tracker25]
     #[arg(long, value_name = "ROBOT")]
-    robot: Option<String>,
+    robot: Option<PathBuf>,
 
     /// Frames a second to learn clips at [default: 60]
     #[arg(long, value_name = "HZ")]
@@ -96,7 +96,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let input = arguments.input()?;
     let rate = input.motions.first().map_or(60.0, |motion| motion.frames_per_second);
     let to = Destination { path: &arguments.out, force: arguments.force };
-    let trained = learn(&input, &arguments.settings(rate)?, to, &progress)?;
+    let trained =
+        learn(&input, &arguments.settings(rate)?, to, &progress).map_err(|e| e.about(&arguments.inputs[0]))?;
     drop(progress);
     if !arguments.quiet {
         notes::tell(&trained.notes);
@@ -122,7 +123,7 @@ fn facts(path: &Path, model: &LearnedModel) -> serde_json::Value {
     let frames: Vec<usize> = model.graph.segments.iter().map(|s| s.errors.len()).collect();
     json!({
         "schema": "skiagraph.train/1",
-        "model": path,
+        "model": path.display().to_string(),
         "facts": model.facts,
         "frames": frames,
         "candidates": model.graph.candidates.len(),
@@ -133,10 +134,10 @@ fn facts(path: &Path, model: &LearnedModel) -> serde_json::Value {
 impl Arguments {
     fn input(&self) -> Result<TrainingInput, ExperimentError> {
         let mocap = self.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from));
-        let is_scenario = |input: &String| Path::new(input).extension().is_some_and(|e| e == "toml");
+        let is_scenario = |input: &PathBuf| input.extension().is_some_and(|e| e == "toml");
         if !self.inputs.iter().any(is_scenario) {
             let options = ClipOptions {
-                robot: self.robot.clone().unwrap_or_else(|| "tracker25".to_owned()),
+                robot: self.robot.clone().unwrap_or_else(|| PathBuf::from("tracker25")),
                 frames_per_second: self.fps.unwrap_or(60.0),
                 first_frame: self.first_frame.map(|n| n as usize),
                 last_frame: self.last_frame.map(|n| n as usize),
@@ -157,8 +158,8 @@ impl Arguments {
             let detail = "is for clips; a scenario says it itself".to_owned();
             return Err(ExperimentError::Argument { argument, detail });
         }
-        let file = ScenarioFile::open(Path::new(&self.inputs[0]), &[])?;
-        TrainingInput::of_scenario(&file, mocap.as_deref())
+        let file = ScenarioFile::open(&self.inputs[0], &[])?;
+        TrainingInput::of_scenario(&file, mocap.as_deref()).map_err(|e| e.about(&file.origin))
     }
 
     fn settings(&self, frames_per_second: f64) -> Result<GraphSettings, ExperimentError> {

@@ -1,5 +1,7 @@
 //! Why contact cannot be told.
 
+use crate::input::excerpt;
+
 /// Why contact cannot be told.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactError {
@@ -14,7 +16,7 @@ pub enum ContactError {
         frames_per_second: f64,
     },
     /// A pose belongs to another body.
-    #[error("frame {frame}: the pose has {found} joint angles, {body:?} has {expected} degrees of freedom")]
+    #[error("frame {frame}: the pose has {found} joint angles, {:?} has {expected} degrees of freedom", excerpt(body))]
     WrongBody {
         /// Frame number.
         frame: usize,
@@ -27,7 +29,8 @@ pub enum ContactError {
     },
     /// A link has no place.
     #[error(
-        "frame {frame}: link {link:?} is at a place that is not finite; look for NaN or huge numbers in the motion"
+        "frame {frame}: link {:?} is at a place that is not finite; look for NaN or huge numbers in the motion",
+        excerpt(link)
     )]
     NotFinite {
         /// Frame number.
@@ -37,8 +40,9 @@ pub enum ContactError {
     },
     /// Nothing can stand.
     #[error(
-        "{body:?} has no {foot}: its link with the marker of the ankle and all links below have no geometry; give them a \
-         <visual>, or the robot links named marker_left_ankle and marker_right_ankle"
+        "{:?} has no {foot}: its link with the marker of the ankle and all links below have no geometry; give them a \
+         <visual>, or the robot links named marker_left_ankle and marker_right_ankle",
+        excerpt(body)
     )]
     NoFoot {
         /// The body's name.
@@ -57,7 +61,7 @@ pub enum ContactError {
         found: f64,
     },
     /// A link that is not there.
-    #[error("{body:?} has no link number {link}")]
+    #[error("{:?} has no link number {link}", excerpt(body))]
     NoLink {
         /// Its number.
         link: usize,
@@ -66,7 +70,8 @@ pub enum ContactError {
     },
     /// A joint that cannot be simulated.
     #[error(
-        "joint {joint:?} is {kind}, which cannot be simulated; write hinges and slides, three hinges for a ball joint"
+        "joint {:?} is {kind}, which cannot be simulated; write hinges and slides, three hinges for a ball joint",
+        excerpt(joint)
     )]
     Joint {
         /// The joint's name.
@@ -75,7 +80,11 @@ pub enum ContactError {
         kind: &'static str,
     },
     /// A part that would be moved has no mass.
-    #[error("{joint:?} moves link {link:?} and all that hangs on it, and none of it has mass; give them an <inertial>")]
+    #[error(
+        "{:?} moves link {:?} and all that hangs on it, and none of it has mass; give them an <inertial>",
+        excerpt(joint),
+        excerpt(link)
+    )]
     NoMass {
         /// The joint's name, or the body's where it is the whole body.
         joint: String,
@@ -84,8 +93,9 @@ pub enum ContactError {
     },
     /// Mass properties that no solid has.
     #[error(
-        "link {link:?} has mass properties that no solid has: expected a mass above 0 and an inertia without negative \
-         principal moments; mend its <inertial>"
+        "link {:?} has mass properties that no solid has: expected a mass above 0 and an inertia without negative \
+         principal moments; mend its <inertial>",
+        excerpt(link)
     )]
     Inertia {
         /// The link's name.
@@ -102,8 +112,10 @@ pub enum ContactError {
     },
     /// The start is inside something.
     #[error(
-        "the motion starts with link {link:?} {depth_mm:.0} mm inside the prop {prop:?}; expected at most 100 mm: move the prop \
-         or use contact = \"off\""
+        "the motion starts with link {:?} {depth_mm:.0} mm inside the prop {:?}; expected at most 100 mm: move the prop \
+         or use contact = \"off\"",
+        excerpt(link),
+        excerpt(prop)
     )]
     InsideProp {
         /// The link that is deepest.
@@ -115,8 +127,9 @@ pub enum ContactError {
     },
     /// The simulation went out of bounds.
     #[error(
-        "frame {frame}: the simulation has diverged at link {link:?}; lower the push or the friction, or use \
-         contact = \"fix\""
+        "frame {frame}: the simulation has diverged at link {:?}; lower the push or the friction, or use \
+         contact = \"fix\"",
+        excerpt(link)
     )]
     Diverged {
         /// Frame number.

@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 
 use super::scenario::did_you_mean;
 use super::{Axis, ExperimentError, MotionSettings, ScenarioError, ScenarioFile};
+use crate::input::{self, excerpt, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 
 /// The clips that are built in, by the name behind `embedded:`.
@@ -26,14 +27,15 @@ pub(super) fn load(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Result<Clip, ExperimentError> {
-    read_part(&file.folder, settings, mocap_directory, &|key, message| {
+    read_part(&file.folder, Path::new(&settings.clip), settings, mocap_directory, &|key, message| {
         ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
     })
 }
 
-/// As [`load`] for clips below `folder`; `unsound` is how a complaint about a key of the settings is put.
+/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `unsound` is how a complaint about a key of the settings is put.
 pub(super) fn read_part(
     folder: &Path,
+    recording: &Path,
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
     unsound: &dyn Fn(&'static str, String) -> ExperimentError,
@@ -50,14 +52,14 @@ pub(super) fn read_part(
         keep_rest_pose: true,
     };
     let places = Places { folder, mocap_directory };
-    let clip = if let Some(name) = settings.clip.strip_prefix("embedded:") {
+    let clip = if let Some(name) = built_in(recording) {
         let text = embedded(name).map_err(|message| unsound("clip", message))?;
         mocap::parse_deepmimic(text, &settings.clip, &options)?
     } else {
-        let path = places.find(&settings.clip, settings.sha256.as_deref());
+        let path = places.find(recording, settings.sha256.as_deref());
         let path = path.ok_or_else(|| unsound("clip", places.missing(&settings.clip, settings)))?;
         if let Some(name) = &settings.skeleton {
-            let skeleton = places.find(name, None);
+            let skeleton = places.find(Path::new(name), None);
             options.skeleton = Some(skeleton.ok_or_else(|| unsound("skeleton", places.missing(name, settings)))?);
         }
         let mut clip = mocap::read(&path, &options)?;
@@ -80,25 +82,30 @@ pub(super) fn read_part(
             return Err(unsound(key, format!("expected a frame of the clip (1 to {length}), found {frame}")));
         }
     }
-    let mut clip = clip.crop(first - 1..last)?;
+    let mut clip = clip.crop(first - 1..last).map_err(|e| unsound("last_frame", e.to_string()))?;
     if settings.first_frame.is_none() {
         clip = clip.without_inserted_rest_pose();
     }
     if let Some(duration) = settings.loop_to_s {
-        clip = clip.looped(duration)?;
+        clip = clip.looped(duration).map_err(|e| unsound("loop_to_s", e.to_string()))?;
     }
-    Ok(clip.resampled(settings.frames_per_second)?)
+    clip.resampled(settings.frames_per_second).map_err(|e| unsound("frames_per_second", e.to_string()))
 }
 
 /// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file.
-pub(super) fn read_whole(name: &str) -> Result<Clip, ExperimentError> {
+pub(super) fn read_whole(path: &Path) -> Result<Clip, ExperimentError> {
     let options = ReadOptions::default();
-    let Some(built_in) = name.strip_prefix("embedded:") else { return Ok(mocap::read(Path::new(name), &options)?) };
-    let text = embedded(built_in).map_err(|detail| ExperimentError::Malformed { path: PathBuf::from(name), detail })?;
-    Ok(mocap::parse_deepmimic(text, name, &options)?)
+    let Some(name) = built_in(path) else { return Ok(mocap::read(path, &options)?) };
+    let text = embedded(name).map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
+    Ok(mocap::parse_deepmimic(text, &path.display().to_string(), &options)?)
+}
+
+/// The name of a built-in clip, of `embedded:NAME`.
+fn built_in(path: &Path) -> Option<&str> {
+    path.to_str()?.strip_prefix("embedded:")
 }
 
 /// The text of a built-in clip, or a message that says which there are.
@@ -107,21 +114,22 @@ fn embedded(name: &str) -> Result<&'static str, String> {
     EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name).map(|(_, text)| *text).ok_or_else(|| {
         let guess = did_you_mean(name, known).map(|g| format!(", did you mean `embedded:{g}`?"));
         let guess = guess.unwrap_or_default();
-        format!("there is no built-in clip `{name}`{guess} (there are: {})", known.join(", "))
+        format!("there is no built-in clip `{}`{guess} (there are: {})", excerpt(name), known.join(", "))
     })
 }
 
 /// SHA-256 of the file of a recording that [`load`] reads.
 pub(super) fn sha256_of_clip(
     folder: &Path,
+    recording: &Path,
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Option<String> {
-    if let Some(name) = settings.clip.strip_prefix("embedded:") {
+    if let Some(name) = built_in(recording) {
         let (_, text) = EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name)?;
         return Some(super::model_file::hex_sha256(text.as_bytes()));
     }
-    sha256_of(&Places { folder, mocap_directory }.find(&settings.clip, settings.sha256.as_deref())?).ok()
+    sha256_of(&Places { folder, mocap_directory }.find(recording, settings.sha256.as_deref())?).ok()
 }
 
 /// Where clips may be.
@@ -133,13 +141,13 @@ struct Places<'a> {
 impl Places<'_> {
     /// The file of that path or name; of several below the recordings' folder, the one with the right hash, else the first
     /// in alphabetical order.
-    fn find(&self, name: &str, sha256: Option<&str>) -> Option<PathBuf> {
+    fn find(&self, name: &Path, sha256: Option<&str>) -> Option<PathBuf> {
         let beside = self.folder.join(name);
-        if beside.is_file() {
+        if beside.exists() && !beside.is_dir() {
             return Some(beside);
         }
         let mut found = Vec::new();
-        search(self.mocap_directory?, Path::new(name), 0, &mut found);
+        search(self.mocap_directory?, name, 0, &mut found);
         let right =
             |path: &&PathBuf| sha256.is_some_and(|hash| sha256_of(path).is_ok_and(|h| h.eq_ignore_ascii_case(hash)));
         found.iter().find(right).or(found.first()).cloned()
@@ -154,10 +162,10 @@ impl Places<'_> {
         };
         let source = match settings.source.as_str() {
             "" => String::new(),
-            source => format!("; it is offered at {source}"),
+            source => format!("; it is offered at {}", excerpt(source)),
         };
         let hash = settings.sha256.as_ref().map(|hash| format!(" (SHA-256 {hash})")).unwrap_or_default();
-        format!("`{name}` is not in {}, {searched}{source}{hash}", folder.display())
+        format!("`{}` is not in {}, {searched}{source}{hash}", excerpt(name), folder.display())
     }
 }
 
@@ -177,7 +185,7 @@ fn search(directory: &Path, name: &Path, depth: usize, found: &mut Vec<PathBuf>)
 }
 
 fn sha256_of(path: &Path) -> std::io::Result<String> {
-    Ok(Sha256::digest(fs::read(path)?).iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(Sha256::digest(input::read(path, limits::RECORDING)?).iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 #[cfg(test)]

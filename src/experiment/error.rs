@@ -9,6 +9,7 @@ use crate::body::UrdfError;
 use crate::body::retarget::RetargetError;
 use crate::contact::ContactError;
 use crate::evaluation::EvaluationError;
+use crate::input::{self, plain};
 use crate::mocap::MocapError;
 use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::GraphError;
@@ -69,7 +70,7 @@ pub enum ExperimentError {
     )]
     OracleNeedsTruth,
     /// A run and a set that do not belong together.
-    #[error("{run} was not made from {set}: {detail}", run = run.display(), set = set.display())]
+    #[error("{} was not made from {}: {detail}", plain(run.display()), plain(set.display()))]
     AnotherSet {
         /// The run.
         run: PathBuf,
@@ -80,16 +81,16 @@ pub enum ExperimentError {
     },
     /// A set would be overwritten.
     #[error(
-        "{path}: there is a benchmark set here already, and runs may have been made from it; choose another place with \
+        "{}: there is a benchmark set here already, and runs may have been made from it; choose another place with \
          --out, or replace it with --force",
-        path = path.display()
+        plain(path.display())
     )]
     SetThere {
         /// The place.
         path: PathBuf,
     },
     /// A file of a run does not hold what its format says.
-    #[error("{path}: {detail}", path = path.display())]
+    #[error("{}: {}", plain(path.display()), plain(detail))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -97,7 +98,7 @@ pub enum ExperimentError {
         detail: String,
     },
     /// A file of a run cannot be read.
-    #[error("{path}: cannot be read: {source}", path = path.display())]
+    #[error("{}: cannot be read: {source}", plain(path.display()))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -105,7 +106,7 @@ pub enum ExperimentError {
         source: io::Error,
     },
     /// A result cannot be written.
-    #[error("{path}: cannot {action}: {source}", path = path.display())]
+    #[error("{}: cannot {action}: {source}", plain(path.display()))]
     Output {
         /// The file or directory.
         path: PathBuf,
@@ -116,26 +117,34 @@ pub enum ExperimentError {
     },
     /// Something that is not ours stands where a result should go.
     #[error(
-        "{path}: there is something here that is not a result of ours; choose another --out, or --force to move it aside",
-        path = path.display()
+        "{}: there is something here that is not a result of ours; choose another --out, or --force to move it aside",
+        plain(path.display())
     )]
     Occupied {
         /// The place.
         path: PathBuf,
     },
     /// An argument of the command line makes no sense.
-    #[error("{argument}: {detail}")]
+    #[error("{argument}: {}", plain(detail))]
     Argument {
         /// The argument.
         argument: &'static str,
         /// What was expected and what was found.
         detail: String,
     },
+    /// What went wrong says nothing of the file with which it did.
+    #[error("{}: {source}", plain(file.display()))]
+    With {
+        /// The scenario, recording, set or run.
+        file: PathBuf,
+        /// What went wrong.
+        source: Box<ExperimentError>,
+    },
     /// The user stopped it.
     #[error("interrupted; nothing was written")]
     Interrupted,
     /// The user stopped a training.
-    #[error("interrupted; what is learned is kept in {}: the same command goes on from there", partial.display())]
+    #[error("interrupted; what is learned is kept in {}: the same command goes on from there", plain(partial.display()))]
     TrainingInterrupted {
         /// Where it is kept.
         partial: PathBuf,
@@ -150,6 +159,25 @@ impl ExperimentError {
             _ => 2,
         }
     }
+
+    /// The same error with the file that it is about, unless it names one itself.
+    pub(crate) fn about(self, file: impl Into<PathBuf>) -> Self {
+        if self.names_a_file() { self } else { Self::With { file: file.into(), source: Box::new(self) } }
+    }
+
+    fn names_a_file(&self) -> bool {
+        match self {
+            Self::Mocap(error) => !matches!(error, MocapError::Setting { .. } | MocapError::NotCyclic { .. }),
+            Self::Robot(error) => !matches!(error, UrdfError::NotShipped { .. }),
+            Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
+            Self::Retarget(_) | Self::Contact(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
+            Self::Learning(_) | Self::NoTraining | Self::Track(_) | Self::Evaluation(_) | Self::Report(_) => false,
+            Self::OracleNeedsTruth => false,
+            Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
+            Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
+            Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
+        }
+    }
 }
 
 pub(super) fn output(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> ExperimentError {
@@ -157,6 +185,6 @@ pub(super) fn output(path: &Path, action: &'static str) -> impl FnOnce(io::Error
     move |source| ExperimentError::Output { path, action, source }
 }
 
-pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, ExperimentError> {
-    std::fs::read(path).map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
+pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
+    input::read(path, limit).map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
 }

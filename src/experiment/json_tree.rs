@@ -4,6 +4,8 @@
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::input::foreign;
+
 /// What is wrong with a tree, and at which key.
 pub(super) type Error = serde_path_to_error::Error<serde_json::Error>;
 
@@ -14,6 +16,6 @@ pub(super) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, Error> {
 
 /// The value of a JSON file, or what is wrong with it.
 pub(super) fn value_of_file<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
-    let tree = serde_json::from_slice(bytes).map_err(|e| e.to_string())?;
-    value(tree).map_err(|e| e.to_string())
+    let tree = serde_json::from_slice(bytes).map_err(foreign)?;
+    value(tree).map_err(foreign)
 }

@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::error::read_file;
 use super::learning::{Stopped, grow_all};
 use super::model_file::hex_sha256;
 use super::partial_file::{beside, is_free, put};
@@ -13,6 +14,7 @@ use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEM
 use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
 use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion};
+use crate::input::limits;
 use crate::motion_model::gpdm::GpdmError;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
 
@@ -33,7 +35,7 @@ pub struct TrainingInput {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipOptions {
     /// A robot that ships, or the path of a URDF file.
-    pub robot: String,
+    pub robot: PathBuf,
     /// Frames a second to learn at.
     pub frames_per_second: f64,
     /// First frame of every recording that is used, as its file counts, from 1.
@@ -63,7 +65,10 @@ impl TrainingInput {
         };
         let staged = Staged::new(file, mocap_directory)?;
         let motions = staged.start.training.motions;
-        let from = |(clip, motion)| LearnedFrom::of(clip, &file.folder, mocap_directory, motion);
+        let sha256 = |clip: &MotionSettings| {
+            clip_file::sha256_of_clip(&file.folder, Path::new(&clip.clip), clip, mocap_directory)
+        };
+        let from = |(clip, motion)| LearnedFrom::of(clip, sha256(clip), motion);
         let learned_from = training.clips.iter().zip(&motions).map(from).collect();
         Ok(Self { body: staged.start.body, motions, learned_from, notes: staged.notes })
     }
@@ -73,7 +78,7 @@ impl TrainingInput {
     /// # Errors
     /// [`ExperimentError`] that names the recording or the robot.
     pub fn of_clips(
-        clips: &[String],
+        clips: &[PathBuf],
         options: &ClipOptions,
         mocap_directory: Option<&Path>,
     ) -> Result<Self, ExperimentError> {
@@ -85,12 +90,14 @@ impl TrainingInput {
                 first_frame: options.first_frame,
                 last_frame: options.last_frame,
                 frames_per_second: options.frames_per_second,
-                ..MotionSettings::of_clip(clip)
+                ..MotionSettings::of_clip(&clip.display().to_string())
             };
-            let recording = clip_file::read_part(Path::new(""), &settings, mocap_directory, &in_arguments)?;
-            let performed = retarget(&recording, &template, &RetargetOptions::default())?;
-            input.learned_from.push(LearnedFrom::of(&settings, Path::new(""), mocap_directory, &performed.motion));
-            input.notes.extend(performed.report.notes.iter().map(|note| format!("{clip}: {note}")));
+            let recording = clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &in_arguments)?;
+            let performed = retarget(&recording, &template, &RetargetOptions::default())
+                .map_err(|e| ExperimentError::from(e).about(clip))?;
+            let sha256 = clip_file::sha256_of_clip(Path::new(""), clip, &settings, mocap_directory);
+            input.learned_from.push(LearnedFrom::of(&settings, sha256, &performed.motion));
+            input.notes.extend(performed.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));
             input.motions.push(performed.motion);
             if index == 0 {
                 input.body = performed.humanoid;
@@ -125,7 +132,7 @@ impl TrainingInput {
 }
 
 impl LearnedFrom {
-    fn of(settings: &MotionSettings, folder: &Path, mocap_directory: Option<&Path>, motion: &Motion) -> Self {
+    fn of(settings: &MotionSettings, sha256: Option<String>, motion: &Motion) -> Self {
         let numbers = motion.poses.iter().flat_map(|pose| {
             let (t, q) = (pose.world_from_root.translation.vector, pose.world_from_root.rotation);
             [t.x, t.y, t.z, q.w, q.i, q.j, q.k].into_iter().chain(pose.joint_angles.iter().copied())
@@ -133,7 +140,7 @@ impl LearnedFrom {
         let bytes: Vec<u8> = numbers.flat_map(f64::to_le_bytes).collect();
         Self {
             clip: settings.clip.clone(),
-            sha256: clip_file::sha256_of_clip(folder, settings, mocap_directory),
+            sha256,
             first_frame: settings.first_frame,
             last_frame: settings.last_frame,
             frames: motion.poses.len(),
@@ -207,6 +214,7 @@ fn in_arguments(key: &'static str, detail: String) -> ExperimentError {
     let argument = match key {
         "first_frame" => "--first-frame",
         "last_frame" => "--last-frame",
+        "frames_per_second" => "--fps",
         _ => "CLIP",
     };
     ExperimentError::Argument { argument, detail }
@@ -226,7 +234,7 @@ fn facts(input: &TrainingInput, settings: &GraphSettings) -> ModelFacts {
 
 /// The state of an interrupted training of the same motions with the same settings.
 fn kept(partial: &Path, facts: &ModelFacts, watch: &dyn Watch) -> Option<LearnedModel> {
-    let bytes = std::fs::read(partial).ok()?;
+    let bytes = read_file(partial, limits::ARRAYS).ok()?;
     match LearnedModel::from_bytes(partial, &bytes) {
         Ok(kept) if kept.facts == *facts => Some(kept).filter(|kept| !kept.graph.segments.is_empty()),
         _ => {
@@ -261,6 +269,6 @@ fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> Experim
                 "{frames} frames, fewer than one clip of {clip}: give a longer recording or a smaller --clip-length"
             ),
         },
-        other => other.into(),
+        other => ExperimentError::from(other).about(of(0)),
     }
 }

@@ -8,11 +8,14 @@ use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
 use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
 use crate::benchmark_set::{ContactFacts, Start, Training, TruthFacts};
 use crate::body::retarget::{
-    FitOptions, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
+    FitOptions, RetargetError, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers,
+    fit_shape, retarget,
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
 use crate::contact::{ContactRule, GroundContacts, GroundQuality, Push, SimulationSettings, check_feet, fix, simulate};
+use crate::input::excerpt;
+use crate::mocap::Clip;
 use crate::scene::GroundTruth;
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
@@ -53,14 +56,14 @@ impl Staged {
             true => actor_template.clone(),
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
-        let mut performed = retarget(&clip, &actor_template, &RetargetOptions::default())?;
+        let mut performed = retargeted(file, "motion.clip", "actor.robot", &clip, &actor_template)?;
         let contact = perform(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
         let training = match training::load(file, mocap_directory, &actor_template, &body)? {
             Some(training) => training,
             None if same_robot => Training::of_the_test(performed.motion.clone()),
             None => {
-                let mut own = retarget(&clip, &tracker_template, &RetargetOptions::default())?;
+                let mut own = retargeted(file, "motion.clip", "tracker_body.robot", &clip, &tracker_template)?;
                 if check_feet(&own.humanoid).is_ok() {
                     settle(scenario.actor.contact, &mut own)?;
                 }
@@ -116,6 +119,20 @@ impl Staged {
     pub fn frames(&self) -> usize {
         self.ground_truth.frames.len()
     }
+}
+
+/// A recording given to a robot; what is wrong is told of the key that names the one or the other.
+pub(super) fn retargeted(
+    file: &ScenarioFile,
+    clip_key: &str,
+    robot_key: &str,
+    clip: &Clip,
+    template: &Humanoid,
+) -> Result<Retargeted, ExperimentError> {
+    retarget(clip, template, &RetargetOptions::default()).map_err(|error| {
+        let key = if matches!(error, RetargetError::MissingMarkers { .. }) { robot_key } else { clip_key };
+        unsound(file, key, error.to_string())
+    })
 }
 
 /// What to tell the user about a body that cannot stand.
@@ -208,7 +225,7 @@ pub(super) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64
 }
 
 fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
-    robot_named(&file.folder, name).map_err(|e| e.put(|message| unsound(file, key, message)))
+    robot_named(&file.folder, Path::new(name)).map_err(|e| e.put(|message| unsound(file, key, message)))
 }
 
 /// Why there is no robot of a name.
@@ -230,14 +247,18 @@ impl NoRobot {
 }
 
 /// A robot that ships, or one of a file below `folder`.
-pub(super) fn robot_named(folder: &Path, name: &str) -> Result<Humanoid, NoRobot> {
-    if SHIPPED_ROBOTS.iter().any(|(known, _)| *known == name) {
-        return shipped(name).map_err(NoRobot::Unusable);
+pub(super) fn robot_named(folder: &Path, name: &Path) -> Result<Humanoid, NoRobot> {
+    if let Some((known, _)) = SHIPPED_ROBOTS.iter().find(|(known, _)| name == Path::new(known)) {
+        return shipped(known).map_err(NoRobot::Unusable);
     }
     let path = folder.join(name);
-    if !path.is_file() {
+    if !path.exists() {
         let known = SHIPPED_ROBOTS.map(|(known, _)| known).join(", ");
-        let words = format!("`{name}` is neither a robot that ships ({known}) nor the file {}", path.display());
+        let words = format!(
+            "`{}` is neither a robot that ships ({known}) nor the file {}",
+            excerpt(&name.display().to_string()),
+            path.display()
+        );
         return Err(NoRobot::Unknown(words));
     }
     Humanoid::load(&path).map_err(NoRobot::Unusable)
@@ -258,7 +279,9 @@ fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentErro
         }
         cameras.push(single_camera(&name, single).map_err(|e| in_rig(&format!("rig.camera[{index}]"), e))?);
     }
-    Ok(CameraRig { cameras })
+    let rig = CameraRig { cameras };
+    rig.check_size().map_err(|e| in_rig("rig", e))?;
+    Ok(rig)
 }
 
 fn ring_parameters(ring: &RingSettings, motion: &Motion) -> RingParameters {

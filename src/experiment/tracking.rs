@@ -22,6 +22,7 @@ use super::watch::{Stage, Watch, advance};
 use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models, json_tree};
 use crate::benchmark_set::{Array, BlindSet, Npz, RunPoses, Values};
 use crate::body::Motion;
+use crate::input::limits;
 use crate::motion_model::{Diffusion, ProposalScales};
 use crate::tracker::{
     AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
@@ -111,7 +112,7 @@ pub fn track(
     }
     watch.begin(Stage::Track, set.frame_count * seeds.len());
     let begin = Instant::now();
-    let mut estimates: Vec<Vec<Estimate>> = vec![Vec::with_capacity(set.frame_count); seeds.len()];
+    let mut estimates: Vec<Vec<Estimate>> = vec![Vec::new(); seeds.len()];
     for observation in set.observations() {
         let observation = observation?;
         for (tracker, estimates) in trackers.iter_mut().zip(&mut estimates) {
@@ -226,15 +227,18 @@ impl Tracked {
     /// # Errors
     /// [`ExperimentError`] naming the file that is missing or not what it should be.
     pub fn read(folder: &Path) -> Result<Self, ExperimentError> {
-        let poses = RunPoses::from_bytes(POSES_FILE, &read_file(&folder.join(POSES_FILE))?)?;
+        let named = |name: &str| folder.join(name).display().to_string();
+        let poses = read_file(&folder.join(POSES_FILE), limits::ARRAYS)?;
+        let poses = RunPoses::from_bytes(&named(POSES_FILE), &poses)?;
         let (record, search) = match folder.join(TRACK_FILE).is_file() {
             false => (None, Vec::new()),
             true => {
                 let path = folder.join(TRACK_FILE);
                 let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
-                let record = json_tree::value_of_file(&read_file(&path)?).map_err(malformed)?;
-                let npz = Npz::from_bytes(SEARCH_FILE, &read_file(&folder.join(SEARCH_FILE))?)?;
-                let search = search_from_npz(&npz).ok_or_else(|| ExperimentError::Malformed {
+                let record = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
+                let npz = Npz::from_bytes(&named(SEARCH_FILE), &read_file(&folder.join(SEARCH_FILE), limits::ARRAYS)?)?;
+                let shape = [poses.seeds.len(), poses.estimates.first().map_or(0, Vec::len)];
+                let search = search_from_npz(&npz, shape).ok_or_else(|| ExperimentError::Malformed {
                     path: folder.join(SEARCH_FILE),
                     detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them"
                         .to_owned(),
@@ -280,7 +284,8 @@ fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
     ])
 }
 
-fn search_from_npz(npz: &Npz) -> Option<Vec<Vec<SearchRecord>>> {
+/// `shape`: seeds and frames of the poses beside it.
+fn search_from_npz(npz: &Npz, shape: [usize; 2]) -> Option<Vec<Vec<SearchRecord>>> {
     let Values::F64(energy) = &npz.get("energy")?.values else { return None };
     let Values::I64(evaluations) = &npz.get("evaluations")?.values else { return None };
     let array = npz.get("layers")?;
@@ -294,7 +299,7 @@ fn search_from_npz(npz: &Npz) -> Option<Vec<Vec<SearchRecord>>> {
             _ => return None,
         },
     };
-    if energy.len() != seeds * frames || evaluations.len() != seeds * frames {
+    if [*seeds, *frames] != shape || energy.len() != seeds * frames || evaluations.len() != seeds * frames {
         return None;
     }
     let record = |index: usize| {
@@ -347,19 +352,20 @@ mod tests {
             vec![frame(Some(0.25), vec![layer(1.0), layer(0.0)]), frame(None, vec![layer(3.0)])],
             vec![frame(Some(0.5), vec![]), frame(Some(0.125), vec![layer(2.0), layer(9.0)])],
         ];
-        assert_eq!(search_from_npz(&search_to_npz(&search)), Some(search));
+        assert_eq!(search_from_npz(&search_to_npz(&search), [2, 2]), Some(search));
     }
 
     #[test]
     fn arrays_that_do_not_fit_together_are_refused() {
         let mut npz =
             search_to_npz(&[vec![SearchRecord { energy: None, evaluations: 1, layers: vec![], occupancy: vec![] }]]);
-        assert!(search_from_npz(&npz).is_some());
+        assert!(search_from_npz(&npz, [1, 1]).is_some());
+        assert!(search_from_npz(&npz, [1, 2]).is_none());
         npz = Npz::from_iter([
             ("energy", Array::new(&[2], vec![0.0; 2])),
             ("evaluations", Array::new(&[1], vec![1_i64])),
             ("layers", Array::new(&[1, 1, 1, 6], vec![0.0; 6])),
         ]);
-        assert_eq!(search_from_npz(&npz), None);
+        assert_eq!(search_from_npz(&npz, [1, 1]), None);
     }
 }

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use super::staging::{refit, settle};
+use super::staging::{refit, retargeted, settle};
 use super::{ExperimentError, MotionSettings, ScenarioError, ScenarioFile, clip_file};
 use crate::benchmark_set::Training;
-use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, LinkFrames, Markers, Motion};
 
 /// The recordings of `[training]` as motions of `body`, which is the tracker's. As for the test, a recording is first given to
@@ -44,7 +43,8 @@ pub(super) fn load(
             return Err(unsound("clip", message));
         }
         let recording = clip_file::load(file, &table, clip, mocap_directory)?;
-        let mut performed = retarget(&recording, actor_template, &RetargetOptions::default())?;
+        let clip_key = format!("{table}.clip");
+        let mut performed = retargeted(file, &clip_key, "actor.robot", &recording, actor_template)?;
         settle(file.scenario.actor.contact, &mut performed)?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use super::asf::{AcclaimChannel, AcclaimJoint, AcclaimSkeleton};
 use super::read::{ReadOptions, clip_name};
 use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording};
-use super::text_cursor::TextCursor;
+use super::text_cursor::{TextCursor, quoted};
 use super::{Clip, MocapError};
 
 /// CMU's rate; AMC files do not have one, save some that say `:SAMPLES-PER-SECOND`.
@@ -164,7 +164,9 @@ impl<'a> Motion<'a> {
         let Some(open) = open else { return Ok(()) };
         if let Some(missing) = open.is_set.iter().position(|is_set| !is_set) {
             let name = &self.skeleton.skeleton.joints[missing].name;
-            return Err(self.cursor.error(format!("`{name}` in frame {}", open.number), "the end of the frame"));
+            return Err(self
+                .cursor
+                .error(format!("{} in frame {}", quoted(name), open.number), "the end of the frame"));
         }
         if (self.frames.len() + 1) * open.frame.len() > MOST_JOINT_FRAMES {
             return Err(self.cursor.error(format!("at most {MOST_JOINT_FRAMES} joints times frames"), "more"));

@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::recording::MOST_JOINTS;
 use super::rotation::Axis;
-use super::text_cursor::TextCursor;
+use super::text_cursor::{TextCursor, quoted};
 use super::{MocapError, Skeleton, SkeletonJoint};
 
 /// A skeleton from an ASF file, in file units. Joint 0 is the root, the others are named as their bones.
@@ -159,7 +159,9 @@ impl<'a> Parser<'a> {
             }
             let bone = self.bone()?;
             if bone.name == "root" || self.bones.iter().any(|other| other.name == bone.name) {
-                return Err(self.cursor.error("a name that no other bone has", format!("a second `{}`", bone.name)));
+                return Err(self
+                    .cursor
+                    .error("a name that no other bone has", format!("a second {}", quoted(&bone.name))));
             }
             self.bones.push(bone);
             if self.bones.len() >= MOST_JOINTS {
@@ -215,7 +217,7 @@ impl<'a> Parser<'a> {
                 let child = self.bone_index(child)?;
                 let bone = &mut self.bones[child];
                 if bone.parent.replace(parent).is_some() {
-                    let found = format!("another for `{}`", bone.name);
+                    let found = format!("another for {}", quoted(&bone.name));
                     return Err(self.cursor.error("one parent for each bone", found));
                 }
             }
@@ -294,7 +296,7 @@ impl<'a> Parser<'a> {
         match self.bones.iter().zip(is_placed).find(|(_, is_placed)| !is_placed) {
             Some((bone, _)) => Err(self.cursor.error(
                 "every bone to hang on the root in `:hierarchy`",
-                format!("`{}` (line {}) that does not", bone.name, bone.line),
+                format!("{} (line {}) that does not", quoted(&bone.name), bone.line),
             )),
             None => Ok(AcclaimSkeleton { skeleton, joints, length: self.length, degrees: self.degrees }),
         }

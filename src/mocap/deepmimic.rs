@@ -13,6 +13,7 @@ use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording, pose_between
 use super::rotation::Axis;
 use super::text_cursor::is_sane;
 use super::{Clip, MocapError, Skeleton, SkeletonJoint};
+use crate::input::foreign;
 
 /// Numbers in a row.
 const COLUMNS: usize = 44;
@@ -73,7 +74,7 @@ pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<
         file: file.to_owned(),
         line: error.line().max(1),
         expected: "a DeepMimic clip (JSON with `Loop` and `Frames`)".to_owned(),
-        found: error.to_string(),
+        found: foreign(&error),
     })?;
     if content.frames.len() < 2 {
         return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: content.frames.len() });

@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
+use crate::input::plain;
+
 /// Why a recording could not be read or edited. Each message says where, what was expected and what was found.
 #[derive(Debug, thiserror::Error)]
 pub enum MocapError {
     /// The file is not there, or may not be read.
-    #[error("{}: cannot be read: {source}", path.display())]
+    #[error("{}: cannot be read: {source}", plain(path.display()))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -14,13 +16,20 @@ pub enum MocapError {
         source: std::io::Error,
     },
     /// No reader for this extension.
-    #[error("{}: expected a recording ending in .bvh, .amc (with its .asf), or DeepMimic's .txt or .json", path.display())]
+    #[error(
+        "{}: expected a recording ending in .bvh, .amc (with its .asf), or DeepMimic's .txt or .json",
+        plain(path.display())
+    )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
     /// An AMC file whose skeleton was not found.
-    #[error("{}: expected its skeleton beside it ({wanted}), found {found}; name one with `skeleton`", path.display())]
+    #[error(
+        "{}: expected its skeleton beside it ({}), found {found}; name one with `skeleton`",
+        plain(path.display()),
+        plain(wanted)
+    )]
     NoSkeleton {
         /// The motion file.
         path: PathBuf,
@@ -30,7 +39,7 @@ pub enum MocapError {
         found: String,
     },
     /// A line that does not say what it should.
-    #[error("{file}:{line}: expected {expected}, found {found}")]
+    #[error("{}:{line}: expected {}, found {}", plain(file), plain(expected), plain(found))]
     Line {
         /// The file.
         file: String,
@@ -42,7 +51,7 @@ pub enum MocapError {
         found: String,
     },
     /// A frame that does not say what it should, in a format whose lines mean nothing.
-    #[error("{file}: frame {frame}: expected {expected}, found {found}")]
+    #[error("{}: frame {frame}: expected {}, found {}", plain(file), plain(expected), plain(found))]
     Frame {
         /// The file.
         file: String,
@@ -54,7 +63,7 @@ pub enum MocapError {
         found: String,
     },
     /// Nothing moves in fewer than two frames.
-    #[error("{file}: expected at least 2 frames, found {frames}")]
+    #[error("{}: expected at least 2 frames, found {frames}", plain(file))]
     TooFewFrames {
         /// The file.
         file: String,
@@ -62,7 +71,7 @@ pub enum MocapError {
         frames: usize,
     },
     /// A setting that makes no sense.
-    #[error("{setting}: expected {expected}, found {found}")]
+    #[error("{setting}: expected {}, found {found}", plain(expected))]
     Setting {
         /// The setting's name.
         setting: &'static str,
@@ -73,7 +82,8 @@ pub enum MocapError {
     },
     /// A clip that cannot be repeated.
     #[error(
-        "clip `{clip}`: expected one cycle of a repeating motion (DeepMimic's `Loop: wrap`), found a clip that is none"
+        "clip `{}`: expected one cycle of a repeating motion (DeepMimic's `Loop: wrap`), found a clip that is none",
+        plain(clip)
     )]
     NotCyclic {
         /// The clip's name.

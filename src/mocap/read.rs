@@ -1,11 +1,11 @@
 //! From a file to a [`Clip`].
 
 use std::ffi::OsStr;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::recording::GREATEST_RATE;
 use super::{Clip, MocapError, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+use crate::input::{self, limits};
 
 /// The axis of a file's world that points up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,16 +61,16 @@ fn check_within(
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
     let file = path.display().to_string();
     let clip = match extension(path).as_str() {
-        "bvh" => parse_bvh(&text(path)?, &file, options),
+        "bvh" => parse_bvh(&text(path, limits::RECORDING)?, &file, options),
         "amc" => {
             let skeleton_path = match &options.skeleton {
                 Some(path) => path.clone(),
                 None => find_skeleton(path)?,
             };
-            let skeleton = parse_asf(&text(&skeleton_path)?, &skeleton_path.display().to_string())?;
-            parse_amc(&text(path)?, &file, &skeleton, options)
+            let skeleton = parse_asf(&text(&skeleton_path, limits::SKELETON)?, &skeleton_path.display().to_string())?;
+            parse_amc(&text(path, limits::RECORDING)?, &file, &skeleton, options)
         }
-        "txt" | "json" => parse_deepmimic(&text(path)?, &file, options),
+        "txt" | "json" => parse_deepmimic(&text(path, limits::RECORDING)?, &file, options),
         _ => Err(MocapError::UnknownFormat { path: path.to_owned() }),
     }?;
     Ok(if options.keep_rest_pose { clip } else { clip.without_inserted_rest_pose() })
@@ -81,8 +81,8 @@ fn extension(path: &Path) -> String {
 }
 
 /// The file as text; bytes that are not UTF-8 (joint names in old code pages) become U+FFFD.
-fn text(path: &Path) -> Result<String, MocapError> {
-    let bytes = fs::read(path).map_err(|source| MocapError::Unreadable { path: path.to_owned(), source })?;
+fn text(path: &Path, limit: u64) -> Result<String, MocapError> {
+    let bytes = input::read(path, limit).map_err(|source| MocapError::Unreadable { path: path.to_owned(), source })?;
     Ok(match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => String::from_utf8_lossy(error.as_bytes()).into_owned(),
@@ -95,23 +95,24 @@ fn find_skeleton(amc: &Path) -> Result<PathBuf, MocapError> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let stem = amc.file_stem().and_then(OsStr::to_str).unwrap_or_default();
-    let subject = stem.split_once('_').map_or(stem, |(subject, _)| subject);
+    // names need not be UTF-8: they are compared byte by byte
+    let stem = amc.file_stem().unwrap_or_default().as_encoded_bytes();
+    let subject = stem.split(|byte| *byte == b'_').next().unwrap_or_default();
     let unreadable = |source| MocapError::Unreadable { path: folder.to_owned(), source };
     let mut skeletons = Vec::new();
-    for entry in fs::read_dir(folder).map_err(unreadable)? {
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
         if extension(&path) == "asf" {
             skeletons.push(path);
         }
     }
-    let is_subjects = |path: &&PathBuf| path.file_stem().and_then(OsStr::to_str) == Some(subject);
+    let is_subjects = |path: &&PathBuf| path.file_stem().is_some_and(|stem| stem.as_encoded_bytes() == subject);
     match (skeletons.iter().find(is_subjects), skeletons.as_slice()) {
         (Some(path), _) => Ok(path.clone()),
         (None, [only]) => Ok(only.clone()),
         (None, others) => Err(MocapError::NoSkeleton {
             path: amc.to_owned(),
-            wanted: format!("{subject}.asf"),
+            wanted: format!("{}.asf", String::from_utf8_lossy(subject)),
             found: format!("{} other .asf files", others.len()),
         }),
     }
@@ -124,6 +125,8 @@ pub(super) fn clip_name(file: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     const SKELETON: &str = ":units\nlength 0.45\n:root\norder TX TY TZ RX RY RZ\n:bonedata\n:hierarchy\n";

@@ -5,6 +5,7 @@ use nalgebra::Point3;
 use super::visibility;
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
+use crate::input::excerpt;
 use crate::parallel;
 
 /// What really happened: the actor's body and, for every frame, everything that is known about it exactly.
@@ -55,7 +56,10 @@ pub enum SceneError {
         frames_per_second: f64,
     },
     /// A pose belongs to another body.
-    #[error("frame {frame}: the pose has {found} joint angles, the actor {actor:?} has {expected} degrees of freedom")]
+    #[error(
+        "frame {frame}: the pose has {found} joint angles, the actor {:?} has {expected} degrees of freedom",
+        excerpt(actor)
+    )]
     WrongBody {
         /// Frame number.
         frame: usize,
@@ -68,7 +72,8 @@ pub enum SceneError {
     },
     /// A link has no place.
     #[error(
-        "frame {frame}: the pose puts link {link:?} at a place that is not finite; look for NaN or huge numbers in the recording"
+        "frame {frame}: the pose puts link {:?} at a place that is not finite; look for NaN or huge numbers in the recording",
+        excerpt(link)
     )]
     NotFinite {
         /// Frame number.

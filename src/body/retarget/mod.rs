@@ -38,6 +38,7 @@ pub use shape_fit::fit_shape;
 pub(crate) use solver::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
 
 use super::{BodyShape, Humanoid, Motion, Pose};
+use crate::input::excerpt;
 use crate::mocap::Clip;
 
 /// How many frames, spread over the clip, are posed from positions alone to learn how joint frames stand to links.
@@ -93,7 +94,8 @@ pub enum RetargetError {
     /// Names do not tell where a landmark is.
     #[error(
         "no joint of the recording is recognised as: {missing}; name them in `landmarks` (\"Joint\", \"Joint:tip\" or \
-         \"Joint+Joint\"); its joints are: {joints}"
+         \"Joint+Joint\"); its joints are: {}",
+        excerpt(joints)
     )]
     MissingLandmarks {
         /// Landmarks that were not found.
@@ -102,10 +104,15 @@ pub enum RetargetError {
         joints: String,
     },
     /// An override for something that is no landmark.
-    #[error("`{0}` is no landmark; landmarks are: {known}", known = super::LANDMARKS.map(super::Landmark::name).join(", "))]
+    #[error("`{}` is no landmark; landmarks are: {known}", excerpt(.0), known = super::LANDMARKS.map(super::Landmark::name).join(", "))]
     UnknownLandmark(String),
     /// An override names a joint that the recording does not have.
-    #[error("landmark `{landmark}`: the recording has no joint `{joint}`; its joints are: {joints}")]
+    #[error(
+        "landmark `{}`: the recording has no joint `{}`; its joints are: {}",
+        excerpt(landmark),
+        excerpt(joint),
+        excerpt(joints)
+    )]
     UnknownJoint {
         /// The landmark.
         landmark: String,
@@ -115,10 +122,10 @@ pub enum RetargetError {
         joints: String,
     },
     /// The clip has no frames.
-    #[error("clip `{0}` has no frames")]
+    #[error("clip `{}` has no frames", excerpt(.0))]
     EmptyClip(String),
     /// The humanoid does not say where its markers are.
-    #[error("humanoid `{humanoid}` has no marker for: {missing}; add links named marker_NAME to its URDF")]
+    #[error("humanoid `{}` has no marker for: {missing}; add links named marker_NAME to its URDF", excerpt(humanoid))]
     MissingMarkers {
         /// Its name.
         humanoid: String,

@@ -1,5 +1,7 @@
 //! From URDF joints to axes, degrees of freedom and what drives them.
 
+use std::collections::HashMap;
+
 use nalgebra::{Unit, Vector3};
 use roxmltree::Node;
 use urdf_rs::JointType;
@@ -51,8 +53,9 @@ pub(super) fn read(
             JointType::Planar => return Err(document.refuse(node, "planar joints are not supported")),
         });
     }
+    let by_name: HashMap<&str, usize> = robot.joints.iter().enumerate().map(|(i, j)| (j.name.as_str(), i)).collect();
     for &index in in_order.iter().filter(|&&i| robot.joints[i].mimic.is_some()) {
-        let drive = mimicked(document, robot, &axes, index)?;
+        let drive = mimicked(document, robot, &by_name, &axes, index)?;
         axes.kinds[index] = Some(single_axis(document, document.joint(index), &robot.joints[index], drive)?);
     }
     Ok(axes)
@@ -107,7 +110,13 @@ fn single_axis(
 }
 
 /// Follows a chain of mimics to the degree of freedom at its end: `m1 * (m2 * q + o2) + o1`.
-fn mimicked(document: &Document<'_>, robot: &urdf_rs::Robot, axes: &Axes, start: usize) -> Result<Drive, UrdfError> {
+fn mimicked(
+    document: &Document<'_>,
+    robot: &urdf_rs::Robot,
+    by_name: &HashMap<&str, usize>,
+    axes: &Axes,
+    start: usize,
+) -> Result<Drive, UrdfError> {
     let place = |index: usize| child(document.joint(index), "mimic").unwrap_or(document.joint(index));
     let (mut multiplier, mut offset) = (1.0, 0.0);
     let mut index = start;
@@ -123,7 +132,7 @@ fn mimicked(document: &Document<'_>, robot: &urdf_rs::Robot, axes: &Axes, start:
         };
         offset += multiplier * mimic.offset.unwrap_or(0.0);
         multiplier *= mimic.multiplier.unwrap_or(1.0);
-        index = robot.joints.iter().position(|j| j.name == mimic.joint).ok_or_else(|| {
+        index = by_name.get(mimic.joint.as_str()).copied().ok_or_else(|| {
             document.refuse(place(index), format!("mimics joint `{}`, which does not exist", mimic.joint))
         })?;
     }

@@ -5,6 +5,9 @@
 use roxmltree::Node;
 
 use super::UrdfError;
+use super::limits::{LONGEST_NAME, MOST_NODES, check_attributes};
+use crate::body::bounds::MOST_LINKS;
+use crate::input::excerpt;
 
 /// Deeper XML than this is not a URDF.
 const MAX_DEPTH: usize = 32;
@@ -71,10 +74,12 @@ pub(super) struct Document<'t> {
 
 impl<'t> Document<'t> {
     pub(super) fn parse(text: &'t str, file: &'t str) -> Result<Self, UrdfError> {
-        let xml = roxmltree::Document::parse(text).map_err(|e| UrdfError::NotXml {
-            file: file.to_owned(),
-            line: e.pos().row,
-            reason: e.to_string(),
+        let not_xml = |line, reason| UrdfError::NotXml { file: file.to_owned(), line, reason };
+        check_attributes(text).map_err(|(line, problem)| not_xml(line, problem))?;
+        let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
+        let xml = roxmltree::Document::parse_with_options(text, options).map_err(|e| match e {
+            roxmltree::Error::NodesLimitReached => not_xml(1, format!("more than {MOST_NODES} elements and texts")),
+            other => not_xml(other.pos().row, other.to_string()),
         })?;
         let robot = xml.root_element();
         let ids = |tag: &str| robot.children().filter(|n| n.has_tag_name(tag)).map(|n| n.id()).collect();
@@ -111,14 +116,24 @@ impl<'t> Document<'t> {
         }
     }
 
+    /// The error that `problem` of the whole robot is.
+    pub(super) fn refuse_robot(&self, problem: String) -> UrdfError {
+        self.refuse(self.xml.root_element(), problem)
+    }
+
     /// Checks every element that `urdf-rs` will read, then lets it read.
     pub(super) fn check_and_read(&self, text: &str) -> Result<urdf_rs::Robot, UrdfError> {
         let robot = self.xml.root_element();
         if !robot.has_tag_name("robot") {
             return Err(self.refuse(robot, "expected <robot> as the outermost element; is this a URDF?"));
         }
+        self.check_length(robot, "name")?;
         if self.links.is_empty() {
             return Err(self.refuse(robot, "no <link>; expected at least one"));
+        }
+        if let Some(&extra) = self.links.get(MOST_LINKS).or(self.joints.get(MOST_LINKS)) {
+            let extra = self.node(Some(&extra));
+            return Err(self.refuse(extra, format!("more than {MOST_LINKS} links or joints")));
         }
         if let Some(deep) = robot.descendants().find(|n| n.ancestors().nth(MAX_DEPTH).is_some()) {
             return Err(self.refuse(deep, format!("elements nested deeper than {MAX_DEPTH}")));
@@ -132,7 +147,7 @@ impl<'t> Document<'t> {
             self.check_geometries(part)?;
         }
         let read = urdf_rs::read_from_string(text)
-            .map_err(|e| self.refuse(robot, format!("urdf-rs cannot read this URDF: {e}")))?;
+            .map_err(|e| self.refuse(robot, format!("urdf-rs cannot read this URDF: {}", excerpt(&e.to_string()))))?;
         if read.links.len() != self.links.len() || read.joints.len() != self.joints.len() {
             return Err(self.refuse(robot, "urdf-rs read another number of links and joints than the text has"));
         }
@@ -145,8 +160,19 @@ impl<'t> Document<'t> {
             if node.attribute(attribute).is_none_or(|value| value.trim().is_empty()) {
                 return Err(self.refuse(node, format!("<{tag}> needs the attribute `{attribute}`")));
             }
+            if attribute != "filename" {
+                self.check_length(node, attribute)?;
+            }
         }
         Ok(())
+    }
+
+    fn check_length(&self, node: Node<'_, '_>, attribute: &str) -> Result<(), UrdfError> {
+        let length = node.attribute(attribute).map_or(0, |value| value.chars().count());
+        if length <= LONGEST_NAME {
+            return Ok(());
+        }
+        Err(self.refuse(node, format!("`{attribute}` has {length} characters; expected at most {LONGEST_NAME}")))
     }
 
     fn check_numbers(&self, node: Node<'_, '_>) -> Result<(), UrdfError> {
@@ -168,7 +194,10 @@ impl<'t> Document<'t> {
             if numbers.len() != count || !numbers.iter().all(sound) {
                 return Err(self.refuse(
                     node,
-                    format!("<{tag} {attribute}=\"{value}\">: expected {expected}, finite and at most {MAX_NUMBER}"),
+                    format!(
+                        "<{tag} {attribute}=\"{}\">: expected {expected}, finite and at most {MAX_NUMBER}",
+                        excerpt(value)
+                    ),
                 ));
             }
         }
@@ -210,6 +239,7 @@ impl<'t> Document<'t> {
             return Ok(());
         }
         for solid in link.children().filter(|n| n.has_tag_name("visual") || n.has_tag_name("collision")) {
+            self.check_length(solid, "name")?;
             let shape = child(solid, "geometry").and_then(|g| g.children().find(Node::is_element));
             if !shape.is_some_and(|s| SHAPES.contains(&s.tag_name().name())) {
                 let tag = solid.tag_name().name();

@@ -1,10 +1,12 @@
 //! What may be wrong with a URDF.
 
+use crate::input::{excerpt, limits, plain};
+
 /// Why a URDF cannot be used. Every message names the file, and the line and the link or joint where there is one.
 #[derive(Debug, thiserror::Error)]
 pub enum UrdfError {
     /// The file cannot be read.
-    #[error("{file}: cannot be read: {source}")]
+    #[error("{}: cannot be read: {source}", plain(file))]
     Unreadable {
         /// The URDF.
         file: String,
@@ -12,7 +14,11 @@ pub enum UrdfError {
         source: std::io::Error,
     },
     /// The text is longer than any URDF should be.
-    #[error("{file}: longer than {limit} bytes; a URDF is a short text with its meshes in files of their own")]
+    #[error(
+        "{}: longer than {}; a URDF is a short text with its meshes in files of their own",
+        plain(file),
+        limits::in_words(*limit as u64)
+    )]
     TooLong {
         /// The URDF.
         file: String,
@@ -20,7 +26,7 @@ pub enum UrdfError {
         limit: usize,
     },
     /// The text is not well-formed XML.
-    #[error("{file}:{line}: not well-formed XML: {reason}")]
+    #[error("{}:{line}: not well-formed XML: {}", plain(file), excerpt(reason))]
     NotXml {
         /// The URDF.
         file: String,
@@ -30,7 +36,7 @@ pub enum UrdfError {
         reason: String,
     },
     /// The text is XML but not a humanoid that we can use.
-    #[error("{file}:{line}: {element}: {problem}")]
+    #[error("{}:{line}: {}: {}", plain(file), excerpt(element), plain(problem))]
     Refused {
         /// The URDF.
         file: String,
@@ -42,7 +48,7 @@ pub enum UrdfError {
         problem: String,
     },
     /// No shipped robot has that name.
-    #[error("no robot `{name}` ships; there are: {known}")]
+    #[error("no robot `{}` ships; there are: {known}", excerpt(name))]
     NotShipped {
         /// The name asked for.
         name: String,

@@ -7,8 +7,10 @@ use roxmltree::Node;
 use urdf_rs::Geometry;
 
 use super::document::Document;
+use super::limits::Allowance;
 use super::{UrdfError, isometry, mesh};
 use crate::body::Flesh;
+use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
 /// Greatest extent of a solid, metres.
@@ -37,6 +39,7 @@ pub(super) fn flesh(
     node: Node<'_, '_>,
     link: &urdf_rs::Link,
     meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+    allowance: &Allowance,
 ) -> Result<Vec<Flesh>, UrdfError> {
     let nodes = |tag: &'static str| node.children().filter(move |n| n.has_tag_name(tag));
     let solids: Vec<Solid<'_, '_>> = if link.visual.is_empty() {
@@ -48,12 +51,13 @@ pub(super) fn flesh(
     let mut flesh = Vec::with_capacity(solids.len());
     let mut ends: Vec<End<'_, '_>> = Vec::new();
     for solid in &solids {
+        allowance.take_solid().map_err(|problem| document.refuse(solid.node, problem))?;
         match solid.taper_end(document)? {
             Some(end) => match ends.iter().position(|e| e.name == end.name) {
                 Some(other) => flesh.push(ends.swap_remove(other).join(document, &end)?),
                 None => ends.push(end),
             },
-            None => flesh.push(solid.flesh(document, meshes)?),
+            None => flesh.push(solid.flesh(document, meshes, allowance)?),
         }
     }
     match ends.first() {
@@ -84,7 +88,12 @@ impl<'a, 't> Solid<'a, 't> {
         Ok(Some(End { node: self.node, name, side, centre, radius: self.size(document, *radius)? }))
     }
 
-    fn flesh(&self, document: &Document<'_>, meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Flesh, UrdfError> {
+    fn flesh(
+        &self,
+        document: &Document<'_>,
+        meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+        allowance: &Allowance,
+    ) -> Result<Flesh, UrdfError> {
         self.check_place(document)?;
         let along_z = |half: f64, radius: f64| {
             let ends = [-half, half].map(|z| self.link_from_solid * Point3::new(0.0, 0.0, z));
@@ -111,9 +120,11 @@ impl<'a, 't> Solid<'a, 't> {
                 ],
             },
             Geometry::Mesh { filename, scale } => {
-                let refuse = |problem: String| document.refuse(self.node, format!("mesh `{filename}`: {problem}"));
+                let refuse =
+                    |problem: String| document.refuse(self.node, format!("mesh `{}`: {problem}", excerpt(filename)));
                 let bytes = meshes(filename).map_err(|e| refuse(format!("cannot be read: {e}")))?;
                 let (mut vertices, triangles) = mesh::read(filename, &bytes).map_err(refuse)?;
+                allowance.take_mesh(vertices.len(), triangles.len()).map_err(refuse)?;
                 let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(s.0));
                 for vertex in &mut vertices {
                     let scaled = Point3::from(vertex.coords.component_mul(&scale));

@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use nalgebra::Point3;
 
+use crate::input::excerpt;
+
 /// Vertices, and triangles that index them.
 pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
@@ -16,7 +18,7 @@ pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
     let mesh = match ending.as_str() {
         "stl" => stl(bytes)?,
         "obj" => obj(&String::from_utf8_lossy(bytes))?,
-        _ => return Err(format!("ending `.{ending}` is not supported; convert it to .stl or .obj")),
+        _ => return Err(format!("ending `.{}` is not supported; convert it to .stl or .obj", excerpt(&ending))),
     };
     if mesh.1.is_empty() {
         return Err("has no triangles".to_owned());
@@ -127,10 +129,9 @@ fn obj_index(word: &str, vertices: usize, line: usize) -> Result<u32, String> {
         Some(i) => i.checked_sub(1),
         None => None,
     };
-    index
-        .filter(|&i| i >= 0 && (i as u64) < vertices as u64)
-        .and_then(|i| u32::try_from(i).ok())
-        .ok_or_else(|| format!("line {line}: corner `{word}` names no vertex above it (there are {vertices})"))
+    index.filter(|&i| i >= 0 && (i as u64) < vertices as u64).and_then(|i| u32::try_from(i).ok()).ok_or_else(|| {
+        format!("line {line}: corner `{}` names no vertex above it (there are {vertices})", excerpt(word))
+    })
 }
 
 fn three<'a>(words: impl Iterator<Item = &'a str>, line: usize) -> Result<[f64; 3], String> {

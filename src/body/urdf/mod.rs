@@ -9,6 +9,7 @@ mod axes;
 mod document;
 mod error;
 mod geometry;
+mod limits;
 mod markers;
 mod mesh;
 mod package;
@@ -24,9 +25,8 @@ pub use error::UrdfError;
 use markers::MarkerSet;
 
 use super::{Humanoid, Inertia, Joint, Link};
+use crate::input::{self, limits::ROBOT};
 
-/// Greatest size of a URDF text, bytes.
-const MAX_TEXT: usize = 1 << 24;
 /// Greatest mass of a link, kilograms.
 const MAX_MASS: f64 = 1e5;
 
@@ -38,8 +38,8 @@ impl Humanoid {
     /// [`UrdfError`] names the line and the link or joint at fault, what was expected and what to do.
     pub fn from_urdf(text: &str, file: &str, meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Self, UrdfError> {
         let text = text.trim_start_matches('\u{feff}').trim_end_matches(|c: char| c == '\0' || c.is_whitespace());
-        if text.len() > MAX_TEXT {
-            return Err(UrdfError::TooLong { file: file.to_owned(), limit: MAX_TEXT });
+        if text.len() as u64 > ROBOT {
+            return Err(UrdfError::TooLong { file: file.to_owned(), limit: ROBOT as usize });
         }
         let document = Document::parse(text, file)?;
         let robot = document.check_and_read(text)?;
@@ -48,12 +48,13 @@ impl Humanoid {
         let axes = axes::read(&document, &robot, &tree, &mut notes)?;
 
         let (mut links, mut joints, mut markers) = (Vec::new(), Vec::new(), MarkerSet::default());
+        let allowance = limits::Allowance::default();
         let mut ours = vec![0; robot.links.len()];
         for &index in &tree.links {
             let node = document.link(index);
             let link = Link {
                 name: robot.links[index].name.clone(),
-                flesh: geometry::flesh(&document, node, &robot.links[index], meshes)?,
+                flesh: geometry::flesh(&document, node, &robot.links[index], meshes, &allowance)?,
                 inertia: inertia(&document, node, &robot.links[index].inertial)?,
             };
             if let Some(above) = tree.joint_above[index] {
@@ -78,7 +79,10 @@ impl Humanoid {
         if markers.iter().all(Option::is_none) {
             markers = markers::recognised(&links);
         }
-        Ok(Self { name: robot.name, links, joints, degrees_of_freedom: axes.degrees_of_freedom, markers, notes })
+        let body =
+            Self { name: robot.name, links, joints, degrees_of_freedom: axes.degrees_of_freedom, markers, notes };
+        body.check_bounds().map_err(|problem| document.refuse_robot(problem))?;
+        Ok(body)
     }
 
     /// Reads a URDF file. Meshes are looked for beside it, `package://` ones upwards from its directory.
@@ -88,11 +92,7 @@ impl Humanoid {
     pub fn load(path: &Path) -> Result<Self, UrdfError> {
         let file = path.display().to_string();
         let unreadable = |source| UrdfError::Unreadable { file: file.clone(), source };
-        let length = std::fs::metadata(path).map_err(unreadable)?.len();
-        if length > MAX_TEXT as u64 {
-            return Err(UrdfError::TooLong { file, limit: MAX_TEXT });
-        }
-        let bytes = std::fs::read(path).map_err(unreadable)?;
+        let bytes = input::read(path, ROBOT).map_err(unreadable)?;
         let text = String::from_utf8(bytes).map_err(|e| UrdfError::NotXml {
             file: file.clone(),
             line: 1,

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::UrdfError;
 use super::document::{Document, child};
+use crate::input::excerpt;
 
 /// The links of a URDF, parents first.
 pub(super) struct Tree {
@@ -107,5 +108,5 @@ fn cycle(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree, start: us
     path.push(link);
     let names: Vec<&str> = path.iter().rev().map(|&l| robot.links[l].name.as_str()).collect();
     let place = tree.joint_above[link].map_or(document.link(link), |j| document.joint(j));
-    document.refuse(place, format!("the links form a cycle ({}); cut one joint", names.join(" -> ")))
+    document.refuse(place, format!("the links form a cycle ({}); cut one joint", excerpt(&names.join(" -> "))))
 }

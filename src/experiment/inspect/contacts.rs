@@ -130,12 +130,15 @@ impl WorstContact {
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read, or a picture of another kind.
-pub fn inspect_contacts(name: &str, picture: Option<&Path>) -> Result<ContactSummary, ExperimentError> {
+pub fn inspect_contacts(name: &Path, picture: Option<&Path>) -> Result<ContactSummary, ExperimentError> {
     let kind = picture.map(|path| Picture::of(path).map(|kind| (path, kind))).transpose()?;
     let (body, motion, notes) = moved(name)?;
     let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
     let dynamics = Dynamics::of_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
-    let summary = ContactSummary { notes, ..ContactSummary::of(name, &body, &motion, &contacts, dynamics.as_ref()) };
+    let summary = ContactSummary {
+        notes,
+        ..ContactSummary::of(&name.display().to_string(), &body, &motion, &contacts, dynamics.as_ref())
+    };
     if let Some((path, kind)) = kind {
         let chart = chart(&summary, &contacts, dynamics.as_ref());
         let text = match kind {
@@ -167,9 +170,9 @@ impl Picture {
 }
 
 /// The body that moves, its motion, and what a user should know of it.
-fn moved(name: &str) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
-    if Path::new(name).is_dir() {
-        let truth = BenchmarkSet::read(Path::new(name))?.truth.ground_truth;
+fn moved(name: &Path) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
+    if name.is_dir() {
+        let truth = BenchmarkSet::read(name)?.truth.ground_truth;
         let motion = truth.motion();
         return Ok((truth.actor, motion, Vec::new()));
     }

@@ -14,6 +14,7 @@ use serde::Serialize;
 use super::partial_file::put;
 use super::{EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
 use crate::body::SHIPPED_ROBOTS;
+use crate::input::{self, limits};
 
 pub use clip::ClipSummary;
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
@@ -46,14 +47,14 @@ enum Kind {
     Set,
 }
 
-/// Looks at what `name` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held `against`
+/// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held `against`
 /// another of the same motions, and have its pictures written to `page`.
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read or is nothing of ours.
-pub fn inspect(name: &str, against: Option<&Path>, page: Option<&Path>) -> Result<Inspected, ExperimentError> {
-    let path = Path::new(name);
-    let kind = kind_of(name, path)?;
+pub fn inspect(path: &Path, against: Option<&Path>, page: Option<&Path>) -> Result<Inspected, ExperimentError> {
+    let kind = kind_of(path)?;
+    let name = path.display().to_string();
     if kind != Kind::Model {
         let of_models = [("--against", against.is_some()), ("--out", page.is_some())];
         if let Some((argument, _)) = of_models.into_iter().find(|(_, given)| *given) {
@@ -62,8 +63,8 @@ pub fn inspect(name: &str, against: Option<&Path>, page: Option<&Path>) -> Resul
         }
     }
     Ok(match kind {
-        Kind::Clip => Inspected::Clip(ClipSummary::of(&clip_file::read_whole(name)?)),
-        Kind::Robot => Inspected::Robot(RobotSummary::of(name, &robot::read(name, path)?)),
+        Kind::Clip => Inspected::Clip(ClipSummary::of(&clip_file::read_whole(path)?)),
+        Kind::Robot => Inspected::Robot(RobotSummary::of(&name, &robot::read(&name, path)?)),
         Kind::Set => Inspected::Set(SetSummary::read(path)?),
         Kind::Model => {
             let model = LearnedModel::read(path)?;
@@ -77,14 +78,14 @@ pub fn inspect(name: &str, against: Option<&Path>, page: Option<&Path>) -> Resul
     })
 }
 
-fn kind_of(name: &str, path: &Path) -> Result<Kind, ExperimentError> {
-    if name.starts_with("embedded:") {
+fn kind_of(path: &Path) -> Result<Kind, ExperimentError> {
+    if path.as_os_str().as_encoded_bytes().starts_with(b"embedded:") {
         return Ok(Kind::Clip);
     }
     if path.is_dir() {
         return Ok(Kind::Set);
     }
-    if SHIPPED_ROBOTS.iter().any(|(known, _)| *known == name) && !path.exists() {
+    if SHIPPED_ROBOTS.iter().any(|(known, _)| path == Path::new(known)) && !path.exists() {
         return Ok(Kind::Robot);
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
@@ -110,7 +111,7 @@ fn kind_of(name: &str, path: &Path) -> Result<Kind, ExperimentError> {
 fn starts_with(path: &Path, wanted: &[u8; 2]) -> Result<bool, ExperimentError> {
     use std::io::Read;
     let mut found = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(2).read_to_end(&mut found));
+    let read = input::open(path, limits::ARRAYS).and_then(|file| file.take(2).read_to_end(&mut found));
     read.map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })?;
     Ok(found == wanted)
 }

@@ -32,6 +32,7 @@ use super::error::read_file;
 use super::{ExperimentError, json_tree, to_json};
 use crate::benchmark_set::{Array, Npz, SetError, Values, body_from_json, body_to_json};
 use crate::body::Humanoid;
+use crate::input::{excerpt, limits};
 use crate::motion_model::gpdm::{DynamicsKernel, GpdmParts};
 use crate::motion_model::gpdm_graph::GpdmGraph;
 use crate::motion_model::pose_chart::ROOT_DIMENSIONS;
@@ -56,7 +57,7 @@ impl LearnedModel {
     /// # Errors
     /// [`ExperimentError`] that names the file where it cannot be read, is damaged, unfinished or of a newer version.
     pub fn read(path: &Path) -> Result<Self, ExperimentError> {
-        let model = Self::from_bytes(path, &read_file(path)?)?;
+        let model = Self::from_bytes(path, &read_file(path, limits::ARRAYS)?)?;
         if !model.facts.whole {
             let detail = "the training of this model was interrupted; run the same skiagraph train again to finish it";
             return Err(malformed(path, detail));
@@ -139,8 +140,8 @@ fn facts_of(path: &Path, npz: &Npz) -> Result<ModelFacts, ExperimentError> {
     let Tag { schema } = json_tree::value_of_file(bytes).map_err(in_facts)?;
     if schema != MODEL_SCHEMA {
         let detail = match schema.strip_prefix("skiagraph.model/") {
-            Some(_) => format!("written as {schema}, this program reads {MODEL_SCHEMA}; update skiagraph"),
-            None => format!("schema {schema:?}, expected {MODEL_SCHEMA:?}"),
+            Some(_) => format!("written as {}, this program reads {MODEL_SCHEMA}; update skiagraph", excerpt(&schema)),
+            None => format!("schema {:?}, expected {MODEL_SCHEMA:?}", excerpt(&schema)),
         };
         return Err(malformed(path, detail));
     }

@@ -6,6 +6,13 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
+use crate::input::{excerpt, harmless, plain};
+
+/// Characters of a line that are shown.
+const SHOWN_OF_LINE: usize = 160;
+/// Characters of a long line that are shown before the mark.
+const SHOWN_BEFORE: usize = 100;
+
 /// One thing that is wrong with a scenario: printed as `file:line: key: what`, the line itself and a caret below.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Complaint {
@@ -48,23 +55,37 @@ impl Place {
     }
 }
 
+impl Place {
+    /// The part of the line that is shown, how many characters of it stand before the mark, and the mark's width: of a line that is
+    /// longer than a screen, the part around the mark.
+    fn window(&self) -> (String, usize, usize) {
+        let is_long = self.text.chars().nth(SHOWN_OF_LINE).is_some();
+        let first = if is_long { self.column.saturating_sub(SHOWN_BEFORE) } else { 0 };
+        let text: String = self.text.chars().skip(first).take(SHOWN_OF_LINE).map(harmless).collect();
+        let skip = self.column - 1 - first;
+        let width = self.width.min(text.chars().count().saturating_sub(skip)).max(1);
+        (text, skip, width)
+    }
+}
+
 fn floor_char_boundary(text: &str, index: usize) -> usize {
     (0..=index.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
 }
 
 impl fmt::Display for Complaint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.origin)?;
+        write!(f, "{}", excerpt(&self.origin))?;
         if let Some(place) = &self.place {
             write!(f, ":{}", place.line)?;
         }
         if !self.key.is_empty() {
-            write!(f, ": {}", self.key)?;
+            write!(f, ": {}", excerpt(&self.key))?;
         }
-        write!(f, ": {}", self.message)?;
-        if let Some(Place { line, column, width, text }) = &self.place {
-            let gutter = line.to_string().len();
-            write!(f, "\n  {line} | {text}\n  {:gutter$} | {:skip$}{}", "", "", "^".repeat(*width), skip = column - 1)?;
+        write!(f, ": {}", plain(&self.message))?;
+        if let Some(place) = &self.place {
+            let (text, skip, width) = place.window();
+            let (line, gutter) = (place.line, place.line.to_string().len());
+            write!(f, "\n  {line} | {text}\n  {:gutter$} | {:skip$}{}", "", "", "^".repeat(width))?;
         }
         Ok(())
     }
@@ -101,6 +122,10 @@ fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<Entry<'a, 'i>> {
 
 /// The candidate that a misspelt word most likely means: two letters away, or a third of them.
 pub(crate) fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // nobody misspells a name by so much, and the table of distances grows with the word
+    if word.len() > 256 {
+        return None;
+    }
     let (distance, best) = candidates.into_iter().map(|c| (edit_distance(word, c), c)).min_by_key(|(d, _)| *d)?;
     let letters = word.chars().count();
     (distance < letters && distance <= (letters / 3).max(2)).then_some(best)
@@ -150,6 +175,23 @@ mod tests {
         let complaint =
             Complaint { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
         assert_eq!(complaint.to_string(), "f.toml:4: t.key: bad\n  4 | key = -4 # x\n    |       ^^");
+    }
+
+    #[test]
+    fn of_a_line_of_a_million_characters_the_part_around_the_mark_is_shown() {
+        let text = format!("a = [{}]\nb = \"\u{1b}[2J{}\"\n", "1, ".repeat(300_000), "x".repeat(1_000_000));
+        let span = text.find(" 1]").or(text.rfind("1, ]")).unwrap();
+        let place = Place::of(&text, &(span..span + 1));
+        let shown =
+            Complaint { origin: "f".into(), place: Some(place), key: "a".into(), message: "bad".into() }.to_string();
+        assert!(shown.len() < 400, "{}", shown.len());
+        let lines: Vec<&str> = shown.lines().collect();
+        let caret = lines[2].find('^').unwrap();
+        assert_eq!(&lines[1][caret..caret + 2], "1,");
+        let place = Place::of(&text, &locate(&text, "b").unwrap().value);
+        let shown =
+            Complaint { origin: "f".into(), place: Some(place), key: "b".into(), message: "bad".into() }.to_string();
+        assert!(shown.chars().count() < 500 && !shown.contains('\u{1b}'), "{shown}");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use super::{
     ActorSettings, AnnealedParticleFilterSettings, CameraSettings, ContactMode, LatentKind, LatentTrackerSettings,
     MotionSettings, OracleSettings, PropSettings, RingSettings, Scenario, TrackerSettings,
 };
+use crate::input::excerpt;
 use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::detector;
 use crate::tracker::{FilterSettings, SettingError, SilhouetteSettings};
@@ -23,6 +24,19 @@ pub(crate) struct Problem {
 type Verdict = Result<(), Problem>;
 
 const MAX_IMAGE_SIDE: u32 = 8192;
+/// Greatest focal length and coordinate of a principal point, pixels.
+const GREATEST_PIXELS: f64 = 1e7;
+/// Greatest coefficient of a lens's distortion.
+const GREATEST_DISTORTION: f64 = 1e4;
+const MOST_SEEDS: u32 = 100_000;
+const MOST_CLIPS: usize = 1_000;
+const MOST_PROPS: usize = 1_000;
+const MOST_CAMERAS: usize = 64;
+const MOST_METHODS: usize = 64;
+/// Greatest coordinate, metres.
+const FARTHEST: f64 = 1e4;
+/// Characters of a name of a prop or camera.
+const LONGEST_NAME: usize = 200;
 
 impl Scenario {
     /// The first value that makes no sense by itself, in the order of the format.
@@ -32,14 +46,15 @@ impl Scenario {
             "name",
             !self.name.is_empty() && self.name.len() <= 64 && self.name.chars().all(plain),
             "1 to 64 letters, digits, `-` or `_`",
-            format!("{:?}", self.name),
+            format!("{:?}", excerpt(&self.name)),
         )?;
-        within("seeds", self.seeds, 1..=100_000)?;
+        within("seeds", self.seeds, 1..=MOST_SEEDS)?;
         let repeated = self.layers.iter().enumerate().any(|(i, layer)| self.layers[..i].contains(layer));
         require("layers", !repeated, "each layer once", format!("{:?}", self.layers).to_lowercase())?;
         motion("motion", &self.motion)?;
         if let Some(training) = &self.training {
             require("training.clips", !training.clips.is_empty(), "at least one [[training.clips]]", "none")?;
+            at_most("training.clips", training.clips.len(), MOST_CLIPS, "recordings")?;
             for (i, clip) in training.clips.iter().enumerate() {
                 motion(&format!("training.clips[{i}]"), clip)?;
             }
@@ -49,21 +64,30 @@ impl Scenario {
             within("tracker_body.mismatch.percent.length", length, 0.0..=50.0)?;
             within("tracker_body.mismatch.percent.girth", girth, 0.0..=50.0)?;
         }
+        at_most("prop", self.prop.len(), MOST_PROPS, "props")?;
         for (i, p) in self.prop.iter().enumerate() {
             prop(&format!("prop[{i}]"), p)?;
             let again = self.prop[..i].iter().any(|other| other.name == p.name);
-            require(&format!("prop[{i}].name"), !again, "each prop its own name", format!("{:?} twice", p.name))?;
+            require(
+                &format!("prop[{i}].name"),
+                !again,
+                "each prop its own name",
+                format!("{:?} twice", excerpt(&p.name)),
+            )?;
         }
         if let Some(r) = &self.rig.ring {
             ring(r)?;
         }
+        at_most("rig.camera", self.rig.camera.len(), MOST_CAMERAS, "cameras")?;
         for (i, c) in self.rig.camera.iter().enumerate() {
             camera(&format!("rig.camera[{i}]"), c)?;
         }
         require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
+        at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
-            require(&prefix, name.len() <= 64 && name.chars().all(plain), "letters, digits, `-` or `_`", name)?;
+            let sound = name.len() <= 64 && name.chars().all(plain);
+            require(&prefix, sound, "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
             settings.first_problem(&prefix)?;
             let key = format!("{prefix}{}", settings.name());
             let needed = settings.learns() || matches!(settings, TrackerSettings::NearestTrainingPose(_));
@@ -109,7 +133,7 @@ fn motion(table: &str, m: &MotionSettings) -> Verdict {
     }
     if let Some(hash) = &m.sha256 {
         let sound = hash.len() == 64 && hash.chars().all(|c| c.is_ascii_hexdigit());
-        require(&format!("{table}.sha256"), sound, "64 hexadecimal digits", format!("{hash:?}"))?;
+        require(&format!("{table}.sha256"), sound, "64 hexadecimal digits", format!("{:?}", excerpt(hash)))?;
     }
     Ok(())
 }
@@ -136,11 +160,11 @@ fn actor(a: &ActorSettings) -> Verdict {
 }
 
 fn prop(table: &str, p: &PropSettings) -> Verdict {
-    require(&format!("{table}.name"), !p.name.is_empty(), "a name", "nothing")?;
+    name(&format!("{table}.name"), &p.name)?;
     for (key, length) in p.shape.lengths() {
         within(&format!("{table}.shape.{key}"), length, 0.001..=1000.0)?;
     }
-    for (key, values, most) in [("place_m", p.place_m, 1e4), ("rotation_deg", p.rotation_deg, 360.0)] {
+    for (key, values, most) in [("place_m", p.place_m, FARTHEST), ("rotation_deg", p.rotation_deg, 360.0)] {
         for value in values {
             within(&format!("{table}.{key}"), value, -most..=most)?;
         }
@@ -154,7 +178,7 @@ fn ring(r: &RingSettings) -> Verdict {
     within("rig.ring.height_m", r.height_m, -1000.0..=1000.0)?;
     above_ground("rig.ring.height_m", r.height_m)?;
     for (i, coordinate) in r.look_at_m.into_iter().flatten().enumerate() {
-        within(&format!("rig.ring.look_at_m[{i}]"), coordinate, -1e4..=1e4)?;
+        within(&format!("rig.ring.look_at_m[{i}]"), coordinate, -FARTHEST..=FARTHEST)?;
     }
     within("rig.ring.first_azimuth_deg", r.first_azimuth_deg, -360.0..=360.0)?;
     within("rig.ring.field_of_view_deg", r.field_of_view_deg, 1.0..=170.0)?;
@@ -163,11 +187,16 @@ fn ring(r: &RingSettings) -> Verdict {
 
 fn camera(table: &str, c: &CameraSettings) -> Verdict {
     image_size(&format!("{table}.size_px"), c.size_px)?;
-    let [[fx, skew, _], [k10, fy, _], bottom] = c.matrix;
+    if let Some(given) = &c.name {
+        name(&format!("{table}.name"), given)?;
+    }
+    let [[fx, skew, cx], [k10, fy, cy], bottom] = c.matrix;
     let key = format!("{table}.matrix");
     let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
     require(&key, finite(c.matrix.as_flattened()), "finite numbers", "one that is not")?;
     require(&key, fx > 0.0 && fy > 0.0, "focal lengths fx and fy above 0 px", format_args!("{fx} and {fy}"))?;
+    let sound = [fx, fy, cx, cy].iter().all(|number| number.abs() <= GREATEST_PIXELS);
+    require(&key, sound, format_args!("numbers of at most {GREATEST_PIXELS} px"), format!("{:?}", c.matrix))?;
     require(
         &key,
         skew == 0.0 && k10 == 0.0 && bottom == [0.0, 0.0, 1.0],
@@ -179,12 +208,14 @@ fn camera(table: &str, c: &CameraSettings) -> Verdict {
     let error = (r * r.transpose() - nalgebra::Matrix3::identity()).norm();
     require(&key, error < 1e-3, "orthonormal rows", format!("{:?}", c.rotation))?;
     require(&key, r.determinant() > 0.0, "a rotation (determinant +1)", "a reflection (determinant -1)")?;
-    require(&format!("{table}.distortion"), finite(&c.distortion), "finite numbers", "one that is not")?;
+    let sound = c.distortion.iter().all(|number| number.abs() <= GREATEST_DISTORTION);
+    let expected = format_args!("numbers of at most {GREATEST_DISTORTION}");
+    require(&format!("{table}.distortion"), sound, expected, format!("{:?}", c.distortion))?;
     let key = format!("{table}.translation_m");
     require(
         &key,
-        c.translation_m.iter().all(|t| t.abs() <= 1e4),
-        "metres within 10000",
+        c.translation_m.iter().all(|t| t.abs() <= FARTHEST),
+        format_args!("metres within {FARTHEST}"),
         format!("{:?}", c.translation_m),
     )?;
     let centre = -(r.transpose() * nalgebra::Vector3::from(c.translation_m));
@@ -238,8 +269,18 @@ fn latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) ->
         &format!("{table}.model.detector"),
         known,
         "\"short_term_pca\", \"speed_minima\" or \"every_frame\"",
-        learning.detector,
+        excerpt(&learning.detector),
     )
+}
+
+fn name(key: &str, name: &str) -> Verdict {
+    let length = name.chars().count();
+    let expected = format_args!("a name of 1 to {LONGEST_NAME} characters");
+    require(key, (1..=LONGEST_NAME).contains(&length), expected, format_args!("{length}"))
+}
+
+fn at_most(key: &str, found: usize, most: usize, what: &str) -> Verdict {
+    require(key, found <= most, format_args!("at most {most} {what}"), found)
 }
 
 fn oracle(table: &str, s: &OracleSettings) -> Verdict {

@@ -8,9 +8,13 @@ use serde_json::{Map, Value};
 use super::complaint::{Complaint, Place, locate};
 use super::tree::{settings_of, tree_of};
 use super::{Scenario, TrackerSettings};
+use crate::input::{self, foreign, limits, plain};
 
 /// The scenario that runs when none is named: `scenarios/walk.toml`.
 pub const DEFAULT_SCENARIO: &str = include_str!("../../../scenarios/walk.toml");
+
+/// Parts of a dotted key; no setting has more than five.
+const MOST_SEGMENTS: usize = 16;
 
 /// A scenario and where its relative paths start.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +33,7 @@ pub struct ScenarioFile {
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
-    #[error("{path}: cannot read the scenario: {source}", path = path.display())]
+    #[error("{}: cannot read the scenario: {source}", plain(path.display()))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -47,7 +51,7 @@ impl ScenarioFile {
     /// # Errors
     /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or a value that makes no sense.
     pub fn open(path: &Path, overrides: &[String]) -> Result<Self, ScenarioError> {
-        let text = std::fs::read_to_string(path)
+        let text = input::read_to_string(path, limits::SETTINGS)
             .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         Self::parse(&text, &path.display().to_string(), folder, overrides)
@@ -142,6 +146,10 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Compla
         .split_once('=')
         .ok_or_else(|| complain("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
     let value = parse_value(value.trim()).map_err(|e| complain(&e))?;
+    // a table lies within a table for every dot
+    if key.split('.').count() > MOST_SEGMENTS {
+        return Err(complain(&format!("expected a key of at most {MOST_SEGMENTS} parts between dots, found more")));
+    }
     let mut segments: Vec<&str> = key.trim().split('.').collect();
     let Some(last) = segments.pop().filter(|s| !s.is_empty()) else {
         return Err(complain("expected a key before `=`"));
@@ -171,7 +179,7 @@ fn parse_value(text: &str) -> Result<Value, String> {
     match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
         Ok(value) => Ok(value),
         Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::String(text.to_owned())),
-        Err(e) => Err(format!("the value is not TOML: {}", e.message())),
+        Err(e) => Err(format!("the value is not TOML: {}", foreign(e.message()))),
     }
 }
 

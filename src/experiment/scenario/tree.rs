@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::complaint::{Complaint, Place, did_you_mean, locate};
 use crate::experiment::json_tree;
+use crate::input::{self, excerpt};
 
 /// What a text says, as a tree.
 pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
@@ -17,7 +18,7 @@ pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
         message: match e.message() {
             // TOML for all that, but in 64 bits
             "JSON number out of range" => "the number is out of range".to_owned(),
-            other => format!("not TOML: {other}"),
+            other => format!("not TOML: {}", input::foreign(other)),
         },
     })
 }
@@ -106,17 +107,23 @@ const PLAIN_WORDS: [(&str, &str); 8] = [
     ("expected fewer elements in array", "expected fewer numbers"),
 ];
 
+/// Of serde's message about an unknown word: what it is, the word, and what serde expected there.
+fn unknown(message: &str) -> Option<(&'static str, &str, &str)> {
+    let kinds = [("unknown field `", "unknown key"), ("unknown variant `", "unknown name")];
+    let (rest, what) = kinds.iter().find_map(|(begin, what)| Some((message.strip_prefix(begin)?, *what)))?;
+    let end = rest.rfind("`, expected ").or_else(|| rest.rfind("`, there are no "))?;
+    Some((what, &rest[..end], &rest[end + 1..]))
+}
+
 /// Serde's message for somebody who writes a scenario.
 fn in_plain_words(message: &str) -> String {
-    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    match quoted.split_first() {
-        Some((word, known)) if message.starts_with("unknown field") || message.starts_with("unknown variant") => {
-            let what = if message.starts_with("unknown field") { "unknown key" } else { "unknown name" };
-            let guess = did_you_mean(word, known.iter().copied());
-            let guess = guess.map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
-            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            format!("{what} `{word}`{guess} (known here: {known})")
-        }
-        _ => PLAIN_WORDS.iter().fold(message.to_owned(), |message, (from, to)| message.replace(from, to)),
+    if let Some((what, word, expected)) = unknown(message) {
+        // the word may hold anything, what is expected is ours
+        let known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
+        let guess = did_you_mean(word, known.iter().copied());
+        let guess = guess.map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        return format!("{what} `{}`{guess} (known here: {known})", excerpt(word));
     }
+    PLAIN_WORDS.iter().fold(input::foreign(message), |message, (from, to)| message.replace(from, to))
 }

@@ -1,0 +1,92 @@
+//! How much a URDF may hold: bounded before anything is built of it.
+
+use std::cell::Cell;
+
+use crate::body::bounds::{MOST_SOLIDS, MOST_TRIANGLES};
+
+/// Attributes that one element may have; those of a URDF have at most eight, beside namespaces on `<robot>`.
+const MOST_ATTRIBUTES: usize = 64;
+/// Elements, comments and stretches of text that a URDF may have.
+pub(super) const MOST_NODES: u32 = 200_000;
+/// Characters of a name.
+pub(super) const LONGEST_NAME: usize = 200;
+
+/// The line of the first element with too many attributes and what is wrong, told by a count of `=` inside tags: the XML reader
+/// compares every attribute with every other.
+pub(super) fn check_attributes(text: &str) -> Result<(), (u32, String)> {
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while let Some(open) = text[at..].find('<').map(|found| at + found) {
+        let closing = [("<!--", "-->"), ("<![CDATA[", "]]>")].iter().find(|(begin, _)| text[open..].starts_with(begin));
+        if let Some((_, end)) = closing {
+            let Some(length) = text[open..].find(end) else { return Ok(()) };
+            at = open + length + end.len();
+            continue;
+        }
+        let (mut attributes, mut quote) = (0, None);
+        at = open + 1;
+        while at < bytes.len() {
+            match (bytes[at], quote) {
+                (byte, Some(begun)) if byte == begun => quote = None,
+                (b'"' | b'\'', None) => quote = Some(bytes[at]),
+                (b'=', None) => attributes += 1,
+                (b'>' | b'<', None) => break,
+                _ => {}
+            }
+            at += 1;
+        }
+        if attributes > MOST_ATTRIBUTES {
+            let line = text[..open].matches('\n').count() as u32 + 1;
+            return Err((line, format!("an element of {attributes} attributes; expected at most {MOST_ATTRIBUTES}")));
+        }
+    }
+    Ok(())
+}
+
+/// How much geometry a robot may still have.
+pub(super) struct Allowance {
+    solids: Cell<usize>,
+    triangles: Cell<usize>,
+}
+
+impl Default for Allowance {
+    fn default() -> Self {
+        Self { solids: Cell::new(MOST_SOLIDS), triangles: Cell::new(MOST_TRIANGLES) }
+    }
+}
+
+impl Allowance {
+    /// One more solid, or what is wrong with that.
+    pub(super) fn take_solid(&self) -> Result<(), String> {
+        take(&self.solids, 1, || format!("more than {MOST_SOLIDS} solids on all links together"))
+    }
+
+    /// One more mesh, or what is wrong with that.
+    pub(super) fn take_mesh(&self, vertices: usize, triangles: usize) -> Result<(), String> {
+        take(&self.triangles, vertices.max(triangles), || {
+            format!(
+                "with it the meshes have more than {MOST_TRIANGLES} triangles or vertices, each counted as often as it is named; \
+                 simplify the meshes"
+            )
+        })
+    }
+}
+
+fn take(left: &Cell<usize>, wanted: usize, refused: impl FnOnce() -> String) -> Result<(), String> {
+    left.set(left.get().checked_sub(wanted).ok_or_else(refused)?);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn attributes_are_counted_by_element_and_not_in_comments_or_values() {
+        let tag = |count: usize| format!("<a {}/>", "b=\"=<>'\" ".repeat(count));
+        assert_eq!(check_attributes(&tag(64).repeat(3)), Ok(()));
+        assert_eq!(check_attributes(&format!("<!-- {} don't -->{}", "=".repeat(1000), tag(3))), Ok(()));
+        let (line, problem) = check_attributes(&format!("<r>\n{}\n{}", tag(2), tag(65))).unwrap_err();
+        assert_eq!((line, problem.as_str()), (3, "an element of 65 attributes; expected at most 64"));
+    }
+}

@@ -1,0 +1,11 @@
+//! What every reader of foreign files shares: how large a file may be, and how its text is quoted in messages.
+//!
+//! A file is read only if it is a regular file within the limit of its kind ([`limits`]); devices, pipes and directories are
+//! refused before they are opened. Messages quote at most 200 characters of a file and no control characters.
+
+mod file;
+pub(crate) mod limits;
+mod quote;
+
+pub(crate) use file::{open, read, read_to_string};
+pub(crate) use quote::{excerpt, foreign, harmless, plain};

@@ -1,0 +1,100 @@
+//! Text of a file or a command line as messages may show it: short, and without characters that steer a terminal.
+
+use std::fmt::{Display, Write};
+
+/// Characters of an input that a message quotes at most.
+const SHOWN: usize = 200;
+
+/// Characters that a whole message has at most.
+const LONGEST_MESSAGE: usize = 1200;
+
+/// At most [`SHOWN`] characters of a text, on one line.
+pub(crate) fn excerpt(text: &str) -> String {
+    shortened(text.chars().map(harmless), SHOWN)
+}
+
+/// A message or a path without control characters; of one that is too long its beginning.
+pub(crate) fn plain(message: impl Display) -> String {
+    let mut writer = Harmless { text: String::new(), characters: 0 };
+    write!(writer, "{message}").ok();
+    if writer.characters > LONGEST_MESSAGE { shortened(writer.text.chars(), LONGEST_MESSAGE) } else { writer.text }
+}
+
+/// What another crate says of an input. Its messages quote the input and then say `, expected ...`: the former is cut, the latter
+/// is kept.
+pub(crate) fn foreign(message: impl Display) -> String {
+    let message = message.to_string();
+    let (found, expected) = match message.rfind(", expected ") {
+        Some(at) => message.split_at(at),
+        None => (message.as_str(), ""),
+    };
+    plain(format_args!("{}{expected}", excerpt(found)))
+}
+
+/// Takes a message character by character, so that a huge one is never held.
+struct Harmless {
+    text: String,
+    characters: usize,
+}
+
+impl Write for Harmless {
+    fn write_str(&mut self, piece: &str) -> std::fmt::Result {
+        let room = (LONGEST_MESSAGE + 1).saturating_sub(self.characters);
+        self.text.extend(piece.chars().take(room).map(harmless));
+        self.characters += piece.chars().take(room).count();
+        Ok(())
+    }
+}
+
+fn shortened(characters: impl Iterator<Item = char>, most: usize) -> String {
+    let mut characters = characters.peekable();
+    let mut text: String = characters.by_ref().take(most).collect();
+    if characters.peek().is_some() {
+        text.pop();
+        text.push('…');
+    }
+    text
+}
+
+/// The character, or one that stands for it where it would steer a terminal or turn the direction of writing.
+pub(crate) fn harmless(character: char) -> char {
+    match character {
+        '\n' | '\r' | '\t' | '\u{2028}' | '\u{2029}' => ' ',
+        '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}' => '\u{fffd}',
+        c if c.is_control() => '\u{fffd}',
+        c => c,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_excerpt_has_200_characters_at_most_whatever_their_bytes() {
+        assert_eq!(excerpt("short"), "short");
+        assert_eq!(excerpt(&"é".repeat(200)), "é".repeat(200));
+        let cut = excerpt(&"é".repeat(201));
+        assert_eq!((cut.chars().count(), cut.chars().last()), (200, Some('…')));
+    }
+
+    #[test]
+    fn control_characters_and_turns_of_direction_are_taken_out() {
+        assert_eq!(plain("a\u{1b}[2Jb\r\nc\u{9b}d\u{202e}e"), "a\u{fffd}[2Jb  c\u{fffd}d\u{fffd}e");
+        assert_eq!(excerpt("two\nlines"), "two lines");
+    }
+
+    #[test]
+    fn of_another_crates_message_the_quote_is_cut_and_the_expectation_kept() {
+        let message = format!("unknown field `{}`, expected one of `a`, `b`", "x".repeat(5000));
+        let shown = foreign(&message);
+        assert!(shown.starts_with("unknown field `xxx") && shown.ends_with("…, expected one of `a`, `b`"), "{shown}");
+        assert!(shown.matches('x').count() < 200 + 2);
+        assert_eq!(foreign("missing field `name`"), "missing field `name`");
+    }
+
+    #[test]
+    fn a_message_is_never_longer_than_a_screen() {
+        assert_eq!(plain("y".repeat(100_000)).chars().count(), LONGEST_MESSAGE);
+    }
+}
