@@ -24,6 +24,7 @@ mod shape;
 mod shipped;
 mod silhouette;
 mod tangent;
+mod upright;
 mod urdf;
 
 pub use flesh::Flesh;

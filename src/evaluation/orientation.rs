@@ -11,8 +11,8 @@ pub(super) const BODY: Metric = Metric {
     title: "Body orientation error",
     unit: Unit::Degree,
     direction: Direction::LowerIsBetter,
-    protocol: "geodesic angle between the true and the estimated rotation of the root link (pelvis, X forward, Z up) in \
-               the world; mean over frames",
+    protocol: "geodesic angle between the true and the estimated rotation in the world of the body's axes at its root \
+               (X forward, Y left, Z up at the zero pose, told by hips and thorax); mean over frames",
     measure: body,
 };
 
@@ -22,8 +22,8 @@ pub(super) const HEADING: Metric = Metric {
     title: "Heading error",
     unit: Unit::Degree,
     direction: Direction::LowerIsBetter,
-    protocol: "absolute difference of the headings (twist of the root link's rotation about the vertical, swing removed); \
-               mean over frames",
+    protocol: "absolute difference of the headings (twist of that rotation about the vertical, swing removed); mean over \
+               frames",
     measure: heading,
 };
 

@@ -64,7 +64,8 @@ impl ContactPair<'_> {
     }
 }
 
-/// `world_from_root` rotations of actor and estimate. Both root links must have the same axes (X forward, Z up).
+/// Rotations of actor and estimate in the world: of the body's axes X forward, Y left, Z up as its root carries them
+/// ([`crate::body::Humanoid::root_from_body`]), whatever the axes of the root link.
 #[derive(Clone, Copy, Debug)]
 pub struct RootRotations<'a> {
     /// Of the actor.

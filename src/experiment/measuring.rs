@@ -148,8 +148,9 @@ impl Answer<'_> {
         let body = &set.blind.start.body;
         let markers: Vec<Markers> = self.poses.iter().map(|pose| body.markers(&body.link_frames(pose))).collect();
         let truth_markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
-        let truth_roots: Vec<_> = truth.frames.iter().map(|frame| frame.pose.world_from_root.rotation).collect();
-        let roots: Vec<_> = self.poses.iter().map(|pose| Some(pose.world_from_root.rotation)).collect();
+        let axes = [&truth.actor, body].map(|body| body.root_from_body());
+        let truth_roots: Vec<_> = truth.frames.iter().map(|f| f.pose.world_from_root.rotation * axes[0]).collect();
+        let roots: Vec<_> = self.poses.iter().map(|pose| Some(pose.world_from_root.rotation * axes[1])).collect();
         let both = !truth_energy.is_empty() && !self.energy.is_empty();
         let motion = Motion { frames_per_second: truth.frames_per_second, poses: self.poses.to_vec() };
         let touching = truth_touching.and_then(|_| Touching::new(body, &motion, &truth.props));

@@ -5,11 +5,12 @@
 //! hand is turned about its own length: there the average means that the subject on the whole looks ahead and holds its
 //! hands untwisted. Feet are flat when they are lowest.
 
-use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::anatomy::{SEGMENTS, Segment, SubjectFrame};
 use super::solver::OrientationGoal;
-use crate::body::{Humanoid, Landmark, Pose, rotation_from_vector, rotation_vector};
+use crate::body::upright::from_axes;
+use crate::body::{Humanoid, Landmark, LinkPoint, Pose, rotation_from_vector, rotation_vector};
 
 /// Share of the frames, those in which ankle and ball of the foot are lowest, that show the foot flat on the ground.
 const FLAT_SHARE: f64 = 0.1;
@@ -25,17 +26,26 @@ fn metres_per_radian(segment: Segment) -> f64 {
     }
 }
 
+/// A marker this near the origin of its link, metres, says that the link begins there: a foot at the ankle, a hand at the
+/// wrist.
+const BEGINS_HERE: f64 = 0.1;
+
 /// The link that is the segment: the carrier of its marker, or the link of that name.
 fn link_of(humanoid: &Humanoid, segment: Segment) -> Option<usize> {
     let carrier = |landmark: Landmark| humanoid.markers[landmark as usize].map(|m| m.link);
+    let end = |name: &str, landmark: Landmark| {
+        let begins = |m: &LinkPoint| m.point_in_link.coords.norm() < BEGINS_HERE;
+        let found = || humanoid.markers[landmark as usize].filter(begins).map(|m| m.link);
+        humanoid.find_link(name).or_else(found)
+    };
     match segment {
         Segment::Pelvis => carrier(Landmark::Pelvis),
         Segment::Thorax => carrier(Landmark::Thorax).filter(|link| Some(*link) != carrier(Landmark::Pelvis)),
         Segment::Head => carrier(Landmark::HeadTop),
-        Segment::LeftHand => humanoid.find_link("left_hand"),
-        Segment::RightHand => humanoid.find_link("right_hand"),
-        Segment::LeftFoot => humanoid.find_link("left_foot"),
-        Segment::RightFoot => humanoid.find_link("right_foot"),
+        Segment::LeftHand => end("left_hand", Landmark::LeftWrist),
+        Segment::RightHand => end("right_hand", Landmark::RightWrist),
+        Segment::LeftFoot => end("left_foot", Landmark::LeftAnkle),
+        Segment::RightFoot => end("right_foot", Landmark::RightAnkle),
         Segment::LeftToes => humanoid.find_link("left_toes"),
         Segment::RightToes => humanoid.find_link("right_toes"),
     }
@@ -57,12 +67,13 @@ pub(super) struct Calibration(Vec<Follower>);
 impl Calibration {
     /// From poses that positions alone gave for some frames of the subject.
     pub(super) fn new(humanoid: &Humanoid, subject: &[SubjectFrame], posed: &[(usize, Pose)]) -> Self {
+        let rest = humanoid.body_from_links();
         let follow = |(segment, part): (usize, &Segment)| {
             let link = link_of(humanoid, *part)?;
             let side = usize::from(matches!(part, Segment::RightFoot | Segment::RightToes));
             let joint_from_link = match part {
                 Segment::LeftFoot | Segment::RightFoot | Segment::LeftToes | Segment::RightToes => {
-                    let flat = flat_foot(subject, segment, side);
+                    let flat = flat_foot(subject, segment, side, &rest[link]);
                     if flat.is_empty() {
                         mean_rotation(&posed_offsets(humanoid, subject, posed, segment, link))
                     } else {
@@ -103,15 +114,21 @@ fn posed_offsets(
     posed.iter().filter_map(offset).collect()
 }
 
-/// Joint from foot in the frames in which the foot lies flat: X along the foot over the ground, Z up.
-fn flat_foot(subject: &[SubjectFrame], segment: usize, side: usize) -> Vec<UnitQuaternion<f64>> {
+/// Joint from foot in the frames in which the foot lies flat, as it does at the body's zero pose (`rest`): its X along the foot
+/// over the ground, Z up.
+fn flat_foot(
+    subject: &[SubjectFrame],
+    segment: usize,
+    side: usize,
+    rest: &UnitQuaternion<f64>,
+) -> Vec<UnitQuaternion<f64>> {
     let ankle = [Landmark::LeftAnkle, Landmark::RightAnkle][side] as usize;
     let mut feet: Vec<(f64, UnitQuaternion<f64>)> = subject
         .iter()
         .filter_map(|frame| {
             let (ankle, ball) = (frame.markers[ankle]?, frame.toes[side]?);
             let flat = heading(&ankle, &ball)?;
-            Some((ankle.z + ball.z, frame.rotations[segment]?.inverse() * flat))
+            Some((ankle.z + ball.z, frame.rotations[segment]?.inverse() * flat * rest))
         })
         .collect();
     feet.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -123,12 +140,6 @@ fn flat_foot(subject: &[SubjectFrame], segment: usize, side: usize) -> Vec<UnitQ
 fn heading(from: &Point3<f64>, to: &Point3<f64>) -> Option<UnitQuaternion<f64>> {
     let ahead = Vector3::new(to.x - from.x, to.y - from.y, 0.0).try_normalize(1e-6)?;
     Some(from_axes(ahead, Vector3::z().cross(&ahead)))
-}
-
-/// The rotation whose X and Y axes are these perpendicular unit vectors.
-pub(super) fn from_axes(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
-    let axes = Matrix3::from_columns(&[x, y, x.cross(&y)]);
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
 /// The rotation with the least sum of squared angles to all others (Moakher 2002), by fixed-point iteration.

@@ -2,9 +2,9 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::calibration::from_axes;
 use super::continuity::follow;
 use super::solver::{AngleGoal, Goals, PointGoal, Solution, Solver};
+use crate::body::upright::from_axes;
 use crate::body::{Humanoid, Landmark, Markers, Pose};
 
 /// How a fit weighs what markers leave open.

@@ -61,12 +61,14 @@ pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: b
 /// Lowest point of every foot of every pose in which it lies flat; of all feet where none ever does.
 fn soles(humanoid: &Humanoid, motion: &Motion) -> Vec<Point3<f64>> {
     let feet = humanoid.foot_links();
+    let rest = humanoid.body_from_links();
     let mut frames = LinkFrames::default();
     let (mut flat, mut all) = (Vec::new(), Vec::new());
     for pose in &motion.poses {
         humanoid.link_frames_into(pose, &mut frames);
         for foot in &feet {
-            let upright = foot.first().map_or(0.0, |&link| (frames[link].rotation * Vector3::z()).z);
+            let up = |link: usize| frames[link].rotation * (rest[link].inverse() * Vector3::z());
+            let upright = foot.first().map_or(0.0, |&link| up(link).z);
             let Some(lowest) = humanoid.lowest_point(&frames, foot) else { continue };
             all.push(lowest);
             if upright > FLAT {

@@ -134,8 +134,7 @@ pub enum RetargetError {
     },
 }
 
-/// Makes a clip a motion of `template` scaled to the subject. The template's links must have the world's axes at its zero pose
-/// (X forward, Y left, Z up), as the shipped robots have.
+/// Makes a clip a motion of `template` scaled to the subject. The template stands upright with its feet flat at its zero pose.
 ///
 /// # Errors
 /// [`RetargetError`] when the clip is empty, its landmarks cannot be found, or the template has no markers.

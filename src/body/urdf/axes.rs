@@ -33,11 +33,18 @@ pub(super) fn read(
 ) -> Result<Axes, UrdfError> {
     let mut axes = Axes { kinds: vec![None; robot.joints.len()], degrees_of_freedom: Vec::new() };
     let in_order: Vec<usize> = tree.links.iter().filter_map(|&l| tree.joint_above[l]).collect();
-    for &index in in_order.iter().filter(|&&i| robot.joints[i].mimic.is_none()) {
+    let mimics = |index: usize| robot.joints[index].mimic.is_some() && robot.joints[index].joint_type != JointType::Fixed;
+    for &index in in_order.iter().filter(|&&i| !mimics(i)) {
         let (joint, node) = (&robot.joints[index], document.joint(index));
         let first = axes.degrees_of_freedom.len();
         axes.kinds[index] = Some(match joint.joint_type {
-            JointType::Fixed => JointKind::Fixed,
+            JointType::Fixed => {
+                if let Some(mimic) = &joint.mimic {
+                    let name = &joint.name;
+                    notes.push(format!("joint `{name}`: fixed, so <mimic joint=\"{}\"> is ignored", mimic.joint));
+                }
+                JointKind::Fixed
+            }
             JointType::Revolute | JointType::Continuous | JointType::Prismatic => {
                 axes.degrees_of_freedom.push(limited(node, joint, notes));
                 single_axis(document, node, joint, Drive::direct(first))?
@@ -50,11 +57,15 @@ pub(super) fn read(
                 axes.degrees_of_freedom.extend(free(&joint.name, &["x", "y", "z", "rx", "ry", "rz"]));
                 JointKind::Floating { first }
             }
-            JointType::Planar => return Err(document.refuse(node, "planar joints are not supported")),
+            JointType::Planar => {
+                let problem = "planar joints are only supported between a root without geometry and the body; \
+                               write two prismatic and one continuous joint";
+                return Err(document.refuse(node, problem));
+            }
         });
     }
     let by_name: HashMap<&str, usize> = robot.joints.iter().enumerate().map(|(i, j)| (j.name.as_str(), i)).collect();
-    for &index in in_order.iter().filter(|&&i| robot.joints[i].mimic.is_some()) {
+    for &index in in_order.iter().filter(|&&i| mimics(i)) {
         let drive = mimicked(document, robot, &by_name, &axes, index)?;
         axes.kinds[index] = Some(single_axis(document, document.joint(index), &robot.joints[index], drive)?);
     }

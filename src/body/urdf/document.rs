@@ -1,6 +1,9 @@
 //! The XML behind a robot: where its elements stand, and the checks that make `urdf-rs` safe to call.
 //!
-//! `urdf-rs` accepts NaN, skips words that are no numbers, and names neither line nor element in its errors.
+//! `urdf-rs` accepts NaN, skips words that are no numbers, and names neither line nor element in its errors. It also refuses
+//! a file for parts that no body needs (a `<texture>` without a name, say): it is only shown the elements in [`NEEDED`].
+
+use std::borrow::Cow;
 
 use roxmltree::Node;
 
@@ -26,14 +29,6 @@ const NUMBERS: &[(&str, &str, usize, bool, bool)] = &[
     ("limit", "velocity", 1, false, true),
     ("mimic", "multiplier", 1, false, false),
     ("mimic", "offset", 1, false, false),
-    ("dynamics", "damping", 1, false, false),
-    ("dynamics", "friction", 1, false, false),
-    ("calibration", "rising", 1, false, false),
-    ("calibration", "falling", 1, false, false),
-    ("safety_controller", "soft_lower_limit", 1, false, true),
-    ("safety_controller", "soft_upper_limit", 1, false, true),
-    ("safety_controller", "k_position", 1, false, true),
-    ("safety_controller", "k_velocity", 1, true, true),
     ("mass", "value", 1, true, false),
     ("inertia", "ixx", 1, true, false),
     ("inertia", "ixy", 1, true, false),
@@ -61,7 +56,21 @@ const WORDS: &[(&str, &str, &str)] = &[
     ("geometry", "mesh", "filename"),
 ];
 
-const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "spherical"];
+/// Element and those of its children that a body is made of; all other elements are passed over.
+const NEEDED: &[(&str, &[&str])] = &[
+    ("robot", &["link", "joint"]),
+    ("link", &["inertial", "visual", "collision"]),
+    ("inertial", &["origin", "mass", "inertia"]),
+    ("visual", &["origin", "geometry"]),
+    ("collision", &["origin", "geometry"]),
+    ("geometry", &SHAPES),
+    ("joint", &["origin", "parent", "child", "axis", "limit", "mimic"]),
+];
+
+/// More XML name spaces without declaration than this are not mended.
+const MAX_UNDECLARED: usize = 16;
+
+const JOINT_TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
 const SHAPES: [&str; 5] = ["sphere", "cylinder", "capsule", "box", "mesh"];
 
 /// A URDF's XML. Links and joints are counted in the order in which `urdf-rs` lists them.
@@ -139,19 +148,29 @@ impl<'t> Document<'t> {
             return Err(self.refuse(deep, format!("elements nested deeper than {MAX_DEPTH}")));
         }
         for part in robot.children().filter(|n| n.has_tag_name("link") || n.has_tag_name("joint")) {
-            for node in part.descendants().filter(Node::is_element) {
+            for node in part.descendants().filter(|n| n.is_element() && n.ancestors().all(|a| is_needed(&a))) {
                 self.check_words(node)?;
                 self.check_numbers(node)?;
             }
             self.check_joint(part)?;
             self.check_geometries(part)?;
         }
-        let read = urdf_rs::read_from_string(text)
+        let read = urdf_rs::read_from_string(&self.needed(text))
             .map_err(|e| self.refuse(robot, format!("urdf-rs cannot read this URDF: {}", excerpt(&e.to_string()))))?;
         if read.links.len() != self.links.len() || read.joints.len() != self.joints.len() {
             return Err(self.refuse(robot, "urdf-rs read another number of links and joints than the text has"));
         }
         Ok(read)
+    }
+
+    /// The text with blanks in place of every element that no body needs.
+    fn needed(&self, text: &str) -> String {
+        let mut bytes = text.as_bytes().to_vec();
+        let passed_over = self.xml.descendants().filter(|n| n.is_element() && !is_needed(n));
+        for range in passed_over.map(|n| n.range()) {
+            bytes[range].iter_mut().filter(|b| !b.is_ascii_whitespace()).for_each(|b| *b = b' ');
+        }
+        String::from_utf8_lossy(&bytes).into_owned()
     }
 
     fn check_words(&self, node: Node<'_, '_>) -> Result<(), UrdfError> {
@@ -176,11 +195,6 @@ impl<'t> Document<'t> {
     }
 
     fn check_numbers(&self, node: Node<'_, '_>) -> Result<(), UrdfError> {
-        // other tools' extensions borrow the names of shapes (pinocchio's <collision_checking>)
-        let in_geometry = node.parent_element().is_some_and(|parent| parent.has_tag_name("geometry"));
-        if SHAPES.contains(&node.tag_name().name()) && !in_geometry {
-            return Ok(());
-        }
         for &(tag, attribute, count, required, infinite) in NUMBERS.iter().filter(|n| node.has_tag_name(n.0)) {
             let expected = if count == 1 { "a number".to_owned() } else { format!("{count} numbers") };
             let Some(value) = node.attribute(attribute) else {
@@ -192,10 +206,11 @@ impl<'t> Document<'t> {
             let numbers: Vec<Option<f64>> = value.split_whitespace().map(|w| w.parse().ok()).collect();
             let sound = |n: &Option<f64>| n.is_some_and(|n| n.abs() <= MAX_NUMBER || (infinite && !n.is_nan()));
             if numbers.len() != count || !numbers.iter().all(sound) {
+                let xacro = if value.contains("${") { "; expand the macros first: `xacro FILE > robot.urdf`" } else { "" };
                 return Err(self.refuse(
                     node,
                     format!(
-                        "<{tag} {attribute}=\"{}\">: expected {expected}, finite and at most {MAX_NUMBER}",
+                        "<{tag} {attribute}=\"{}\">: expected {expected}, finite and at most {MAX_NUMBER}{xacro}",
                         excerpt(value)
                     ),
                 ));
@@ -209,9 +224,6 @@ impl<'t> Document<'t> {
             return Ok(());
         }
         let kind = joint.attribute("type").unwrap_or_default();
-        if kind == "planar" {
-            return Err(self.refuse(joint, "planar joints are not supported; write two prismatic and one continuous"));
-        }
         if !JOINT_TYPES.contains(&kind) {
             return Err(self.refuse(joint, format!("unknown joint type `{kind}`; expected {}", JOINT_TYPES.join(", "))));
         }
@@ -265,6 +277,25 @@ impl<'t> Document<'t> {
             .and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)))
             .unwrap_or((1, 0))
     }
+}
+
+/// Whether a body is made of this element, as far as its parent and itself tell.
+fn is_needed(node: &Node<'_, '_>) -> bool {
+    let Some(parent) = node.parent_element() else { return true };
+    let children = NEEDED.iter().find(|(tag, _)| parent.has_tag_name(*tag)).map_or(&[][..], |(_, children)| children);
+    children.iter().any(|tag| node.has_tag_name(*tag))
+}
+
+/// The text with every XML name space declared that it uses without (`<xacro:...>`, `<controller:...>`): those elements are
+/// passed over anyway.
+pub(super) fn with_name_spaces(text: &str) -> Cow<'_, str> {
+    let mut text = Cow::Borrowed(text);
+    for _ in 0..MAX_UNDECLARED {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = roxmltree::Document::parse(&text) else { break };
+        let Some(at) = text.find("<robot").map(|at| at + "<robot".len()) else { break };
+        text.to_mut().insert_str(at, &format!(" xmlns:{prefix}=\"urn:undeclared\""));
+    }
+    text
 }
 
 /// The first child element of that name.

@@ -9,7 +9,7 @@ use urdf_rs::Geometry;
 use super::document::Document;
 use super::limits::Allowance;
 use super::{UrdfError, isometry, mesh};
-use crate::body::Flesh;
+use crate::body::{Flesh, Link};
 use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
@@ -33,31 +33,102 @@ struct End<'a, 't> {
     radius: f64,
 }
 
-/// What casts the shadow of a link.
+/// Where meshes come from, and which could not be had.
+pub(super) struct Meshes<'a> {
+    fetch: &'a dyn Fn(&str) -> io::Result<Vec<u8>>,
+    /// Names as the URDF gives them, each once.
+    missing: Vec<String>,
+    /// How often one was asked for.
+    misses: usize,
+    /// What is wrong with the first.
+    first: Option<UrdfError>,
+    /// How much geometry the robot may still have.
+    allowance: Allowance,
+}
+
+/// How many missing meshes a note lists.
+const LISTED: usize = 8;
+
+impl<'a> Meshes<'a> {
+    pub(super) fn new(fetch: &'a dyn Fn(&str) -> io::Result<Vec<u8>>) -> Self {
+        Self { fetch, missing: Vec::new(), misses: 0, first: None, allowance: Allowance::default() }
+    }
+
+    fn miss(&mut self, document: &Document<'_>, node: Node<'_, '_>, name: &str, reason: &str) {
+        self.misses += 1;
+        if !self.missing.iter().any(|known| known == name) {
+            self.missing.push(name.to_owned());
+        }
+        let problem = || {
+            format!(
+                "mesh `{}`: {reason}; nothing else of this body can be drawn: put its meshes where the URDF says, or \
+                 give its links <visual> solids",
+                excerpt(name)
+            )
+        };
+        self.first.get_or_insert_with(|| document.refuse(node, problem()));
+    }
+
+    /// A note on meshes that were left out; `None` of none.
+    ///
+    /// # Errors
+    /// The first missing mesh where the links have no flesh without them.
+    pub(super) fn note(self, links: &[Link]) -> Result<Option<String>, UrdfError> {
+        let Some(first) = self.first else { return Ok(None) };
+        if links.iter().all(|link| link.flesh.is_empty()) {
+            return Err(first);
+        }
+        let listed: Vec<String> = self.missing.iter().take(LISTED).map(|name| excerpt(name)).collect();
+        let more = match self.missing.len() - listed.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let count = self.missing.len();
+        Ok(Some(format!(
+            "{count} of the meshes cannot be read and are left out: {}{more}; the body lacks their shape",
+            listed.join(", ")
+        )))
+    }
+}
+
+/// What casts the shadow of a link: its visual solids. Where it has none, or one of their meshes is missing, its collision
+/// solids do.
 pub(super) fn flesh(
     document: &Document<'_>,
     node: Node<'_, '_>,
     link: &urdf_rs::Link,
-    meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-    allowance: &Allowance,
+    meshes: &mut Meshes<'_>,
 ) -> Result<Vec<Flesh>, UrdfError> {
     let nodes = |tag: &'static str| node.children().filter(move |n| n.has_tag_name(tag));
-    let solids: Vec<Solid<'_, '_>> = if link.visual.is_empty() {
-        let collisions = nodes("collision").zip(&link.collision);
-        collisions.map(|(node, c)| Solid::new(node, &c.name, &c.origin, &c.geometry)).collect()
-    } else {
-        nodes("visual").zip(&link.visual).map(|(node, v)| Solid::new(node, &v.name, &v.origin, &v.geometry)).collect()
-    };
+    let visuals = nodes("visual").zip(&link.visual);
+    let visuals: Vec<_> = visuals.map(|(node, v)| Solid::new(node, &v.name, &v.origin, &v.geometry)).collect();
+    let misses = meshes.misses;
+    let flesh = joined(document, &visuals, meshes)?;
+    if !visuals.is_empty() && meshes.misses == misses {
+        return Ok(flesh);
+    }
+    let collisions = nodes("collision").zip(&link.collision);
+    let collisions: Vec<_> = collisions.map(|(node, c)| Solid::new(node, &c.name, &c.origin, &c.geometry)).collect();
+    let instead = joined(document, &collisions, meshes)?;
+    Ok(if instead.is_empty() { flesh } else { instead })
+}
+
+/// The flesh of solids, with the ends of tapered capsules joined.
+fn joined(
+    document: &Document<'_>,
+    solids: &[Solid<'_, '_>],
+    meshes: &mut Meshes<'_>,
+) -> Result<Vec<Flesh>, UrdfError> {
     let mut flesh = Vec::with_capacity(solids.len());
     let mut ends: Vec<End<'_, '_>> = Vec::new();
-    for solid in &solids {
-        allowance.take_solid().map_err(|problem| document.refuse(solid.node, problem))?;
+    for solid in solids {
+        meshes.allowance.take_solid().map_err(|problem| document.refuse(solid.node, problem))?;
         match solid.taper_end(document)? {
             Some(end) => match ends.iter().position(|e| e.name == end.name) {
                 Some(other) => flesh.push(ends.swap_remove(other).join(document, &end)?),
                 None => ends.push(end),
             },
-            None => flesh.push(solid.flesh(document, meshes, allowance)?),
+            None => flesh.extend(solid.flesh(document, meshes)?),
         }
     }
     match ends.first() {
@@ -88,18 +159,14 @@ impl<'a, 't> Solid<'a, 't> {
         Ok(Some(End { node: self.node, name, side, centre, radius: self.size(document, *radius)? }))
     }
 
-    fn flesh(
-        &self,
-        document: &Document<'_>,
-        meshes: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-        allowance: &Allowance,
-    ) -> Result<Flesh, UrdfError> {
+    /// `None` of a mesh that cannot be had.
+    fn flesh(&self, document: &Document<'_>, meshes: &mut Meshes<'_>) -> Result<Option<Flesh>, UrdfError> {
         self.check_place(document)?;
         let along_z = |half: f64, radius: f64| {
             let ends = [-half, half].map(|z| self.link_from_solid * Point3::new(0.0, 0.0, z));
             Flesh::TaperedCapsule(TaperedCapsule { a: ends[0], b: ends[1], radius_a: radius, radius_b: radius })
         };
-        Ok(match self.geometry {
+        Ok(Some(match self.geometry {
             Geometry::Sphere { radius } => along_z(0.0, self.size(document, *radius)?),
             Geometry::Capsule { radius, length } => {
                 let radius = self.size(document, *radius)?;
@@ -122,9 +189,19 @@ impl<'a, 't> Solid<'a, 't> {
             Geometry::Mesh { filename, scale } => {
                 let refuse =
                     |problem: String| document.refuse(self.node, format!("mesh `{}`: {problem}", excerpt(filename)));
-                let bytes = meshes(filename).map_err(|e| refuse(format!("cannot be read: {e}")))?;
+                let fetched = match mesh::unsupported(filename) {
+                    Some(reason) => Err(reason),
+                    None => (meshes.fetch)(filename).map_err(|e| format!("cannot be read: {e}")),
+                };
+                let bytes = match fetched {
+                    Ok(bytes) => bytes,
+                    Err(reason) => {
+                        meshes.miss(document, self.node, filename, &reason);
+                        return Ok(None);
+                    }
+                };
                 let (mut vertices, triangles) = mesh::read(filename, &bytes).map_err(refuse)?;
-                allowance.take_mesh(vertices.len(), triangles.len()).map_err(refuse)?;
+                meshes.allowance.take_mesh(vertices.len(), triangles.len()).map_err(refuse)?;
                 let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(s.0));
                 for vertex in &mut vertices {
                     let scaled = Point3::from(vertex.coords.component_mul(&scale));
@@ -135,7 +212,7 @@ impl<'a, 't> Solid<'a, 't> {
                 }
                 Flesh::Mesh { vertices, triangles }
             }
-        })
+        }))
     }
 
     fn size(&self, document: &Document<'_>, size: f64) -> Result<f64, UrdfError> {

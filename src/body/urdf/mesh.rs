@@ -1,24 +1,39 @@
-//! Triangle meshes: STL (binary and text) and Wavefront OBJ, positions and faces only.
+//! Triangle meshes: STL (binary and text), Wavefront OBJ and Collada, positions and faces only.
 
 use std::collections::HashMap;
 
 use nalgebra::Point3;
 
+use super::collada;
 use crate::input::excerpt;
 
 /// Vertices, and triangles that index them.
 pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
+
+/// Why a mesh of that name cannot be read, if so.
+pub(super) fn unsupported(name: &str) -> Option<String> {
+    let ending = ending(name);
+    let known = ["stl", "obj", "dae"].contains(&ending.as_str());
+    (!known).then(|| format!("ending `.{ending}` is not supported; convert it to .stl, .obj or .dae"))
+}
+
+fn ending(name: &str) -> String {
+    name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase()
+}
 
 /// Reads a mesh by the ending of its name.
 ///
 /// # Errors
 /// What is wrong, for a message that already names the mesh.
 pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
-    let ending = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
-    let mesh = match ending.as_str() {
+    if let Some(reason) = unsupported(name) {
+        return Err(reason);
+    }
+    let text = || String::from_utf8_lossy(bytes);
+    let mesh = match ending(name).as_str() {
         "stl" => stl(bytes)?,
-        "obj" => obj(&String::from_utf8_lossy(bytes))?,
-        _ => return Err(format!("ending `.{}` is not supported; convert it to .stl or .obj", excerpt(&ending))),
+        "dae" => collada::read(&text())?,
+        _ => obj(&text())?,
     };
     if mesh.1.is_empty() {
         return Err("has no triangles".to_owned());
@@ -171,7 +186,8 @@ mod tests {
     #[test]
     fn broken_meshes_say_what_is_wrong() {
         let message = |name: &str, bytes: &[u8]| read(name, bytes).unwrap_err();
-        assert!(message("m.dae", b"").contains("convert it to .stl or .obj"));
+        assert!(message("m.glb", b"").contains("convert it to .stl, .obj or .dae"));
+        assert!(message("m.dae", b"").contains("not well-formed XML"));
         assert!(message("m.stl", b"").contains("neither a binary STL"));
         assert!(message("m.stl", b"solid empty\nendsolid").contains("no triangles"));
         assert!(message("m.stl", b"solid s\nvertex 1 2\n").contains("line 2: expected 3 numbers"));
@@ -187,7 +203,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_bytes_make_the_readers_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300), text in "[vf0-9 /.\n-]{0,80}") {
-            for name in ["m.stl", "m.obj"] {
+            for name in ["m.stl", "m.obj", "m.dae"] {
                 let _ = read(name, &bytes);
                 let _ = read(name, text.as_bytes());
                 let _ = read(name, format!("solid{text}").as_bytes());

@@ -3,9 +3,10 @@
 //! What casts the shadow is a link's `<visual>` elements, or its `<collision>` elements where it has no visual. Two
 //! visual balls named `taper:NAME:a` and `taper:NAME:b` on one link are the ends of one tapered capsule; any other
 //! URDF tool shows the two balls. A fixed, empty link `marker_NAME` with [`super::Landmark::name`] places a marker and
-//! is not kept as a link; bodies without such links get the markers that [`markers`] recognises by their link names.
+//! is not kept as a link; markers without such a link are proposed by [`markers`] from names and shape.
 
 mod axes;
+mod collada;
 mod document;
 mod error;
 mod geometry;
@@ -22,6 +23,7 @@ use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use document::Document;
 pub use error::UrdfError;
+use geometry::Meshes;
 use markers::MarkerSet;
 
 use super::{Humanoid, Inertia, Joint, Link};
@@ -29,6 +31,8 @@ use crate::input::{self, limits::ROBOT};
 
 /// Greatest mass of a link, kilograms.
 const MAX_MASS: f64 = 1e5;
+/// Moments of inertia that are negative by no more than this were rounded off by whatever wrote them: 0, kg m^2.
+const ROUNDED_OFF: f64 = 1e-9;
 
 impl Humanoid {
     /// Builds a humanoid from the text of a URDF; `file` is its name in messages, `meshes` fetches the bytes of a mesh
@@ -41,20 +45,21 @@ impl Humanoid {
         if text.len() as u64 > ROBOT {
             return Err(UrdfError::TooLong { file: file.to_owned(), limit: ROBOT as usize });
         }
-        let document = Document::parse(text, file)?;
-        let robot = document.check_and_read(text)?;
-        let tree = tree::order(&document, &robot)?;
+        let text = document::with_name_spaces(text);
+        let document = Document::parse(&text, file)?;
+        let robot = document.check_and_read(&text)?;
         let mut notes = Vec::new();
+        let tree = tree::order(&document, &robot, &mut notes)?;
         let axes = axes::read(&document, &robot, &tree, &mut notes)?;
 
         let (mut links, mut joints, mut markers) = (Vec::new(), Vec::new(), MarkerSet::default());
-        let allowance = limits::Allowance::default();
         let mut ours = vec![0; robot.links.len()];
+        let mut meshes = Meshes::new(meshes);
         for &index in &tree.links {
             let node = document.link(index);
             let link = Link {
                 name: robot.links[index].name.clone(),
-                flesh: geometry::flesh(&document, node, &robot.links[index], meshes, &allowance)?,
+                flesh: geometry::flesh(&document, node, &robot.links[index], &mut meshes)?,
                 inertia: inertia(&document, node, &robot.links[index].inertial)?,
             };
             if let Some(above) = tree.joint_above[index] {
@@ -76,12 +81,11 @@ impl Humanoid {
             ours[index] = links.len();
             links.push(link);
         }
-        if markers.iter().all(Option::is_none) {
-            markers = markers::recognised(&links);
-        }
-        let body =
-            Self { name: robot.name, links, joints, degrees_of_freedom: axes.degrees_of_freedom, markers, notes };
+        notes.extend(meshes.note(&links)?);
+        let degrees_of_freedom = axes.degrees_of_freedom;
+        let mut body = Self { name: robot.name, links, joints, degrees_of_freedom, markers, notes };
         body.check_bounds().map_err(|problem| document.refuse_robot(problem))?;
+        markers::propose(&mut body);
         Ok(body)
     }
 
@@ -127,11 +131,12 @@ fn inertia(
     }
     let link_from_inertia = isometry(&inertial.origin);
     let i = &inertial.inertia;
-    if i.ixx < 0.0 || i.iyy < 0.0 || i.izz < 0.0 {
+    if [i.ixx, i.iyy, i.izz].iter().any(|moment| *moment < -ROUNDED_OFF) {
         return Err(document.refuse(place, "a negative moment of inertia; ixx, iyy and izz must be 0 or more"));
     }
+    let [ixx, iyy, izz] = [i.ixx, i.iyy, i.izz].map(|moment| moment.max(0.0));
     let rotation = link_from_inertia.rotation.to_rotation_matrix();
-    let tensor = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+    let tensor = Matrix3::new(ixx, i.ixy, i.ixz, i.ixy, iyy, i.iyz, i.ixz, i.iyz, izz);
     Ok(Some(Inertia {
         mass,
         centre_of_mass: link_from_inertia.translation.vector.into(),

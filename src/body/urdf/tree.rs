@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use urdf_rs::JointType;
+
 use super::UrdfError;
 use super::document::{Document, child};
 use crate::input::excerpt;
@@ -18,8 +20,13 @@ pub(super) struct Tree {
     pub(super) joints_below: Vec<Vec<usize>>,
 }
 
-/// Orders the links, or says why they are no tree.
-pub(super) fn order(document: &Document<'_>, robot: &urdf_rs::Robot) -> Result<Tree, UrdfError> {
+/// Orders the links, or says why they are no tree. An empty root from which the body hangs by a floating or planar joint is
+/// left out, with a note: a body's root moves freely anyway.
+pub(super) fn order(
+    document: &Document<'_>,
+    robot: &urdf_rs::Robot,
+    notes: &mut Vec<String>,
+) -> Result<Tree, UrdfError> {
     let links = unique(robot.links.iter().map(|l| l.name.as_str()), |i, name| {
         document.refuse(document.link(i), format!("a second link named `{name}`; names must be unique"))
     })?;
@@ -52,14 +59,22 @@ pub(super) fn order(document: &Document<'_>, robot: &urdf_rs::Robot) -> Result<T
         tree.parent_link.push(parent);
         tree.joints_below[parent].push(index);
     }
-    let root = root(document, robot, &tree)?;
+    let top = root(document, robot, &tree)?;
+    let free = free_joint(robot, &tree, top);
+    if let Some(joint) = free {
+        let (name, link) = (&robot.joints[joint].name, &robot.links[top].name);
+        notes.push(format!("link `{link}` and joint `{name}` are left out: the body's root moves freely anyway"));
+    }
+    let root = free.map_or(top, |joint| links[robot.joints[joint].child.link.as_str()]);
+    tree.joint_above[root] = None;
     let mut waiting = vec![root];
     while let Some(link) = waiting.pop() {
         tree.links.push(link);
         waiting.extend(tree.joints_below[link].iter().rev().map(|&j| links[robot.joints[j].child.link.as_str()]));
     }
-    if tree.links.len() < robot.links.len() {
-        let outside = (0..robot.links.len()).find(|l| !tree.links.contains(l)).unwrap_or(root);
+    if tree.links.len() + usize::from(free.is_some()) < robot.links.len() {
+        let is_outside = |link: &usize| *link != top && !tree.links.contains(link);
+        let outside = (0..robot.links.len()).find(is_outside).unwrap_or(root);
         return Err(cycle(document, robot, &tree, outside));
     }
     Ok(tree)
@@ -91,6 +106,15 @@ fn root(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree) -> Result<
         )),
         (None, _) => Err(cycle(document, robot, tree, 0)),
     }
+}
+
+/// The joint by which a whole body hangs freely from an empty root, if it does.
+fn free_joint(robot: &urdf_rs::Robot, tree: &Tree, root: usize) -> Option<usize> {
+    let link = &robot.links[root];
+    let is_empty = link.visual.is_empty() && link.collision.is_empty() && link.inertial.mass.value == 0.0;
+    let &[joint] = tree.joints_below[root].as_slice() else { return None };
+    let is_free = matches!(robot.joints[joint].joint_type, JointType::Floating | JointType::Planar);
+    (is_empty && is_free).then_some(joint)
 }
 
 /// Follows parents from a link that no root reaches until a link comes again.

@@ -1,0 +1,41 @@
+//! Markers: placed by links named `marker_NAME`, and proposed from names and shape where there is no such link.
+//!
+//! Legs and arms are found by the names of their links and joints, else by shape: the two mirrored chains that reach lowest
+//! are legs, of the others those that reach farthest to the sides are arms. Within a limb names tell the joints, else the
+//! middle joint is the one farthest from both ends. A joint of several hinges is where their axes meet. What names do not tell
+//! of trunk and head follows people's proportions (Drillis and Contini 1966). Every proposal can be overridden by itself.
+
+mod limb;
+mod names;
+mod proposal;
+mod rigid_part;
+
+use roxmltree::Node;
+
+use super::UrdfError;
+use super::document::Document;
+use crate::body::{Joint, JointKind, LANDMARKS, Link, LinkPoint};
+
+pub(super) use proposal::propose;
+
+/// One place per landmark.
+pub(super) type MarkerSet = [Option<LinkPoint>; LANDMARKS.len()];
+
+/// The marker that a link of this name is.
+pub(super) fn slot(link: &str) -> Option<usize> {
+    let name = link.strip_prefix("marker_")?;
+    LANDMARKS.iter().position(|l| l.name() == name)
+}
+
+/// Where the marker that `link` is sits on the link that `joint` hangs it from.
+pub(super) fn place(
+    document: &Document<'_>,
+    node: Node<'_, '_>,
+    link: &Link,
+    joint: &Joint,
+) -> Result<LinkPoint, UrdfError> {
+    if !link.flesh.is_empty() || link.inertia.is_some() || joint.kind != JointKind::Fixed {
+        return Err(document.refuse(node, "a marker must be a link without mass and flesh on a fixed joint"));
+    }
+    Ok(LinkPoint { link: joint.parent, point_in_link: joint.parent_from_joint.translation.vector.into() })
+}

@@ -1,0 +1,222 @@
+//! What the name of a link or joint says: a side, and a part of the body.
+//!
+//! Names are cut into words (`l_hip_yaw_link`, `LeftUpLeg`, `LARM_LINK1`, `upperleg01.L`, `mixamorig:RightFoot`); a side may be
+//! a word of its own or stand before or behind one.
+
+/// Left or right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    Left,
+    Right,
+}
+
+/// A part of the body. A joint and the link that it moves are one part: the knee is the shank's joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    Hip,
+    Knee,
+    Ankle,
+    Toe,
+    /// Somewhere on a leg.
+    Leg,
+    Clavicle,
+    Shoulder,
+    Elbow,
+    Wrist,
+    Finger,
+    /// Somewhere on an arm.
+    Arm,
+    Neck,
+    Head,
+}
+
+/// Words of sided parts. Those of Atlas's joints (`l_leg_kny`) are among them.
+const SIDED: [(Part, &[&str]); 10] = [
+    (Part::Hip, &["hip", "thigh", "femur", "upleg", "upperleg", "uleg", "hpx", "hpy", "hpz"]),
+    (Part::Knee, &["knee", "shin", "calf", "tibia", "shank", "lowleg", "lowerleg", "lleg", "kny"]),
+    (Part::Ankle, &["ankle", "foot", "aky", "akx"]),
+    (Part::Toe, &["toe", "toes", "toebase", "ball"]),
+    (Part::Leg, &["leg"]),
+    (Part::Clavicle, &["clavicle", "clav", "collar", "scapula", "scap", "thorax"]),
+    (Part::Shoulder, &["shoulder", "uparm", "upperarm", "uarm", "humerus", "bicep", "shx", "shz"]),
+    (Part::Elbow, &["elbow", "forearm", "farm", "lowarm", "lowerarm", "larm", "radius", "ulna", "ely", "elx"]),
+    (Part::Wrist, &["wrist", "hand", "palm", "wrx", "wry"]),
+    (Part::Arm, &["arm"]),
+];
+/// Words of fingers, which make a hand's name a finger's.
+const FINGERS: [&str; 10] =
+    ["finger", "fingers", "thumb", "index", "middle", "ring", "pinky", "little", "gripper", "knuckle"];
+/// Words of frames that tell nothing of the body.
+const FRAMES: [&str; 10] = ["imu", "sensor", "ft", "camera", "lidar", "skin", "com", "hokuyo", "eye", "jaw"];
+/// Words that may stand at the end of another.
+const ENDINGS: [&str; 3] = ["joint", "link", "body"];
+/// Words that join the next.
+const BEFORE: [&str; 5] = ["upper", "up", "lower", "low", "fore"];
+
+/// The side and part that a name tells, each if it does. Parts of a limb are only told with their side.
+pub(super) fn told(name: &str) -> (Option<Side>, Option<Part>) {
+    let words = words(name);
+    if words.iter().any(|w| FRAMES.contains(&w.as_str())) {
+        return (None, None);
+    }
+    let stated = words.iter().find_map(|w| side(w));
+    let joined = joined(&words);
+    if let Some(side) = stated {
+        if joined.iter().any(|w| FINGERS.contains(&w.as_str())) {
+            return (Some(side), Some(Part::Finger));
+        }
+        return (Some(side), part(&joined));
+    }
+    if let Some(found) = joined.iter().find_map(|word| glued(word)) {
+        return (Some(found.0), Some(found.1));
+    }
+    let has = |known: &str| joined.iter().any(|w| w.as_str() == known || ENDINGS.iter().any(|e| *w == format!("{known}{e}")));
+    let middle = [("head", Part::Head), ("skull", Part::Head), ("neck", Part::Neck), ("upperneck", Part::Neck)];
+    (None, middle.into_iter().find(|(word, _)| has(word)).map(|(_, part)| part))
+}
+
+fn side(word: &str) -> Option<Side> {
+    match word {
+        "left" | "l" => Some(Side::Left),
+        "right" | "r" => Some(Side::Right),
+        _ => None,
+    }
+}
+
+/// The part of the most telling word: a whole limb's name only counts where nothing else does.
+fn part(words: &[String]) -> Option<Part> {
+    let known = |word: &String| {
+        let bare = ENDINGS.iter().find_map(|e| word.strip_suffix(e)).filter(|w| !w.is_empty()).unwrap_or(word);
+        SIDED.iter().find(|(_, known)| known.contains(&bare)).map(|(part, _)| *part)
+    };
+    let found: Vec<Part> = words.iter().filter_map(known).collect();
+    let is_whole = |part: &&Part| matches!(part, Part::Leg | Part::Arm);
+    found.iter().find(|p| !is_whole(p)).or(found.first()).copied()
+}
+
+/// Side and part of a word such as `lfoot`, `rarm` or `leftknee`.
+fn glued(word: &str) -> Option<(Side, Part)> {
+    let prefixes = [("left", Side::Left), ("right", Side::Right), ("l", Side::Left), ("r", Side::Right)];
+    prefixes.into_iter().find_map(|(prefix, side)| {
+        let rest = word.strip_prefix(prefix)?.to_owned();
+        let part = if FINGERS.contains(&rest.as_str()) { Part::Finger } else { part(&[rest])? };
+        Some((side, part))
+    })
+}
+
+/// Lower-case words of a name: cut at anything but letters, and before capitals that begin a word.
+fn words(name: &str) -> Vec<String> {
+    let letters: Vec<char> = name.chars().collect();
+    let mut words: Vec<String> = vec![String::new()];
+    for (i, letter) in letters.iter().enumerate() {
+        if !letter.is_ascii_alphabetic() {
+            words.push(String::new());
+            continue;
+        }
+        let follows_small = i > 0 && letters[i - 1].is_ascii_lowercase();
+        let precedes_small = i > 0 && letters.get(i + 1).is_some_and(char::is_ascii_lowercase);
+        if letter.is_ascii_uppercase() && (follows_small || precedes_small) {
+            words.push(String::new());
+        }
+        if let Some(word) = words.last_mut() {
+            word.push(letter.to_ascii_lowercase());
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// Words, with `upper`, `lower` and `fore` joined to what follows.
+fn joined(words: &[String]) -> Vec<String> {
+    let mut joined: Vec<String> = Vec::with_capacity(words.len());
+    for (i, word) in words.iter().enumerate() {
+        if i > 0 && BEFORE.contains(&words[i - 1].as_str()) && ["leg", "arm", "neck"].contains(&word.as_str()) {
+            joined.pop();
+            joined.push(format!("{}{word}", words[i - 1]));
+        } else {
+            joined.push(word.clone());
+        }
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_many_robots_tell_side_and_part() {
+        use Part::*;
+        let sided = [
+            ("l_hip_yaw_link", Hip),
+            ("LeftUpLeg", Hip),
+            ("mixamorig:LeftUpLeg", Hip),
+            ("LeftUpperLeg_f1", Hip),
+            ("leftHipYawLink", Hip),
+            ("l_uleg", Hip),
+            ("LHipYawPitch", Hip),
+            ("upperleg01.L", Hip),
+            ("lfemur", Hip),
+            ("L_Hip", Hip),
+            ("l_leg_kny", Knee),
+            ("l_lleg", Knee),
+            ("left_shin", Knee),
+            ("LeftLowerLeg", Knee),
+            ("leftKneePitch", Knee),
+            ("LTibia", Knee),
+            ("Bip01 L Calf", Knee),
+            ("LeftFoot", Ankle),
+            ("left_ankle_roll_link", Ankle),
+            ("lfoot", Ankle),
+            ("leg_left_1_link", Leg),
+            ("LLEG_LINK4", Leg),
+            ("LeftLeg", Leg),
+            ("LeftToe", Toe),
+            ("l_clav", Clavicle),
+            ("L_Thorax", Clavicle),
+            ("LeftUpperArm", Shoulder),
+            ("left_shoulder_pitch_link", Shoulder),
+            ("l_uarm", Shoulder),
+            ("LARM_LINK2", Arm),
+            ("LeftArm", Arm),
+            ("arm_left_7_link", Arm),
+            ("l_larm", Elbow),
+            ("LeftForeArm", Elbow),
+            ("left_lowerarm", Elbow),
+            ("LElbowYaw", Elbow),
+            ("leftelbow", Elbow),
+            ("left_rubber_hand", Wrist),
+            ("l_wrist", Wrist),
+            ("lhand", Wrist),
+            ("LeftHandIndex1", Finger),
+            ("l_hand_thumb_2_link", Finger),
+            ("left_hand_middle_0_link", Finger),
+            ("lthumb", Finger),
+        ];
+        for (name, expected) in sided {
+            assert_eq!(told(name), (Some(Side::Left), Some(expected)), "{name}");
+            let mirrored = name.replace("left", "right").replace("Left", "Right").replace("LLEG", "RLEG");
+            if mirrored != name {
+                assert_eq!(told(&mirrored), (Some(Side::Right), Some(expected)), "{mirrored}");
+            }
+        }
+        let middle = [("head_link", Head), ("HeadYaw_link", Head), ("head2", Head), ("upperNeckPitchLink", Neck), ("Neck_f1", Neck)];
+        for (name, expected) in middle {
+            assert_eq!(told(name), (None, Some(expected)), "{name}");
+        }
+    }
+
+    #[test]
+    fn trunks_frames_and_other_words_tell_nothing() {
+        for name in ["pelvis", "Hips", "torso_link", "base_link", "middle_pelvis", "root", "LINK", "l_foot_ft_sensor", "imu", ""] {
+            assert_eq!(told(name).1, None, "{name}");
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn no_name_makes_the_reader_panic(name in ".{0,40}") {
+            let _ = told(&name);
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Fifteen markers for a body that does not place them all.
+
+use nalgebra::{Point3, Vector3};
+
+use super::MarkerSet;
+use super::limb::{Limb, Place, joints, named_end};
+use super::names::{Part, Side};
+use super::rigid_part::RigidParts;
+use crate::body::{Humanoid, LANDMARKS, Landmark, LinkPoint};
+
+/// Heights in fractions of the way from hips to shoulders: the seventh cervical vertebra above the shoulders, and the crown
+/// above it (Drillis and Contini 1966: hip 0.530, shoulder 0.818 of the stature; C7 at 0.85).
+const NECK_OVER_TRUNK: f64 = 0.11;
+const CROWN_OVER_TRUNK: f64 = 0.52;
+
+/// Which landmarks are upper, middle and lower joint of each limb.
+const LIMBS: [(Limb, [[Landmark; 3]; 2]); 2] = [
+    (
+        Limb::Leg,
+        [
+            [Landmark::LeftHip, Landmark::LeftKnee, Landmark::LeftAnkle],
+            [Landmark::RightHip, Landmark::RightKnee, Landmark::RightAnkle],
+        ],
+    ),
+    (
+        Limb::Arm,
+        [
+            [Landmark::LeftShoulder, Landmark::LeftElbow, Landmark::LeftWrist],
+            [Landmark::RightShoulder, Landmark::RightElbow, Landmark::RightWrist],
+        ],
+    ),
+];
+
+/// Fills in the markers that a body does not place itself, and says which.
+pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
+    if body.markers.iter().all(Option::is_some) {
+        return;
+    }
+    let places = places(body);
+    let (mut named, mut shaped) = (Vec::new(), Vec::new());
+    let frames = body.link_frames(&body.zero_pose());
+    let mut markers: MarkerSet = body.markers;
+    for ((marker, place), landmark) in markers.iter_mut().zip(places).zip(LANDMARKS) {
+        if let (None, Some(place)) = (*marker, place) {
+            let point_in_link = frames[place.link].inverse_transform_point(&place.point);
+            *marker = Some(LinkPoint { link: place.link, point_in_link });
+            let list = if place.named { &mut named } else { &mut shaped };
+            list.push(format!("{} on `{}`", landmark.name(), body.links[place.link].name));
+        }
+    }
+    body.markers = markers;
+    for (how, list) in [("names", named), ("shape and people's proportions", shaped)] {
+        if !list.is_empty() {
+            body.notes.push(format!(
+                "markers proposed from {how}: {}; a fixed, empty link marker_NAME overrides one",
+                list.join(", ")
+            ));
+        }
+    }
+}
+
+/// Where every landmark may be.
+fn places(body: &Humanoid) -> [Option<Place>; LANDMARKS.len()] {
+    let parts = RigidParts::of(body);
+    let mut places = [None; LANDMARKS.len()];
+    let Some(legs) = limb_ends(&parts, Limb::Leg, None) else { return places };
+    let pelvis = parts.meeting(legs[0], legs[1]);
+    let arms = limb_ends(&parts, Limb::Arm, Some(legs));
+    for ((limb, landmarks), ends) in LIMBS.into_iter().zip([Some(legs), arms]) {
+        let Some(ends) = ends else { continue };
+        let meeting = parts.meeting(ends[0], ends[1]);
+        for (end, landmarks) in ends.into_iter().zip(landmarks) {
+            let path = parts.path(end);
+            let own = path.iter().position(|&p| p == meeting).map_or(&path[..], |at| &path[at + 1..]);
+            for (landmark, place) in landmarks.into_iter().zip(joints(&parts, limb, own).into_iter().flatten()) {
+                places[landmark as usize] = Some(place);
+            }
+        }
+    }
+    let middle = |a: Landmark, b: Landmark, part: usize| {
+        let (a, b): (Place, Place) = (places[a as usize]?, places[b as usize]?);
+        let link = parts.parts[part].links[0];
+        Some(Place { link, point: nalgebra::center(&a.point, &b.point), named: a.named && b.named })
+    };
+    let hips = middle(Landmark::LeftHip, Landmark::RightHip, pelvis);
+    let shoulders =
+        arms.and_then(|a| middle(Landmark::LeftShoulder, Landmark::RightShoulder, parts.meeting(a[0], a[1])));
+    places[Landmark::Pelvis as usize] = hips;
+    if let (Some(hips), Some(shoulders)) = (hips, shoulders) {
+        let [thorax, crown] = neck_and_crown(&parts, &hips, &shoulders);
+        places[Landmark::Thorax as usize] = Some(thorax);
+        places[Landmark::HeadTop as usize] = Some(crown);
+    }
+    places
+}
+
+/// Ends of the left and the right limb: by names, else by shape. Legs are found before arms.
+fn limb_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> Option<[usize; 2]> {
+    let named = [Side::Left, Side::Right].map(|side| named_end(parts, limb, side));
+    if let [Some(left), Some(right)] = named {
+        return Some([left, right]);
+    }
+    shaped_ends(parts, limb, legs)
+}
+
+/// The mirrored pair of chains of at least two joints that reach lowest, or, beside legs, farthest to the sides.
+fn shaped_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> Option<[usize; 2]> {
+    let (up, left) = upright(parts, legs);
+    let is_free = |end: usize| {
+        legs.is_none_or(|legs| legs.iter().all(|&leg| !parts.hangs_on(end, leg) && !parts.hangs_on(leg, end)))
+    };
+    let ends: Vec<usize> = parts.ends().filter(|&end| is_free(end)).collect();
+    let at = |end: usize| parts.middle(&parts.parts[end].links).unwrap_or(parts.parts[end].origin).coords;
+    let mut best: Option<(f64, [usize; 2])> = None;
+    for (i, &a) in ends.iter().enumerate() {
+        for &b in &ends[i + 1..] {
+            let meeting = parts.parts[parts.meeting(a, b)].depth;
+            let is_chain = [a, b].iter().all(|&end| parts.parts[end].depth >= meeting + 2);
+            let (apart, middle) = (at(a) - at(b), 0.5 * (at(a) + at(b)));
+            let sideways = apart.dot(&left);
+            if !is_chain || sideways.abs() < 0.8 * apart.norm() || sideways.abs() < 1e-3 {
+                continue;
+            }
+            let merit = if limb == Limb::Leg { -middle.dot(&up) } else { sideways.abs() };
+            if best.is_none_or(|(most, _)| merit > most) {
+                best = Some((merit, if sideways > 0.0 { [a, b] } else { [b, a] }));
+            }
+        }
+    }
+    best.map(|(_, ends)| ends)
+}
+
+/// The directions up and left, as far as shape tells: by the legs where they are known, else Z up and Y left (ROS), or Y up
+/// and X left where the body lies along Y.
+fn upright(parts: &RigidParts<'_>, legs: Option<[usize; 2]>) -> (Vector3<f64>, Vector3<f64>) {
+    if let Some(legs) = legs {
+        let [left, right] = legs.map(|leg| parts.parts[leg].origin);
+        let hips = parts.parts[parts.meeting(legs[0], legs[1])].origin;
+        return (nearest_axis(&(hips - nalgebra::center(&left, &right))), nearest_axis(&(left - right)));
+    }
+    let extent = |axis: Vector3<f64>| {
+        let heights = parts.frames.0.iter().map(|frame| frame.translation.vector.dot(&axis));
+        heights.clone().fold(f64::NEG_INFINITY, f64::max) - heights.fold(f64::INFINITY, f64::min)
+    };
+    if extent(Vector3::z()) < 0.6 * extent(Vector3::y()) {
+        return (Vector3::y(), Vector3::x());
+    }
+    (Vector3::z(), Vector3::y())
+}
+
+fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
+    let most = direction.iamax();
+    Vector3::ith(most, if direction[most] < 0.0 { -1.0 } else { 1.0 })
+}
+
+/// The base of the neck and the crown: of a head that is named and where a head may be, else in people's proportion to the way
+/// from hips to shoulders.
+fn neck_and_crown(parts: &RigidParts<'_>, hips: &Place, shoulders: &Place) -> [Place; 2] {
+    let trunk = shoulders.point - hips.point;
+    let length = trunk.norm();
+    let up = trunk.try_normalize(1e-9).unwrap_or(Vector3::z());
+    let above = |point: &Point3<f64>| (point - shoulders.point).dot(&up) / length;
+    let head = Head::find(parts);
+    let neck = head.as_ref().map(|head| head.neck).filter(|neck| (-0.15..0.5).contains(&above(neck)));
+    let guess = shoulders.point + up * (NECK_OVER_TRUNK * length);
+    let thorax = Place { link: shoulders.link, point: neck.unwrap_or(guess), named: neck.is_some() };
+    let base = head.as_ref().map(|head| head.origin).filter(|base| (-0.15..1.0).contains(&above(base)));
+    let foot = base.unwrap_or(thorax.point);
+    let crown = head.as_ref().and_then(|head| parts.reach(&head.links, &up));
+    let crown = crown.map(|reach| foot + up * (reach - foot.coords.dot(&up)));
+    let is_crown = |crown: &Point3<f64>| ((crown - thorax.point).dot(&up) / length - CROWN_OVER_TRUNK).abs() < 0.4;
+    let crown = crown.filter(is_crown);
+    let link = head.as_ref().map_or(shoulders.link, |head| head.link);
+    let guess = thorax.point + up * (CROWN_OVER_TRUNK * length);
+    [thorax, Place { link, point: crown.unwrap_or(guess), named: crown.is_some() }]
+}
+
+/// What is called a head.
+struct Head {
+    /// The link that carries it.
+    link: usize,
+    /// All links that are it or hang on it.
+    links: Vec<usize>,
+    origin: Point3<f64>,
+    /// The first joint of the neck, or where a head without joints begins.
+    neck: Point3<f64>,
+}
+
+impl Head {
+    fn find(parts: &RigidParts<'_>) -> Option<Self> {
+        let is = |part: usize, name: Part| parts.parts[part].part == Some(name);
+        let all = || 0..parts.parts.len();
+        let moving = all().filter(|&p| is(p, Part::Head)).max_by_key(|&p| parts.parts[p].depth);
+        let moving = moving.or_else(|| all().filter(|&p| is(p, Part::Neck)).max_by_key(|&p| parts.parts[p].depth));
+        if let Some(head) = moving {
+            let above = all().filter(|&p| parts.hangs_on(p, head));
+            let path = parts.path(head);
+            let first = path.iter().copied().find(|&p| is(p, Part::Neck) || is(p, Part::Head)).unwrap_or(head);
+            return Some(Self {
+                link: parts.parts[head].links[0],
+                links: above.flat_map(|p| parts.parts[p].links.iter().copied()).collect(),
+                origin: parts.parts[head].origin,
+                neck: parts.parts[first].origin,
+            });
+        }
+        let fixed = |name: Part| {
+            let links = parts.parts.iter().flat_map(|part| part.fixed.iter());
+            links.filter(move |(_, _, part)| *part == name).map(|(link, _, _)| *link).next()
+        };
+        let link = fixed(Part::Head).or_else(|| fixed(Part::Neck))?;
+        let origin = |link: usize| Point3::from(parts.frames[link].translation.vector);
+        let neck = fixed(Part::Neck).unwrap_or(link);
+        Some(Self { link, links: vec![link], origin: origin(link), neck: origin(neck) })
+    }
+}

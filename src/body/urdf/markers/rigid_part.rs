@@ -1,0 +1,114 @@
+//! A body as its rigid parts: links that fixed joints join are one, and every part but the first hangs on a joint that moves.
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+use super::names::{Part, Side, told};
+use crate::body::{Humanoid, JointKind, LinkFrames};
+
+/// Links that move as one.
+#[derive(Debug)]
+pub(super) struct RigidPart {
+    /// All links, parents first; the first hangs on the moving joint, or is the root.
+    pub(super) links: Vec<usize>,
+    pub(super) parent: Option<usize>,
+    /// Number of moving joints above.
+    pub(super) depth: usize,
+    /// Where its joint is at the zero pose, in the root's frame.
+    pub(super) origin: Point3<f64>,
+    /// The joint's axis there; `None` of a joint that turns every way, or slides.
+    pub(super) axis: Option<Vector3<f64>>,
+    /// What its first link, else its joint, else another of its links is called.
+    pub(super) side: Option<Side>,
+    pub(super) part: Option<Part>,
+    /// What the other links are called.
+    pub(super) fixed: Vec<(usize, Option<Side>, Part)>,
+}
+
+/// All rigid parts of a body at its zero pose, parents first.
+pub(super) struct RigidParts<'a> {
+    pub(super) body: &'a Humanoid,
+    pub(super) frames: LinkFrames,
+    pub(super) parts: Vec<RigidPart>,
+}
+
+impl<'a> RigidParts<'a> {
+    pub(super) fn of(body: &'a Humanoid) -> Self {
+        let frames = body.link_frames(&body.zero_pose());
+        let mut parts: Vec<RigidPart> = Vec::new();
+        let mut part_of = Vec::with_capacity(body.links.len());
+        for (link, own) in body.links.iter().enumerate() {
+            let joint = link.checked_sub(1).map(|j| &body.joints[j]);
+            let fixed_to = joint.filter(|j| j.kind == JointKind::Fixed).map(|j| part_of[j.parent]);
+            if let Some(part) = fixed_to {
+                part_of.push(part);
+                let whole: &mut RigidPart = &mut parts[part];
+                whole.links.push(link);
+                if let (side, Some(name)) = told(&own.name) {
+                    whole.fixed.push((link, side, name));
+                }
+                continue;
+            }
+            let parent = joint.map(|j| part_of[j.parent]);
+            let by_joint = joint.map_or((None, None), |j| told(&j.name));
+            let by_link = told(&own.name);
+            let (side, part) = if by_link.1.is_some() { by_link } else { by_joint };
+            part_of.push(parts.len());
+            parts.push(RigidPart {
+                links: vec![link],
+                depth: parent.map_or(0, |p: usize| parts[p].depth + 1),
+                parent,
+                origin: frames[link].translation.vector.into(),
+                axis: joint.and_then(|j| match &j.kind {
+                    JointKind::Revolute { axis, .. } => Some(frames[link].rotation * axis.into_inner()),
+                    _ => None,
+                }),
+                side,
+                part,
+                fixed: Vec::new(),
+            });
+        }
+        Self { body, frames, parts }
+    }
+
+    /// The parts from the root to `part`.
+    pub(super) fn path(&self, part: usize) -> Vec<usize> {
+        let mut path: Vec<usize> = std::iter::successors(Some(part), |&p| self.parts[p].parent).collect();
+        path.reverse();
+        path
+    }
+
+    /// The last part on which both hang, or that one of them is.
+    pub(super) fn meeting(&self, a: usize, b: usize) -> usize {
+        let both = self.path(a).into_iter().zip(self.path(b));
+        both.take_while(|(x, y)| x == y).last().map_or(0, |(x, _)| x)
+    }
+
+    /// Whether `part` is `other` or hangs on it.
+    pub(super) fn hangs_on(&self, part: usize, other: usize) -> bool {
+        std::iter::successors(Some(part), |&p| self.parts[p].parent).any(|p| p == other)
+    }
+
+    /// Parts on which no other hangs.
+    pub(super) fn ends(&self) -> impl Iterator<Item = usize> {
+        (0..self.parts.len()).filter(|&part| self.parts.iter().all(|p| p.parent != Some(part)))
+    }
+
+    /// How far the flesh of these links reaches along a direction of the root's frame, metres from its origin; `None`
+    /// without flesh.
+    pub(super) fn reach(&self, links: &[usize], direction: &Vector3<f64>) -> Option<f64> {
+        let down = -Vector3::z();
+        let turn = UnitQuaternion::rotation_between(direction, &down)
+            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+        let turned = Isometry3::from_parts(Default::default(), turn);
+        let frames = LinkFrames(self.frames.0.iter().map(|frame| turned * frame).collect());
+        self.body.lowest_point(&frames, links).map(|point| -point.z)
+    }
+
+    /// The middle of the flesh of these links, root's frame; `None` without flesh.
+    pub(super) fn middle(&self, links: &[usize]) -> Option<Point3<f64>> {
+        let solids = links.iter().flat_map(|&l| self.body.links[l].flesh.iter().map(move |f| (l, f)));
+        let middles: Vec<Point3<f64>> = solids.filter_map(|(l, f)| Some(self.frames[l] * f.middle()?)).collect();
+        let sum = middles.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords);
+        (!middles.is_empty()).then(|| (sum / middles.len() as f64).into())
+    }
+}
