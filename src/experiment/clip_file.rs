@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sha2::{Digest, Sha256};
-
+use super::model_file::hex_sha256;
 use super::scenario::did_you_mean;
 use super::{Axis, ExperimentError, MotionSettings, ScenarioError, ScenarioFile};
+use crate::benchmark_set::SourceRecording;
+use crate::body::retarget::MotionFingerprint;
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 
 /// The clips that are built in, by the name behind `embedded:`.
@@ -19,13 +20,25 @@ pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
 /// Below a folder of recordings no path is this deep, unless links make a circle.
 const GREATEST_DEPTH: usize = 12;
 
+/// Statures that a body may have whose unit is not guessed but said, by the format or by whoever uses it, metres. What a guess may
+/// lead to is narrower (`mocap`).
+const STATURES: std::ops::RangeInclusive<f64> = 0.5..=3.0;
+
+/// The part of a recording that is used.
+pub(super) struct Recording {
+    /// Cut, repeated and resampled.
+    pub(super) clip: Clip,
+    /// Which frames of which file it is, as they were recorded.
+    pub(super) source: SourceRecording,
+}
+
 /// Reads the recording of `[motion]` or `[[training.clips]]` (`table`), then cuts, repeats and resamples it.
 pub(super) fn load(
     file: &ScenarioFile,
     table: &str,
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
-) -> Result<Clip, ExperimentError> {
+) -> Result<Recording, ExperimentError> {
     read_part(&file.folder, settings, mocap_directory, &|key, message| {
         ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
     })
@@ -37,7 +50,7 @@ pub(super) fn read_part(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
     unsound: &dyn Fn(&'static str, String) -> ExperimentError,
-) -> Result<Clip, ExperimentError> {
+) -> Result<Recording, ExperimentError> {
     let mut options = ReadOptions {
         frames_per_second: settings.source_hz,
         metres_per_unit: settings.metres_per_unit,
@@ -50,9 +63,9 @@ pub(super) fn read_part(
         keep_rest_pose: true,
     };
     let places = Places { folder, mocap_directory };
-    let clip = if let Some(name) = settings.clip.strip_prefix("embedded:") {
+    let (clip, sha256) = if let Some(name) = settings.clip.strip_prefix("embedded:") {
         let text = embedded(name).map_err(|message| unsound("clip", message))?;
-        mocap::parse_deepmimic(text, &settings.clip, &options)?
+        (mocap::parse_deepmimic(text, &settings.clip, &options)?, hex_sha256(text.as_bytes()))
     } else {
         let path = places.find(&settings.clip, settings.sha256.as_deref());
         let path = path.ok_or_else(|| unsound("clip", places.missing(&settings.clip, settings)))?;
@@ -61,18 +74,16 @@ pub(super) fn read_part(
             options.skeleton = Some(skeleton.ok_or_else(|| unsound("skeleton", places.missing(name, settings)))?);
         }
         let mut clip = mocap::read(&path, &options)?;
-        if let Some(expected) = &settings.sha256 {
-            let found =
-                sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
-            if !found.eq_ignore_ascii_case(expected) {
-                clip.notes.push(format!(
-                    "{} is not the file that the scenario was made with: its SHA-256 is {found}, not {expected}",
-                    path.display()
-                ));
-            }
+        let found = sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
+        if let Some(expected) = settings.sha256.as_ref().filter(|expected| !found.eq_ignore_ascii_case(expected)) {
+            clip.notes.push(format!(
+                "{} is not the file that the scenario was made with: its SHA-256 is {found}, not {expected}",
+                path.display()
+            ));
         }
-        clip
+        (clip, found)
     };
+    check_stature(&clip).map_err(|message| unsound("metres_per_unit", message))?;
     let length = clip.frames.len();
     let (first, last) = (settings.first_frame.unwrap_or(1), settings.last_frame.unwrap_or(length));
     for (key, frame) in [("first_frame", first), ("last_frame", last)] {
@@ -84,21 +95,50 @@ pub(super) fn read_part(
     if settings.first_frame.is_none() {
         clip = clip.without_inserted_rest_pose();
     }
+    let source = SourceRecording {
+        clip: settings.clip.clone(),
+        sha256: Some(sha256),
+        first_frame: last + 1 - clip.frames.len(),
+        last_frame: last,
+        fingerprint: Some(MotionFingerprint::of(&clip)?),
+    };
     if let Some(duration) = settings.loop_to_s {
         clip = clip.looped(duration)?;
     }
-    Ok(clip.resampled(settings.frames_per_second)?)
+    Ok(Recording { clip: clip.resampled(settings.frames_per_second)?, source })
 }
 
-/// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`.
+/// Refuses a body that no unit can be meant to make.
+fn check_stature(clip: &Clip) -> Result<(), String> {
+    let stature = clip.stature();
+    let (least, most) = (STATURES.start(), STATURES.end());
+    match STATURES.contains(&stature) {
+        true => Ok(()),
+        false => Err(format!(
+            "expected a unit that makes the body of `{}` {least} to {most} m tall, found one of {stature:.3} m; say how long the \
+             file's unit is",
+            clip.name
+        )),
+    }
+}
+
+/// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`; `metres_per_unit` where
+/// the file's unit is known.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file.
-pub(super) fn read_whole(name: &str) -> Result<Clip, ExperimentError> {
-    let options = ReadOptions::default();
-    let Some(built_in) = name.strip_prefix("embedded:") else { return Ok(mocap::read(Path::new(name), &options)?) };
-    let text = embedded(built_in).map_err(|detail| ExperimentError::Malformed { path: PathBuf::from(name), detail })?;
-    Ok(mocap::parse_deepmimic(text, name, &options)?)
+pub(super) fn read_whole(name: &str, metres_per_unit: Option<f64>) -> Result<Clip, ExperimentError> {
+    let options = ReadOptions { metres_per_unit, ..ReadOptions::default() };
+    let clip = match name.strip_prefix("embedded:") {
+        None => mocap::read(Path::new(name), &options)?,
+        Some(built_in) => {
+            let malformed = |detail| ExperimentError::Malformed { path: PathBuf::from(name), detail };
+            mocap::parse_deepmimic(embedded(built_in).map_err(malformed)?, name, &options)?
+        }
+    };
+    let argument = |detail| ExperimentError::Argument { argument: "--metres-per-unit", detail };
+    check_stature(&clip).map_err(argument)?;
+    Ok(clip)
 }
 
 /// The text of a built-in clip, or a message that says which there are.
@@ -109,19 +149,6 @@ fn embedded(name: &str) -> Result<&'static str, String> {
         let guess = guess.unwrap_or_default();
         format!("there is no built-in clip `{name}`{guess} (there are: {})", known.join(", "))
     })
-}
-
-/// SHA-256 of the file of a recording that [`load`] reads.
-pub(super) fn sha256_of_clip(
-    folder: &Path,
-    settings: &MotionSettings,
-    mocap_directory: Option<&Path>,
-) -> Option<String> {
-    if let Some(name) = settings.clip.strip_prefix("embedded:") {
-        let (_, text) = EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name)?;
-        return Some(super::model_file::hex_sha256(text.as_bytes()));
-    }
-    sha256_of(&Places { folder, mocap_directory }.find(&settings.clip, settings.sha256.as_deref())?).ok()
 }
 
 /// Where clips may be.
@@ -177,7 +204,7 @@ fn search(directory: &Path, name: &Path, depth: usize, found: &mut Vec<PathBuf>)
 }
 
 fn sha256_of(path: &Path) -> std::io::Result<String> {
-    Ok(Sha256::digest(fs::read(path)?).iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hex_sha256(&fs::read(path)?))
 }
 
 #[cfg(test)]
@@ -192,7 +219,7 @@ mod tests {
         );
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions");
         let file = ScenarioFile::parse(&text, "a.toml", folder, &[]).unwrap();
-        load(&file, "motion", &file.scenario.motion, None).unwrap()
+        load(&file, "motion", &file.scenario.motion, None).unwrap().clip
     }
 
     #[test]

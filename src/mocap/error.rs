@@ -63,8 +63,8 @@ pub enum MocapError {
     },
     /// No usual unit makes the body human.
     #[error(
-        "{file}: expected a body that is 1.2 to 2.3 m tall in a usual unit (mm, cm, dm, m, inch, foot or CMU's inch/0.45), found one of \
-         {length:.4} units; say how long the file's unit is with `metres_per_unit`"
+        "{file}: expected a body that is 1.2 to 2.3 m tall in a usual unit (mm, cm, dm, m, inch, foot or CMU's inch/0.45), found one \
+         of {length:.4} units; say how long the file's unit is (`metres_per_unit` in a scenario, --metres-per-unit on the command line)"
     )]
     UnknownUnit {
         /// The file.
