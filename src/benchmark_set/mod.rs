@@ -15,6 +15,7 @@ mod files;
 #[cfg(test)]
 mod fixture;
 mod json;
+mod leaks;
 mod manifest;
 mod npy;
 mod npz;
@@ -34,6 +35,7 @@ pub use body_file::{from_json as body_from_json, to_json as body_to_json};
 pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
 pub use error::SetError;
 pub use exr_layers::{Layer, layer_channels};
+pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;
