@@ -109,7 +109,7 @@ fn model_file(frames: usize) -> Option<Vec<u8>> {
         learned_from: vec![from],
         settings,
     };
-    LearnedModel { facts, body, graph }.to_bytes().ok()
+    LearnedModel { facts, body, graph, fingerprints: vec![None] }.to_bytes().ok()
 }
 
 #[divan::bench(args = [150, 480], sample_count = 20)]

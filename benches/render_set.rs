@@ -40,10 +40,11 @@ fn stage(distortion: Distortion) -> Option<Stage> {
     });
     let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
     let truth = GroundTruth::from_motion(actor.clone(), &motion, &rig).ok()?;
+    let training = Training::none(&actor);
     Some(Stage {
         rig,
         truth,
-        start: Start { body: actor, pose: motion.poses[0].clone(), training: Training::of_the_test(motion) },
+        start: Start { body: actor, pose: motion.poses[0].clone(), training },
     })
 }
 
@@ -57,6 +58,7 @@ impl Stage {
             ground_truth: &self.truth,
             refitted: None,
             facts: &TruthFacts::default(),
+            recording: None,
         };
         BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).ok()
     }

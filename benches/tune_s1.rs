@@ -185,7 +185,7 @@ fn drift(take: &Take, mismatch: &str, mocap: &Path) -> Result<(), Box<dyn Error>
         };
         1000.0 * (0..frames.len() - 1).map(step).sum::<Vector3<f64>>().xy().norm() / seconds
     };
-    let learned = &staged.start.training.motions;
+    let learned = staged.start.training.motions();
     let chart = PoseChart::learn(body, learned);
     let rows = |motion: &Motion| -> Vec<Vec<f64>> {
         let observed = chart.observe(motion);

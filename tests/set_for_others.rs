@@ -44,7 +44,8 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let actor = shipped("actor").unwrap();
     let motion = motion(&actor);
     let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
-    let start = Start { body: actor, pose: motion.poses[0].clone(), training: Training::of_the_test(motion.clone()) };
+    let training = Training::none(&actor);
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "for others",
@@ -53,6 +54,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
         ground_truth: &truth,
         refitted: Some(&motion),
         facts: &facts,
+        recording: None,
     };
     let observer = Observer::new(&truth, &rig);
     let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use super::files::SetFiles;
 use super::manifest::{self, BlindManifest, Sequence};
-use super::start_file::{self, Start};
-use super::{SetError, cameras_file, silhouette_png, training_file};
+use super::start_file::Start;
+use super::{SetError, cameras_file, silhouette_png};
 use crate::camera::CameraRig;
 use crate::observation::Observation;
 
-/// Cameras, observations and a start: `set.toml` (without its `[truth]`), `cameras.json`, `observations/` and `start/`.
+/// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`.
 /// Nothing below `truth/` is ever opened, and none of it need be there.
 #[derive(Clone, Debug)]
 pub struct BlindSet {
@@ -20,6 +20,9 @@ pub struct BlindSet {
     pub frames_per_second: f64,
     /// Number of frames, at least 1.
     pub frame_count: usize,
+    /// The way the body faces in frame 0, a unit vector on the ground; `None` where it has no heading, and in sets that were made
+    /// before it was written down.
+    pub forward: Option<[f64; 3]>,
     /// The cameras.
     pub rig: CameraRig,
     /// What the tracker is told before the first frame.
@@ -55,11 +58,8 @@ impl BlindSet {
             frames_per_second: manifest.sequence.frames_per_second,
             frame_count: manifest.sequence.frames,
             rig,
-            start: Start::from_files(
-                &files.read(start_file::PATH)?,
-                &files.read(start_file::BODY_PATH)?,
-                &files.read(training_file::PATH)?,
-            )?,
+            forward: manifest.sequence.forward,
+            start: Start::from_files(&files)?,
             set_hash: files.set_hash(),
             files: files.clone(),
         })

@@ -190,7 +190,7 @@ fn sync(path: &Path) -> Result<(), SetError> {
 }
 
 /// All files below a directory, in order of their names.
-fn files_below(directory: &Path, prefix: &str) -> Result<Vec<String>, SetError> {
+pub(super) fn files_below(directory: &Path, prefix: &str) -> Result<Vec<String>, SetError> {
     let mut found = Vec::new();
     let entries = fs::read_dir(directory).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
     let mut entries = entries.map_err(SetError::io(directory, "list"))?;

@@ -14,8 +14,7 @@ use crate::scene::fixture::rig;
 pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
     let motion = walk(frames);
     let truth = GroundTruth::from_motion(person(), &motion, &rig()).unwrap();
-    let start =
-        Start { body: person(), pose: motion.poses[0].clone(), training: Training::of_the_test(motion.clone()) };
+    let start = Start { body: person(), pose: motion.poses[0].clone(), training: Training::none(&person()) };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "small",
@@ -24,6 +23,7 @@ pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
         ground_truth: &truth,
         refitted: Some(&motion),
         facts: &facts,
+        recording: None,
     };
     let rig = rig();
     let observer = Observer::new(&truth, &rig);

@@ -1,11 +1,14 @@
-//! `set.toml`: what the set is, and in which conventions its files speak.
+//! `set.toml`: what the set is, and in which conventions its files speak; `truth/facts.toml`: what is known of the truth in words,
+//! which recording it is among it.
 
 use serde::{Deserialize, Serialize};
 
+use super::files::SetFiles;
 use super::{ContactFacts, SetError};
 use crate::input::{excerpt, foreign};
 
 pub(super) const PATH: &str = "set.toml";
+pub(super) const FACTS_PATH: &str = "truth/facts.toml";
 const SCHEMA: &str = "skiagraph.set/1";
 
 /// Frames that a set may have: four and a half hours at 60 Hz.
@@ -18,7 +21,7 @@ const LONGEST_NAME: usize = 200;
 const LEAST_RATE: f64 = 1e-3;
 const GREATEST_RATE: f64 = 1e5;
 
-/// The part of the manifest that a tracker may know.
+/// What a tracker may know of the set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct BlindManifest {
     pub(super) schema: String,
@@ -33,12 +36,18 @@ pub(super) struct Sequence {
     pub(super) frames: usize,
     pub(super) frames_per_second: f64,
     pub(super) cameras: usize,
+    /// The way the body of the start pose faces, a unit vector on the ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) forward: Option<[f64; 3]>,
 }
 
 impl Sequence {
     /// What is wrong with these numbers by themselves.
     fn check(&self) -> Result<(), String> {
-        let Self { frames, frames_per_second, cameras } = *self;
+        let Self { frames, frames_per_second, cameras, forward } = *self;
+        if forward.is_some_and(|forward| forward.iter().any(|x| !(x.abs() <= 1.0))) {
+            return Err("sequence.forward: expected a unit vector".to_owned());
+        }
         if !(1..=MOST_FRAMES).contains(&frames) {
             return Err(format!("sequence.frames: expected 1 to {MOST_FRAMES}, found {frames}"));
         }
@@ -74,14 +83,15 @@ struct Manifest<'a> {
     #[serde(flatten)]
     blind: &'a BlindManifest,
     convention: toml::Table,
-    truth: &'a TruthFacts,
 }
 
 /// Key and meaning of every convention that can hurt.
-const CONVENTIONS: [(&str, &str); 9] = [
+const CONVENTIONS: [(&str, &str); 11] = [
     ("length", "metres"),
     ("angle", "radians; three angles of one spherical joint are a rotation vector"),
-    ("world", "right-handed, Z up, ground at z = 0, forward +X"),
+    ("world", "right-handed, Z up, ground at z = 0"),
+    ("forward", "sequence.forward: the way the body faces in frame 0 (heading of its root), a unit vector on the ground"),
+    ("training", "start/training.npz: motions other than the test's; without any, start/spread.npz: root mean squares, no poses"),
     ("camera", "OpenCV: x right, y down, z forward; x_camera = R x_world + t; distortion k1 k2 p1 p2 k3"),
     ("pixel_centres", "cameras.json: integers, as OpenCV has it; the centre of the top-left pixel is (0, 0)"),
     ("quaternion", "unit, w x y z, w >= 0"),
@@ -97,7 +107,7 @@ impl BlindManifest {
     }
 
     pub(super) fn from_toml(bytes: &[u8]) -> Result<Self, SetError> {
-        let manifest: Self = parse(bytes)?;
+        let manifest: Self = parse(PATH, bytes)?;
         if manifest.schema != SCHEMA {
             let detail = format!("schema {:?}, this program reads {SCHEMA:?}", excerpt(&manifest.schema));
             return Err(SetError::malformed(PATH, detail));
@@ -110,27 +120,38 @@ impl BlindManifest {
     }
 }
 
-pub(super) fn to_toml(blind: &BlindManifest, truth: &TruthFacts) -> Result<Vec<u8>, SetError> {
+pub(super) fn to_toml(blind: &BlindManifest) -> Result<Vec<u8>, SetError> {
     let convention = CONVENTIONS.iter().map(|(key, meaning)| ((*key).to_string(), (*meaning).into())).collect();
-    let text = toml::to_string(&Manifest { blind, convention, truth });
-    text.map(String::into_bytes).map_err(|e| SetError::malformed(PATH, e.to_string()))
+    write(PATH, &Manifest { blind, convention })
 }
 
-pub(super) fn truth_facts(bytes: &[u8]) -> Result<TruthFacts, SetError> {
-    #[derive(Deserialize)]
-    struct TruthPart {
-        truth: TruthFacts,
-    }
-    parse::<TruthPart>(bytes).map(|part| part.truth)
+/// What is known of the truth, as `truth/facts.toml` has it.
+pub(super) fn facts_to_toml(truth: &TruthFacts) -> Result<Vec<u8>, SetError> {
+    write(FACTS_PATH, &TruthPart { truth: truth.clone() })
 }
 
-fn parse<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, SetError> {
+/// The facts of a set; sets that were made before have them in `set.toml`.
+pub(super) fn truth_facts(files: &SetFiles) -> Result<TruthFacts, SetError> {
+    let path = if files.has(FACTS_PATH) { FACTS_PATH } else { PATH };
+    parse::<TruthPart>(path, &files.read(path)?).map(|part| part.truth)
+}
+
+#[derive(Serialize, Deserialize)]
+struct TruthPart {
+    truth: TruthFacts,
+}
+
+fn write(path: &str, value: &impl Serialize) -> Result<Vec<u8>, SetError> {
+    toml::to_string(value).map(String::into_bytes).map_err(|e| SetError::malformed(path, e.to_string()))
+}
+
+fn parse<T: serde::de::DeserializeOwned>(path: &str, bytes: &[u8]) -> Result<T, SetError> {
     let text =
-        std::str::from_utf8(bytes).map_err(|e| SetError::malformed(PATH, format!("the text is not UTF-8 ({e})")))?;
+        std::str::from_utf8(bytes).map_err(|e| SetError::malformed(path, format!("the text is not UTF-8 ({e})")))?;
     toml::from_str(text).map_err(|e| {
         let before = e.span().and_then(|span| text.as_bytes().get(..span.start));
         let line = before.map_or(1, |before| before.iter().filter(|byte| **byte == b'\n').count() + 1);
-        SetError::malformed(PATH, format!("line {line}: {}", foreign(e.message())))
+        SetError::malformed(path, format!("line {line}: {}", foreign(e.message())))
     })
 }
 
@@ -160,27 +181,38 @@ mod tests {
         }
     }
 
+    fn walk(frames: usize) -> BlindManifest {
+        let forward = Some([0.6, -0.8, 0.0]);
+        BlindManifest::new("walk", Sequence { frames, frames_per_second: 59.94, cameras: 4, forward })
+    }
+
     #[test]
-    fn both_parts_are_read_back_and_conventions_are_said() {
-        let blind = BlindManifest::new("walk", Sequence { frames: 3, frames_per_second: 59.94, cameras: 4 });
+    fn the_manifest_is_read_back_and_conventions_are_said() {
+        let text = to_toml(&walk(3)).unwrap();
+        assert_eq!(BlindManifest::from_toml(&text).unwrap(), walk(3));
+        let text = String::from_utf8(text).unwrap();
+        assert!(text.contains("world = \"right-handed, Z up") && text.contains("forward = [0.6, -0.8, 0.0]"), "{text}");
+        let without: String = text.lines().filter(|line| !line.starts_with("forward = [")).map(|l| format!("{l}\n")).collect();
+        assert_eq!(BlindManifest::from_toml(without.as_bytes()).unwrap().sequence.forward, None, "an older set");
+    }
+
+    #[test]
+    fn facts_of_the_truth_are_read_from_their_file_and_from_older_sets() {
+        let files = |path: &str, bytes: Vec<u8>| SetFiles::in_memory([(path.to_owned(), bytes)].into());
         let without = TruthFacts { motion: "made up".into(), mismatch: "girths +10 %".into(), ..TruthFacts::default() };
-        let text = to_toml(&blind, &without).unwrap();
-        assert!(
-            !String::from_utf8(text.clone()).unwrap().contains("contact"),
-            "as it was before contact was written down"
-        );
-        assert_eq!(truth_facts(&text).unwrap(), without);
+        let text = facts_to_toml(&without).unwrap();
+        let words = String::from_utf8(text.clone()).unwrap();
+        assert!(!words.contains("contact"), "as it was before contact was written down");
+        assert_eq!(truth_facts(&files(FACTS_PATH, text.clone())).unwrap(), without);
+        let older = [to_toml(&walk(3)).unwrap(), b"\n".to_vec(), text].concat();
+        assert_eq!(truth_facts(&files(PATH, older)).unwrap(), without);
         let facts = TruthFacts { contact: Some(pushed_over()), ..without };
-        let text = to_toml(&blind, &facts).unwrap();
-        assert_eq!(BlindManifest::from_toml(&text).unwrap(), blind);
-        assert_eq!(truth_facts(&text).unwrap(), facts);
-        assert!(String::from_utf8(text).unwrap().contains("world = \"right-handed, Z up"));
+        assert_eq!(truth_facts(&files(FACTS_PATH, facts_to_toml(&facts).unwrap())).unwrap(), facts);
     }
 
     #[test]
     fn another_schema_and_an_empty_sequence_are_refused() {
-        let blind = BlindManifest::new("walk", Sequence { frames: 0, frames_per_second: 60.0, cameras: 4 });
-        let text = String::from_utf8(to_toml(&blind, &TruthFacts::default()).unwrap()).unwrap();
+        let text = String::from_utf8(to_toml(&walk(0)).unwrap()).unwrap();
         assert!(
             BlindManifest::from_toml(text.as_bytes())
                 .unwrap_err()
@@ -189,5 +221,7 @@ mod tests {
         );
         let other = text.replace("skiagraph.set/1", "skiagraph.set/9");
         assert!(BlindManifest::from_toml(other.as_bytes()).unwrap_err().to_string().contains("skiagraph.set/9"));
+        let huge = text.replace("[0.6, -0.8, 0.0]", "[6.0, nan, 0.0]");
+        assert!(BlindManifest::from_toml(huge.as_bytes()).unwrap_err().to_string().contains("unit vector"));
     }
 }

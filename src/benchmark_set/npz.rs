@@ -50,6 +50,11 @@ impl Npz {
         self.arrays.iter().find(|(n, _)| n == name).map(|(_, array)| array)
     }
 
+    /// Names and arrays in order.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Array)> {
+        self.arrays.iter().map(|(name, array)| (name.as_str(), array))
+    }
+
     /// The archive's bytes. `file` is what errors call it.
     ///
     /// # Errors

@@ -9,8 +9,8 @@ use super::files::{LISTING, SetFiles};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, Npz, SetError, body_file, cameras_file, contact_file, exr_layers, props_file, silhouette_png, training_file,
-    truth_file,
+    Layer, Npz, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file, recording_file,
+    silhouette_png, truth_file,
 };
 use crate::body::Motion;
 use crate::camera::CameraRig;
@@ -43,6 +43,8 @@ pub struct TruthSet {
     pub refitted: Option<Motion>,
     /// What is known beyond the numbers.
     pub facts: TruthFacts,
+    /// The recording that the actor performs, by which a model is known that learned from it; `None` in sets that do not say.
+    pub recording: Option<SourceRecording>,
 }
 
 /// What a set is made of.
@@ -60,6 +62,8 @@ pub struct SetParts<'a> {
     pub refitted: Option<&'a Motion>,
     /// Facts for reports.
     pub facts: &'a TruthFacts,
+    /// The recording that the actor performs, where it is known.
+    pub recording: Option<&'a SourceRecording>,
 }
 
 impl TruthSet {
@@ -76,8 +80,7 @@ impl TruthSet {
     }
 
     fn parse(files: &SetFiles) -> Result<Self, SetError> {
-        let manifest = files.read(manifest::PATH)?;
-        let sequence = BlindManifest::from_toml(&manifest)?.sequence;
+        let sequence = BlindManifest::from_toml(&files.read(manifest::PATH)?)?.sequence;
         let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
         let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
         let props = match files.has(props_file::PATH) {
@@ -89,7 +92,11 @@ impl TruthSet {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
         }
-        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(&manifest)? })
+        let recording = match files.has(recording_file::PATH) {
+            true => recording_file::one_from_npz(&files.read(recording_file::PATH)?)?,
+            false => None,
+        };
+        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recording })
     }
 }
 
@@ -108,20 +115,27 @@ impl BenchmarkSet {
             frames: truth.frames.len(),
             frames_per_second: truth.frames_per_second,
             cameras: parts.rig.cameras.len(),
+            forward: parts.start.pose.forward(),
         };
+        let (training_path, training) = parts.start.training_file()?;
         let refitted = parts.refitted.map(|motion| (&parts.start.body, motion));
         let npz = truth_file::to_npz(truth, refitted, parts.rig);
         for (path, bytes) in [
-            (manifest::PATH, manifest::to_toml(&BlindManifest::new(parts.name, sequence), parts.facts)?),
+            (manifest::PATH, manifest::to_toml(&BlindManifest::new(parts.name, sequence))?),
+            (manifest::FACTS_PATH, manifest::facts_to_toml(parts.facts)?),
             (README, include_bytes!("readme.txt").to_vec()),
             (cameras_file::PATH, cameras_file::to_json(parts.rig)?),
             (start_file::PATH, parts.start.to_json()?),
-            (training_file::PATH, parts.start.training_to_npz()?),
+            (training_path, training),
             (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &parts.start.body)?),
             (truth_file::PATH, npz.to_bytes(truth_file::PATH)?),
             (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
         ] {
             files.insert(path.to_string(), bytes);
+        }
+        if let Some(recording) = parts.recording {
+            let bytes = recording_file::to_npz(recording_file::PATH, std::slice::from_ref(recording))?;
+            files.insert(recording_file::PATH.to_string(), bytes);
         }
         if !truth.props.is_empty() {
             files.insert(props_file::PATH.to_string(), props_file::to_json(&truth.props)?);
@@ -203,7 +217,7 @@ impl SetParts<'_> {
             return Err(SetError::inconsistent(detail));
         }
         let degrees = self.start.body.degrees_of_freedom.len();
-        let motions = self.refitted.into_iter().chain(&self.start.training.motions);
+        let motions = self.refitted.into_iter().chain(self.start.training.motions());
         let mut poses = motions.flat_map(|m| &m.poses).chain([&self.start.pose]);
         if poses.any(|p| p.joint_angles.len() != degrees) {
             let detail = format!("start and refitted poses need the {degrees} angles of {:?}", self.start.body.name);
@@ -291,7 +305,7 @@ mod tests {
     fn one_flipped_byte_in_any_file_is_found_and_the_file_named() {
         let directory = written(&small_set(1).unwrap());
         let listing = fs::read_to_string(directory.path().join("files.sha256")).unwrap();
-        assert_eq!(listing.lines().count(), 9 + 3);
+        assert_eq!(listing.lines().count(), 10 + 3);
         for file in listing.lines().map(|line| &line[66..]) {
             let path = directory.path().join(file);
             let whole = fs::read(&path).unwrap();
@@ -353,6 +367,7 @@ mod tests {
             ground_truth: &truth.ground_truth,
             refitted: None,
             facts: &truth.facts,
+            recording: None,
         };
         let refused = |parts: &SetParts<'_>| {
             BenchmarkSet::assemble(parts, |frame| blind.observation(frame).unwrap()).unwrap_err().to_string()

@@ -1,11 +1,12 @@
-//! `start/`: what a tracker is told before the first frame. `body.json` is its body, `start.json` where that begins, and
-//! `training.npz` how it has been seen to move.
+//! `start/`: what a tracker is told before the first frame. `body.json` is its body, `start.json` where that begins; `training.npz`
+//! has motions to learn from, where there are any, else `spread.npz` how far a pose moves from frame to frame.
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
+use super::files::SetFiles;
 use super::rigid::RigidRecord;
-use super::{SetError, Training, body_file};
+use super::{SetError, StepSpread, Training, TrainingMotions, body_file, spread_file, training_file};
 use crate::body::{Humanoid, Pose};
 
 pub(super) const PATH: &str = "start/start.json";
@@ -19,7 +20,7 @@ pub struct Start {
     pub body: Humanoid,
     /// Its pose at frame 0.
     pub pose: Pose,
-    /// How the body has been seen to move, at the rate of the observations: what proposals and motion models learn from.
+    /// What proposals and motion models learn from, at the rate of the observations; never the motion of the test.
     pub training: Training,
 }
 
@@ -46,13 +47,17 @@ impl Start {
         super::json::to_bytes(PATH, &record)
     }
 
-    pub(super) fn training_to_npz(&self) -> Result<Vec<u8>, SetError> {
-        self.training.to_npz(&self.body)
+    /// Path and bytes of the file to learn from.
+    pub(super) fn training_file(&self) -> Result<(&'static str, Vec<u8>), SetError> {
+        Ok(match &self.training {
+            Training::Motions(training) => (training_file::PATH, training.to_npz(&self.body)?),
+            Training::Spread(spread) => (spread_file::PATH, spread.to_npz(&self.body)?),
+        })
     }
 
-    pub(super) fn from_files(start: &[u8], body: &[u8], training: &[u8]) -> Result<Self, SetError> {
-        let body = body_file::from_json(BODY_PATH, body)?;
-        let record: StartRecord = super::json::from_bytes(PATH, SCHEMA, start)?;
+    pub(super) fn from_files(files: &SetFiles) -> Result<Self, SetError> {
+        let body = body_file::from_json(BODY_PATH, &files.read(BODY_PATH)?)?;
+        let record: StartRecord = super::json::from_bytes(PATH, SCHEMA, &files.read(PATH)?)?;
         let degrees = body.degrees_of_freedom.len();
         let names = body.degrees_of_freedom.iter().map(|d| &d.name);
         if record.angles.len() != degrees || !record.angle_names.iter().eq(names) {
@@ -62,7 +67,11 @@ impl Start {
         }
         let world_from_root = record.root.transform().map_err(|e| SetError::malformed(PATH, e))?;
         let pose = Pose { world_from_root, joint_angles: DVector::from_vec(record.angles) };
-        Ok(Self { body, pose, training: Training::from_npz(training, degrees)? })
+        let training = match files.has(training_file::PATH) {
+            true => Training::Motions(TrainingMotions::from_npz(&files.read(training_file::PATH)?, degrees)?),
+            false => Training::Spread(StepSpread::from_npz(&files.read(spread_file::PATH)?, &body)?),
+        };
+        Ok(Self { body, pose, training })
     }
 }
 
@@ -71,18 +80,24 @@ mod tests {
     use super::*;
     use crate::body::fixture::{person, walk};
 
+    fn files(start: &Start, body: &Humanoid) -> SetFiles {
+        let (path, training) = start.training_file().unwrap();
+        let body = body_file::to_json(BODY_PATH, body).unwrap();
+        let files = [(PATH, start.to_json().unwrap()), (BODY_PATH, body), (path, training)];
+        SetFiles::in_memory(files.map(|(path, bytes)| (path.to_owned(), bytes)).into())
+    }
+
     #[test]
     fn a_start_is_read_back_to_the_bit_and_must_fit_its_body() {
-        let training = Training::new(vec![walk(9)]);
-        let start = Start { body: person(), pose: walk(9).poses[8].clone(), training };
-        let body = body_file::to_json(BODY_PATH, &start.body).unwrap();
-        let read = |start: &Start| {
-            Start::from_files(&start.to_json().unwrap(), &body, &start.training_to_npz().unwrap())
-                .map_err(|e| e.to_string())
-        };
-        assert_eq!(read(&start).unwrap(), start);
-        let mut renamed = start;
-        renamed.body.degrees_of_freedom[0].name = "other".to_string();
-        assert!(read(&renamed).unwrap_err().contains("angle_names"));
+        let numbers = vec![0.1; person().step_len()];
+        let spread = StepSpread { change: numbers.clone(), change_of_change: numbers };
+        for training in [Training::new(vec![walk(9)]), Training::Spread(spread)] {
+            let start = Start { body: person(), pose: walk(9).poses[8].clone(), training };
+            assert_eq!(Start::from_files(&files(&start, &person())).unwrap(), start);
+            let mut renamed = start;
+            renamed.body.degrees_of_freedom[0].name = "other".to_string();
+            let error = Start::from_files(&files(&renamed, &person())).unwrap_err().to_string();
+            assert!(error.contains("angle_names"), "{error}");
+        }
     }
 }

@@ -1,58 +1,94 @@
-//! `start/training.npz`: how the tracker's body has been seen to move. Arrays `fps`, `root`, `angles` and `angle_names`, the frames
-//! of all motions one after another; `lengths`, frames of every motion, where there are several; and `of_the_test` where the
-//! motion is that of the test itself.
+//! `start/training.npz`: motions of the tracker's body that are not the test's, to learn from. Arrays `fps`, `root`, `angles` and
+//! `angle_names`, the frames of all motions one after another; `lengths`, frames of every motion, where there are several; and
+//! `sources`, which recordings they are, in words. Sets without such motions have [`super::StepSpread`] in its place.
 
 use super::truth_file::{push_poses, read_poses};
-use super::{Array, Npz, SetError, Values};
+use super::{Array, Npz, SetError, StepSpread, Values};
 use crate::body::{Humanoid, Motion};
 
 pub(super) const PATH: &str = "start/training.npz";
 
-/// How a tracker's body has been seen to move: what proposals and motion models learn from.
+/// What a tracker may learn from before the first frame. It never holds the motion of the test.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Training {
+pub enum Training {
+    /// Motions other than the test's: what proposals and motion models learn from.
+    Motions(TrainingMotions),
+    /// No motion: only how far the numbers of a pose move from frame to frame, which is all that a proposal needs.
+    Spread(StepSpread),
+}
+
+/// How a tracker's body has been seen to move in other recordings, or other parts of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TrainingMotions {
     /// Motions of the tracker's body, all at one rate, that of the observations.
     pub motions: Vec<Motion>,
-    /// Whether the motion is that of the test frames themselves: good for the spread of a proposal, but no motion model may be
-    /// learned from it.
-    pub of_the_test: bool,
+    /// Which recordings they are, in words; empty where it is not known.
+    pub sources: Vec<String>,
 }
 
 impl Training {
     /// Of motions other than the test's.
     pub fn new(motions: Vec<Motion>) -> Self {
-        Self { motions, of_the_test: false }
+        Self::Motions(TrainingMotions { motions, sources: Vec::new() })
     }
 
-    /// Of the test's own motion.
-    pub fn of_the_test(motion: Motion) -> Self {
-        Self { motions: vec![motion], of_the_test: true }
+    /// Nothing to learn from: no motion, and a spread of zero, which leaves proposals at their least deviations.
+    pub fn none(body: &Humanoid) -> Self {
+        let zeros = vec![0.0; body.step_len()];
+        Self::Spread(StepSpread { change: zeros.clone(), change_of_change: zeros })
+    }
+
+    /// The motions; none where there is only a spread.
+    pub fn motions(&self) -> &[Motion] {
+        match self {
+            Self::Motions(training) => &training.motions,
+            Self::Spread(_) => &[],
+        }
     }
 
     /// Number of frames of all motions.
     pub fn frames(&self) -> usize {
-        self.motions.iter().map(|motion| motion.poses.len()).sum()
+        self.motions().iter().map(|motion| motion.poses.len()).sum()
     }
 
+    /// What is learned from, in words, one entry a recording.
+    pub fn in_words(&self) -> Vec<String> {
+        match self {
+            Self::Spread(_) => vec!["the spread of the test's own changes from frame to frame (no pose of it)".to_owned()],
+            Self::Motions(training) if training.sources.is_empty() => {
+                vec!["training motion of the set, source not recorded".to_owned()]
+            }
+            Self::Motions(training) => training.sources.clone(),
+        }
+    }
+}
+
+impl TrainingMotions {
     pub(super) fn to_npz(&self, body: &Humanoid) -> Result<Vec<u8>, SetError> {
         let rate = self.motions.first().map_or(f64::NAN, |motion| motion.frames_per_second);
         if self.motions.is_empty() || self.motions.iter().any(|m| m.frames_per_second != rate || m.poses.is_empty()) {
             return Err(SetError::inconsistent("training needs motions of one rate, none without a frame"));
         }
+        let frames = self.motions.iter().map(|motion| motion.poses.len()).sum();
         let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![rate]))]);
-        push_poses(&mut npz, "", &[self.frames()], body, self.motions.iter().flat_map(|m| &m.poses));
+        push_poses(&mut npz, "", &[frames], body, self.motions.iter().flat_map(|m| &m.poses));
         if self.motions.len() > 1 {
             let lengths: Vec<i64> = self.motions.iter().map(|m| m.poses.len() as i64).collect();
             npz.push("lengths", Array::new(&[lengths.len()], lengths));
         }
-        if self.of_the_test {
-            npz.push("of_the_test", Array::new(&[], vec![true]));
+        if !self.sources.is_empty() {
+            npz.push("sources", Array::names(self.sources.iter().map(String::as_str)));
         }
         npz.to_bytes(PATH)
     }
 
     pub(super) fn from_npz(bytes: &[u8], degrees: usize) -> Result<Self, SetError> {
         let npz = Npz::from_bytes(PATH, bytes)?;
+        if npz.get("of_the_test").is_some() {
+            let detail = "holds the poses of the test, as older versions of skiagraph wrote them where no tracker may see them; \
+                          render the set again";
+            return Err(SetError::malformed(PATH, detail));
+        }
         let mut poses = read_poses(&npz, PATH, "", Some(degrees))?;
         let frames_per_second = npz.f64s(PATH, "fps", &[])?[0];
         let lengths = match npz.get("lengths").map(|array| &array.values) {
@@ -70,11 +106,12 @@ impl Training {
             Motion { frames_per_second, poses: std::mem::replace(&mut poses, rest) }
         });
         let motions = motions.collect();
-        let of_the_test = match npz.get("of_the_test") {
-            None => false,
-            Some(_) => npz.bools(PATH, "of_the_test", &[])?.contains(&true),
+        let sources = match npz.get("sources").map(|array| &array.values) {
+            None => Vec::new(),
+            Some(Values::Text(sources)) => sources.clone(),
+            Some(_) => return Err(SetError::malformed(PATH, "sources: expected texts")),
         };
-        Ok(Self { motions, of_the_test })
+        Ok(Self { motions, sources })
     }
 }
 
@@ -87,19 +124,32 @@ mod tests {
     fn several_motions_are_read_back_apart() {
         let body = person();
         let degrees = body.degrees_of_freedom.len();
-        for training in [Training::new(vec![walk(5), walk(3)]), Training::of_the_test(walk(4))] {
-            assert_eq!(Training::from_npz(&training.to_npz(&body).unwrap(), degrees).unwrap(), training);
+        for sources in [vec![], vec!["walk.bvh, frames 1 to 5".to_owned(), "run.bvh".to_owned()]] {
+            let training = TrainingMotions { motions: vec![walk(5), walk(3)], sources };
+            assert_eq!(TrainingMotions::from_npz(&training.to_npz(&body).unwrap(), degrees).unwrap(), training);
         }
-        assert!(Training::new(vec![]).to_npz(&body).is_err());
+        assert!(TrainingMotions::default().to_npz(&body).is_err());
+    }
+
+    #[test]
+    fn a_training_of_the_test_itself_as_older_versions_wrote_it_is_refused() {
+        let body = person();
+        let of_walk = TrainingMotions { motions: vec![walk(5)], sources: Vec::new() };
+        let mut npz = Npz::from_bytes(PATH, &of_walk.to_npz(&body).unwrap()).unwrap();
+        npz.push("of_the_test", Array::new(&[], vec![true]));
+        let error = TrainingMotions::from_npz(&npz.to_bytes(PATH).unwrap(), body.degrees_of_freedom.len());
+        let error = error.unwrap_err().to_string();
+        assert!(error.starts_with("start/training.npz: holds the poses of the test"), "{error}");
     }
 
     #[test]
     fn lengths_that_do_not_add_up_are_refused() {
         let body = person();
-        let mut npz = Npz::from_bytes(PATH, &Training::new(vec![walk(5)]).to_npz(&body).unwrap()).unwrap();
+        let of_walk = TrainingMotions { motions: vec![walk(5)], sources: Vec::new() };
+        let mut npz = Npz::from_bytes(PATH, &of_walk.to_npz(&body).unwrap()).unwrap();
         npz.push("lengths", Array::new(&[2], vec![4_i64, 2]));
         let bytes = npz.to_bytes(PATH).unwrap();
-        let error = Training::from_npz(&bytes, body.degrees_of_freedom.len()).unwrap_err().to_string();
+        let error = TrainingMotions::from_npz(&bytes, body.degrees_of_freedom.len()).unwrap_err().to_string();
         assert!(error.contains("lengths") && error.contains("5 rows"), "{error}");
     }
 }

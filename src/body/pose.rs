@@ -12,6 +12,21 @@ pub struct Pose {
     pub joint_angles: DVector<f64>,
 }
 
+impl Pose {
+    /// Which way the root faces: its turn about the vertical with the tilt removed, radians from the world's +X towards +Y, in
+    /// (-pi, pi]. A root at the zero pose faces +X. `None` for a body turned upside down, which has no heading.
+    pub fn heading(&self) -> Option<f64> {
+        let rotation = &self.world_from_root.rotation;
+        let turn = 2.0 * libm::atan2(rotation.k, rotation.w);
+        (libm::hypot(rotation.w, rotation.k) > 1e-9).then(|| libm::remainder(turn, std::f64::consts::TAU))
+    }
+
+    /// [`Self::heading`] as a unit vector on the ground.
+    pub fn forward(&self) -> Option<[f64; 3]> {
+        self.heading().map(|heading| [libm::cos(heading), libm::sin(heading), 0.0])
+    }
+}
+
 /// Poses of one humanoid at a fixed rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
@@ -19,4 +34,29 @@ pub struct Motion {
     pub frames_per_second: f64,
     /// One pose a frame, all of the same humanoid.
     pub poses: Vec<Pose>,
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    use super::*;
+
+    #[test]
+    fn a_heading_is_the_turn_about_the_vertical_however_the_body_leans() {
+        let turned = |axis: Vector3<f64>| UnitQuaternion::from_scaled_axis(axis);
+        let pose = |rotation| Pose {
+            world_from_root: Isometry3::from_parts(Vector3::new(1.0, 2.0, 3.0).into(), rotation),
+            joint_angles: DVector::zeros(0),
+        };
+        for heading in [-3.0, -0.4, 0.0, 1.5, 3.1] {
+            let leaning = turned(Vector3::z() * heading) * turned(Vector3::new(0.3, -0.5, 0.0));
+            for pose in [pose(leaning), pose(UnitQuaternion::new_unchecked(-leaning.into_inner()))] {
+                assert!((pose.heading().unwrap() - heading).abs() < 1e-12);
+                let [x, y, z] = pose.forward().unwrap();
+                assert!((x - heading.cos()).abs() + (y - heading.sin()).abs() + z.abs() < 1e-12);
+            }
+        }
+        assert_eq!(pose(turned(Vector3::x() * std::f64::consts::PI)).heading(), None, "upside down");
+    }
 }

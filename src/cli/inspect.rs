@@ -17,7 +17,7 @@ use crate::experiment::{Inspected, inspect};
                         skiagraph inspect sets/walk\n  \
                         skiagraph inspect embedded:walk --contacts --out walk.svg")]
 pub(super) struct Arguments {
-    /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt, embedded:NAME); a robot (.urdf, or one that ships);
+    /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt or .json, embedded:NAME); a robot (.urdf, or one that ships);
     /// the directory of a benchmark set
     #[arg(value_name = "MODEL|CLIP|ROBOT|SET")]
     what: PathBuf,
@@ -36,6 +36,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
+    /// Length of a recording's unit in metres, where neither the format says it nor it can be guessed
+    #[arg(long, value_name = "M")]
+    metres_per_unit: Option<f64>,
+
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -43,10 +47,12 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     if arguments.contacts {
-        inspect_contacts::run(&arguments.what, arguments.out.as_deref(), arguments.json)?;
+        let unit = arguments.metres_per_unit;
+        inspect_contacts::run(&arguments.what, unit, arguments.out.as_deref(), arguments.json)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let found = inspect(&arguments.what, arguments.against.as_deref(), arguments.out.as_deref())
+    let (against, page) = (arguments.against.as_deref(), arguments.out.as_deref());
+    let found = inspect(&arguments.what, arguments.metres_per_unit, against, page)
         .map_err(|e| e.about(&arguments.what))?;
     if arguments.json {
         output::print_json(&found)?;

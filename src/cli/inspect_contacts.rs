@@ -6,8 +6,13 @@ use super::{CommandError, notes, output};
 use crate::experiment::{ContactSummary, inspect_contacts};
 
 /// Says how a motion stands on the ground; `picture` shows it over time.
-pub(super) fn run(name: &Path, picture: Option<&Path>, json: bool) -> Result<(), CommandError> {
-    let summary = inspect_contacts(name, picture).map_err(|e| e.about(name))?;
+pub(super) fn run(
+    name: &Path,
+    metres_per_unit: Option<f64>,
+    picture: Option<&Path>,
+    json: bool,
+) -> Result<(), CommandError> {
+    let summary = inspect_contacts(name, metres_per_unit, picture).map_err(|e| e.about(name))?;
     notes::tell(&summary.notes);
     if json {
         output::print_json(&summary)?;

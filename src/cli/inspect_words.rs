@@ -94,7 +94,7 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         (false, "") => format!("actor {}, tracker {}", s.actor, s.tracker_body),
         (false, how) => how.to_owned(),
     };
-    let training = if s.training_of_the_test { "the test's own motion" } else { "other motion" };
+    let training = s.learned_from.join("; ");
     let hashes = s.fault.as_ref().map_or_else(|| "all as listed".to_owned(), |fault| format!("BROKEN: {fault}"));
     let mut text = format!(
         "{name}: benchmark set {}, {} frames at {} Hz\n  motion   {}\n  bodies   {bodies}\n  training {} frames, {training}\n  \

@@ -43,6 +43,9 @@ pub(super) fn table(record: &RunRecord) -> String {
     if let Some(error) = record.summary.metrics.get("humaneva_mm") {
         lines.push(format!("  protocol: {}", error.protocol));
     }
+    if !record.learned_from.is_empty() {
+        lines.push(format!("  learned from: {}", record.learned_from.join("; ")));
+    }
     lines.push(format!("  {}", record.verdict.line));
     lines.extend(record.verdict.cause.as_ref().map(|cause| format!("  {cause}")));
     lines.join("\n")
@@ -63,6 +66,12 @@ pub(super) fn methods(comparison: &Comparison) -> String {
             let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
             lines.push(format!("  {name:<28} {:>9}  {:^19}  {lost:>11}", number(error.mean), interval(error)));
         }
+    }
+    let mut learned: Vec<&str> = comparison.methods.values().flat_map(|m| &m.learned_from).map(String::as_str).collect();
+    learned.sort_unstable();
+    learned.dedup();
+    if !learned.is_empty() {
+        lines.extend([String::new(), format!("  learned from: {}", learned.join("; "))]);
     }
     lines.join("\n")
 }

@@ -26,7 +26,8 @@ const JOINTS_OF_S1: f64 = 13.0;
                         skiagraph train scenario.toml --model gpdm-graph --out graph.model\n  \
                         skiagraph inspect walk.model --out walk.html")]
 pub(super) struct Arguments {
-    /// A scenario (.toml), whose [training] is learned on its tracker's body; or clips (.bvh, .amc, DeepMimic .txt, embedded:NAME)
+    /// A scenario (.toml), whose [training] is learned on its tracker's body; or clips (.bvh, .amc, DeepMimic .txt
+    /// or .json, embedded:NAME)
     #[arg(value_name = "SCENARIO|CLIP", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -53,6 +54,10 @@ pub(super) struct Arguments {
     /// Last frame of each clip, inclusive
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     last_frame: Option<u32>,
+
+    /// Length of the clips' unit in metres, where neither the format says it nor it can be guessed
+    #[arg(long, value_name = "M")]
+    metres_per_unit: Option<f64>,
 
     /// Dimensions of the latent space, 1 to 8
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=8))]
@@ -141,6 +146,7 @@ impl Arguments {
                 frames_per_second: self.fps.unwrap_or(60.0),
                 first_frame: self.first_frame.map(|n| n as usize),
                 last_frame: self.last_frame.map(|n| n as usize),
+                metres_per_unit: self.metres_per_unit,
             };
             return TrainingInput::of_clips(&self.inputs, &options, mocap.as_deref());
         }
@@ -153,6 +159,7 @@ impl Arguments {
             ("--fps", self.fps.is_some()),
             ("--first-frame", self.first_frame.is_some()),
             ("--last-frame", self.last_frame.is_some()),
+            ("--metres-per-unit", self.metres_per_unit.is_some()),
         ];
         if let Some((argument, _)) = of_clips.into_iter().find(|(_, given)| *given) {
             let detail = "is for clips; a scenario says it itself".to_owned();

@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sha2::{Digest, Sha256};
-
+use super::model_file::hex_sha256;
 use super::scenario::did_you_mean;
 use super::{Axis, ExperimentError, MotionSettings, ScenarioError, ScenarioFile};
+use crate::benchmark_set::SourceRecording;
+use crate::body::retarget::MotionFingerprint;
 use crate::input::{self, excerpt, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 
@@ -20,13 +21,25 @@ pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
 /// Below a folder of recordings no path is this deep, unless links make a circle.
 const GREATEST_DEPTH: usize = 12;
 
+/// Statures that a body may have whose unit is not guessed but said, by the format or by whoever uses it, metres. What a guess may
+/// lead to is narrower (`mocap`).
+const STATURES: std::ops::RangeInclusive<f64> = 0.5..=3.0;
+
+/// The part of a recording that is used.
+pub(super) struct Recording {
+    /// Cut, repeated and resampled.
+    pub(super) clip: Clip,
+    /// Which frames of which file it is, as they were recorded.
+    pub(super) source: SourceRecording,
+}
+
 /// Reads the recording of `[motion]` or `[[training.clips]]` (`table`), then cuts, repeats and resamples it.
 pub(super) fn load(
     file: &ScenarioFile,
     table: &str,
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
-) -> Result<Clip, ExperimentError> {
+) -> Result<Recording, ExperimentError> {
     read_part(&file.folder, Path::new(&settings.clip), settings, mocap_directory, &|key, message| {
         ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
     })
@@ -39,7 +52,7 @@ pub(super) fn read_part(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
     unsound: &dyn Fn(&'static str, String) -> ExperimentError,
-) -> Result<Clip, ExperimentError> {
+) -> Result<Recording, ExperimentError> {
     let mut options = ReadOptions {
         frames_per_second: settings.source_hz,
         metres_per_unit: settings.metres_per_unit,
@@ -52,9 +65,9 @@ pub(super) fn read_part(
         keep_rest_pose: true,
     };
     let places = Places { folder, mocap_directory };
-    let clip = if let Some(name) = built_in(recording) {
+    let (clip, sha256) = if let Some(name) = built_in(recording) {
         let text = embedded(name).map_err(|message| unsound("clip", message))?;
-        mocap::parse_deepmimic(text, &settings.clip, &options)?
+        (mocap::parse_deepmimic(text, &settings.clip, &options)?, hex_sha256(text.as_bytes()))
     } else {
         let path = places.find(recording, settings.sha256.as_deref());
         let path = path.ok_or_else(|| unsound("clip", places.missing(&settings.clip, settings)))?;
@@ -63,18 +76,16 @@ pub(super) fn read_part(
             options.skeleton = Some(skeleton.ok_or_else(|| unsound("skeleton", places.missing(name, settings)))?);
         }
         let mut clip = mocap::read(&path, &options)?;
-        if let Some(expected) = &settings.sha256 {
-            let found =
-                sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
-            if !found.eq_ignore_ascii_case(expected) {
-                clip.notes.push(format!(
-                    "{} is not the file that the scenario was made with: its SHA-256 is {found}, not {expected}",
-                    path.display()
-                ));
-            }
+        let found = sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
+        if let Some(expected) = settings.sha256.as_ref().filter(|expected| !found.eq_ignore_ascii_case(expected)) {
+            clip.notes.push(format!(
+                "{} is not the file that the scenario was made with: its SHA-256 is {found}, not {expected}",
+                path.display()
+            ));
         }
-        clip
+        (clip, found)
     };
+    check_stature(&clip).map_err(|message| unsound("metres_per_unit", message))?;
     let length = clip.frames.len();
     let (first, last) = (settings.first_frame.unwrap_or(1), settings.last_frame.unwrap_or(length));
     for (key, frame) in [("first_frame", first), ("last_frame", last)] {
@@ -86,21 +97,52 @@ pub(super) fn read_part(
     if settings.first_frame.is_none() {
         clip = clip.without_inserted_rest_pose();
     }
+    let source = SourceRecording {
+        clip: settings.clip.clone(),
+        sha256: Some(sha256),
+        first_frame: last + 1 - clip.frames.len(),
+        last_frame: last,
+        fingerprint: Some(MotionFingerprint::of(&clip)?),
+    };
     if let Some(duration) = settings.loop_to_s {
         clip = clip.looped(duration).map_err(|e| unsound("loop_to_s", e.to_string()))?;
     }
-    clip.resampled(settings.frames_per_second).map_err(|e| unsound("frames_per_second", e.to_string()))
+    let clip =
+        clip.resampled(settings.frames_per_second).map_err(|e| unsound("frames_per_second", e.to_string()))?;
+    Ok(Recording { clip, source })
 }
 
-/// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`.
+/// Refuses a body that no unit can be meant to make.
+fn check_stature(clip: &Clip) -> Result<(), String> {
+    let stature = clip.stature();
+    let (least, most) = (STATURES.start(), STATURES.end());
+    match STATURES.contains(&stature) {
+        true => Ok(()),
+        false => Err(format!(
+            "expected a unit that makes the body of `{}` {least} to {most} m tall, found one of {stature:.3} m; say how long the \
+             file's unit is",
+            clip.name
+        )),
+    }
+}
+
+/// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`; `metres_per_unit` where
+/// the file's unit is known.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file.
-pub(super) fn read_whole(path: &Path) -> Result<Clip, ExperimentError> {
-    let options = ReadOptions::default();
-    let Some(name) = built_in(path) else { return Ok(mocap::read(path, &options)?) };
-    let text = embedded(name).map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
-    Ok(mocap::parse_deepmimic(text, &path.display().to_string(), &options)?)
+pub(super) fn read_whole(path: &Path, metres_per_unit: Option<f64>) -> Result<Clip, ExperimentError> {
+    let options = ReadOptions { metres_per_unit, ..ReadOptions::default() };
+    let clip = match built_in(path) {
+        None => mocap::read(path, &options)?,
+        Some(name) => {
+            let malformed = |detail| ExperimentError::Malformed { path: path.to_owned(), detail };
+            mocap::parse_deepmimic(embedded(name).map_err(malformed)?, &path.display().to_string(), &options)?
+        }
+    };
+    let argument = |detail| ExperimentError::Argument { argument: "--metres-per-unit", detail };
+    check_stature(&clip).map_err(argument)?;
+    Ok(clip)
 }
 
 /// The name of a built-in clip, of `embedded:NAME`.
@@ -116,20 +158,6 @@ fn embedded(name: &str) -> Result<&'static str, String> {
         let guess = guess.unwrap_or_default();
         format!("there is no built-in clip `{}`{guess} (there are: {})", excerpt(name), known.join(", "))
     })
-}
-
-/// SHA-256 of the file of a recording that [`load`] reads.
-pub(super) fn sha256_of_clip(
-    folder: &Path,
-    recording: &Path,
-    settings: &MotionSettings,
-    mocap_directory: Option<&Path>,
-) -> Option<String> {
-    if let Some(name) = built_in(recording) {
-        let (_, text) = EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name)?;
-        return Some(super::model_file::hex_sha256(text.as_bytes()));
-    }
-    sha256_of(&Places { folder, mocap_directory }.find(recording, settings.sha256.as_deref())?).ok()
 }
 
 /// Where clips may be.
@@ -185,7 +213,7 @@ fn search(directory: &Path, name: &Path, depth: usize, found: &mut Vec<PathBuf>)
 }
 
 fn sha256_of(path: &Path) -> std::io::Result<String> {
-    Ok(Sha256::digest(input::read(path, limits::RECORDING)?).iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hex_sha256(&input::read(path, limits::RECORDING)?))
 }
 
 #[cfg(test)]
@@ -200,7 +228,7 @@ mod tests {
         );
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions");
         let file = ScenarioFile::parse(&text, "a.toml", folder, &[]).unwrap();
-        load(&file, "motion", &file.scenario.motion, None).unwrap()
+        load(&file, "motion", &file.scenario.motion, None).unwrap().clip
     }
 
     #[test]

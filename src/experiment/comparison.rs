@@ -52,6 +52,8 @@ pub struct MethodRecord {
     pub settings: TrackerSettings,
     /// Whether the true root of every frame was given away to it.
     pub given_roots: bool,
+    /// What the tracker learned from, in words; empty where it learns nothing.
+    pub learned_from: Vec<String>,
     /// Number of learned models, where there are any.
     pub models: Option<usize>,
     /// Particles that left the region their model knows and were brought back, of all frames and seeds.
@@ -93,7 +95,7 @@ pub fn compare(
     let directory = PartialDirectory::begin(to.path, &ours, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
-    let mut models = Models::of(file);
+    let mut models = Models::of(file, &set.truth);
     let mut compared =
         Compared { comparison: empty(scenario, &set.blind, set.truth.facts.matched), methods: Vec::new(), notes };
     for (name, settings) in &scenario.methods {
@@ -107,6 +109,7 @@ pub fn compare(
             tracker: settings.name().to_owned(),
             settings: settings.clone(),
             given_roots: settings.is_given_roots(),
+            learned_from: done.record.learned_from.clone(),
             models: occupancies().map(Vec::len).max().filter(|models| *models > 0),
             recovered_particles: occupancies().flatten().map(|model| u64::from(model.recovered)).sum(),
             summary: done.record.summary.clone(),

@@ -50,11 +50,25 @@ pub enum ExperimentError {
     /// A motion model cannot be learned.
     #[error(transparent)]
     Learning(#[from] GraphError),
-    /// A model was to be learned of the test itself.
-    #[error(
-        "this tracker learns a motion model, and the set's training motion is that of the test itself; render it from a scenario with [[training.clips]]"
-    )]
+    /// A model was to be learned from a set that has no motion to learn from.
+    #[error("this tracker learns from motion, and the set has none for it; render it from a scenario with [[training.clips]]")]
     NoTraining,
+    /// A run whose models learned from frames of the test.
+    #[error(
+        "{run}: its tracker learned from frames {first} to {last} of `{clip}`, and they are frames of the test; such a run measures \
+         memory, not tracking",
+        run = run.display()
+    )]
+    LearnedFromTest {
+        /// The run.
+        run: PathBuf,
+        /// The recording.
+        clip: String,
+        /// First frame, as its file counts.
+        first: usize,
+        /// Last frame.
+        last: usize,
+    },
     /// Tracking could not go on.
     #[error(transparent)]
     Track(#[from] TrackError),
@@ -173,6 +187,7 @@ impl ExperimentError {
             Self::Retarget(_) | Self::Contact(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
             Self::Learning(_) | Self::NoTraining | Self::Track(_) | Self::Evaluation(_) | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
+            Self::LearnedFromTest { .. } => true,
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
             Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,

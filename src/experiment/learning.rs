@@ -3,11 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::training::shared_frames;
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, LatentKind, LatentTrackerSettings, LearnedFrom, LearnedModel, ModelFacts};
-use super::{MotionSettings, RootMode, ScenarioFile};
-use crate::benchmark_set::{BlindSet, Training};
+use super::{ExperimentError, LatentKind, LatentTrackerSettings, LearnedModel, ModelFacts, RootMode, ScenarioFile};
+use crate::benchmark_set::{BlindSet, SourceRecording, Training, TruthSet};
 use crate::body::{Humanoid, Motion};
 use crate::motion_model::LatentModel;
 use crate::motion_model::gpdm::{GpdmError, Round};
@@ -21,18 +19,35 @@ const FAR_START: f64 = 0.25;
 pub struct Models {
     /// Folder that the paths of model files are relative to; empty for the working directory.
     folder: PathBuf,
-    /// The test's motion, where it is known: no model may have been learned from it.
-    test: Option<MotionSettings>,
+    /// The test's recording, where it is known: no model may have been learned from it.
+    test: Option<SourceRecording>,
     learned: Vec<(GraphSettings, Arc<GpdmGraph>)>,
-    read: Vec<(PathBuf, ModelFacts, Arc<GpdmGraph>)>,
+    read: Vec<ReadModel>,
     /// Whether the user was told that the start is far from the training.
     told_far_start: bool,
 }
 
+/// A model that came from a file.
+#[derive(Debug)]
+struct ReadModel {
+    path: PathBuf,
+    facts: ModelFacts,
+    /// What it learned from.
+    sources: Vec<SourceRecording>,
+    graph: Arc<GpdmGraph>,
+}
+
 impl Models {
-    /// Models for the trackers of a scenario, whose paths are relative to its folder.
-    pub fn of(file: &ScenarioFile) -> Self {
-        Self { folder: file.folder.clone(), test: Some(file.scenario.motion.clone()), ..Self::default() }
+    /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from the recording of
+    /// `truth`.
+    pub fn of(file: &ScenarioFile, truth: &TruthSet) -> Self {
+        Self { folder: file.folder.clone(), test: truth.recording.clone(), ..Self::default() }
+    }
+
+    /// What the model of this file, once it was asked for, learned from.
+    pub(super) fn sources_of(&self, name: &str) -> &[SourceRecording] {
+        let path = self.folder.join(name);
+        self.read.iter().find(|model| model.path == path).map_or(&[], |model| &model.sources)
     }
 
     /// The model of these settings, learned if it is not there yet.
@@ -46,14 +61,12 @@ impl Models {
         training: &Training,
         watch: &dyn Watch,
     ) -> Result<Arc<GpdmGraph>, ExperimentError> {
-        if training.of_the_test {
-            return Err(ExperimentError::NoTraining);
-        }
+        let Training::Motions(motions) = training else { return Err(ExperimentError::NoTraining) };
         if let Some((_, known)) = self.learned.iter().find(|(known, _)| known == settings) {
             return Ok(known.clone());
         }
         watch.begin(Stage::Learn, training.frames());
-        let mut learner = GraphLearner::new(body, &training.motions, settings)?;
+        let mut learner = GraphLearner::new(body, &motions.motions, settings)?;
         grow_all(&mut learner, watch, |_| Ok(()))?;
         let graph = Arc::new(learner.finish());
         self.learned.push((settings.clone(), graph.clone()));
@@ -67,28 +80,37 @@ impl Models {
         single: bool,
         body: &Humanoid,
         rate: f64,
+        watch: &dyn Watch,
     ) -> Result<Arc<GpdmGraph>, ExperimentError> {
         let path = self.folder.join(name);
-        let at = match self.read.iter().position(|(known, ..)| *known == path) {
+        let at = match self.read.iter().position(|known| known.path == path) {
             Some(at) => at,
             None => {
-                let LearnedModel { facts, graph, .. } = LearnedModel::read(&path)?;
-                self.read.push((path.clone(), facts, graph.into()));
+                let model = LearnedModel::read(&path)?;
+                let sources = model.sources();
+                if sources.iter().any(|source| source.fingerprint.is_none()) {
+                    watch.say(&format!(
+                        "{} has no fingerprint of what it learned from, as of an older version: whether that is the test is told by \
+                         the names and hashes of files alone; train it again",
+                        path.display()
+                    ));
+                }
+                self.read.push(ReadModel { path: path.clone(), facts: model.facts, sources, graph: model.graph.into() });
                 self.read.len() - 1
             }
         };
-        let (_, facts, graph) = &self.read[at];
+        let ReadModel { facts, sources, graph, .. } = &self.read[at];
         facts.check_fits(&path, body, rate)?;
         let unfit = |detail: String| Err(ExperimentError::Malformed { path: path.clone(), detail });
         if facts.settings.single != single {
             let (found, wanted) = if single { ("gpdm-graph", "gpdm") } else { ("gpdm", "gpdm-graph") };
             return unfit(format!("is a {found}, and this tracker wants a {wanted}; learn one with --model {wanted}"));
         }
-        let of_test = |from: &LearnedFrom| self.test.as_ref().is_some_and(|test| shares_frames(from, test));
-        if let Some(from) = facts.learned_from.iter().find(|from| of_test(from)) {
+        let of_test = |from: &SourceRecording| self.test.as_ref().and_then(|test| from.shared_frames(test));
+        if let Some((from, (first, last))) = sources.iter().find_map(|from| of_test(from).map(|frames| (from, frames))) {
             return unfit(format!(
-                "learned from frames of `{}` that are frames of the scenario's [motion] too; learn from other frames than \
-                 those of the test",
+                "learned from frames of `{}` that are frames of the scenario's [motion] too ({first} to {last}); learn from other \
+                 frames than those of the test",
                 from.clip
             ));
         }
@@ -110,7 +132,7 @@ impl Models {
     ) -> Result<LatentModel, ExperimentError> {
         let (body, learning) = (&set.start.body, settings.model.learning());
         let graph = match &settings.model_file {
-            Some(name) => self.of_file(name, learning.single, body, set.frames_per_second)?,
+            Some(name) => self.of_file(name, learning.single, body, set.frames_per_second, watch)?,
             None => self.learn(&learning, body, &set.start.training, watch)?,
         };
         let model = LatentModel::new(body.clone(), graph, settings.latent())?;
@@ -135,17 +157,6 @@ impl Models {
             ));
         }
     }
-}
-
-/// Whether a model learned from frames of the test's motion.
-fn shares_frames(from: &LearnedFrom, test: &MotionSettings) -> bool {
-    let learned = MotionSettings {
-        sha256: from.sha256.clone(),
-        first_frame: from.first_frame,
-        last_frame: from.last_frame,
-        ..MotionSettings::of_clip(&from.clip)
-    };
-    shared_frames(&learned, test).is_some()
 }
 
 /// Why learning stopped early.

@@ -26,6 +26,7 @@ mod oracle;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod placement;
 mod results;
 mod run;
 mod scenario;

@@ -12,7 +12,8 @@ use super::partial_file::{beside, is_free, put};
 use super::staging::robot_named;
 use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
 use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
-use crate::body::retarget::{RetargetOptions, retarget};
+use crate::benchmark_set::SourceRecording;
+use crate::body::retarget::{MotionFingerprint, RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::gpdm::GpdmError;
@@ -27,6 +28,8 @@ pub struct TrainingInput {
     pub motions: Vec<Motion>,
     /// Where each came from.
     pub learned_from: Vec<LearnedFrom>,
+    /// What its frames are known by in any other file.
+    pub fingerprints: Vec<Option<MotionFingerprint>>,
     /// What a user should know of the recordings.
     pub notes: Vec<String>,
 }
@@ -42,6 +45,8 @@ pub struct ClipOptions {
     pub first_frame: Option<usize>,
     /// Last frame of every recording that is used, inclusive.
     pub last_frame: Option<usize>,
+    /// Length of the files' unit, metres; `None` for what the format says or a guess.
+    pub metres_per_unit: Option<f64>,
 }
 
 /// A model that was learned.
@@ -59,18 +64,15 @@ impl TrainingInput {
     /// # Errors
     /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is refused.
     pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
-        let Some(training) = &file.scenario.training else {
+        if file.scenario.training.is_none() {
             let message = "expected [[training.clips]]: a motion model may not be learned from the test's own frames";
             return Err(ScenarioError::from(file.complaint("training", message.to_owned())).into());
         };
         let staged = Staged::new(file, mocap_directory)?;
-        let motions = staged.start.training.motions;
-        let sha256 = |clip: &MotionSettings| {
-            clip_file::sha256_of_clip(&file.folder, Path::new(&clip.clip), clip, mocap_directory)
-        };
-        let from = |(clip, motion)| LearnedFrom::of(clip, sha256(clip), motion);
-        let learned_from = training.clips.iter().zip(&motions).map(from).collect();
-        Ok(Self { body: staged.start.body, motions, learned_from, notes: staged.notes })
+        let motions = staged.start.training.motions().to_vec();
+        let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::of(s, m)).collect();
+        let fingerprints = staged.training_sources.into_iter().map(|source| source.fingerprint).collect();
+        Ok(Self { body: staged.start.body, motions, learned_from, fingerprints, notes: staged.notes })
     }
 
     /// Recordings, each retargeted to the robot at its subject's size.
@@ -84,19 +86,27 @@ impl TrainingInput {
     ) -> Result<Self, ExperimentError> {
         let template = robot_named(Path::new(""), &options.robot)
             .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
-        let mut input = Self { body: template.clone(), motions: vec![], learned_from: vec![], notes: vec![] };
+        let mut input = Self {
+            body: template.clone(),
+            motions: vec![],
+            learned_from: vec![],
+            fingerprints: vec![],
+            notes: vec![],
+        };
         for (index, clip) in clips.iter().enumerate() {
             let settings = MotionSettings {
                 first_frame: options.first_frame,
                 last_frame: options.last_frame,
                 frames_per_second: options.frames_per_second,
+                metres_per_unit: options.metres_per_unit,
                 ..MotionSettings::of_clip(&clip.display().to_string())
             };
-            let recording = clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &in_arguments)?;
+            let clip_file::Recording { clip: recording, source } =
+                clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &in_arguments)?;
             let performed = retarget(&recording, &template, &RetargetOptions::default())
                 .map_err(|e| ExperimentError::from(e).about(clip))?;
-            let sha256 = clip_file::sha256_of_clip(Path::new(""), clip, &settings, mocap_directory);
-            input.learned_from.push(LearnedFrom::of(&settings, sha256, &performed.motion));
+            input.learned_from.push(LearnedFrom::of(&source, &performed.motion));
+            input.fingerprints.push(source.fingerprint);
             input.notes.extend(performed.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));
             input.motions.push(performed.motion);
             if index == 0 {
@@ -132,17 +142,17 @@ impl TrainingInput {
 }
 
 impl LearnedFrom {
-    fn of(settings: &MotionSettings, sha256: Option<String>, motion: &Motion) -> Self {
+    fn of(source: &SourceRecording, motion: &Motion) -> Self {
         let numbers = motion.poses.iter().flat_map(|pose| {
             let (t, q) = (pose.world_from_root.translation.vector, pose.world_from_root.rotation);
             [t.x, t.y, t.z, q.w, q.i, q.j, q.k].into_iter().chain(pose.joint_angles.iter().copied())
         });
         let bytes: Vec<u8> = numbers.flat_map(f64::to_le_bytes).collect();
         Self {
-            clip: settings.clip.clone(),
-            sha256,
-            first_frame: settings.first_frame,
-            last_frame: settings.last_frame,
+            clip: source.clip.clone(),
+            sha256: source.sha256.clone(),
+            first_frame: Some(source.first_frame),
+            last_frame: Some(source.last_frame),
             frames: motion.poses.len(),
             poses_sha256: hex_sha256(&bytes),
         }
@@ -171,6 +181,7 @@ pub fn train(
         facts: ModelFacts { whole, ..facts.clone() },
         body: input.body.clone(),
         graph: graph.clone(),
+        fingerprints: input.fingerprints.clone(),
     };
     if let Some(kept) = kept(&partial, &facts, watch) {
         let models = kept.graph.segments.len();
@@ -215,6 +226,7 @@ fn in_arguments(key: &'static str, detail: String) -> ExperimentError {
         "first_frame" => "--first-frame",
         "last_frame" => "--last-frame",
         "frames_per_second" => "--fps",
+        "metres_per_unit" => "--metres-per-unit",
         _ => "CLIP",
     };
     ExperimentError::Argument { argument, detail }

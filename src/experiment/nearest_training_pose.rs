@@ -1,7 +1,6 @@
 //! The training pose nearest to the truth, posing as a tracker: what a perfect choice among training poses would reach. Only this
 //! room can make one: a tracker never sees the truth.
 
-use crate::benchmark_set::Training;
 use crate::body::{Humanoid, Motion, Pose};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 use crate::observation::Observation;
@@ -14,10 +13,10 @@ pub(super) struct NearestTrainingPose {
 
 impl NearestTrainingPose {
     /// `truth` has one pose of `body`, the tracker's, a frame.
-    pub(super) fn new(body: &Humanoid, training: &Training, truth: &Motion) -> Self {
-        let chart = PoseChart::learn(body, &training.motions);
+    pub(super) fn new(body: &Humanoid, training: &[Motion], truth: &Motion) -> Self {
+        let chart = PoseChart::learn(body, training);
         let known: Vec<_> =
-            training.motions.iter().flat_map(|m| &m.poses).map(|pose| (chart.rotations(pose), pose)).collect();
+            training.iter().flat_map(|m| &m.poses).map(|pose| (chart.rotations(pose), pose)).collect();
         let nearest = |truth: &Pose| {
             let rotations = chart.rotations(truth);
             let near = known.iter().map(|(r, pose)| (distance(&rotations, r), pose));

@@ -42,6 +42,8 @@ pub struct RunRecord {
     pub tracker: String,
     /// The tracker and all its settings, as a scenario writes them; absent for poses that another program made.
     pub settings: Option<TrackerSettings>,
+    /// What the tracker learned from, in words; empty where it learns nothing, and for poses that another program made.
+    pub learned_from: Vec<String>,
     /// Hash of the set's files.
     pub set_hash: String,
     /// Version of the program.
@@ -146,6 +148,7 @@ fn record(
         seeds,
         tracker: track.map_or("external", |t| t.tracker.name()).to_owned(),
         settings: track.map(|t| t.tracker.clone()),
+        learned_from: track.map(|t| t.learned_from.clone()).unwrap_or_default(),
         set_hash: set.blind.set_hash.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         facts: facts.to_vec(),
@@ -262,11 +265,20 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
         "Provenance",
         vec![
             ("seeds", seeds.join(", ")),
+            ("learned from", learned_from_in_words(tracked)),
             ("set", blind.set_hash.clone()),
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ],
     ));
     groups
+}
+
+fn learned_from_in_words(tracked: &Tracked) -> String {
+    match tracked.record.as_ref().map(|record| record.learned_from.as_slice()) {
+        None => "not known: poses of another program".to_owned(),
+        Some([]) => "nothing".to_owned(),
+        Some(all) => all.join("; "),
+    }
 }
 
 fn observations(props: &[Prop]) -> String {

@@ -9,7 +9,7 @@ use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::partial_directory::PartialDirectory;
 use super::results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord, tracker_in_words};
 use super::staging::Staged;
-use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::tracking::{LEARNED_FROM_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models, Scenario, ScenarioError, ScenarioFile, TrackerSettings};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SET_ENTRIES, SetParts, TruthSet, is_set};
@@ -17,8 +17,17 @@ use crate::observation::Observer;
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
 /// All files of a run: what may be replaced by the next run.
-const RUN_FILES: [&str; 8] =
-    [RUN_FILE, CONTACT_SHEET_FILE, PER_FRAME_FILE, POSES_FILE, REPORT_FILE, TRACK_FILE, SEARCH_FILE, SCENARIO_FILE];
+const RUN_FILES: [&str; 9] = [
+    RUN_FILE,
+    CONTACT_SHEET_FILE,
+    PER_FRAME_FILE,
+    POSES_FILE,
+    REPORT_FILE,
+    TRACK_FILE,
+    SEARCH_FILE,
+    LEARNED_FROM_FILE,
+    SCENARIO_FILE,
+];
 /// Where a result goes.
 #[derive(Clone, Copy, Debug)]
 pub struct Destination<'a> {
@@ -55,6 +64,7 @@ pub fn draw(
         ground_truth: &staged.ground_truth,
         refitted: Some(&staged.refitted),
         facts: &staged.facts,
+        recording: Some(&staged.source),
     };
     let observer = Observer::new(&staged.ground_truth, &staged.rig);
     let seen = AtomicBool::new(false);
@@ -137,9 +147,37 @@ pub fn evaluate_run(set: &Path, run: &Path, watch: &dyn Watch) -> Result<RunReco
         set: set.to_owned(),
         detail,
     })?;
+    check_sources(&whole, &tracked, run, watch)?;
     let results = measure(&whole, &tracked, watch)?;
     replace_files(run, &results.files)?;
     Ok(results.record)
+}
+
+/// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies beside the truth.
+fn check_sources(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    run: &Path,
+    watch: &dyn Watch,
+) -> Result<(), ExperimentError> {
+    if tracked.sources.is_empty() {
+        return Ok(());
+    }
+    let Some(test) = &set.truth.recording else {
+        watch.say("the set does not say which recording it is of: whether the run's model learned from it cannot be told");
+        return Ok(());
+    };
+    for source in &tracked.sources {
+        if let Some((first, last)) = source.shared_frames(test) {
+            let (run, clip) = (run.to_owned(), source.clip.clone());
+            return Err(ExperimentError::LearnedFromTest { run, clip, first, last });
+        }
+        if source.fingerprint.is_none() {
+            let clip = &source.clip;
+            watch.say(&format!("`{clip}`, of which the run's model learned, is told from the test by name and hash alone"));
+        }
+    }
+    Ok(())
 }
 
 /// `skiagraph run`: renders, tracks and measures a scenario with all its seeds.
@@ -156,7 +194,7 @@ pub fn run(
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = Attempt { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
-    let record = attempt.run(&mut Models::of(file), watch)?.record;
+    let record = attempt.run(&mut Models::of(file, &set.truth), watch)?.record;
     directory.finish(&RUN_FILES)?;
     Ok(Done { record, notes })
 }

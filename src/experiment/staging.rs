@@ -5,8 +5,9 @@ use std::path::Path;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
+use super::placement::place;
 use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
-use crate::benchmark_set::{ContactFacts, Start, Training, TruthFacts};
+use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::retarget::{
     FitOptions, RetargetError, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers,
     fit_shape, retarget,
@@ -16,6 +17,7 @@ use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
 use crate::contact::{ContactRule, GroundContacts, GroundQuality, Push, SimulationSettings, check_feet, fix, simulate};
 use crate::input::excerpt;
 use crate::mocap::Clip;
+use crate::motion_model::{Prediction, ProposalScales};
 use crate::scene::GroundTruth;
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
@@ -30,6 +32,10 @@ pub struct Staged {
     pub rig: CameraRig,
     /// The truth, frame by frame.
     pub ground_truth: GroundTruth,
+    /// Which frames of which file the actor performs.
+    pub source: SourceRecording,
+    /// The same of every training motion.
+    pub training_sources: Vec<SourceRecording>,
     /// What the tracker is told.
     pub start: Start,
     /// The tracker's body brought nearest to the truth; one pose a frame.
@@ -49,7 +55,8 @@ impl Staged {
     /// [`ExperimentError`] that names the file, line or key.
     pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let scenario = &file.scenario;
-        let clip = clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
+        let clip_file::Recording { clip, source } =
+            clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
         let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
         let same_robot = scenario.actor.robot == scenario.tracker_body.robot;
         let tracker_template = match same_robot {
@@ -57,17 +64,19 @@ impl Staged {
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
         let mut performed = retargeted(file, "motion.clip", "actor.robot", &clip, &actor_template)?;
+        place(&mut performed.motion, &scenario.motion).map_err(|e| unsound(file, "motion.heading_deg", e))?;
         let contact = perform(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
-        let training = match training::load(file, mocap_directory, &actor_template, &body)? {
-            Some(training) => training,
-            None if same_robot => Training::of_the_test(performed.motion.clone()),
+        let learned = training::load(file, mocap_directory, &actor_template, &body, &source)?;
+        let (training, training_sources) = match learned {
+            Some(learned) => (Training::Motions(learned.training), learned.sources),
+            None if same_robot => (spread(&body, &performed.motion)?, Vec::new()),
             None => {
                 let mut own = retargeted(file, "motion.clip", "tracker_body.robot", &clip, &tracker_template)?;
                 if check_feet(&own.humanoid).is_ok() {
                     settle(scenario.actor.contact, &mut own)?;
                 }
-                Training::of_the_test(own.motion)
+                (spread(&body, &own.motion)?, Vec::new())
             }
         };
         let rig = rig(file, &performed.motion)?;
@@ -102,6 +111,8 @@ impl Staged {
             clip: clip.name,
             rig,
             start: Start { body, pose, training },
+            source,
+            training_sources,
             refitted,
             report: performed.report,
             facts: TruthFacts {
@@ -133,6 +144,20 @@ pub(super) fn retargeted(
         let key = if matches!(error, RetargetError::MissingMarkers { .. }) { robot_key } else { clip_key };
         unsound(file, key, error.to_string())
     })
+}
+
+/// Of how many differences a spread is made at least: a root mean square of fewer would tell the differences.
+const LEAST_DIFFERENCES: usize = 10;
+
+/// What a tracker's side may hold of the test's own motion: how far each number of a pose moves from frame to frame. Of a motion of
+/// very few frames not even that, but what is usual for a human.
+fn spread(body: &Humanoid, motion: &Motion) -> Result<Training, ExperimentError> {
+    let of = |prediction: Prediction| match motion.poses.len() > LEAST_DIFFERENCES + 1 {
+        true => ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction),
+        false => Ok(ProposalScales::for_human(body, motion.frames_per_second).in_step_order()),
+    };
+    let (change, change_of_change) = (of(Prediction::None)?, of(Prediction::ConstantVelocity)?);
+    Ok(Training::Spread(StepSpread { change, change_of_change }))
 }
 
 /// What to tell the user about a body that cannot stand.

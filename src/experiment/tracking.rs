@@ -1,4 +1,5 @@
-//! Running a tracker over a set, and what it leaves on disk: `track.json`, `poses.npz` and `search.npz`.
+//! Running a tracker over a set, and what it leaves on disk: `track.json`, `poses.npz` and `search.npz`; and `learned_from.npz` where
+//! it moves on a model from a file.
 //!
 //! `poses.npz` holds the answers; anybody's tracker may write it. `search.npz` says how ours searched:
 //!
@@ -20,10 +21,12 @@ use super::oracle::Oracle;
 use super::scenario::TrackerSettings;
 use super::watch::{Stage, Watch, advance};
 use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models, json_tree};
-use crate::benchmark_set::{Array, BlindSet, Npz, RunPoses, Values};
+use crate::benchmark_set::{
+    Array, BlindSet, Npz, RunPoses, SourceRecording, Training, Values, recordings_from_npz, recordings_to_npz,
+};
 use crate::body::Motion;
 use crate::input::limits;
-use crate::motion_model::{Diffusion, ProposalScales};
+use crate::motion_model::{Diffusion, Prediction, ProposalScales};
 use crate::tracker::{
     AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
     Tracker,
@@ -32,6 +35,8 @@ use crate::tracker::{
 pub(super) const TRACK_FILE: &str = "track.json";
 pub(super) const POSES_FILE: &str = "poses.npz";
 pub(super) const SEARCH_FILE: &str = "search.npz";
+/// What the tracker's model file learned from, where it has one: the format of a set's `truth/recording.npz`.
+pub(super) const LEARNED_FROM_FILE: &str = "learned_from.npz";
 
 const LAYER_COLUMNS: [&str; 6] =
     ["lambda", "effective_sample_size", "energy_min", "energy_mean", "energy_std", "degenerate"];
@@ -45,6 +50,8 @@ pub struct Tracked {
     pub poses: RunPoses,
     /// `[seed][frame]`: how the search went; empty for poses that another program made.
     pub search: Vec<Vec<SearchRecord>>,
+    /// Which recordings a model from a file learned from; empty without such a model.
+    pub sources: Vec<SourceRecording>,
 }
 
 /// Who tracked what: `track.json`.
@@ -56,6 +63,9 @@ pub struct TrackRecord {
     pub tracker: TrackerSettings,
     /// Which set, by the hash of its files.
     pub set_hash: String,
+    /// What the tracker learned from, in words; empty where it learns nothing.
+    #[serde(default)]
+    pub learned_from: Vec<String>,
     /// Version of the program.
     pub version: String,
     /// What differs from run to run.
@@ -131,10 +141,23 @@ pub fn track(
         schema: "skiagraph.track/1".to_owned(),
         tracker: settings.clone(),
         set_hash: set.set_hash.clone(),
+        learned_from: learned_from(set, settings, models),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         timing,
     };
-    Ok(Tracked::new(record, set.frames_per_second, seeds, estimates))
+    let sources = settings.model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
+    Ok(Tracked { sources, ..Tracked::new(record, set.frames_per_second, seeds, estimates) })
+}
+
+/// What a tracker learned from, in words, one entry a recording.
+fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> Vec<String> {
+    match (settings, settings.model_file()) {
+        (TrackerSettings::Frozen(_) | TrackerSettings::Oracle(_), _) => Vec::new(),
+        (_, None) => set.start.training.in_words(),
+        (_, Some(name)) => {
+            models.sources_of(name).iter().map(|source| format!("{name}: {}", source.in_words())).collect()
+        }
+    }
 }
 
 /// What a tracker may be built from.
@@ -157,7 +180,13 @@ impl Workshop<'_> {
         let truth = || self.truth.ok_or(ExperimentError::OracleNeedsTruth);
         Ok(match settings {
             TrackerSettings::AnnealedParticleFilter(s) => {
-                let scales = ProposalScales::from_motions(body, &training.motions, s.prediction)?;
+                let scales = match (training, s.prediction) {
+                    (Training::Motions(t), prediction) => ProposalScales::from_motions(body, &t.motions, prediction)?,
+                    (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
+                    (Training::Spread(t), Prediction::ConstantVelocity) => {
+                        ProposalScales::from_root_mean_squares(&t.change_of_change)
+                    }
+                };
                 let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
                 let likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
                 match s.plausibility {
@@ -172,8 +201,10 @@ impl Workshop<'_> {
             TrackerSettings::SwitchingGpdm(s) => self.latent(s, models, seed)?,
             TrackerSettings::GpdmGraph(s) => self.latent(s, models, seed)?,
             TrackerSettings::Frozen(_) => Box::new(Frozen::default()),
-            TrackerSettings::NearestTrainingPose(_) if training.of_the_test => return Err(ExperimentError::NoTraining),
-            TrackerSettings::NearestTrainingPose(_) => Box::new(NearestTrainingPose::new(body, training, truth()?)),
+            TrackerSettings::NearestTrainingPose(_) => match training {
+                Training::Motions(t) => Box::new(NearestTrainingPose::new(body, &t.motions, truth()?)),
+                Training::Spread(_) => return Err(ExperimentError::NoTraining),
+            },
             TrackerSettings::Oracle(s) => Box::new(Oracle::new(truth()?.poses.clone(), s.clone(), seed)),
         })
     }
@@ -206,7 +237,7 @@ impl Tracked {
             search.push(records.collect());
         }
         let poses = RunPoses { frames_per_second, seeds: seeds.to_vec(), estimates: poses };
-        Self { record: Some(record), poses, search }
+        Self { record: Some(record), poses, search, sources: Vec::new() }
     }
 
     /// The files of a run that has not been measured yet.
@@ -218,6 +249,9 @@ impl Tracked {
         if let Some(record) = &self.record {
             files.push((TRACK_FILE, super::to_json(record)?));
             files.push((SEARCH_FILE, search_to_npz(&self.search).to_bytes(SEARCH_FILE)?));
+        }
+        if !self.sources.is_empty() {
+            files.push((LEARNED_FROM_FILE, recordings_to_npz(LEARNED_FROM_FILE, &self.sources)?));
         }
         Ok(files)
     }
@@ -246,7 +280,12 @@ impl Tracked {
                 (Some(record), search)
             }
         };
-        Ok(Self { record, poses, search })
+        let path = folder.join(LEARNED_FROM_FILE);
+        let sources = match path.is_file() {
+            false => Vec::new(),
+            true => recordings_from_npz(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?,
+        };
+        Ok(Self { record, poses, search, sources })
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::asf::{AcclaimChannel, AcclaimJoint, AcclaimSkeleton};
-use super::read::{ReadOptions, clip_name};
+use super::read::{ReadOptions, UpAxis, clip_name};
 use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording};
 use super::text_cursor::{TextCursor, quoted};
 use super::{Clip, MocapError};
@@ -43,7 +43,8 @@ pub fn parse_amc(
         rest_offsets: skeleton.joints.iter().map(|joint| joint.offset).collect(),
         empty_frames: motion.empty_frames,
         metres_per_unit: skeleton.metres_per_unit(),
-        up: None,
+        // Acclaim's skeletons stand along Y
+        up: Some(UpAxis::Y),
     };
     recording.into_clip(file, options)
 }

@@ -70,6 +70,17 @@ pub enum MocapError {
         /// How many there are.
         frames: usize,
     },
+    /// No usual unit makes the body human.
+    #[error(
+        "{file}: expected a body that is 1.2 to 2.3 m tall in a usual unit (mm, cm, dm, m, inch, foot or CMU's inch/0.45), found one \
+         of {length:.4} units; say how long the file's unit is (`metres_per_unit` in a scenario, --metres-per-unit on the command line)"
+    )]
+    UnknownUnit {
+        /// The file.
+        file: String,
+        /// How tall the body is, in file units.
+        length: f64,
+    },
     /// A setting that makes no sense.
     #[error("{setting}: expected {}, found {found}", plain(expected))]
     Setting {

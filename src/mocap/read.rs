@@ -187,6 +187,7 @@ mod tests {
         let mut text = b"HIERARCHY\nROOT H\xfcfte\n{\nOFFSET 0 0 0\nCHANNELS 1 Zposition\n}\n".to_vec();
         text.extend(b"MOTION\nFrames: 2\nFrame Time: 0.1\n1\n2\n");
         fs::write(&path, text).unwrap();
-        assert_eq!(read(&path, &ReadOptions::default()).unwrap().skeleton.joints[0].name, "H\u{fffd}fte");
+        let options = ReadOptions { metres_per_unit: Some(1.0), ..ReadOptions::default() };
+        assert_eq!(read(&path, &options).unwrap().skeleton.joints[0].name, "H\u{fffd}fte");
     }
 }

@@ -42,10 +42,15 @@ impl Recording {
             return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: self.clip.frames.len() });
         }
         let stature = Stature::measure(&self.clip, &self.rest_offsets);
-        let up = options.up.or(self.up).unwrap_or_else(|| stature.guess_up(&mut self.clip.notes));
+        let notes = &mut self.clip.notes;
+        let up = match (options.up, self.up) {
+            (Some(up), _) => up,
+            (None, Some(up)) => stature.accept_up(up, notes),
+            (None, None) => stature.guess_up(notes),
+        };
         let metres_per_unit = match options.metres_per_unit.or(self.metres_per_unit) {
-            Some(unit) => stature.accept_unit(up, unit, &mut self.clip.notes),
-            None => stature.guess_unit(up, &mut self.clip.notes),
+            Some(unit) => stature.accept_unit(unit, notes),
+            None => stature.guess_unit(file, notes)?,
         };
         scale(&mut self.clip, metres_per_unit);
         if up == UpAxis::Y {

@@ -1,15 +1,23 @@
-//! How tall a skeleton stands, and what that says about the file's up axis and unit.
+//! How tall a skeleton is, and what that says about the file's unit and up axis.
+//!
+//! The rest pose of a file need not be a standing one: it may lie, or be no pose at all (bones along their own axes). So
+//! the unit is told from what does not change with it: how far the body reaches in the recorded frames, and how long its bones
+//! are together. The up axis is told from the rest pose where the motion agrees with it; else the body stands along the
+//! axis on which its lowest point stays at one level.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::Clip;
 use super::read::UpAxis;
+use super::{Clip, MocapError};
 
 /// A skeleton's joints and tips stand about this high, metres.
 const ADULT: f64 = 1.7;
 
-/// Heights that an adult's (or a tall child's) skeleton may have, metres.
-const HUMAN: std::ops::RangeInclusive<f64> = 1.25..=2.1;
+/// Statures that a guessed unit may lead to, metres: from a child of six to the tallest.
+const HUMAN: std::ops::RangeInclusive<f64> = 1.2..=2.3;
+
+/// Beyond these a guessed unit is questioned, metres.
+const USUAL: std::ops::RangeInclusive<f64> = 1.4..=2.1;
 
 /// Units that recordings are written in. CMU's is an inch over 0.45.
 const UNITS: [(&str, f64); 7] = [
@@ -22,110 +30,205 @@ const UNITS: [(&str, f64); 7] = [
     ("CMU's inch/0.45", 0.0254 / 0.45),
 ];
 
+/// The longest way along a human skeleton's bones, from a hand to a foot, in statures: 1.48 to 1.62 in six recordings of four
+/// conventions.
+const LONGEST_WAY: f64 = 1.55;
+
+/// How far a body's reach in its frames may lie from what its bones say: less where it never stands, more where the arms
+/// are raised.
+const REACH_TOLERANCE: f64 = 0.1;
+
 /// How much longer the up axis must be than the other for the rest pose alone to decide.
 const DECISIVE: f64 = 1.5;
+
+/// How much steadier the lowest point must be along the up axis than along the other for the floor to decide.
+const STEADIER: f64 = 3.0;
 
 /// Frames that are measured, spread over the clip.
 const SAMPLES: usize = 101;
 
-/// Extents of a skeleton along the file's axes, file units.
+/// A skeleton's measures, file units.
 pub(super) struct Stature {
-    /// With every joint unrotated.
+    /// Extents along the axes with every joint unrotated.
     rest: Vector3<f64>,
-    /// As moved: the median over frames, axis by axis.
+    /// As moved: extents that three quarters of the frames do not exceed, axis by axis.
     moved: Vector3<f64>,
+    /// By how much the lowest point moves along each axis: from its first to its ninth decile.
+    floor: Vector3<f64>,
+    /// The body's length, standing or not.
+    length: f64,
 }
 
 impl Stature {
     pub(super) fn measure(clip: &Clip, rest_offsets: &[Vector3<f64>]) -> Self {
+        let body = Body::of(clip);
         let rest: Vec<_> = rest_offsets.iter().map(|o| Isometry3::translation(o.x, o.y, o.z)).collect();
-        let step = clip.frames.len().div_ceil(SAMPLES);
-        let moved: Vec<_> = clip.frames.iter().step_by(step).map(|frame| extent(clip, frame)).collect();
-        let median = |axis: usize| {
-            let mut lengths: Vec<f64> = moved.iter().map(|e| e[axis]).collect();
-            lengths.sort_by(f64::total_cmp);
-            lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)
+        let (low, high) = bounds(&body.points(clip, &rest));
+        let boxes: Vec<_> = sampled(clip).map(|frame| bounds(&body.points(clip, frame))).collect();
+        let along = |of: &dyn Fn(&(Vector3<f64>, Vector3<f64>), usize) -> f64, share: f64| {
+            Vector3::from_fn(|axis, _| quantile(boxes.iter().map(|b| of(b, axis)).collect(), share))
         };
-        Self { rest: extent(clip, &rest), moved: Vector3::new(median(0), median(1), median(2)) }
+        let lowest = |b: &(Vector3<f64>, Vector3<f64>), axis: usize| b.0[axis];
+        Self {
+            rest: high - low,
+            moved: along(&|b, axis| b.1[axis] - b.0[axis], 0.75),
+            floor: along(&lowest, 0.9) - along(&lowest, 0.1),
+            length: body.length(clip),
+        }
     }
 
-    /// Y or Z, whichever the resting skeleton stands along; where its rest pose is no standing one, the moved one says.
+    /// Y or Z, said in `notes`.
     pub(super) fn guess_up(&self, notes: &mut Vec<String>) -> UpAxis {
-        let longer = |extent: &Vector3<f64>| if extent.y >= extent.z { UpAxis::Y } else { UpAxis::Z };
         let by_motion = longer(&self.moved);
-        let guess = if self.rest_decides() { longer(&self.rest) } else { by_motion };
+        let by_rest = self.rest_decides().then(|| longer(&self.rest)).filter(|axis| *axis != by_motion);
+        let Some(by_rest) = by_rest else {
+            notes.push(format!("up axis guessed: {by_motion:?}"));
+            return by_motion;
+        };
+        let guess = self.steadier().unwrap_or(by_motion);
         notes.push(format!("up axis guessed: {guess:?}"));
-        if guess != by_motion {
-            notes.push(format!("in most frames the body is longer along {by_motion:?}: lying down, or set `up`"));
-        }
+        notes.push(match guess == by_motion {
+            true => format!("the rest pose lies along {by_rest:?}, the motion stands along {by_motion:?}; else set `up`"),
+            false => format!("in most frames the body is longer along {by_motion:?}: lying down, or set `up`"),
+        });
         guess
     }
 
-    /// The usual unit that makes this skeleton's height nearest to an adult's, said in `notes`; where none makes a human
-    /// height, the unit that makes it 1.7 m.
-    pub(super) fn guess_unit(&self, up: UpAxis, notes: &mut Vec<String>) -> f64 {
-        let height = self.height(up);
-        let misfit = |unit: f64| libm::log(height * unit / ADULT).abs();
+    /// An axis that the format itself fixes; a body that seems to stand along the other one is said in `notes`.
+    pub(super) fn accept_up(&self, up: UpAxis, notes: &mut Vec<String>) -> UpAxis {
+        let by_motion = longer(&self.moved);
+        if by_motion != up && self.steadier() == Some(by_motion) {
+            notes.push(format!("the body is longer along {by_motion:?} than along {up:?}, its format's up: lying down, or set `up`"));
+        }
+        up
+    }
+
+    /// The usual unit that makes this skeleton's stature nearest to an adult's, said in `notes`.
+    ///
+    /// # Errors
+    /// [`MocapError::UnknownUnit`] where none makes it human.
+    pub(super) fn guess_unit(&self, file: &str, notes: &mut Vec<String>) -> Result<f64, MocapError> {
+        let misfit = |unit: f64| libm::log(self.length * unit / ADULT).abs();
         let nearest = UNITS
             .into_iter()
-            .filter(|(_, unit)| HUMAN.contains(&(height * unit)))
+            .filter(|(_, unit)| HUMAN.contains(&(self.length * unit)))
             .min_by(|a, b| misfit(a.1).total_cmp(&misfit(b.1)));
-        match nearest {
-            Some((name, unit)) => {
-                notes.push(format!(
-                    "unit guessed: {name} ({unit:.6} m); the skeleton then stands {:.2} m high",
-                    height * unit
-                ));
-                unit
-            }
-            None if height > 0.0 => {
-                let unit = ADULT / height;
-                notes.push(format!(
-                    "no usual unit makes this skeleton human (height {height:.4} units): scaled to {ADULT} m, \
-                     1 unit = {unit:.6} m; set `metres_per_unit` if you know better"
-                ));
-                unit
-            }
-            None => {
-                notes.push("the skeleton has no height: unit taken as the metre".to_owned());
-                1.0
-            }
+        let Some((name, unit)) = nearest else {
+            return Err(MocapError::UnknownUnit { file: file.to_owned(), length: self.length });
+        };
+        let stature = self.length * unit;
+        notes.push(format!("unit guessed: {name} ({unit:.6} m); the body is then {stature:.2} m tall"));
+        if !USUAL.contains(&stature) {
+            notes.push(format!("{stature:.2} m is unusual: set `metres_per_unit` if another unit is meant"));
         }
+        Ok(unit)
     }
 
-    /// A unit that is known; a height that no human has is said in `notes`.
-    pub(super) fn accept_unit(&self, up: UpAxis, unit: f64, notes: &mut Vec<String>) -> f64 {
-        let height = self.height(up) * unit;
-        if !HUMAN.contains(&height) {
-            notes.push(format!("the skeleton stands {height:.3} m high with 1 unit = {unit:.6} m: is that meant?"));
+    /// A unit that is known; a stature that hardly any human has is said in `notes`.
+    pub(super) fn accept_unit(&self, unit: f64, notes: &mut Vec<String>) -> f64 {
+        let stature = self.length * unit;
+        if !HUMAN.contains(&stature) {
+            notes.push(format!("the body is {stature:.3} m tall with 1 unit = {unit:.6} m: is that meant?"));
         }
         unit
-    }
-
-    fn height(&self, up: UpAxis) -> f64 {
-        let extent = if self.rest_decides() { &self.rest } else { &self.moved };
-        match up {
-            UpAxis::Y => extent.y,
-            UpAxis::Z => extent.z,
-        }
     }
 
     fn rest_decides(&self) -> bool {
         self.rest.y > DECISIVE * self.rest.z || self.rest.z > DECISIVE * self.rest.y
     }
+
+    /// The axis along which the lowest point stays at one level, where it is clearly one of the two.
+    fn steadier(&self) -> Option<UpAxis> {
+        let [y, z] = [self.floor.y, self.floor.z];
+        (y > STEADIER * z || z > STEADIER * y).then_some(if y < z { UpAxis::Y } else { UpAxis::Z })
+    }
 }
 
-/// Edge lengths of the box around all joints and tips.
-fn extent(clip: &Clip, frame: &[Isometry3<f64>]) -> Vector3<f64> {
-    let mut low = Vector3::repeat(f64::INFINITY);
-    let mut high = Vector3::repeat(f64::NEG_INFINITY);
-    for (joint, world_from_joint) in clip.skeleton.joints.iter().zip(clip.skeleton.joint_frames(frame)) {
-        let position = world_from_joint.translation.vector;
-        let tip = joint.tip.map_or(position, |tip| position + world_from_joint.rotation * tip);
-        low = low.inf(&position).inf(&tip);
-        high = high.sup(&position).sup(&tip);
+impl Clip {
+    /// About how tall the body is that was recorded, standing or not, from its reach and its bones; metres. 0 for a skeleton
+    /// without length.
+    pub fn stature(&self) -> f64 {
+        Body::of(self).length(self)
     }
-    high - low
+}
+
+fn longer(extent: &Vector3<f64>) -> UpAxis {
+    if extent.y >= extent.z { UpAxis::Y } else { UpAxis::Z }
+}
+
+fn sampled(clip: &Clip) -> impl Iterator<Item = &Vec<Isometry3<f64>>> {
+    clip.frames.iter().step_by(clip.frames.len().div_ceil(SAMPLES).max(1))
+}
+
+/// The value that a share of the values do not exceed; 0 of none.
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let index = (share * values.len() as f64) as usize;
+    values.get(index.min(values.len().saturating_sub(1))).copied().unwrap_or(0.0)
+}
+
+/// The joints that are the body: from the first joint on which several hang. What comes before it says where the body is.
+struct Body {
+    is_part: Vec<bool>,
+    top: usize,
+}
+
+impl Body {
+    fn of(clip: &Clip) -> Self {
+        let joints = &clip.skeleton.joints;
+        let mut children = vec![0_usize; joints.len()];
+        joints.iter().filter_map(|joint| joint.parent).for_each(|parent| children[parent] += 1);
+        let is_top = |joint: &usize| children[*joint] != 1 || joints[*joint].tip.is_some();
+        let top = (0..joints.len()).find(is_top).unwrap_or(0);
+        let mut is_part = vec![false; joints.len()];
+        for (index, joint) in joints.iter().enumerate() {
+            is_part[index] = index == top || joint.parent.is_some_and(|parent| is_part[parent]);
+        }
+        Self { is_part, top }
+    }
+
+    /// Where all joints and tips are.
+    fn points(&self, clip: &Clip, frame: &[Isometry3<f64>]) -> Vec<Point3<f64>> {
+        let world = clip.skeleton.joint_frames(frame);
+        let joints = clip.skeleton.joints.iter().zip(&world).zip(&self.is_part).filter(|(_, is_part)| **is_part);
+        let of = joints.flat_map(|((joint, at), _)| {
+            [Some(Point3::origin()), joint.tip.map(Point3::from)].into_iter().flatten().map(move |point| at * point)
+        });
+        of.collect()
+    }
+
+    /// How long the body is: its greatest reach in the frames, as far as its bones allow.
+    fn length(&self, clip: &Clip) -> f64 {
+        let reaches: Vec<f64> = sampled(clip).map(|frame| reach(&self.points(clip, frame))).collect();
+        let by_bones = self.longest_way(clip) / LONGEST_WAY;
+        quantile(reaches, 0.75).clamp((1.0 - REACH_TOLERANCE) * by_bones, (1.0 + REACH_TOLERANCE) * by_bones)
+    }
+
+    /// The longest way along bones from one end of the body to another. A bone is as long as in the median frame.
+    fn longest_way(&self, clip: &Clip) -> f64 {
+        let joints = &clip.skeleton.joints;
+        // the longest way down from each joint
+        let mut down: Vec<f64> = joints.iter().map(|joint| joint.tip.map_or(0.0, |tip| tip.norm())).collect();
+        let mut longest = down[self.top.min(down.len().saturating_sub(1))..].first().copied().unwrap_or(0.0);
+        for index in (self.top + 1..joints.len()).rev().filter(|index| self.is_part[*index]) {
+            let Some(parent) = joints[index].parent else { continue };
+            let bone = quantile(sampled(clip).map(|frame| frame[index].translation.vector.norm()).collect(), 0.5);
+            longest = longest.max(down[parent] + bone + down[index]);
+            down[parent] = down[parent].max(bone + down[index]);
+        }
+        longest
+    }
+}
+
+fn bounds(points: &[Point3<f64>]) -> (Vector3<f64>, Vector3<f64>) {
+    let none = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    points.iter().fold(none, |(low, high), p| (low.inf(&p.coords), high.sup(&p.coords)))
+}
+
+/// The greatest distance between two points.
+fn reach(points: &[Point3<f64>]) -> f64 {
+    let pairs = points.iter().enumerate().flat_map(|(i, a)| points[i + 1..].iter().map(move |b| (a - b).norm_squared()));
+    pairs.fold(0.0, f64::max).sqrt()
 }
 
 #[cfg(test)]
@@ -134,57 +237,73 @@ mod tests {
 
     use super::*;
 
-    fn guess(height: f64) -> (f64, String) {
-        let stature = Stature { rest: Vector3::new(height, height, 0.2 * height), moved: Vector3::repeat(height) };
+    fn standing(length: f64) -> Stature {
+        let extent = Vector3::new(length, length, 0.2 * length);
+        Stature { rest: extent, moved: extent, floor: Vector3::zeros(), length }
+    }
+
+    fn guess(length: f64) -> Result<(f64, String), String> {
         let mut notes = Vec::new();
-        let up = stature.guess_up(&mut notes);
-        assert_eq!(up, UpAxis::Y);
-        (stature.guess_unit(up, &mut notes), notes.join("; "))
+        let unit = standing(length).guess_unit("a.bvh", &mut notes).map_err(|e| e.to_string())?;
+        Ok((unit, notes.join("; ")))
     }
 
     #[test]
     fn the_usual_units_are_told_apart_by_height_from_a_child_to_a_giant() {
         for (_, unit) in UNITS {
             for height in [1.45, 1.7, 1.95] {
-                let (guessed, notes) = guess(height / unit);
+                let (guessed, notes) = guess(height / unit).unwrap();
                 assert_relative_eq!(guessed, unit);
-                assert!(notes.contains(&format!("stands {height:.2} m")), "{notes}");
+                assert!(notes.contains(&format!("{height:.2} m tall")), "{notes}");
             }
         }
     }
 
     #[test]
-    fn an_unusual_unit_is_scaled_to_an_adult_and_said() {
-        let (unit, notes) = guess(38.2);
-        assert_relative_eq!(unit * 38.2, 1.7, epsilon = 1e-12);
-        assert!(notes.contains("set `metres_per_unit`"), "{notes}");
+    fn a_skeleton_that_no_unit_makes_human_asks_for_its_unit() {
+        for length in [0.0, 0.3, 9.0, 300.0, 16_000.0] {
+            let error = guess(length).unwrap_err();
+            assert!(error.starts_with("a.bvh: ") && error.contains("`metres_per_unit`"), "{error}");
+        }
     }
 
     #[test]
-    fn a_skeleton_without_extent_is_taken_in_metres() {
-        assert_eq!(guess(0.0).0, 1.0);
+    fn an_unusual_stature_is_questioned() {
+        let (unit, notes) = guess(38.2).unwrap();
+        assert_relative_eq!(unit, 0.0254 / 0.45);
+        assert!(notes.contains("2.16 m is unusual"), "{notes}");
     }
 
     #[test]
-    fn the_resting_skeleton_says_what_is_up_even_of_somebody_lying() {
-        let lying = Stature { rest: Vector3::new(1.7, 1.7, 0.3), moved: Vector3::new(0.5, 0.4, 1.7) };
+    fn a_rest_pose_that_lies_does_not_turn_a_standing_body() {
+        let mut notes = Vec::new();
+        let lying_rest = Stature { rest: Vector3::new(1.7, 0.3, 1.7), moved: Vector3::new(0.6, 1.7, 0.4), ..standing(1.7) };
+        assert_eq!(lying_rest.guess_up(&mut notes), UpAxis::Y);
+        assert!(notes[1].contains("rest pose lies along Z"), "{notes:?}");
+        // A rest pose with every bone along x says nothing.
+        let straight = Stature { rest: Vector3::new(9.0, 0.1, 0.1), moved: Vector3::new(0.5, 0.5, 1.7), ..standing(1.7) };
+        assert_eq!(straight.guess_up(&mut Vec::new()), UpAxis::Z);
+    }
+
+    #[test]
+    fn the_floor_tells_somebody_lying_from_a_rest_pose_that_lies() {
+        let floor = Vector3::new(0.5, 0.01, 0.4);
+        let (rest, moved) = (Vector3::new(1.7, 1.7, 0.3), Vector3::new(0.5, 0.4, 1.7));
+        let lying = Stature { rest, moved, floor, length: 1.7 };
         let mut notes = Vec::new();
         assert_eq!(lying.guess_up(&mut notes), UpAxis::Y);
         assert!(notes[1].contains("lying down"), "{notes:?}");
-        // A rest pose with every bone along x says nothing.
-        let straight = Stature { rest: Vector3::new(9.0, 0.1, 0.1), moved: Vector3::new(0.5, 0.5, 1.7) };
-        assert_eq!(straight.guess_up(&mut Vec::new()), UpAxis::Z);
-        assert_relative_eq!(straight.guess_unit(UpAxis::Z, &mut Vec::new()), 1.0);
+        let standing = Stature { floor: Vector3::new(0.5, 0.4, 0.01), ..lying };
+        assert_eq!(standing.guess_up(&mut Vec::new()), UpAxis::Z);
     }
 
     #[test]
     fn a_known_unit_that_makes_a_giant_is_taken_and_questioned() {
-        let stature = Stature { rest: Vector3::new(1.0, 170.0, 1.0), moved: Vector3::zeros() };
         let mut notes = Vec::new();
-        assert_eq!(stature.accept_unit(UpAxis::Y, 1.0, &mut notes), 1.0);
+        assert_eq!(standing(170.0).accept_unit(1.0, &mut notes), 1.0);
         assert!(notes[0].contains("170.000 m"), "{notes:?}");
         notes.clear();
-        stature.accept_unit(UpAxis::Y, 0.01, &mut notes);
+        standing(170.0).accept_unit(0.01, &mut notes);
         assert!(notes.is_empty());
     }
 }

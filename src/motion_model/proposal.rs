@@ -33,6 +33,18 @@ impl ProposalScales {
     /// # Errors
     /// [`MotionModelError::TooFewFrames`] where no motion has two frames (three with a predicted velocity).
     pub fn from_motions(body: &Humanoid, motions: &[Motion], prediction: Prediction) -> Result<Self, MotionModelError> {
+        Ok(Self::from_root_mean_squares(&Self::root_mean_squares(body, motions, prediction)?))
+    }
+
+    /// The root mean squares that [`Self::from_motions`] measures, in the order of a step, before they are kept above the floors.
+    ///
+    /// # Errors
+    /// As [`Self::from_motions`].
+    pub fn root_mean_squares(
+        body: &Humanoid,
+        motions: &[Motion],
+        prediction: Prediction,
+    ) -> Result<Vec<f64>, MotionModelError> {
         let expected = if prediction == Prediction::None { 2 } else { 3 };
         let steps: Vec<DVector<f64>> = motions.iter().flat_map(|motion| changes(body, motion, prediction)).collect();
         if steps.is_empty() {
@@ -45,12 +57,18 @@ impl ProposalScales {
         }
         let horizontal = 0.5 * (mean_square[0] + mean_square[1]);
         (mean_square[0], mean_square[1]) = (horizontal, horizontal);
-        let scale = |i: usize, floor: f64| mean_square[i].sqrt().max(floor);
-        Ok(Self {
+        Ok(mean_square.iter().map(|square: &f64| square.sqrt()).collect())
+    }
+
+    /// Scales of root mean squares in the order of a step (at least the root's six), none below its floor.
+    pub fn from_root_mean_squares(measured: &[f64]) -> Self {
+        let scale = |i: usize, floor: f64| measured.get(i).copied().unwrap_or(0.0).max(floor);
+        let joints = measured.iter().skip(ROOT_STEP).map(|value| value.max(Self::JOINT_FLOOR_RAD)).collect();
+        Self {
             root_translation_m: [0, 1, 2].map(|i| scale(i, Self::ROOT_TRANSLATION_FLOOR_M)),
             root_rotation_rad: [3, 4, 5].map(|i| scale(i, Self::ROOT_ROTATION_FLOOR_RAD)),
-            joints: DVector::from_fn(body.degrees_of_freedom.len(), |i, _| scale(ROOT_STEP + i, Self::JOINT_FLOOR_RAD)),
-        })
+            joints: DVector::from_vec(joints),
+        }
     }
 
     /// Values for a person who walks or gestures, where no training motion is at hand, `frames_per_second` of the
@@ -65,7 +83,7 @@ impl ProposalScales {
     }
 
     /// All standard deviations in the order of a step.
-    pub(super) fn in_step_order(&self) -> Vec<f64> {
+    pub fn in_step_order(&self) -> Vec<f64> {
         self.root_translation_m.iter().chain(&self.root_rotation_rad).chain(&self.joints).copied().collect()
     }
 }
@@ -131,6 +149,18 @@ mod tests {
         assert_eq!(scales.root_translation_m[2], ProposalScales::ROOT_TRANSLATION_FLOOR_M);
         assert_eq!(scales.root_rotation_rad, [ProposalScales::ROOT_ROTATION_FLOOR_RAD; 3]);
         assert_eq!(scales.joints[4], ProposalScales::JOINT_FLOOR_RAD);
+    }
+
+    #[test]
+    fn root_mean_squares_are_all_that_scales_are_made_of() {
+        let body = Humanoid::tracker25().unwrap();
+        for prediction in [Prediction::None, Prediction::ConstantVelocity] {
+            let motions = [walk(&body, 21)];
+            let measured = ProposalScales::root_mean_squares(&body, &motions, prediction).unwrap();
+            assert_eq!(measured.len(), body.step_len());
+            let scales = ProposalScales::from_motions(&body, &motions, prediction).unwrap();
+            assert_eq!(ProposalScales::from_root_mean_squares(&measured), scales);
+        }
     }
 
     #[test]

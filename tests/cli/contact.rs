@@ -42,7 +42,7 @@ fn a_truth_that_was_simulated_is_said_to_be_wherever_it_goes_but_to_the_tracker(
                     [actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 600\n[rig.ring]\nsize_px = [80, 60]\n[tracker.frozen]\n";
     room.write("pushed.toml", scenario);
     room.succeed("render pushed.toml --out set");
-    let manifest: toml::Table = toml::from_slice(&room.read("set/set.toml")).unwrap();
+    let manifest: toml::Table = toml::from_slice(&room.read("set/truth/facts.toml")).unwrap();
     let contact = manifest["truth"]["contact"].as_table().unwrap();
     let simulation = contact["simulation"].as_table().unwrap();
     assert_eq!((contact["mode"].as_str(), simulation["friction"].as_float()), (Some("simulate"), Some(0.6)));

@@ -17,6 +17,7 @@
 mod anatomy;
 mod calibration;
 mod continuity;
+mod fingerprint;
 mod fit;
 mod ground;
 mod lengths;
@@ -31,6 +32,7 @@ use std::collections::BTreeMap;
 use anatomy::{Anatomy, SubjectFrame};
 use calibration::Calibration;
 
+pub use fingerprint::{FINGERPRINT_DISTANCES, MotionFingerprint, SharedFrames};
 pub use fit::{Fit, FitOptions, fit_motion_to_markers, fit_to_markers};
 pub use lengths::SegmentLengths;
 pub use residuals::{FootHeight, LandmarkResidual, LimitHits, RetargetReport};

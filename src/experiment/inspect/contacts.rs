@@ -126,13 +126,17 @@ impl WorstContact {
 }
 
 /// Looks at how a recording stands on the ground once it is given to the robot `actor` (`path`: a file or `embedded:NAME`), or at
-/// how the truth of a benchmark set does (`path`: its directory). `picture`, an `.svg` or `.html` file, shows it over time.
+/// how the truth of a benchmark set does (`path`: its directory); `metres_per_unit` where a recording's unit is known. `picture`, an `.svg` or `.html` file, shows it over time.
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read, or a picture of another kind.
-pub fn inspect_contacts(name: &Path, picture: Option<&Path>) -> Result<ContactSummary, ExperimentError> {
+pub fn inspect_contacts(
+    name: &Path,
+    metres_per_unit: Option<f64>,
+    picture: Option<&Path>,
+) -> Result<ContactSummary, ExperimentError> {
     let kind = picture.map(|path| Picture::of(path).map(|kind| (path, kind))).transpose()?;
-    let (body, motion, notes) = moved(name)?;
+    let (body, motion, notes) = moved(name, metres_per_unit)?;
     let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
     let dynamics = Dynamics::of_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
     let summary = ContactSummary {
@@ -170,13 +174,13 @@ impl Picture {
 }
 
 /// The body that moves, its motion, and what a user should know of it.
-fn moved(name: &Path) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
+fn moved(name: &Path, metres_per_unit: Option<f64>) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
     if name.is_dir() {
         let truth = BenchmarkSet::read(name)?.truth.ground_truth;
         let motion = truth.motion();
         return Ok((truth.actor, motion, Vec::new()));
     }
-    let clip = clip_file::read_whole(name)?.without_inserted_rest_pose();
+    let clip = clip_file::read_whole(name, metres_per_unit)?.without_inserted_rest_pose();
     let performed = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
     Ok((performed.humanoid, performed.motion, performed.report.notes))
 }

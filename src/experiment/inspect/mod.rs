@@ -48,11 +48,16 @@ enum Kind {
 }
 
 /// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held `against`
-/// another of the same motions, and have its pictures written to `page`.
+/// another of the same motions, and have its pictures written to `page`; of a recording `metres_per_unit` may be said.
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read or is nothing of ours.
-pub fn inspect(path: &Path, against: Option<&Path>, page: Option<&Path>) -> Result<Inspected, ExperimentError> {
+pub fn inspect(
+    path: &Path,
+    metres_per_unit: Option<f64>,
+    against: Option<&Path>,
+    page: Option<&Path>,
+) -> Result<Inspected, ExperimentError> {
     let kind = kind_of(path)?;
     let name = path.display().to_string();
     if kind != Kind::Model {
@@ -62,8 +67,12 @@ pub fn inspect(path: &Path, against: Option<&Path>, page: Option<&Path>) -> Resu
             return Err(ExperimentError::Argument { argument, detail });
         }
     }
+    if kind != Kind::Clip && metres_per_unit.is_some() {
+        let detail = format!("is for recordings, and {name} is none");
+        return Err(ExperimentError::Argument { argument: "--metres-per-unit", detail });
+    }
     Ok(match kind {
-        Kind::Clip => Inspected::Clip(ClipSummary::of(&clip_file::read_whole(path)?)),
+        Kind::Clip => Inspected::Clip(ClipSummary::of(&clip_file::read_whole(path, metres_per_unit)?)),
         Kind::Robot => Inspected::Robot(RobotSummary::of(&name, &robot::read(&name, path)?)),
         Kind::Set => Inspected::Set(SetSummary::read(path)?),
         Kind::Model => {
@@ -90,7 +99,7 @@ fn kind_of(path: &Path) -> Result<Kind, ExperimentError> {
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
-        Some("bvh" | "amc" | "asf" | "txt") => return Ok(Kind::Clip),
+        Some("bvh" | "amc" | "asf" | "txt" | "json") => return Ok(Kind::Clip),
         Some("urdf" | "xml") => return Ok(Kind::Robot),
         Some("model") => return Ok(Kind::Model),
         _ => {}
@@ -102,7 +111,7 @@ fn kind_of(path: &Path) -> Result<Kind, ExperimentError> {
     let clips = EMBEDDED_CLIPS.map(|(name, _)| format!("embedded:{name}")).join(", ");
     let robots = SHIPPED_ROBOTS.map(|(name, _)| name).join(", ");
     let detail = format!(
-        "expected a model of skiagraph train, a recording (.bvh, .amc, DeepMimic .txt, {clips}), a robot (.urdf, {robots}) or a \
+        "expected a model of skiagraph train, a recording (.bvh, .amc, DeepMimic .txt or .json, {clips}), a robot (.urdf, {robots}) or a \
          benchmark set's directory"
     );
     Err(ExperimentError::Malformed { path: path.to_owned(), detail })

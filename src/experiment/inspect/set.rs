@@ -42,8 +42,10 @@ pub struct SetSummary {
     pub contact: Option<Box<ContactFacts>>,
     /// Frames of training motion on the blind side.
     pub training_frames: usize,
-    /// Whether that training is the test's own motion.
-    pub training_of_the_test: bool,
+    /// What a tracker may learn from, in words.
+    pub learned_from: Vec<String>,
+    /// The way the body faces in frame 0, a unit vector on the ground.
+    pub forward: Option<[f64; 3]>,
     /// SHA-256 of the list of files, which names the set.
     pub set_hash: String,
     /// Whether every file is there, unchanged, and none is there that is not listed.
@@ -92,7 +94,8 @@ impl SetSummary {
             motion: truth.facts.motion.clone(),
             contact: truth.facts.contact.clone().map(Box::new),
             training_frames: blind.start.training.frames(),
-            training_of_the_test: blind.start.training.of_the_test,
+            learned_from: blind.start.training.in_words(),
+            forward: blind.forward,
             set_hash: blind.set_hash.clone(),
             hashes_ok: fault.is_none(),
             fault,

@@ -13,6 +13,7 @@
 //! | `rotations` | (N, J, 4) | joint rotations of the training frames, `w x y z` |
 //! | `candidates` | (C, 2) | model and row of every inter-transition candidate |
 //! | `chart_means`, `root_units` | (J, 4), (6) | mean rotations and units of the observation vectors |
+//! | `fingerprint`, `fingerprint_rows`, `fingerprint_version` | (F, 16), (M), () | what the frames of the M recordings are known by in any other file |
 //!
 //! Every array carries a checksum. Kernel matrices are worked out again when a model is read.
 
@@ -30,8 +31,11 @@ pub(super) use self::facts::hex_sha256;
 pub use self::facts::{LearnedFrom, ModelFacts, RobotFacts};
 use super::error::read_file;
 use super::{ExperimentError, json_tree, to_json};
-use crate::benchmark_set::{Array, Npz, SetError, Values, body_from_json, body_to_json};
+use crate::benchmark_set::{
+    Array, Npz, SetError, SourceRecording, Values, body_from_json, body_to_json, push_fingerprints, read_fingerprints,
+};
 use crate::body::Humanoid;
+use crate::body::retarget::MotionFingerprint;
 use crate::input::{excerpt, limits};
 use crate::motion_model::gpdm::{DynamicsKernel, GpdmParts};
 use crate::motion_model::gpdm_graph::GpdmGraph;
@@ -49,9 +53,24 @@ pub struct LearnedModel {
     pub body: Humanoid,
     /// The model: a graph of GPDMs, or one GPDM for each whole motion.
     pub graph: GpdmGraph,
+    /// What the frames of every recording of the facts are known by; `None` of files of older versions.
+    pub fingerprints: Vec<Option<MotionFingerprint>>,
 }
 
 impl LearnedModel {
+    /// Which frames of which recordings it learned from.
+    pub fn sources(&self) -> Vec<SourceRecording> {
+        let all = self.facts.learned_from.iter().zip(&self.fingerprints);
+        let source = |(from, fingerprint): (&LearnedFrom, &Option<MotionFingerprint>)| SourceRecording {
+            clip: from.clip.clone(),
+            sha256: from.sha256.clone(),
+            first_frame: from.first_frame.unwrap_or(1),
+            last_frame: from.last_frame.unwrap_or(usize::MAX),
+            fingerprint: fingerprint.clone(),
+        };
+        all.map(source).collect()
+    }
+
     /// Reads a model that is whole.
     ///
     /// # Errors
@@ -85,7 +104,8 @@ impl LearnedModel {
         if graph.segments.iter().any(|s| s.range.motion >= facts.learned_from.len()) {
             return Err(malformed(path, "segments: expected training motions that its facts name"));
         }
-        Ok(Self { facts, body, graph })
+        let fingerprints = read_fingerprints(&file, &npz, facts.learned_from.len()).map_err(|e| no_model(path, e))?;
+        Ok(Self { facts, body, graph, fingerprints })
     }
 
     /// The bytes of the file.
@@ -107,7 +127,7 @@ impl LearnedModel {
         let rotations = graph.segments.iter().flat_map(|s| s.rotations.iter().flatten());
         let candidates = graph.candidates.iter().flat_map(|c| [c.segment, c.row]);
         let means = graph.chart.mean_rotations().into_iter().flatten().collect::<Vec<f64>>();
-        let npz = Npz::from_iter([
+        let mut npz = Npz::from_iter([
             ("facts", Array::new(&[facts.len()], facts)),
             ("body", Array::new(&[body.len()], body)),
             ("segments", Array::new(&[models, 3], integers(ranges))),
@@ -126,6 +146,9 @@ impl LearnedModel {
             ("chart_means", Array::new(&[joints, 4], means)),
             ("root_units", Array::new(&[ROOT_DIMENSIONS], graph.chart.root_units().to_vec())),
         ]);
+        if self.fingerprints.iter().any(Option::is_some) {
+            push_fingerprints(&mut npz, self.fingerprints.iter().map(Option::as_ref));
+        }
         Ok(npz.to_bytes("model")?)
     }
 }

@@ -37,7 +37,9 @@ fn model() -> LearnedModel {
         learned_from: vec![from("one"), from("two")],
         settings,
     };
-    LearnedModel { facts, body, graph }
+    let row = |t: usize| std::array::from_fn(|i| (t + i) as f32 / 7.0);
+    let fingerprint = MotionFingerprint { rows: (0..36).map(row).collect() };
+    LearnedModel { facts, body, graph, fingerprints: vec![Some(fingerprint), None] }
 }
 
 fn read(bytes: &[u8]) -> Result<LearnedModel, ExperimentError> {

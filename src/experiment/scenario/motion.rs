@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSettings {
-    /// The clip: `embedded:walk`, `embedded:run` or `embedded:jump`; or a `.bvh`, `.amc` or DeepMimic `.txt` file, by its
+    /// The clip: `embedded:walk`, `embedded:run` or `embedded:jump`; or a `.bvh`, `.amc` or DeepMimic (`.txt`, `.json`) file, by its
     /// path relative to the scenario, or by its name alone anywhere below `--mocap-dir` (or `SKIAGRAPH_MOCAP`).
     pub clip: String,
     /// The `.asf` skeleton of an `.amc` clip, found as the clip is. Default: the clip's subject, `49.asf` for `49_01.amc`.
@@ -27,12 +27,20 @@ pub struct MotionSettings {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loop_to_s: Option<f64>,
     /// Length of the file's unit in metres. Default: what the format says (Acclaim of CMU: 0.0254 / 0.45), and for BVH
-    /// guessed from the skeleton's height, which is then said.
+    /// guessed from motion and bones, which is then said; where no usual unit makes a body of 1.2 to 2.3 m it must be given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub metres_per_unit: Option<f64>,
     /// The file's upward axis. Default: what the format says, and for BVH guessed from the skeleton, which is then said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<Axis>,
+    /// Where the body's root is above the ground in the first frame used, `[x, y]`: the motion is moved there. Metres. Default: where the
+    /// recording has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_m: Option<[f64; 2]>,
+    /// Which way the body faces in the first frame used, from +X towards +Y: the motion is turned about the vertical. Degrees.
+    /// Default: the recording's heading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading_deg: Option<f64>,
     /// Rate of a file that does not say its own. Hz. Default: 120 for `.amc`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_hz: Option<f64>,
@@ -74,6 +82,8 @@ impl MotionSettings {
             loop_to_s: None,
             metres_per_unit: None,
             up: None,
+            start_m: None,
+            heading_deg: None,
             source_hz: None,
             sha256: None,
             source: String::new(),

@@ -131,6 +131,12 @@ fn motion(table: &str, m: &MotionSettings) -> Verdict {
             within(&format!("{table}.{key}"), value, range)?;
         }
     }
+    for coordinate in m.start_m.into_iter().flatten() {
+        within(&format!("{table}.start_m"), coordinate, -1000.0..=1000.0)?;
+    }
+    if let Some(heading) = m.heading_deg {
+        within(&format!("{table}.heading_deg"), heading, -360.0..=360.0)?;
+    }
     if let Some(hash) = &m.sha256 {
         let sound = hash.len() == 64 && hash.chars().all(|c| c.is_ascii_hexdigit());
         require(&format!("{table}.sha256"), sound, "64 hexadecimal digits", format!("{:?}", excerpt(hash)))?;

@@ -110,6 +110,16 @@ impl TrackerSettings {
         }
     }
 
+    /// The file of its motion model, where it names one.
+    pub fn model_file(&self) -> Option<&str> {
+        match self {
+            Self::Gpdm(s) => s.model_file.as_deref(),
+            Self::SwitchingGpdm(s) => s.model_file.as_deref(),
+            Self::GpdmGraph(s) => s.model_file.as_deref(),
+            _ => None,
+        }
+    }
+
     /// Every tracker there is, with its default settings.
     pub fn all() -> [Self; 7] {
         [

@@ -1,0 +1,225 @@
+//! Whether a pose of the test can be read from what a tracker is given.
+//!
+//! Every file outside `truth/` is opened, whether the set lists it or not, and every number in it is compared with the poses of
+//! all frames but those that are like frame 0, which is given away on purpose: joint angles of the actor and of the tracker's
+//! body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's place; joints; link frames.
+//! A pose may stand in a row or in a column, anywhere in an array, signs aside. Angles are also found when they stand in any
+//! order, if they are exact. What is not found: poses behind another representation, compression or encryption.
+
+mod numbers;
+mod secret;
+
+use std::fs;
+use std::path::Path;
+
+use self::numbers::{Sequence, sequences};
+use self::secret::{Secret, secrets};
+use super::files::{LISTING, SetFiles, files_below};
+use super::{SetError, TruthSet, body_file, start_file};
+
+/// A pose of the test where no tracker may see one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Leak {
+    /// Path inside the set.
+    pub file: String,
+    /// Where in the file, in words.
+    pub place: String,
+    /// What can be read there, in words.
+    pub what: String,
+    /// Of which frame; `None` for something that is no number and should not be there.
+    pub frame: Option<usize>,
+}
+
+/// Looks for poses of the test in everything of the set in `directory` that lies outside `truth/`; each kind of number that is
+/// found in an array is told once.
+///
+/// # Errors
+/// [`SetError`] where the truth, or a file that may hold numbers, cannot be read.
+pub fn find_leaks(directory: &Path) -> Result<Vec<Leak>, SetError> {
+    let body = SetFiles::open(directory)?.read(start_file::BODY_PATH)?.into_owned();
+    let secrets = secrets(&TruthSet::read(directory)?, &body_file::from_json(start_file::BODY_PATH, &body)?);
+    let outside = |path: &String| !path.starts_with("truth/") && path != LISTING;
+    let mut leaks = Vec::new();
+    for file in files_below(directory, "")?.into_iter().filter(outside) {
+        let path = directory.join(&file);
+        let bytes = fs::read(&path).map_err(SetError::io(&path, "read"))?;
+        leaks.extend(leaks_of(&file, &bytes, &secrets)?);
+    }
+    Ok(leaks)
+}
+
+fn leaks_of(file: &str, bytes: &[u8], secrets: &[Secret]) -> Result<Vec<Leak>, SetError> {
+    if file.ends_with(".png") {
+        return Ok(unknown_chunk(bytes).map(|what| leak(file, "image", what, None)).into_iter().collect());
+    }
+    let mut leaks = Vec::new();
+    for sequence in sequences(file, bytes)? {
+        for secret in secrets {
+            if let Some(frame) = secret.found_in(&sequence) {
+                leaks.push(leak(file, &sequence.place, secret.what.clone(), Some(frame)));
+            }
+        }
+    }
+    Ok(leaks)
+}
+
+fn leak(file: &str, place: &str, what: String, frame: Option<usize>) -> Leak {
+    Leak { file: file.to_owned(), place: place.to_owned(), what, frame }
+}
+
+/// What a PNG has besides its image, in words.
+fn unknown_chunk(bytes: &[u8]) -> Option<String> {
+    const NEEDED: [&[u8]; 3] = [b"IHDR", b"IDAT", b"IEND"];
+    let mut rest = bytes.get(8..)?;
+    while let Some((header, after)) = rest.split_first_chunk::<8>() {
+        let [a, b, c, d, name @ ..] = *header;
+        if !NEEDED.contains(&&name[..]) {
+            return Some(format!("a chunk {:?} besides the image", String::from_utf8_lossy(&name)));
+        }
+        let length = u32::from_be_bytes([a, b, c, d]) as usize;
+        rest = after.get(length.checked_add(4)?..)?;
+        if name == *b"IEND" {
+            break;
+        }
+    }
+    (!rest.is_empty()).then(|| format!("{} bytes after the image", rest.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::benchmark_set::fixture::small_set;
+    use crate::benchmark_set::{Array, BenchmarkSet, Npz};
+    use crate::body::Pose;
+
+    const FRAMES: usize = 12;
+
+    fn written() -> (BenchmarkSet, tempfile::TempDir) {
+        let (set, directory) = (small_set(FRAMES).unwrap(), tempfile::tempdir().unwrap());
+        set.write(directory.path()).unwrap();
+        (set, directory)
+    }
+
+    fn poses(set: &BenchmarkSet) -> Vec<Pose> {
+        set.truth.ground_truth.frames.iter().map(|frame| frame.pose.clone()).collect()
+    }
+
+    /// Leaks after a file was put among the tracker's files.
+    fn planted(name: &str, bytes: &[u8]) -> Vec<Leak> {
+        let (_, directory) = written();
+        fs::write(directory.path().join(name), bytes).unwrap();
+        find_leaks(directory.path()).unwrap()
+    }
+
+    fn npz(arrays: &[(&str, Array)]) -> Vec<u8> {
+        arrays.iter().map(|(name, array)| (*name, array.clone())).collect::<Npz>().to_bytes("x").unwrap()
+    }
+
+    fn angles(poses: &[Pose]) -> Vec<Vec<f64>> {
+        poses.iter().map(|pose| pose.joint_angles.iter().copied().collect()).collect()
+    }
+
+    #[test]
+    fn a_set_as_it_is_written_gives_no_pose_away() {
+        let (_, directory) = written();
+        assert_eq!(find_leaks(directory.path()).unwrap(), []);
+    }
+
+    #[test]
+    fn the_start_pose_may_be_known_and_the_next_may_not() {
+        let (set, _) = written();
+        let rows = angles(&poses(&set));
+        let with = |rows: &[Vec<f64>]| {
+            let array = Array::new(&[rows.len(), rows[0].len()], rows.concat());
+            planted("start/more.npz", &npz(&[("angles", array)]))
+        };
+        assert_eq!(with(&rows[..1]), []);
+        let found = with(&rows[5..6]);
+        assert!(found.iter().any(|leak| leak.file == "start/more.npz" && leak.place.contains("angles")), "{found:?}");
+        assert!(found.iter().all(|leak| leak.frame.is_some_and(|frame| frame > 0)));
+    }
+
+    #[test]
+    fn poses_are_found_in_columns_within_rows_in_degrees_rounded_and_mirrored() {
+        let (set, _) = written();
+        let rows = angles(&poses(&set));
+        let (frames, width) = (rows.len(), rows[0].len());
+        let columns: Vec<f64> = (0..width).flat_map(|i| rows.iter().map(move |row| row[i])).collect();
+        let within: Vec<f64> = rows.iter().flat_map(|row| [vec![0.5; 3], row.clone(), vec![7.0]].concat()).collect();
+        let degrees: Vec<f32> = rows.concat().iter().map(|x| x.to_degrees() as f32).collect();
+        let rounded: Vec<f64> = rows.concat().iter().map(|x| (x * 1e4).round() / 1e4).collect();
+        let negated: Vec<f64> = rows.concat().iter().map(|x| -x).collect();
+        for (name, array) in [
+            ("columns", Array::new(&[width, frames], columns)),
+            ("within", Array::new(&[frames, width + 4], within)),
+            ("degrees", Array::new(&[frames, width], degrees)),
+            ("rounded", Array::new(&[1, frames, width], rounded)),
+            ("negated", Array::new(&[frames * width], negated)),
+        ] {
+            let found = planted("observations/extra.npz", &npz(&[(name, array)]));
+            assert!(found.iter().any(|leak| leak.place.contains(name)), "{name}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn poses_are_found_in_json_in_tables_and_as_plain_bytes() {
+        let (set, _) = written();
+        let rows = angles(&poses(&set));
+        let json = serde_json::json!({ "notes": [{ "t": 3, "q": rows[4] }] }).to_string();
+        let table: String = rows.iter().map(|r| r.iter().map(|x| format!("{x:.6};")).collect::<String>() + "\n").collect();
+        let column_table: String =
+            (0..rows[0].len()).map(|i| rows.iter().map(|r| format!("{:.5} ", r[i])).collect::<String>() + "\n").collect();
+        let doubles: Vec<u8> = [vec![1, 2, 3], rows.concat().iter().flat_map(|x| x.to_le_bytes()).collect()].concat();
+        let floats: Vec<u8> = rows.concat().iter().flat_map(|x| (*x as f32).to_le_bytes()).collect();
+        for (name, bytes) in [
+            ("cameras.json.bak", json.as_bytes()),
+            ("start/notes.json", json.as_bytes()),
+            ("poses.csv", table.as_bytes()),
+            ("columns.txt", column_table.as_bytes()),
+            ("start/cache.bin", &doubles),
+            ("observations/cam00/mask", &floats),
+        ] {
+            let found = planted(name, bytes);
+            assert!(found.iter().any(|leak| leak.file == name), "{name}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn angles_in_any_order_roots_markers_and_joints_are_found() {
+        let (set, _) = written();
+        let truth = &set.truth.ground_truth.frames[7];
+        let mut shuffled: Vec<f64> = truth.pose.joint_angles.iter().copied().collect();
+        shuffled.reverse();
+        let root = truth.pose.world_from_root.translation.vector;
+        let markers: Vec<f64> = truth.markers.iter().flatten().flat_map(|p| [p.x, p.y, p.z]).collect();
+        let joints: Vec<f64> = truth.joint_positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
+        for (name, values) in
+            [("shuffled", shuffled), ("root", vec![9.0, root.x, root.y, root.z]), ("markers", markers), ("joints", joints)]
+        {
+            let found = planted("start/x.npz", &npz(&[(name, Array::new(&[values.len()], values))]));
+            assert!(found.iter().any(|leak| leak.place.contains(name)), "{name}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn an_image_with_more_than_an_image_is_told() {
+        let (_, directory) = written();
+        let path = "observations/cam00/silhouette/000003.png";
+        let mut bytes = fs::read(directory.path().join(path)).unwrap();
+        bytes.extend(b"pose");
+        fs::write(directory.path().join(path), &bytes).unwrap();
+        let found = find_leaks(directory.path()).unwrap();
+        assert_eq!((found.len(), found[0].what.as_str()), (1, "4 bytes after the image"));
+        let text = b"\0\0\0\x04tEXtpose\0\0\0\0";
+        let with_text = [&bytes[..33], text, &bytes[33..bytes.len() - 4]].concat();
+        fs::write(directory.path().join(path), with_text).unwrap();
+        assert!(find_leaks(directory.path()).unwrap()[0].what.contains("tEXt"));
+    }
+
+    #[test]
+    fn an_archive_that_cannot_be_read_is_no_proof_of_innocence() {
+        let (_, directory) = written();
+        fs::write(directory.path().join("start/odd.npz"), b"PK\x03\x04 compressed").unwrap();
+        assert!(find_leaks(directory.path()).unwrap_err().to_string().starts_with("start/odd.npz: "));
+    }
+}

@@ -1,0 +1,79 @@
+//! `start/spread.npz`: how far each number of a pose moves from frame to frame, for sets without training motion. No pose can be read from
+//! it: it holds root mean squares over all frames of the test, one per number of a step.
+//!
+//! | array | shape | meaning |
+//! |---|---|---|
+//! | `change` | (6 + n) | root mean square of the difference between successive frames, m and rad |
+//! | `change_of_change` | (6 + n) | the same of the difference between successive differences |
+//! | `names` | (6 + n) | root x y z (world), root's turn about its own x y z, then the angles |
+//!
+//! The two horizontal directions share one value, so that not even the direction of travel is told.
+
+use super::{Array, Npz, SetError};
+use crate::body::{Humanoid, ROOT_STEP};
+
+pub(super) const PATH: &str = "start/spread.npz";
+
+/// What the first numbers of a step are.
+const ROOT_NAMES: [&str; ROOT_STEP] =
+    ["root_x", "root_y", "root_z", "root_turn_about_x", "root_turn_about_y", "root_turn_about_z"];
+
+/// Root mean squares of what changes from frame to frame, in the order of a step of the tracker's body: root translation (world x y z,
+/// metres), root rotation (about its own x y z, radians), then one per degree of freedom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepSpread {
+    /// Of the difference between successive frames.
+    pub change: Vec<f64>,
+    /// Of the difference between successive differences.
+    pub change_of_change: Vec<f64>,
+}
+
+impl StepSpread {
+    pub(super) fn to_npz(&self, body: &Humanoid) -> Result<Vec<u8>, SetError> {
+        self.check(body.step_len()).map_err(SetError::inconsistent)?;
+        let angles = body.degrees_of_freedom.iter().map(|d| d.name.as_str());
+        let npz = Npz::from_iter([
+            ("change", Array::new(&[self.change.len()], self.change.clone())),
+            ("change_of_change", Array::new(&[self.change_of_change.len()], self.change_of_change.clone())),
+            ("names", Array::names(ROOT_NAMES.into_iter().chain(angles))),
+        ]);
+        npz.to_bytes(PATH)
+    }
+
+    pub(super) fn from_npz(bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {
+        let npz = Npz::from_bytes(PATH, bytes)?;
+        let numbers = |name: &str| Ok::<_, SetError>(npz.f64s(PATH, name, &[Some(body.step_len())])?.to_vec());
+        let spread = Self { change: numbers("change")?, change_of_change: numbers("change_of_change")? };
+        spread.check(body.step_len()).map_err(|detail| SetError::malformed(PATH, detail))?;
+        Ok(spread)
+    }
+
+    fn check(&self, length: usize) -> Result<(), String> {
+        let sound = |values: &[f64]| values.len() == length && values.iter().all(|v| v.is_finite() && *v >= 0.0);
+        match sound(&self.change) && sound(&self.change_of_change) {
+            true => Ok(()),
+            false => Err(format!("the spread needs {length} root mean squares, each a number >= 0")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::person;
+
+    #[test]
+    fn a_spread_is_read_back_to_the_bit_and_must_fit_its_body() {
+        let body = person();
+        let numbers = |scale: f64| (0..body.step_len()).map(|i| scale * (i + 1) as f64).collect::<Vec<f64>>();
+        let spread = StepSpread { change: numbers(1.0 / 3.0), change_of_change: numbers(0.1) };
+        let bytes = spread.to_npz(&body).unwrap();
+        assert_eq!(StepSpread::from_npz(&bytes, &body).unwrap(), spread);
+        let negative = StepSpread { change: numbers(-1.0), ..spread.clone() };
+        assert!(negative.to_npz(&body).unwrap_err().to_string().contains("each a number >= 0"));
+        let mut other = body.clone();
+        other.degrees_of_freedom.pop();
+        let error = StepSpread::from_npz(&bytes, &other).unwrap_err().to_string();
+        assert!(error.starts_with("start/spread.npz: change: shape"), "{error}");
+    }
+}

@@ -1,0 +1,208 @@
+//! Issue 12: `render` wrote the poses of the test where trackers may read, and the guard against learning from the test knew files by
+//! their names alone.
+
+use std::fs;
+use std::path::PathBuf;
+
+use assert_cmd::cargo::cargo_bin_cmd;
+use serde_json::Value;
+use skiagraph::benchmark_set::{Array, BenchmarkSet, BlindSet, Npz, Training, Values, find_leaks};
+
+struct Room(tempfile::TempDir);
+
+impl Room {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
+    }
+
+    /// Exit code and all that was said.
+    fn run(&self, arguments: &str) -> (i32, String) {
+        let output = cargo_bin_cmd!("skiagraph")
+            .args(arguments.split_whitespace())
+            .current_dir(self.0.path())
+            .env_remove("SKIAGRAPH_MOCAP")
+            .output()
+            .unwrap();
+        let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
+        (output.status.code().unwrap(), said)
+    }
+
+    fn succeed(&self, arguments: &str) -> String {
+        let (code, said) = self.run(arguments);
+        assert_eq!(code, 0, "skiagraph {arguments}\n{said}");
+        said
+    }
+}
+
+fn shipped(name: &str) -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/motions")).join(name)
+}
+
+const SMALL: &str = r#"
+schema = "skiagraph.scenario/1"
+name = "small"
+[motion]
+clip = "embedded:walk"
+START
+[rig.ring]
+count = 2
+size_px = [80, 60]
+TRAINING
+[tracker.annealed_particle_filter]
+particles = 12
+layers = 2
+"#;
+
+fn small(start: &str, training: &str) -> String {
+    SMALL.replace("START", start).replace("TRAINING", training)
+}
+
+#[test]
+fn what_a_tracker_is_given_holds_no_pose_of_the_test() {
+    let room = Room::new();
+    room.succeed("render rig.ring.size_px=[80,60] --out default");
+    room.write("jumps.bvh", fs::read(shipped("01_01.bvh")).unwrap());
+    let training = "[[training.clips]]\nclip = \"jumps.bvh\"\nfirst_frame = 200\nlast_frame = 500";
+    room.write("small.toml", small("", training));
+    room.succeed("render small.toml --out trained");
+    for set in ["default", "trained"] {
+        assert_eq!(find_leaks(&room.path(set)).unwrap(), [], "{set}");
+    }
+    let blind = BlindSet::read(&room.path("default")).unwrap();
+    assert!(matches!(&blind.start.training, Training::Spread(spread) if spread.change.iter().all(|x| *x > 0.0)));
+    assert!(!room.path("default/start/training.npz").exists());
+    let set_toml = fs::read_to_string(room.path("default/set.toml")).unwrap();
+    assert!(!set_toml.contains("embedded") && set_toml.contains("start/spread.npz"), "{set_toml}");
+    assert!(fs::read_to_string(room.path("default/truth/facts.toml")).unwrap().contains("embedded:walk"));
+
+    let refitted = BenchmarkSet::read(&room.path("default")).unwrap().truth.refitted.unwrap();
+    let angles: Vec<f64> = refitted.poses.iter().flat_map(|pose| pose.joint_angles.iter().copied()).collect();
+    let shape = [refitted.poses.len(), angles.len() / refitted.poses.len()];
+    let planted = Npz::from_iter([("angles", Array::new(&shape, angles))]).to_bytes("x").unwrap();
+    room.write("default/start/training.npz", planted);
+    let found = find_leaks(&room.path("default")).unwrap();
+    assert!(found.iter().any(|leak| leak.file == "start/training.npz" && leak.place == "array angles"), "{found:?}");
+}
+
+/// Rows `first` to `last` of the shipped BVH file, every `step`th, numbered anew.
+fn part_of_jumps(first: usize, last: usize, step: usize) -> String {
+    let text = fs::read_to_string(shipped("01_01.bvh")).unwrap();
+    let (skeleton, motion) = text.split_once("MOTION").unwrap();
+    let rows: Vec<&str> = motion.trim().lines().skip(2).skip(first - 1).take(last + 1 - first).step_by(step).collect();
+    let frame_time = step as f64 / 120.0;
+    format!("{skeleton}MOTION\nFrames: {}\nFrame Time: {frame_time}\n{}\n", rows.len(), rows.join("\n"))
+}
+
+#[test]
+fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
+    let room = Room::new();
+    let walk = fs::read_to_string(shipped("humanoid3d_walk.txt")).unwrap();
+    room.write("renamed.txt", &walk);
+    room.write("renamed.json", &walk);
+    room.write("spaced.json", walk.replace("],", "] ,"));
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(room.path("renamed.txt"), room.path("linked.txt")).unwrap();
+    room.write("jumps.bvh", part_of_jumps(1000, 1400, 1));
+    room.write("cropped.bvh", part_of_jumps(1350, 1700, 1));
+    room.write("slow.bvh", part_of_jumps(1200, 1700, 4));
+    room.write("other.bvh", part_of_jumps(1401, 1700, 1));
+    let test_of_jumps = |clip: &str| small("", &format!("[[training.clips]]\nclip = \"{clip}\"")).replace("embedded:walk", "jumps.bvh");
+    let test_of_walk = |clip: &str| small("", &format!("[[training.clips]]\nclip = \"{clip}\""));
+    let mut cases = vec![
+        ("renamed.txt", test_of_walk("renamed.txt")),
+        ("renamed.json", test_of_walk("renamed.json")),
+        ("spaced.json", test_of_walk("spaced.json")),
+        ("cropped.bvh", test_of_jumps("cropped.bvh")),
+        ("slow.bvh", test_of_jumps("slow.bvh")),
+    ];
+    if cfg!(unix) {
+        cases.push(("linked.txt", test_of_walk("linked.txt")));
+    }
+    for (clip, scenario) in cases {
+        room.write("copied.toml", scenario);
+        let (code, said) = room.run("check copied.toml");
+        assert!(code == 2 && said.contains(&format!("of `{clip}` are frames of [motion] too")), "{clip}: {code} {said}");
+    }
+    room.write("other.toml", test_of_jumps("other.bvh"));
+    room.succeed("check other.toml");
+}
+
+#[test]
+fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_models_are_told() {
+    let room = Room::new();
+    room.write("copy.json", fs::read(shipped("humanoid3d_walk.txt")).unwrap());
+    room.succeed("train copy.json --model gpdm --out copy.model --quiet");
+    room.succeed("train embedded:run --model gpdm --out run.model --quiet");
+    let on = |model: &str| format!("tracker.gpdm.model_file={model} tracker.gpdm.particles=20");
+    room.write("small.toml", small("last_frame = 12", "").replace("[tracker.annealed_particle_filter]\nparticles = 12\nlayers = 2\n", ""));
+    let (code, said) = room.run(&format!("run small.toml {} --out refused", on("copy.model")));
+    assert!(code == 2 && said.contains("learned from frames of `copy.json`"), "{code} {said}");
+
+    room.succeed("render small.toml --out set");
+    let said = room.succeed("track set --tracker gpdm model_file=copy.model particles=20 --out blind");
+    assert!(room.json("blind/track.json")["learned_from"][0].as_str().unwrap().contains("copy.model: copy.json"), "{said}");
+    let (code, said) = room.run("evaluate set blind");
+    assert!(code == 2 && said.contains("memory, not tracking"), "{code} {said}");
+    assert!(!room.path("blind/run.json").exists());
+
+    let npz = Npz::from_bytes("m", &fs::read(room.path("copy.model")).unwrap()).unwrap();
+    let old: Npz = npz.iter().filter(|(n, _)| !n.starts_with("fingerprint")).map(|(n, a)| (n, a.clone())).collect();
+    // as a file of an older version would be of another file's hash and name
+    let facts: Vec<u8> = match &old.get("facts").unwrap().values {
+        Values::U8(bytes) => String::from_utf8(bytes.clone()).unwrap().replace("copy.json", "elsewhere.txt").into_bytes(),
+        other => panic!("{other:?}"),
+    };
+    let old: Npz = old
+        .iter()
+        .map(|(n, a)| if n == "facts" { (n, Array::new(&[facts.len()], facts.clone())) } else { (n, a.clone()) })
+        .collect();
+    room.write("old.model", old.to_bytes("m").unwrap());
+    let (_, said) = room.run(&format!("run small.toml {} --out old", on("old.model")));
+    assert!(said.contains("old.model has no fingerprint of what it learned from"), "{said}");
+
+    let said = room.succeed(&format!("run small.toml {} --out fine", on("run.model")));
+    assert!(said.contains("learned from: run.model: embedded:run"), "{said}");
+    assert_eq!(room.json("fine/run.json")["learned_from"][0], "run.model: embedded:run, frames 1 to 25");
+    let report = fs::read_to_string(room.path("fine/report.html")).unwrap();
+    assert!(report.contains("learned from") && report.contains("run.model: embedded:run"));
+}
+
+#[test]
+fn a_motion_begins_where_it_is_put_and_the_set_says_which_way_it_faces() {
+    let room = Room::new();
+    room.write("placed.toml", small("start_m = [1.5, -2.0]\nheading_deg = 90", ""));
+    room.write("plain.toml", small("", ""));
+    let of = |set: &str| {
+        room.succeed(&format!("render {set}.toml --out {set}"));
+        let manifest: toml::Table = toml::from_slice(&fs::read(room.path(&format!("{set}/set.toml"))).unwrap()).unwrap();
+        let forward = manifest["sequence"]["forward"].as_array().unwrap().iter().map(|x| x.as_float().unwrap());
+        let world = manifest["convention"]["world"].as_str().unwrap().to_owned();
+        assert!(!world.contains("forward"), "{world}");
+        (BenchmarkSet::read(&room.path(set)).unwrap(), forward.collect::<Vec<f64>>())
+    };
+    let (placed, forward) = of("placed");
+    let first = &placed.truth.ground_truth.frames[0].pose;
+    assert!((first.world_from_root.translation.x - 1.5).abs() + (first.world_from_root.translation.y + 2.0).abs() < 1e-9);
+    assert!((first.heading().unwrap().to_degrees() - 90.0).abs() < 1e-9);
+    // said of the tracker's body, which leans a little otherwise
+    assert!(forward[1] > 0.99 && forward[2] == 0.0 && placed.blind.forward == Some([forward[0], forward[1], 0.0]));
+    let last = placed.truth.ground_truth.frames.last().unwrap().pose.world_from_root.translation;
+    assert!(last.y > -1.5 && (last.x - 1.5).abs() < 0.3, "it walks the way it faces: {last:?}");
+    let (plain, forward) = of("plain");
+    assert_eq!(plain.truth.ground_truth.actor, placed.truth.ground_truth.actor);
+    assert!(forward[0] > 0.95, "the shipped walk goes along +X: {forward:?}");
+    let (code, said) = room.run("check plain.toml motion.heading_deg=1000");
+    assert!(code == 2 && said.contains("heading_deg"), "{said}");
+}
