@@ -17,6 +17,7 @@ mod fixture;
 mod json;
 mod manifest;
 mod npy;
+mod npy_element;
 mod npz;
 mod props_file;
 mod rigid;
