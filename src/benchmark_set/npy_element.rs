@@ -125,7 +125,9 @@ mod tests {
 
     #[test]
     fn what_is_no_plain_type_is_refused_by_its_name() {
-        for descr in ["|O", "<f2", "<f16", "<c8", "<M8[s]", "|S5", "<U0", "<U99999999999999999999", "|f8", "é8", "<", ""] {
+        for descr in
+            ["|O", "<f2", "<f16", "<c8", "<M8[s]", "|S5", "<U0", "<U99999999999999999999", "|f8", "é8", "<", ""]
+        {
             assert!(read(descr, 0, &[]).is_err_and(|e| e.contains(&format!("{descr:?} is not read"))), "{descr}");
         }
         assert!(read("<i4", 3, &[0; 8]).unwrap_err().contains("expected 3 elements of 4"));

@@ -237,7 +237,9 @@ impl Entry {
         match self.method {
             0 => self.slice(archive, self.size).map(Cow::from),
             8 => self.inflated(archive, expanded).map(Cow::from),
-            other => Err(format!("is compressed by method {other}; save it with numpy.savez or numpy.savez_compressed")),
+            other => {
+                Err(format!("is compressed by method {other}; save it with numpy.savez or numpy.savez_compressed"))
+            }
         }
     }
 
@@ -246,7 +248,9 @@ impl Entry {
         *expanded = expanded.saturating_add(self.size);
         if *expanded > MOST_EXPANDED {
             let most = MOST_EXPANDED >> 20;
-            return Err(format!("compressed arrays of more than {most} MiB in all are not read; save them with numpy.savez"));
+            return Err(format!(
+                "compressed arrays of more than {most} MiB in all are not read; save them with numpy.savez"
+            ));
         }
         let found = decompress_to_vec_with_limit(self.slice(archive, self.stored)?, self.size)
             .map_err(|e| format!("cannot be expanded to the {} bytes that the archive says: {e}", self.size))?;

@@ -20,8 +20,8 @@ use super::oracle::Oracle;
 use super::scenario::TrackerSettings;
 use super::watch::{Stage, Watch, advance};
 use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models, json_tree};
-use crate::benchmark_set::{Array, BlindSet, Npz, RunPoses, Values};
-use crate::body::Motion;
+use crate::benchmark_set::{Array, BlindSet, EstimatedSequence, Estimates, Npz, Values};
+use crate::body::{Humanoid, Motion};
 use crate::motion_model::{Diffusion, ProposalScales};
 use crate::tracker::{
     AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
@@ -41,7 +41,7 @@ pub struct Tracked {
     /// Who tracked what; `None` for poses that another program made.
     pub record: Option<TrackRecord>,
     /// The answers.
-    pub poses: RunPoses,
+    pub estimates: Estimates,
     /// `[seed][frame]`: how the search went; empty for poses that another program made.
     pub search: Vec<Vec<SearchRecord>>,
 }
@@ -133,7 +133,7 @@ pub fn track(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         timing,
     };
-    Ok(Tracked::new(record, set.frames_per_second, seeds, estimates))
+    Ok(Tracked::new(record, set, seeds, estimates))
 }
 
 /// What a tracker may be built from.
@@ -191,11 +191,12 @@ impl Workshop<'_> {
 }
 
 impl Tracked {
-    fn new(record: TrackRecord, frames_per_second: f64, seeds: &[u64], estimates: Vec<Vec<Estimate>>) -> Self {
-        let mut poses = Vec::new();
+    fn new(record: TrackRecord, set: &BlindSet, seeds: &[u64], estimates: Vec<Vec<Estimate>>) -> Self {
+        let mut sequences = Vec::new();
         let mut search = Vec::new();
         for of_seed in estimates {
-            poses.push(of_seed.iter().map(|e| e.pose.clone()).collect());
+            let poses = of_seed.iter().map(|e| e.pose.clone()).collect();
+            sequences.push(EstimatedSequence::of_poses(&set.start.body, poses));
             let records = of_seed.into_iter().map(|e| SearchRecord {
                 energy: e.energy,
                 evaluations: e.evaluations,
@@ -204,8 +205,9 @@ impl Tracked {
             });
             search.push(records.collect());
         }
-        let poses = RunPoses { frames_per_second, seeds: seeds.to_vec(), estimates: poses };
-        Self { record: Some(record), poses, search }
+        let estimates =
+            Estimates { frames_per_second: set.frames_per_second, seeds: seeds.to_vec(), sequences, notes: Vec::new() };
+        Self { record: Some(record), estimates, search }
     }
 
     /// The files of a run that has not been measured yet.
@@ -213,7 +215,7 @@ impl Tracked {
     /// # Errors
     /// [`ExperimentError::Set`] for more than a file can hold.
     pub fn files(&self, set: &BlindSet) -> Result<Files, ExperimentError> {
-        let mut files = vec![(POSES_FILE, self.poses.to_bytes(POSES_FILE, &set.start.body, None)?)];
+        let mut files = vec![(POSES_FILE, self.estimates.to_bytes(POSES_FILE, &set.start.body, None)?)];
         if let Some(record) = &self.record {
             files.push((TRACK_FILE, super::to_json(record)?));
             files.push((SEARCH_FILE, search_to_npz(&self.search).to_bytes(SEARCH_FILE)?));
@@ -221,28 +223,30 @@ impl Tracked {
         Ok(files)
     }
 
-    /// Reads a run's answers; of another program's run only `poses.npz` need be there.
+    /// Reads a run of this program; `body` is the tracker's, of the set that it was made from.
     ///
     /// # Errors
     /// [`ExperimentError`] naming the file that is missing or not what it should be.
-    pub fn read(folder: &Path) -> Result<Self, ExperimentError> {
-        let poses = RunPoses::from_bytes(POSES_FILE, &read_file(&folder.join(POSES_FILE))?)?;
-        let (record, search) = match folder.join(TRACK_FILE).is_file() {
-            false => (None, Vec::new()),
-            true => {
-                let path = folder.join(TRACK_FILE);
-                let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
-                let record = json_tree::value_of_file(&read_file(&path)?).map_err(malformed)?;
-                let npz = Npz::from_bytes(SEARCH_FILE, &read_file(&folder.join(SEARCH_FILE))?)?;
-                let search = search_from_npz(&npz).ok_or_else(|| ExperimentError::Malformed {
-                    path: folder.join(SEARCH_FILE),
-                    detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them"
-                        .to_owned(),
-                })?;
-                (Some(record), search)
-            }
-        };
-        Ok(Self { record, poses, search })
+    pub fn read(folder: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
+        let Self { estimates, .. } = Self::of_others(&folder.join(POSES_FILE), body)?;
+        let path = folder.join(TRACK_FILE);
+        let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
+        let record = json_tree::value_of_file(&read_file(&path)?).map_err(malformed)?;
+        let npz = Npz::from_bytes(SEARCH_FILE, &read_file(&folder.join(SEARCH_FILE))?)?;
+        let search = search_from_npz(&npz).ok_or_else(|| ExperimentError::Malformed {
+            path: folder.join(SEARCH_FILE),
+            detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them".to_owned(),
+        })?;
+        Ok(Self { record: Some(record), estimates, search })
+    }
+
+    /// Reads a `poses.npz` alone, whoever wrote it, for the tracker's body.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if it cannot be read or is not what it should be.
+    pub fn of_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
+        let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file)?, body)?;
+        Ok(Self { record: None, estimates, search: Vec::new() })
     }
 }
 
