@@ -476,8 +476,8 @@ mod tests {
     fn joints_alone_give_the_markers_that_lie_on_them_and_a_root_those_on_it() {
         let body = person();
         let names: Vec<&str> = body.joints.iter().rev().map(|joint| joint.name.as_str()).collect();
-        let joints = walk(3).poses.iter().flat_map(|pose| {
-            let frames = body.link_frames(pose);
+        let joints = walk(3).poses.into_iter().flat_map(|pose| {
+            let frames = body.link_frames(&pose);
             let rows = frames.0.iter().skip(1).rev().flat_map(|f| <[f64; 3]>::from(f.translation.vector));
             rows.collect::<Vec<f64>>()
         });

@@ -160,10 +160,17 @@ pub fn evaluate_run(
         None => beside_estimate(run)?,
     };
     let body = &whole.blind.start.body;
-    let tracked = match is_ours {
+    let mut tracked = match is_ours {
         true => Tracked::read(run, body)?,
         false => Tracked::of_others(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, body)?,
     };
+    if !is_ours && run.join(TRACK_FILE).exists() {
+        tracked.estimates.notes.push(format!(
+            "{run}/{POSES_FILE} is not the one that was written with {run}/{TRACK_FILE}, as {run}/{LISTING} has it: it is measured as \
+             another program's",
+            run = run.display()
+        ));
+    }
     check_fit(&whole, &tracked).map_err(|detail| ExperimentError::AnotherSet {
         run: run.to_owned(),
         set: set.to_owned(),
