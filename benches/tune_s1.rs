@@ -11,7 +11,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
-use skiagraph::benchmark_set::BenchmarkSet;
+use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence};
 use skiagraph::body::{Flesh, Landmark, LinkFrames, Motion, Pose};
 use skiagraph::evaluation::Sequence;
 use skiagraph::experiment::{Models, ScenarioFile, Staged, Tracked, Unwatched, draw, track};
@@ -251,17 +251,17 @@ fn errors(set: &BenchmarkSet, frame: usize, pose: &Pose) -> [f64; 7] {
 
 fn row(take: &str, method: &str, set: &BenchmarkSet, tracked: &Tracked) -> String {
     let mut of_seeds = Vec::new();
-    for poses in &tracked.poses.estimates {
+    for poses in tracked.estimates.sequences.iter().filter_map(EstimatedSequence::poses) {
         let mut sum = [0.0; 7];
-        for (frame, pose) in poses.iter().enumerate().skip(1) {
+        for (frame, pose) in poses.iter().flatten().enumerate().skip(1) {
             sum.iter_mut().zip(errors(set, frame, pose)).for_each(|(s, e)| *s += e / (poses.len() - 1) as f64);
         }
         of_seeds.push(sum);
     }
     let fifths = |component: usize| -> String {
         let mut sums = [(0.0, 0.0); 5];
-        for poses in &tracked.poses.estimates {
-            for (frame, pose) in poses.iter().enumerate().skip(1) {
+        for poses in tracked.estimates.sequences.iter().filter_map(EstimatedSequence::poses) {
+            for (frame, pose) in poses.iter().flatten().enumerate().skip(1) {
                 let sum = &mut sums[5 * frame / poses.len()];
                 *sum = (sum.0 + errors(set, frame, pose)[component], sum.1 + 1.0);
             }
@@ -300,8 +300,8 @@ fn tracked_depths(set: &BenchmarkSet, tracked: &Tracked) -> String {
     let body = &set.blind.start.body;
     let camera = set.blind.rig.cameras[0].centre();
     let mut sums = [(0.0, 0.0); 6];
-    for poses in &tracked.poses.estimates {
-        for (frame, pose) in poses.iter().enumerate().skip(1) {
+    for poses in tracked.estimates.sequences.iter().filter_map(EstimatedSequence::poses) {
+        for (frame, pose) in poses.iter().flatten().enumerate().skip(1) {
             let (truth, found) = (&set.truth.ground_truth.frames[frame].markers, body.markers(&body.link_frames(pose)));
             for (sum, group) in sums.iter_mut().zip(groups) {
                 for landmark in group {

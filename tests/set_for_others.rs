@@ -6,11 +6,15 @@ use std::process::Command;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use skiagraph::benchmark_set::{BenchmarkSet, Npz, RunPoses, SetParts, Start, Training, TruthFacts, Values};
+use skiagraph::benchmark_set::{
+    Array, BenchmarkSet, EstimatedSequence, Estimates, Npz, SetParts, Start, Training, TruthFacts, Values,
+};
 use skiagraph::body::{Humanoid, Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::observation::Observer;
 use skiagraph::scene::GroundTruth;
+
+mod support;
 
 const FRAMES: usize = 5;
 
@@ -114,23 +118,36 @@ fn joints_projected_by_opencvs_formula_land_in_the_silhouette_files() {
 
 #[test]
 fn numpy_reads_a_set_and_what_numpy_writes_is_read() {
-    let numpy = Command::new("python3").args(["-c", "import numpy"]).output();
-    if !numpy.is_ok_and(|answer| answer.status.success()) {
-        eprintln!("SKIPPED: no python3 with numpy");
-        return;
-    }
+    let Some(python) = support::python_with_numpy() else { return };
     let (set_directory, out) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let set = write_set(set_directory.path());
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/read_set.py");
-    let answer = Command::new("python3").arg(script).arg(set_directory.path()).arg(out.path()).output().unwrap();
+    let answer = Command::new(python).arg(script).arg(set_directory.path()).arg(out.path()).output().unwrap();
     assert!(answer.status.success(), "{}", String::from_utf8_lossy(&answer.stderr));
 
     let read = |name: &str| fs::read(out.path().join(name)).unwrap();
-    let poses = RunPoses::from_bytes("poses.npz", &read("poses.npz")).unwrap();
+    let body = &set.blind.start.body;
+    let poses = Estimates::from_bytes("poses.npz", &read("poses.npz"), body).unwrap();
     assert_eq!(poses.seeds, [7]);
-    assert_eq!(poses.estimates, [set.truth.refitted.clone().unwrap().poses]);
-    let refused = |name: &str| Npz::from_bytes(name, &read(name)).unwrap_err().to_string();
-    assert!(refused("compressed.npz").contains("numpy.savez"), "{}", refused("compressed.npz"));
-    assert!(refused("fortran.npz").contains("ascontiguousarray"), "{}", refused("fortran.npz"));
-    assert!(refused("pickled.npz").contains("pickled"), "{}", refused("pickled.npz"));
+    assert_eq!(poses.sequences, [EstimatedSequence::of_poses(body, set.truth.refitted.clone().unwrap().poses)]);
+    for name in ["stored.npz", "compressed.npz"] {
+        let npz = Npz::from_bytes(name, &read(name)).unwrap();
+        let whole = |kind: &str| npz.get(&format!("as_{kind}")).unwrap();
+        for kind in ["<i4", ">i2", "|i1", "<u2", "<u8"] {
+            assert_eq!(*whole(kind), Array::new(&[2, 3, 4], (0..24_i64).collect::<Vec<_>>()), "{name}, {kind}");
+        }
+        assert_eq!(*whole("|u1"), Array::new(&[2, 3, 4], (0..24_u8).collect::<Vec<_>>()));
+        assert_eq!(*whole("<f4"), Array::new(&[2, 3, 4], (0..24_u8).map(f32::from).collect::<Vec<_>>()));
+        let doubles = Array::new(&[2, 3, 4], (0..24_u8).map(f64::from).collect::<Vec<_>>());
+        assert_eq!((whole(">f8"), npz.get("fortran")), (&doubles, Some(&doubles)));
+        assert_eq!(npz.get("names"), Some(&Array::names(["é", "knee"])));
+        assert_eq!(
+            npz.get("joints"),
+            Npz::from_bytes("truth", &fs::read(set_directory.path().join("truth/truth.npz")).unwrap())
+                .unwrap()
+                .get("joints")
+        );
+    }
+    let refused = Npz::from_bytes("pickled.npz", &read("pickled.npz")).unwrap_err().to_string();
+    assert!(refused.contains("pickled"), "{refused}");
 }

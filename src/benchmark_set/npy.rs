@@ -1,5 +1,9 @@
-//! NumPy's array format (NEP 1): a header that is a Python dictionary, then the values, little-endian, in C order.
+//! NumPy's array format (NEP 1): a header that is a Python dictionary, then the values.
+//!
+//! Written little-endian and in C order. Read in either byte order and in C or Fortran order, of every plain type that
+//! [`super::npy_element`] knows.
 
+use super::npy_element::Element;
 use crate::input::excerpt;
 
 /// An n-dimensional array in C order (the last index runs fastest).
@@ -18,7 +22,7 @@ pub enum Values {
     F64(Vec<f64>),
     /// `<f4`.
     F32(Vec<f32>),
-    /// `<i8`.
+    /// `<i8`; whole numbers of other widths are read into it.
     I64(Vec<i64>),
     /// `|u1`.
     U8(Vec<u8>),
@@ -99,9 +103,10 @@ impl Array {
         };
         let (header, body) = rest.split_at_checked(length).ok_or("the .npy header is cut short")?;
         let header = std::str::from_utf8(header).map_err(|_| "the .npy header is not text")?;
-        let (descr, shape) = parse_header(header)?;
+        let Header { element, fortran_order, shape } = parse_header(header)?;
         let count = element_count(&shape).ok_or_else(|| "the shape is too large".to_string())?;
-        let values = Values::parse(descr, count, body)?;
+        let values = element.values(count, body)?;
+        let values = if fortran_order { values.from_fortran_order(&shape) } else { values };
         Ok(Self { shape, values })
     }
 }
@@ -114,8 +119,14 @@ fn element_count(shape: &[usize]) -> Option<usize> {
     shape.iter().try_fold(1_usize, |product, n| product.checked_mul(*n))
 }
 
-/// Element type and shape out of the dictionary literal.
-fn parse_header(header: &str) -> Result<(&str, Vec<usize>), String> {
+/// What stands in the dictionary literal.
+struct Header {
+    element: Element,
+    fortran_order: bool,
+    shape: Vec<usize>,
+}
+
+fn parse_header(header: &str) -> Result<Header, String> {
     let value = |key: &str| {
         let (_, after) = header.split_once(key)?;
         Some(after.trim_start().strip_prefix(':')?.trim_start())
@@ -124,14 +135,33 @@ fn parse_header(header: &str) -> Result<(&str, Vec<usize>), String> {
     let descr = value("'descr'").ok_or_else(|| missing("'descr'"))?;
     let descr = descr.strip_prefix('\'').and_then(|d| d.split_once('\'')).map(|(d, _)| d);
     let descr = descr.ok_or("a structured or pickled array; expected plain numbers, booleans or texts")?;
-    if !value("'fortran_order'").ok_or_else(|| missing("'fortran_order'"))?.starts_with("False") {
-        return Err("the array is in Fortran order; save numpy.ascontiguousarray of it".to_string());
+    let order = value("'fortran_order'").ok_or_else(|| missing("'fortran_order'"))?;
+    let fortran_order = order.starts_with("True");
+    if !fortran_order && !order.starts_with("False") {
+        return Err(missing("'fortran_order'"));
     }
     let shape = value("'shape'").and_then(|s| s.strip_prefix('(')?.split_once(')')).map(|(s, _)| s);
     let shape = shape.ok_or_else(|| missing("'shape'"))?;
     let lengths = shape.split(',').map(str::trim).filter(|n| !n.is_empty());
     let shape = lengths.map(|n| n.parse().map_err(|_| missing("'shape'"))).collect::<Result<_, _>>()?;
-    Ok((descr, shape))
+    Ok(Header { element: Element::parse(descr)?, fortran_order, shape })
+}
+
+/// Values whose first index runs fastest, ordered so that the last does. There are as many as `shape` says.
+fn in_c_order<T: Clone>(values: &[T], shape: &[usize]) -> Vec<T> {
+    let mut index = vec![0; shape.len()];
+    let place = |index: &[usize]| index.iter().zip(shape).rev().fold(0, |place, (i, length)| place * length + i);
+    let mut ordered = Vec::with_capacity(values.len());
+    for _ in 0..values.len() {
+        ordered.push(values[place(&index)].clone());
+        for (i, length) in index.iter_mut().zip(shape).rev() {
+            *i = (*i + 1) % length;
+            if *i > 0 {
+                break;
+            }
+        }
+    }
+    ordered
 }
 
 impl Values {
@@ -170,38 +200,16 @@ impl Values {
         }
     }
 
-    /// `count` elements of type `descr`, which must fill `body` exactly; nothing is allocated before that is known.
-    fn parse(descr: &str, count: usize, body: &[u8]) -> Result<Self, String> {
-        let texts = descr.strip_prefix("<U").and_then(|n| n.parse::<usize>().ok()).filter(|n| *n > 0);
-        let item_size = match descr {
-            "<f8" | "<i8" => 8,
-            "<f4" => 4,
-            "|u1" | "|b1" => 1,
-            _ => texts.and_then(|n| n.checked_mul(4)).ok_or_else(|| {
-                format!(
-                    "element type {:?} is not read; expected <f8, <f4, <i8, |u1, |b1 or <U (no pickled objects)",
-                    excerpt(descr)
-                )
-            })?,
-        };
-        if count.checked_mul(item_size) != Some(body.len()) {
-            return Err(format!("{} bytes of values, expected {count} elements of {item_size}", body.len()));
+    fn from_fortran_order(self, shape: &[usize]) -> Self {
+        match self {
+            Self::F64(v) => Self::F64(in_c_order(&v, shape)),
+            Self::F32(v) => Self::F32(in_c_order(&v, shape)),
+            Self::I64(v) => Self::I64(in_c_order(&v, shape)),
+            Self::U8(v) => Self::U8(in_c_order(&v, shape)),
+            Self::Bool(v) => Self::Bool(in_c_order(&v, shape)),
+            Self::Text(v) => Self::Text(in_c_order(&v, shape)),
         }
-        Ok(match descr {
-            "<f8" => Self::F64(body.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect()),
-            "<i8" => Self::I64(body.as_chunks().0.iter().map(|b| i64::from_le_bytes(*b)).collect()),
-            "<f4" => Self::F32(body.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()),
-            "|u1" => Self::U8(body.to_vec()),
-            "|b1" => Self::Bool(body.iter().map(|b| *b != 0).collect()),
-            _ => Self::Text(body.chunks_exact(item_size).map(parse_text).collect::<Result<_, _>>()?),
-        })
     }
-}
-
-fn parse_text(bytes: &[u8]) -> Result<String, String> {
-    let code_points = bytes.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b));
-    let text: Option<String> = code_points.map(char::from_u32).collect();
-    Ok(text.ok_or("a text holds a number that is no character")?.trim_end_matches('\0').to_string())
 }
 
 #[cfg(test)]
@@ -241,7 +249,29 @@ mod tests {
         assert!(with_header(nothing_wide).contains("not read"));
         assert!(with_header("{'descr': '|O', 'fortran_order': False, 'shape': (1,)}").contains("pickled"));
         assert!(with_header("{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': ()}").contains("structured"));
-        assert!(with_header("{'descr': '<f8', 'fortran_order': True, 'shape': (1,)}").contains("Fortran"));
+        assert!(with_header("{'descr': '<f8', 'fortran_order': Maybe, 'shape': (1,)}").contains("'fortran_order'"));
+        let huge = "{'descr': '<f8', 'fortran_order': True, 'shape': (999999999999999,)}";
+        assert!(with_header(huge).contains("expected 999999999999999 elements"));
         assert!(with_header("{}").contains("'descr'"));
+    }
+
+    #[test]
+    fn fortran_order_is_put_into_c_order() {
+        let c = Array::new(&[2, 3, 4], (0..24_i64).collect::<Vec<_>>());
+        let at = |i: usize, j: usize, k: usize| ((i * 3 + j) * 4 + k) as i64;
+        let mut fortran = Vec::new();
+        for k in 0..4 {
+            for j in 0..3 {
+                fortran.extend((0..2).map(|i| at(i, j, k)));
+            }
+        }
+        let bytes = Array::new(&[2, 3, 4], fortran).to_npy().unwrap();
+        let text = String::from_utf8_lossy(&bytes[10..128]).replace("False", "True ");
+        let bytes = [&bytes[..10], text.as_bytes(), &bytes[128..]].concat();
+        assert_eq!(Array::from_npy(&bytes).unwrap(), c);
+        let nothing = Array::new(&[3, 0], Vec::<f64>::new());
+        let bytes = nothing.to_npy().unwrap();
+        let text = String::from_utf8_lossy(&bytes[10..]).replace("False", "True ");
+        assert_eq!(Array::from_npy(&[&bytes[..10], text.as_bytes()].concat()).unwrap(), nothing);
     }
 }

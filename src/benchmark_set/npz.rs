@@ -1,8 +1,8 @@
-//! NumPy's `.npz`: named arrays in a zip archive without compression.
+//! NumPy's `.npz`: named arrays in a zip archive.
 //!
-//! The bytes depend on the arrays alone: entries in the order given, every date 1980-01-01. `numpy.load(path)` reads
-//! them with `allow_pickle=False`. The reader takes what `numpy.savez` writes; compressed, encrypted and 64-bit archives
-//! (4 GiB and more) are refused with what to do.
+//! The bytes depend on the arrays alone: entries in the order given, not compressed, every date 1980-01-01.
+//! `numpy.load(path)` reads them with `allow_pickle=False`. The reader takes what `numpy.savez` and
+//! `numpy.savez_compressed` write; encrypted and 64-bit archives (4 GiB and more) are refused with what to do.
 //!
 //! ```
 //! use skiagraph::benchmark_set::{Array, Npz};
@@ -11,6 +11,10 @@
 //! assert_eq!(Npz::from_bytes("truth.npz", &bytes)?, npz);
 //! # Ok::<(), skiagraph::benchmark_set::SetError>(())
 //! ```
+
+use std::borrow::Cow;
+
+use miniz_oxide::inflate::decompress_to_vec_with_limit;
 
 use super::{Array, SetError, Values};
 use crate::input::excerpt;
@@ -26,6 +30,8 @@ const END_REACH: usize = 22 + 65_535;
 const MOST_ENTRIES: usize = 1_000;
 /// Characters of an array's name.
 const LONGEST_NAME: usize = 200;
+/// What the compressed arrays of one archive may take in all once they are expanded: a few kilobytes can claim gigabytes.
+const MOST_EXPANDED: usize = 256 << 20;
 
 /// Named arrays in order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,7 +104,7 @@ impl Npz {
     /// The arrays of an archive. `file` is what errors call it.
     ///
     /// # Errors
-    /// [`SetError::Malformed`] for anything but a whole, stored, unpickled `.npz`.
+    /// [`SetError::Malformed`] for anything but a whole, unpickled `.npz`, and for compressed arrays of more than 256 MiB.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Self, SetError> {
         read_archive(bytes).map_err(|detail| SetError::malformed(file, detail))
     }
@@ -111,6 +117,36 @@ impl Npz {
         match &self.shaped(file, name, shape)?.values {
             Values::F64(values) => Ok(values),
             _ => Err(SetError::malformed(file, format!("{name}: expected element type <f8"))),
+        }
+    }
+
+    /// The numbers of array `name` of whatever type, which must have this shape.
+    pub(super) fn numbers(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<Vec<f64>, SetError> {
+        match &self.shaped(file, name, shape)?.values {
+            Values::F64(values) => Ok(values.clone()),
+            Values::F32(values) => Ok(values.iter().map(|v| f64::from(*v)).collect()),
+            Values::I64(values) => Ok(values.iter().map(|v| *v as f64).collect()),
+            _ => Err(SetError::malformed(file, format!("{name}: expected numbers"))),
+        }
+    }
+
+    /// The whole numbers of array `name`, which must have one axis.
+    pub(super) fn whole_numbers(&self, file: &str, name: &str) -> Result<Vec<i64>, SetError> {
+        match &self.shaped(file, name, &[None])?.values {
+            Values::I64(values) => Ok(values.clone()),
+            Values::U8(values) => Ok(values.iter().map(|v| i64::from(*v)).collect()),
+            _ => Err(SetError::malformed(file, format!("{name}: expected whole numbers"))),
+        }
+    }
+
+    /// The texts of array `name`, which must have one axis; `None` where there is no such array.
+    pub(super) fn names(&self, file: &str, name: &str) -> Result<Option<&[String]>, SetError> {
+        if self.get(name).is_none() {
+            return Ok(None);
+        }
+        match &self.shaped(file, name, &[None])?.values {
+            Values::Text(values) => Ok(Some(values)),
+            _ => Err(SetError::malformed(file, format!("{name}: expected texts"))),
         }
     }
 
@@ -163,6 +199,7 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
     }
     let mut npz = Npz::default();
     let mut taken = Vec::new();
+    let mut expanded = 0;
     for _ in 0..count {
         if u32_at(bytes, at) != Some(CENTRAL) {
             return Err("the archive's directory is damaged, or it is a 64-bit archive (4 GiB or more)".to_string());
@@ -175,11 +212,16 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
         if entry_name.len() > LONGEST_NAME {
             return Err(format!("an entry's name has {} bytes; expected at most {LONGEST_NAME}", entry_name.len()));
         }
-        let npy = entry_bytes(bytes, word(42) as usize, word(24) as usize, half(8), half(10))
-            .map_err(|e| format!("{}: {e}", excerpt(entry_name)))?;
-        let (from, size) = (word(42) as usize, word(if half(10) == 0 { 24 } else { 20 }) as usize);
-        taken.push(from..from.saturating_add(size));
-        if crc32fast::hash(npy) != word(16) {
+        let entry = Entry {
+            offset: word(42) as usize,
+            stored: word(20) as usize,
+            size: word(24) as usize,
+            flags: half(8),
+            method: half(10),
+        };
+        let npy = entry.bytes(bytes, &mut expanded).map_err(|e| format!("{}: {e}", excerpt(entry_name)))?;
+        taken.push(entry.offset..entry.offset.saturating_add(entry.length()));
+        if crc32fast::hash(&npy) != word(16) {
             return Err(format!("{}: the checksum is wrong, the file was changed or damaged", excerpt(entry_name)));
         }
         let name =
@@ -187,7 +229,7 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
         if npz.get(name).is_some() {
             return Err(format!("{}: appears twice", excerpt(entry_name)));
         }
-        npz.push(name, Array::from_npy(npy).map_err(|e| format!("{}: {e}", excerpt(name)))?);
+        npz.push(name, Array::from_npy(&npy).map_err(|e| format!("{}: {e}", excerpt(name)))?);
         at += 46 + half(28) + half(30) + half(32);
     }
     taken.sort_by_key(|range| range.start);
@@ -197,22 +239,65 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
     Ok(npz)
 }
 
-/// The stored bytes of the entry whose local header is at `offset`.
-fn entry_bytes(bytes: &[u8], offset: usize, size: usize, flags: usize, method: usize) -> Result<&[u8], String> {
-    if flags & 1 != 0 {
-        return Err("is encrypted".to_string());
+/// Where a file lies in the archive, as the directory says.
+struct Entry {
+    /// Of its local header.
+    offset: usize,
+    /// Bytes in the archive.
+    stored: usize,
+    /// Bytes of the file itself.
+    size: usize,
+    flags: usize,
+    method: usize,
+}
+
+impl Entry {
+    /// Bytes that its contents take in the archive.
+    fn length(&self) -> usize {
+        if self.method == 0 { self.size } else { self.stored }
     }
-    if method != 0 {
-        return Err("is compressed; save it with numpy.savez, not numpy.savez_compressed".to_string());
+
+    /// The file's bytes. `expanded` counts those of all compressed files.
+    fn bytes<'a>(&self, archive: &'a [u8], expanded: &mut usize) -> Result<Cow<'a, [u8]>, String> {
+        if self.flags & 1 != 0 {
+            return Err("is encrypted".to_string());
+        }
+        match self.method {
+            0 => self.slice(archive, self.size).map(Cow::from),
+            8 => self.inflated(archive, expanded).map(Cow::from),
+            other => {
+                Err(format!("is compressed by method {other}; save it with numpy.savez or numpy.savez_compressed"))
+            }
+        }
     }
-    let truncated = || "is cut short".to_string();
-    if u32_at(bytes, offset) != Some(LOCAL) {
-        return Err(truncated());
+
+    /// What deflate made smaller (RFC 1951); memory grows with what is found, not with what is claimed.
+    fn inflated(&self, archive: &[u8], expanded: &mut usize) -> Result<Vec<u8>, String> {
+        *expanded = expanded.saturating_add(self.size);
+        if *expanded > MOST_EXPANDED {
+            let most = MOST_EXPANDED >> 20;
+            return Err(format!(
+                "compressed arrays of more than {most} MiB in all are not read; save them with numpy.savez"
+            ));
+        }
+        let found = decompress_to_vec_with_limit(self.slice(archive, self.stored)?, self.size)
+            .map_err(|e| format!("cannot be expanded to the {} bytes that the archive says: {e}", self.size))?;
+        if found.len() != self.size {
+            return Err(format!("expands to {} bytes, the archive says {}", found.len(), self.size));
+        }
+        Ok(found)
     }
-    let name_length = u16_at(bytes, offset + 26).ok_or_else(truncated)?;
-    let extra_length = u16_at(bytes, offset + 28).ok_or_else(truncated)?;
-    let start = offset + 30 + usize::from(name_length) + usize::from(extra_length);
-    bytes.get(start..).and_then(|rest| rest.get(..size)).ok_or_else(truncated)
+
+    fn slice<'a>(&self, archive: &'a [u8], length: usize) -> Result<&'a [u8], String> {
+        let truncated = || "is cut short".to_string();
+        if u32_at(archive, self.offset) != Some(LOCAL) {
+            return Err(truncated());
+        }
+        let name_length = u16_at(archive, self.offset + 26).ok_or_else(truncated)?;
+        let extra_length = u16_at(archive, self.offset + 28).ok_or_else(truncated)?;
+        let start = self.offset + 30 + usize::from(name_length) + usize::from(extra_length);
+        archive.get(start..).and_then(|rest| rest.get(..length)).ok_or_else(truncated)
+    }
 }
 
 fn u16_at(bytes: &[u8], at: usize) -> Option<u16> {
@@ -265,13 +350,52 @@ mod tests {
         }
     }
 
+    /// An archive of one entry that deflate made smaller; `size` is what the directory claims.
+    fn compressed(npy: &[u8], size: u32) -> Vec<u8> {
+        let deflated = miniz_oxide::deflate::compress_to_vec(npy, 9);
+        let mut fields = entry_fields("a", crc32fast::hash(npy), size).unwrap();
+        fields[4..6].copy_from_slice(&8_u16.to_le_bytes());
+        fields[14..18].copy_from_slice(&u32::try_from(deflated.len()).unwrap().to_le_bytes());
+        let mut bytes = LOCAL.to_le_bytes().to_vec();
+        bytes.extend([&fields, b"a.npy".as_slice(), &deflated].concat());
+        let start = u32::try_from(bytes.len()).unwrap();
+        bytes.extend([&CENTRAL.to_le_bytes(), [20, 0].as_slice(), &fields, &[0; 14], b"a.npy"].concat());
+        let length = u32::try_from(bytes.len()).unwrap() - start;
+        bytes.extend(END.to_le_bytes());
+        bytes.extend([0, 0, 0, 0, 1, 0, 1, 0]);
+        bytes.extend([length.to_le_bytes(), start.to_le_bytes()].concat());
+        bytes.extend([0; 2]);
+        bytes
+    }
+
     #[test]
-    fn compressed_entries_are_refused_with_what_to_do() {
+    fn compressed_arrays_are_read_and_their_claims_are_checked() {
+        let array = Array::new(&[50_000], vec![0.25; 50_000]);
+        let npy = array.to_npy().unwrap();
+        let size = u32::try_from(npy.len()).unwrap();
+        let whole = compressed(&npy, size);
+        assert!(whole.len() < npy.len() / 50);
+        assert_eq!(Npz::from_bytes("x", &whole).unwrap().get("a"), Some(&array));
+        for (claim, words) in [
+            (size - 1, "cannot be expanded to the 400127 bytes"),
+            (size + 1, "expands to 400128 bytes"),
+            (u32::MAX, "more than 256 MiB"),
+        ] {
+            let message = Npz::from_bytes("poses.npz", &compressed(&npy, claim)).unwrap_err().to_string();
+            assert!(message.starts_with("poses.npz: a.npy: ") && message.contains(words), "{message}");
+        }
+        let mut broken = whole;
+        broken[40] ^= 0xff;
+        assert!(Npz::from_bytes("x", &broken).is_err());
+    }
+
+    #[test]
+    fn other_compression_is_refused_with_what_to_do() {
         let mut bytes = sample().to_bytes("x").unwrap();
         let directory = bytes.windows(4).position(|w| w == CENTRAL.to_le_bytes()).unwrap();
-        bytes[directory + 10] = 8;
+        bytes[directory + 10] = 12;
         let message = Npz::from_bytes("run/poses.npz", &bytes).unwrap_err().to_string();
-        assert!(message.starts_with("run/poses.npz: root.npy: is compressed"), "{message}");
+        assert!(message.starts_with("run/poses.npz: root.npy: is compressed by method 12"), "{message}");
         assert!(message.contains("numpy.savez"), "{message}");
     }
 

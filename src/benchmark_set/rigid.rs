@@ -37,6 +37,16 @@ pub(super) fn from_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
     Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z)), Unit::new_unchecked(quaternion)))
 }
 
+/// As [`from_row`], of a row that somebody rounded: a quaternion within a thousandth of unit length is made unit.
+pub(super) fn from_rounded_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
+    let [x, y, z, w, i, j, k] = *row;
+    let norm = Quaternion::new(w, i, j, k).norm();
+    match (norm - 1.0).abs() {
+        off if (1e-9..1e-3).contains(&off) => from_row(&[x, y, z, w / norm, i / norm, j / norm, k / norm]),
+        _ => from_row(row),
+    }
+}
+
 impl RigidRecord {
     pub(super) fn new(transform: &Isometry3<f64>) -> Self {
         let [x, y, z, w, i, j, k] = to_row(transform);

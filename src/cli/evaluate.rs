@@ -6,43 +6,61 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::progress::Progress;
-use super::{CommandError, output, summary};
+use super::{CommandError, notes, output, summary};
 use crate::experiment::{REPORT_FILE, evaluate_run};
 
 /// Measure a run against the truth of its set
 ///
-/// Writes run.json, per_frame.csv, poses.npz and report.html into RUN. Of a run that another program made only
-/// poses.npz (fps, seeds, estimate_root, estimate_angles) need be there.
+/// RUN is the folder of a run, or what another program estimated: a folder with a poses.npz, or an .npz file. Results of a run
+/// of this program go into its folder. Results of another program's estimate go beside it, into NAME-evaluation: nothing that
+/// this program did not write is changed.
+///
+/// Another program's file needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
+/// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN says that a frame has no estimate.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph evaluate sets/walk runs/walk\n  \
-                        skiagraph evaluate sets/walk runs/walk --json")]
+                        skiagraph evaluate sets/walk runs/walk --json\n  \
+                        skiagraph evaluate sets/walk mine.npz --out results/mine")]
 pub(super) struct Arguments {
     /// The benchmark set's directory
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// The run's directory
+    /// The run's directory, or an .npz file
     #[arg(value_name = "RUN")]
     run: PathBuf,
+
+    /// Where the results go [default: RUN for a run of this program, else RUN-evaluation]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Move aside to NAME~ what is there and is not ours
+    #[arg(long)]
+    force: bool,
 
     /// Print run.json instead of a table
     #[arg(long)]
     json: bool,
 
-    /// No progress
+    /// No progress, no notes
     #[arg(long)]
     quiet: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(arguments.quiet);
-    let record = evaluate_run(&arguments.set, &arguments.run, &progress).map_err(|e| e.about(&arguments.run))?;
+    let (out, force) = (arguments.out.as_deref(), arguments.force);
+    let done = evaluate_run(&arguments.set, &arguments.run, out, force, &progress)
+        .map_err(|e| e.about(&arguments.run))?;
     drop(progress);
+    if !arguments.quiet {
+        notes::tell(&done.notes);
+    }
     if arguments.json {
-        output::print_json(&record)?;
+        output::print_json(&done.record)?;
     } else {
-        output::print(&summary::table(&record))?;
-        output::print(&format!("\n  report: {}", arguments.run.join(REPORT_FILE).display()))?;
+        output::print(&summary::table(&done.record))?;
+        output::print(&format!("\n  report: {}", done.place.join(REPORT_FILE).display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

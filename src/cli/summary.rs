@@ -4,7 +4,7 @@ use crate::evaluation::{METRICS, MetricSummary};
 use crate::experiment::{Comparison, RunRecord};
 
 /// Metrics that the table shows; `--json` and the report have all.
-const SHOWN: [&str; 9] = [
+const SHOWN: [&str; 10] = [
     "humaneva_mm",
     "mpjpe_mm",
     "mpjpe_root_mm",
@@ -13,10 +13,12 @@ const SHOWN: [&str; 9] = [
     "silhouette_iou",
     "pck150",
     "track_loss",
+    "lost_frames",
     "energy_gap",
 ];
 
-/// The summary table: mean, 95 % interval, and the frozen floor beside.
+/// The summary table: mean, 95 % interval, the share of the markers that it speaks of, and the frozen floor beside; then what could not
+/// be measured.
 pub(super) fn table(record: &RunRecord) -> String {
     let model = if record.matched { "matched model" } else { "mismatched model" };
     let seeds = record.seeds.len();
@@ -27,7 +29,7 @@ pub(super) fn table(record: &RunRecord) -> String {
             record.scenario, record.tracker, record.frames, record.frames_per_second
         ),
         String::new(),
-        format!("  {:<34} {:>9}  {:^19}  {:>9}", "", "mean", "95 % interval", "frozen"),
+        format!("  {:<34} {:>9}  {:^19}  {:>8}  {:>9}", "", "mean", "95 % interval", "coverage", "frozen"),
     ];
     for metric in METRICS.iter().filter(|metric| SHOWN.contains(&metric.name)) {
         if let Some(summary) = record.summary.metrics.get(metric.name) {
@@ -36,9 +38,12 @@ pub(super) fn table(record: &RunRecord) -> String {
                 symbol => format!("{} ({symbol})", metric.title),
             };
             let frozen = record.frozen.get(metric.name).map_or_else(|| "-".to_owned(), |value| number(*value));
-            lines.push(format!("  {title:<34} {:>9}  {:^19}  {frozen:>9}", number(summary.mean), interval(summary)));
+            let (mean, interval, coverage) = (number(summary.mean), interval(summary), coverage(summary.coverage));
+            lines.push(format!("  {title:<34} {mean:>9}  {interval:^19}  {coverage:>8}  {frozen:>9}"));
         }
     }
+    let absent = SHOWN.iter().filter_map(|name| Some((name, record.summary.absent.get(*name)?)));
+    lines.extend(absent.map(|(name, needs)| format!("  no {name}: {needs}")));
     lines.push(String::new());
     if let Some(error) = record.summary.metrics.get("humaneva_mm") {
         lines.push(format!("  protocol: {}", error.protocol));
@@ -80,6 +85,11 @@ fn interval(summary: &MetricSummary) -> String {
     summary.ci95.map_or_else(|| "-".to_owned(), |i| format!("{} to {}", number(i.low), number(i.high)))
 }
 
+/// A share in percent; 100 % is all of it, not nearly all.
+fn coverage(share: f64) -> String {
+    format!("{:.1} %", (1000.0 * share).floor() / 10.0)
+}
+
 /// Four figures at most.
 fn number(value: f64) -> String {
     match value.abs() {
@@ -97,6 +107,11 @@ mod tests {
     #[test]
     fn numbers_keep_the_figures_that_matter() {
         assert_eq!([1234.5, 56.78, -3.456, 0.1234].map(number), ["1234", "56.8", "-3.46", "0.123"]);
+    }
+
+    #[test]
+    fn a_coverage_below_all_is_not_rounded_to_all() {
+        assert_eq!([1.0, 0.9999, 0.5, 0.0].map(coverage), ["100.0 %", "99.9 %", "50.0 %", "0.0 %"]);
     }
 
     #[test]

@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     if arguments.output.json {
         output::print_json(&tracked.record)?;
     } else if let Some(record) = &tracked.record {
-        let frames = tracked.poses.estimates.first().map_or(0, Vec::len);
+        let frames = tracked.estimates.frames();
         output::print(&format!(
             "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second\n  measure it: skiagraph evaluate {} {}",
             arguments.out.display(),

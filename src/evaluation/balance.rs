@@ -1,8 +1,12 @@
 //! Whether a motion could have happened: its balance and the forces that it takes.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::Sequence;
-use crate::contact::DynamicsFrame;
+use super::sequence::{Sequence, Touching};
+use crate::contact::{Dynamics, DynamicsFrame};
+
+const DYNAMICS: &str = "poses of the tracker's body (estimate_root and estimate_angles), of which a stretch spans 1/15 s either way of a frame, \
+                        and mass and feet with geometry on that body";
+const TRUE_DYNAMICS: &str = "mass and feet with geometry on the actor";
 
 /// Balance of the estimate.
 pub(super) const UNBALANCED: Metric = Metric {
@@ -10,10 +14,11 @@ pub(super) const UNBALANCED: Metric = Metric {
     title: "Zero-moment point outside the support",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
+    needs: DYNAMICS,
     protocol: "share of the frames in which the tracker's body stands and presses on the ground with more than a fifth of its \
                weight where its zero-moment point lies outside the convex hull of what touches it (flesh yields by 10 mm); rates and accelerations from \
                parabolas over 1/15 s either way",
-    measure: |sequence| unbalanced(sequence, ESTIMATE),
+    measure: |sequence| unbalanced(sequence, sequence.contacts?.estimate?),
 };
 
 /// The same of the actor.
@@ -21,8 +26,9 @@ pub(super) const TRUE_UNBALANCED: Metric = Metric {
     name: "truth_zmp_outside",
     title: "Zero-moment point outside the support, of the truth itself",
     direction: Direction::Neither,
+    needs: TRUE_DYNAMICS,
     protocol: "as zmp_outside, of the actor",
-    measure: |sequence| unbalanced(sequence, TRUTH),
+    measure: |sequence| unbalanced(sequence, sequence.contacts?.truth),
     ..UNBALANCED
 };
 
@@ -32,10 +38,11 @@ pub(super) const RESIDUAL: Metric = Metric {
     title: "Residual root wrench",
     unit: Unit::BodyWeight,
     direction: Direction::LowerIsBetter,
+    needs: DYNAMICS,
     protocol: "wrench that the motion of the tracker's body needs and no forces within the friction cones (0.8) of what touches the \
                ground explain: norm of its force and of its moment about the centre of mass over the centre's height, over the body's \
                weight; mean over frames",
-    measure: |sequence| residual(sequence, ESTIMATE),
+    measure: |sequence| residual(sequence, sequence.contacts?.estimate?),
 };
 
 /// The same of the actor.
@@ -43,8 +50,9 @@ pub(super) const TRUE_RESIDUAL: Metric = Metric {
     name: "truth_residual_wrench_body_weights",
     title: "Residual root wrench of the truth itself",
     direction: Direction::Neither,
+    needs: TRUE_DYNAMICS,
     protocol: "as residual_wrench_body_weights, of the actor",
-    measure: |sequence| residual(sequence, TRUTH),
+    measure: |sequence| residual(sequence, sequence.contacts?.truth),
     ..RESIDUAL
 };
 
@@ -54,9 +62,10 @@ pub(super) const VIOLATIONS: Metric = Metric {
     title: "Joints beyond limit or speed",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
+    needs: DYNAMICS,
     protocol: "share of the frames in which a joint of the tracker's body is beyond its limits (by more than 1e-6 rad or m) or \
                faster than its greatest speed",
-    measure: |sequence| violations(sequence, ESTIMATE),
+    measure: |sequence| violations(sequence, sequence.contacts?.estimate?),
 };
 
 /// The same of the actor.
@@ -64,33 +73,33 @@ pub(super) const TRUE_VIOLATIONS: Metric = Metric {
     name: "truth_joint_violations",
     title: "Joints beyond limit or speed of the truth itself",
     direction: Direction::Neither,
+    needs: TRUE_DYNAMICS,
     protocol: "as joint_violations, of the actor",
-    measure: |sequence| violations(sequence, TRUTH),
+    measure: |sequence| violations(sequence, sequence.contacts?.truth),
     ..VIOLATIONS
 };
 
-const TRUTH: usize = 0;
-const ESTIMATE: usize = 1;
-
 fn per_frame(
     sequence: &Sequence<'_>,
-    whose: usize,
+    body: Touching<'_>,
     value: impl Fn(&DynamicsFrame) -> Option<f64>,
 ) -> Option<Measurement> {
-    let dynamics = sequence.contacts?.dynamics?[whose];
-    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| value(&dynamics.frames[frame]))))
+    let dynamics = body.dynamics?;
+    let reach = Dynamics::reach(sequence.frames_per_second);
+    let value = |frame: usize| value(&dynamics.frames[frame]).filter(|_| body.is_known(frame, reach));
+    Some(Measurement::PerFrame(sequence.per_scored_frame(value)))
 }
 
-fn unbalanced(sequence: &Sequence<'_>, whose: usize) -> Option<Measurement> {
-    per_frame(sequence, whose, |frame| frame.margin_m.map(|margin| f64::from(u8::from(margin < 0.0))))
+fn unbalanced(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+    per_frame(sequence, body, |frame| frame.margin_m.map(|margin| f64::from(u8::from(margin < 0.0))))
 }
 
-fn residual(sequence: &Sequence<'_>, whose: usize) -> Option<Measurement> {
-    per_frame(sequence, whose, |frame| Some(frame.residual))
+fn residual(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+    per_frame(sequence, body, |frame| Some(frame.residual))
 }
 
-fn violations(sequence: &Sequence<'_>, whose: usize) -> Option<Measurement> {
-    per_frame(sequence, whose, |frame| Some(f64::from(u8::from(frame.violations != [0, 0]))))
+fn violations(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+    per_frame(sequence, body, |frame| Some(f64::from(u8::from(frame.violations != [0, 0]))))
 }
 
 #[cfg(test)]

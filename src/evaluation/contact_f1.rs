@@ -9,6 +9,7 @@ pub(super) const F1: Metric = Metric {
     title: "Foot contact, F1",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
+    needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet of both bodies, and a foot that stands",
     protocol: "2 TP / (2 TP + FP + FN) over frames and feet, labels of actor and estimate each from their own solids by one rule: \
                begins below 20 mm and 0.25 m/s, ends above 40 mm or 0.45 m/s, at least 50 ms; absent where neither ever stands",
     measure: f1,
@@ -16,9 +17,10 @@ pub(super) const F1: Metric = Metric {
 
 fn f1(sequence: &Sequence<'_>) -> Option<Measurement> {
     let pair = sequence.contacts?;
+    let estimated = pair.estimate?;
     let (mut both, mut one) = (0_u32, 0_u32);
-    for (truth, estimate) in pair.truth.feet.iter().zip(&pair.estimate.feet) {
-        for frame in sequence.scored() {
+    for (truth, estimate) in pair.truth.ground.feet.iter().zip(&estimated.ground.feet) {
+        for frame in sequence.scored().filter(|frame| estimated.is_known(*frame, 0)) {
             match (truth.frames[frame].in_contact, estimate.frames[frame].in_contact) {
                 (true, true) => both += 1,
                 (false, false) => {}

@@ -8,7 +8,7 @@ use crate::contact::{ContactTrack, Dynamics, FOOT_NAMES, GroundContact, GroundCo
 
 use super::evaluate::MetricValue;
 use super::fixture::standing;
-use super::{ContactPair, Sequence, evaluate};
+use super::{ContactPair, Sequence, Touching, evaluate};
 
 /// A foot in one frame: whether it stands, its gap and its speed along x in mm and mm/s.
 pub(crate) type Foot = (bool, f64, f64);
@@ -52,13 +52,16 @@ pub(crate) fn measured_with(
     let markers = vec![standing(); truth.feet[0].frames.len()];
     let [true_depths, depths] = self_mm.map(|mm| mm.iter().map(|d| 0.001 * d).collect::<Vec<_>>());
     let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
-    sequence.contacts = Some(ContactPair {
-        truth,
-        estimate,
-        truth_self_depth_m: &true_depths,
-        estimate_self_depth_m: &depths,
-        prop_depth_m: Some([&true_depths, &depths]),
+    let body = |ground, depths, dynamics| Touching {
+        ground,
+        self_depth_m: depths,
+        prop_depth_m: Some(depths),
         dynamics,
+        known: None,
+    };
+    sequence.contacts = Some(ContactPair {
+        truth: body(truth, &true_depths, dynamics.map(|[truth, _]| truth)),
+        estimate: Some(body(estimate, &depths, dynamics.map(|[_, estimate]| estimate))),
     });
     evaluate(&sequence).unwrap().metrics
 }

@@ -17,6 +17,7 @@ pub(super) const VELOCITY: Metric = Metric {
     title: "Velocity error",
     unit: Unit::MillimetrePerSecond,
     direction: Direction::LowerIsBetter,
+    needs: "a marker with an estimate in two frames running",
     protocol: "mean length of the difference between estimated and true velocity of the 15 virtual markers, backward \
                difference times fps; a difference that touches a missing or left-out frame is skipped; mean of frame means",
     measure: velocity,
@@ -28,6 +29,7 @@ pub(super) const ACCELERATION: Metric = Metric {
     title: "Acceleration error",
     unit: Unit::MetrePerSecondSquared,
     direction: Direction::LowerIsBetter,
+    needs: "a marker with an estimate in three frames running",
     protocol: "mean length of the difference between estimated and true acceleration of the 15 virtual markers, second \
                difference times fps squared; a difference that touches a missing or left-out frame is skipped; mean of \
                frame means",
@@ -40,6 +42,7 @@ pub(super) const JITTER: Metric = Metric {
     title: "Jitter of the estimate",
     unit: Unit::MetrePerSecondCubed,
     direction: Direction::LowerIsBetter,
+    needs: "a marker with an estimate in four frames running",
     protocol: "mean length of the third difference of the estimated 15 virtual markers times fps cubed, the truth not \
                involved; a difference that touches a missing or left-out frame is skipped; mean of frame means",
     measure: jitter,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::LANDMARKS;
 
+use super::coverage;
 use super::pck::{self, CurvePoint};
 use super::{EvaluationError, METRICS, Measurement, Metric, Sequence, Spread, Unit};
 
@@ -22,6 +23,9 @@ pub struct Evaluation {
     pub coverage: f64,
     /// By [`Metric::name`]; a metric without its input is absent.
     pub metrics: BTreeMap<String, MetricValue>,
+    /// What every absent metric needs, by its name.
+    #[serde(default)]
+    pub absent: BTreeMap<String, String>,
     /// Error of every marker that was compared, in the order of [`LANDMARKS`].
     pub per_joint: Vec<JointError>,
     /// Share of markers within 0, 5, ... 150 mm.
@@ -71,19 +75,21 @@ impl std::ops::Deref for MetricValue {
 pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> {
     sequence.check()?;
     let span = span(sequence);
-    let metrics = METRICS
-        .iter()
-        .filter_map(|metric| {
-            let value = value_of(metric, (metric.measure)(sequence)?, &span)?;
-            Some((metric.name.to_owned(), value))
-        })
-        .collect();
+    let (mut metrics, mut absent) = (BTreeMap::new(), BTreeMap::new());
+    for metric in METRICS {
+        let value = (metric.measure)(sequence).and_then(|measurement| value_of(metric, measurement, &span));
+        match value {
+            Some(value) => drop(metrics.insert(metric.name.to_owned(), value)),
+            None => drop(absent.insert(metric.name.to_owned(), format!("needs {}", metric.needs))),
+        }
+    }
     Ok(Evaluation {
         frames_per_second: sequence.frames_per_second,
         frames: sequence.frames(),
         first_scored: sequence.first_scored,
-        coverage: coverage(sequence),
+        coverage: coverage::share(sequence),
         metrics,
+        absent,
         per_joint: per_joint(sequence),
         pck_curve: pck::curve(sequence),
     })
@@ -106,17 +112,15 @@ fn value_of(metric: &Metric, measurement: Measurement, span: &str) -> Option<Met
 fn span(sequence: &Sequence<'_>) -> String {
     let (frames, fps) = (sequence.frames(), sequence.frames_per_second);
     let last = frames - 1;
-    match sequence.first_scored {
+    let span = match sequence.first_scored {
         0 => format!("frames 0 to {last} at {fps} fps"),
         1 => format!("frames 1 to {last} at {fps} fps, frame 0 (the start pose) left out"),
         first => format!("frames {first} to {last} at {fps} fps, the first {first} left out"),
+    };
+    match sequence.scored().filter(|frame| sequence.is_lost(*frame)).count() {
+        0 => span,
+        lost => format!("{span}; {lost} of {} frames have no estimate", sequence.scored().len()),
     }
-}
-
-fn coverage(sequence: &Sequence<'_>) -> f64 {
-    let asked: usize = sequence.scored().map(|f| sequence.truth_markers[f].iter().flatten().count()).sum();
-    let given: usize = sequence.scored().map(|f| sequence.pairs(f).count()).sum();
-    given as f64 / asked.max(1) as f64
 }
 
 fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {

@@ -1,9 +1,14 @@
 //! How feet slip along the ground while the actor's foot stands.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{ContactPair, Sequence};
+use super::sequence::{ContactPair, Sequence, Touching};
 use super::statistics::mean_of;
-use crate::contact::GroundContacts;
+
+/// What metrics of stance need.
+pub(super) const STANCES: &str = "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet of both bodies, and frames in \
+                                  which the actor's foot stands";
+/// What metrics of the actor's stance need.
+pub(super) const TRUE_STANCES: &str = "geometry on the actor's feet, and frames in which one stands";
 
 /// Speed in stance.
 pub(super) const SKATE: Metric = Metric {
@@ -11,6 +16,7 @@ pub(super) const SKATE: Metric = Metric {
     title: "Foot skate",
     unit: Unit::MillimetrePerSecond,
     direction: Direction::LowerIsBetter,
+    needs: STANCES,
     protocol: "horizontal speed of the material point of the estimate's foot that is lowest, central difference over one frame \
                either way, over frames and feet in which the actor's foot stands (exact contact truth); pooled",
     measure: |sequence| skate(sequence, |pair| pair.estimate),
@@ -21,8 +27,9 @@ pub(super) const TRUE_SKATE: Metric = Metric {
     name: "truth_foot_skate_mm_per_s",
     title: "Foot skate of the truth itself",
     direction: Direction::Neither,
+    needs: TRUE_STANCES,
     protocol: "as foot_skate_mm_per_s, of the actor: what the recording itself skates",
-    measure: |sequence| skate(sequence, |pair| pair.truth),
+    measure: |sequence| skate(sequence, |pair| Some(pair.truth)),
     ..SKATE
 };
 
@@ -32,6 +39,7 @@ pub(super) const SLIP: Metric = Metric {
     title: "Slip per stance",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: STANCES,
     protocol: "length of the path along the ground of the estimate's lowest points over one stance of the actor's foot, mean \
                over the stances of both feet",
     measure: |sequence| slip(sequence, |pair| pair.estimate),
@@ -42,8 +50,9 @@ pub(super) const TRUE_SLIP: Metric = Metric {
     name: "truth_slip_per_stance_mm",
     title: "Slip per stance of the truth itself",
     direction: Direction::Neither,
+    needs: TRUE_STANCES,
     protocol: "as slip_per_stance_mm, of the actor",
-    measure: |sequence| slip(sequence, |pair| pair.truth),
+    measure: |sequence| slip(sequence, |pair| Some(pair.truth)),
     ..SLIP
 };
 
@@ -53,6 +62,7 @@ pub(super) const PER_FRAME: Metric = Metric {
     title: "Foot skate, mm per frame (compatibility)",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: STANCES,
     protocol: "foot_skate_mm_per_s divided by the frame rate, for comparison with figures in mm/frame. Trap: it changes with the \
                frame rate of the same motion; others guess contact from the estimate's own height or speed and follow a joint, \
                not the sole: compare only what has the same rate and rule",
@@ -65,6 +75,7 @@ pub(super) const RATIO: Metric = Metric {
     title: "Skating ratio (compatibility)",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
+    needs: STANCES,
     protocol: "share of stance frames (the actor's) in which the estimate's foot moves more than 25 mm along the ground in a \
                frame. Trap: 25 mm a frame are 0.5 m/s at 20 Hz and 3 m/s at 120 Hz, so that the same motion has a lower ratio \
                at a higher rate; others count frames by a height of 50 mm instead of contact",
@@ -74,13 +85,15 @@ pub(super) const RATIO: Metric = Metric {
 /// Slides longer than this in one frame count in [`RATIO`], millimetres.
 const SLIDE_MM: f64 = 25.0;
 
-type Who = for<'a> fn(&ContactPair<'a>) -> &'a GroundContacts;
+type Who = for<'a> fn(&ContactPair<'a>) -> Option<Touching<'a>>;
 
-/// Speeds, mm/s, of the feet whose counterpart stands in the truth; none where the difference touches a frame left out.
+/// Speeds, mm/s, of the feet whose counterpart stands in the truth; none where the difference touches a frame that is left out or
+/// has no pose.
 fn speeds_in_stance(sequence: &Sequence<'_>, who: Who, frame: usize) -> impl Iterator<Item = f64> {
     let pair = sequence.contacts.filter(|_| frame > sequence.first_scored);
-    pair.into_iter().flat_map(move |pair| {
-        let feet = pair.truth.feet.iter().zip(&who(&pair).feet);
+    let known = pair.and_then(|pair| Some((pair, who(&pair).filter(|body| body.is_known(frame, 1))?)));
+    known.into_iter().flat_map(move |(pair, body)| {
+        let feet = pair.truth.ground.feet.iter().zip(&body.ground.feet);
         feet.filter(move |(truth, _)| truth.frames[frame].in_contact)
             .map(move |(_, foot)| 1000.0 * foot.frames[frame].slip_m_per_s())
     })
@@ -109,12 +122,14 @@ fn ratio(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 fn slip(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
     let pair = sequence.contacts?;
+    let body = who(&pair)?;
     let of_foot = |foot: usize| {
-        let stances = pair.truth.feet[foot].stances().into_iter();
+        let stances = pair.truth.ground.feet[foot].stances().into_iter();
         stances.filter_map(move |stance| {
-            let frames = stance.start.max(sequence.first_scored + 1)..stance.end;
-            let path = frames.clone().map(|f| 1000.0 * who(&pair).feet[foot].frames[f].slip_m_per_s());
-            (!frames.is_empty()).then(|| path.sum::<f64>() / sequence.frames_per_second)
+            let mut frames = stance.start.max(sequence.first_scored + 1)..stance.end;
+            let path = frames.clone().map(|f| 1000.0 * body.ground.feet[foot].frames[f].slip_m_per_s());
+            let whole = !frames.is_empty() && frames.all(|frame| body.is_known(frame, 1));
+            whole.then(|| path.sum::<f64>() / sequence.frames_per_second)
         })
     };
     Some(Measurement::Whole(mean_of((0..2).flat_map(of_foot))?))

@@ -1,9 +1,9 @@
 //! How deep a body is in the ground, and how high its feet hover where the actor stands.
 
+use super::foot_skate::{STANCES, TRUE_STANCES};
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{ContactPair, Sequence};
+use super::sequence::{ContactPair, Sequence, Touching};
 use super::statistics::mean_of;
-use crate::contact::GroundContacts;
 
 /// Depth below the ground.
 pub(super) const PENETRATION: Metric = Metric {
@@ -11,6 +11,7 @@ pub(super) const PENETRATION: Metric = Metric {
     title: "Penetration of the ground",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: "poses of the tracker's body (estimate_root and estimate_angles) and geometry on its feet",
     protocol: "depth under z = 0 of the lowest point of the tracker's body in the estimated pose, 0 where all of it is above; \
                mean over frames",
     measure: |sequence| penetration(sequence, |pair| pair.estimate),
@@ -21,8 +22,9 @@ pub(super) const TRUE_PENETRATION: Metric = Metric {
     name: "truth_ground_penetration_mm",
     title: "Penetration of the ground by the truth itself",
     direction: Direction::Neither,
+    needs: "geometry on the actor's feet",
     protocol: "as ground_penetration_mm, of the actor",
-    measure: |sequence| penetration(sequence, |pair| pair.truth),
+    measure: |sequence| penetration(sequence, |pair| Some(pair.truth)),
     ..PENETRATION
 };
 
@@ -32,6 +34,7 @@ pub(super) const FLOAT: Metric = Metric {
     title: "Float in stance",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: STANCES,
     protocol: "height above z = 0 of the lowest point of the estimate's foot, 0 where it is below, over frames and feet in which \
                the actor's foot stands; pooled",
     measure: |sequence| float(sequence, |pair| pair.estimate),
@@ -42,24 +45,29 @@ pub(super) const TRUE_FLOAT: Metric = Metric {
     name: "truth_foot_float_mm",
     title: "Float in stance of the truth itself",
     direction: Direction::Neither,
+    needs: TRUE_STANCES,
     protocol: "as foot_float_mm, of the actor",
-    measure: |sequence| float(sequence, |pair| pair.truth),
+    measure: |sequence| float(sequence, |pair| Some(pair.truth)),
     ..FLOAT
 };
 
-type Who = for<'a> fn(&ContactPair<'a>) -> &'a GroundContacts;
+type Who = for<'a> fn(&ContactPair<'a>) -> Option<Touching<'a>>;
 
 fn penetration(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
-    let contacts = who(&sequence.contacts?);
-    let deepest =
-        |frame: usize| contacts.links.iter().map(|link| link.frames[frame].penetration_m()).fold(0.0, f64::max);
-    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(1000.0 * deepest(frame)))))
+    let body = who(&sequence.contacts?)?;
+    let deepest = |frame: usize| {
+        let links = body.ground.links.iter();
+        let depths = links.map(|link| 1000.0 * link.frames[frame].penetration_m());
+        body.is_known(frame, 0).then(|| depths.fold(0.0, f64::max))
+    };
+    Some(Measurement::PerFrame(sequence.per_scored_frame(deepest)))
 }
 
 fn float(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
     let pair = sequence.contacts?;
+    let body = who(&pair)?;
     let heights = |frame: usize| {
-        let feet = pair.truth.feet.iter().zip(&who(&pair).feet);
+        let feet = pair.truth.ground.feet.iter().zip(&body.ground.feet).filter(move |_| body.is_known(frame, 0));
         feet.filter(move |(truth, _)| truth.frames[frame].in_contact)
             .map(move |(_, foot)| 1000.0 * foot.frames[frame].gap_m.max(0.0))
     };

@@ -12,6 +12,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
     title: "HumanEva 3-D error",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: "a marker that truth and estimate share",
     protocol: "mean distance of HumanEva's 15 virtual markers in the world, no alignment; markers missing in truth or \
                estimate are skipped; mean of frame means; also S2's position error",
     measure: absolute,
@@ -24,6 +25,7 @@ pub(super) const RELATIVE: Metric = Metric {
     title: "HumanEva error relative to the pelvis",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: "the pelvis and another marker in truth and estimate",
     protocol: "mean distance of the 14 virtual markers other than the pelvis after both skeletons are moved to their own \
                pelvis; markers missing in truth or estimate are skipped; mean of frame means",
     measure: relative,

@@ -7,14 +7,18 @@ use super::statistics::mean_of;
 /// The longest lag looked for, seconds.
 const LONGEST_LAG_S: f64 = 0.25;
 
+const LONG_ENOUGH: &str =
+    "a second or more, and half a second of frames that have an estimate within 250 ms either way throughout";
+
 /// The shift that fits best.
 pub(super) const LAG: Metric = Metric {
     name: "lag_ms",
     title: "Lag",
     unit: Unit::Millisecond,
     direction: Direction::Neither,
+    needs: LONG_ENOUGH,
     protocol: "whole-frame shift, at most 250 ms either way, after which the absolute error of the 15 virtual markers is \
-               least; positive where the estimate trails; the same true frames for every shift",
+               least; positive where the estimate trails; the same true frames for every shift: those that have an estimate at all of them",
     measure: lag,
 };
 
@@ -24,8 +28,9 @@ pub(super) const LAG_CORRECTED: Metric = Metric {
     title: "Error without the lag",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: LONG_ENOUGH,
     protocol: "mean distance of the 15 virtual markers in the world after the estimate is shifted by its lag; frames within \
-               250 ms of either end left out",
+               250 ms of either end, or of a frame without an estimate, left out",
     measure: lag_corrected,
 };
 
@@ -38,15 +43,20 @@ fn lag_corrected(sequence: &Sequence<'_>) -> Option<Measurement> {
     best_shift(sequence).map(|(_, error)| Measurement::Whole(error))
 }
 
-/// The shift in frames of least error, and that error in millimetres; the smaller shift wins a tie. `None` for sequences
-/// shorter than four times the longest lag.
+/// The shift in frames of least error, and that error in millimetres; the smaller shift wins a tie. True frames count that have an
+/// estimate at every shift. `None` for sequences shorter than four times the longest lag, and for fewer such frames than those have.
 fn best_shift(sequence: &Sequence<'_>) -> Option<(i64, f64)> {
     let reach = (LONGEST_LAG_S * sequence.frames_per_second) as usize;
     if sequence.scored().len() < 4 * reach.max(1) {
         return None;
     }
     let inner = sequence.first_scored + reach..sequence.frames() - reach;
-    let error_at = |shift: i64| mean_of(inner.clone().filter_map(|frame| shifted_error_mm(sequence, frame, shift)));
+    let whole = |frame: &usize| (frame - reach..=frame + reach).all(|other| !sequence.is_lost(other));
+    let inner: Vec<usize> = inner.filter(whole).collect();
+    if inner.len() < 2 * reach {
+        return None;
+    }
+    let error_at = |shift: i64| mean_of(inner.iter().filter_map(|frame| shifted_error_mm(sequence, *frame, shift)));
     let mut best = (0, error_at(0)?);
     for shift in (1..=reach as i64).flat_map(|s| [s, -s]) {
         if let Some(error) = error_at(shift).filter(|error| *error < best.1) {
@@ -90,6 +100,26 @@ mod tests {
     fn a_body_that_stands_still_has_no_lag() {
         let still = vec![standing(); 121];
         assert_eq!(evaluate_markers(&still, &still).metrics["lag_ms"].mean, 0.0);
+    }
+
+    #[test]
+    fn lost_frames_do_not_move_the_lag() {
+        // a walker who speeds up, so that frames left out of one shift alone would favour another
+        let walk = |lag: f64| -> Vec<_> {
+            (0..200)
+                .map(|f| translated(&standing(), Vector3::new(0.0004 * (f as f64 - lag).powi(2), 0.0, 0.0)))
+                .collect()
+        };
+        let (truth, mut estimate) = (walk(0.0), walk(4.0));
+        estimate[120..124].fill([None; 15]);
+        let metrics = evaluate_markers(&truth, &estimate).metrics;
+        assert!((metrics["lag_ms"].mean - 4000.0 / 60.0).abs() < 1e-9);
+        assert!(metrics["lag_corrected_mm"].mean < 1e-9);
+        estimate.iter_mut().step_by(20).for_each(|markers| *markers = [None; 15]);
+        assert!(
+            !evaluate_markers(&truth, &estimate).metrics.contains_key("lag_ms"),
+            "no frame has an estimate at every shift"
+        );
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Sequence, balance, contact_f1, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, mpjpe, orientation,
-    pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
+    Sequence, balance, contact_f1, coverage, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, mpjpe,
+    orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
 };
 
 /// One way to compare an estimate with the truth.
@@ -18,6 +18,8 @@ pub struct Metric {
     pub unit: Unit,
     /// Which values are good.
     pub direction: Direction,
+    /// What must be there for it to be measured, in words that follow "needs".
+    pub needs: &'static str,
     /// Joint set, alignment and mask rule.
     pub protocol: &'static str,
     /// The measurement; `None` where the sequence lacks what it needs.
@@ -120,6 +122,8 @@ pub const METRICS: &[Metric] = &[
     track_loss::FRACTION,
     track_loss::TIME_TO_LOSS,
     track_loss::RECOVERY,
+    coverage::COVERAGE,
+    coverage::LOST_FRAMES,
     energy_gap::GAP,
     derivatives::VELOCITY,
     derivatives::ACCELERATION,
@@ -168,6 +172,13 @@ mod tests {
 
     use super::*;
     use std::collections::BTreeSet;
+
+    #[test]
+    fn every_metric_says_what_it_needs() {
+        for Metric { name, needs, .. } in METRICS {
+            assert!(!needs.is_empty() && !needs.ends_with('.') && !needs.starts_with("needs"), "{name}: {needs}");
+        }
+    }
 
     #[test]
     fn names_are_unique_and_carry_their_unit() {

@@ -2,7 +2,8 @@
 //!
 //! [`evaluate`] takes a [`Sequence`] (positions, and what else is known) and gives an [`Evaluation`];
 //! [`summarise`] takes several, one per clip and seed, and gives a [`Summary`] with 95 % intervals.
-//! Whose estimates they are does not matter: marker positions suffice, and a metric that lacks its input is absent.
+//! Whose estimates they are does not matter: marker positions suffice, and a metric that lacks its input is absent and
+//! says what it needs. A frame without an estimate is lost: it is left out of means, and coverage stands beside every error.
 //!
 //! ```
 //! use nalgebra::{Point3, Vector3};
@@ -19,6 +20,7 @@ mod bootstrap;
 mod contact_f1;
 #[cfg(test)]
 mod contact_fixture;
+mod coverage;
 mod derivatives;
 mod energy_gap;
 mod evaluate;
@@ -48,7 +50,7 @@ pub use metric::{Direction, METRICS, Measurement, Metric, Unit, find_metric};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;
 pub use procrustes::Similarity;
-pub use sequence::{ContactPair, Energies, EvaluationError, RootRotations, Sequence};
+pub use sequence::{ContactPair, Energies, EvaluationError, RootRotations, Sequence, Touching};
 pub use silhouette::intersection_over_union;
 pub use statistics::{Spread, mean, quantile};
 pub use summary::{JointSummary, MetricSummary, Run, RunKey, Summary, summarise};

@@ -15,6 +15,7 @@ pub(super) const PCK: Metric = Metric {
     title: "Markers within 150 mm (PCK)",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
+    needs: "markers of the truth",
     protocol: "share of the 15 virtual markers at most 150 mm from the truth in the world, no alignment; a marker missing \
                in the estimate counts as wrong; mean of frame means",
     measure: at_threshold,
@@ -26,6 +27,7 @@ pub(super) const AUC: Metric = Metric {
     title: "Area under the PCK curve",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
+    needs: "markers of the truth",
     protocol: "mean of PCK at the 31 thresholds 0, 5, ... 150 mm (as MPI-INF-3DHP, but in the world, no alignment); a \
                marker missing in the estimate counts as wrong; mean of frame means",
     measure: area,

@@ -1,7 +1,7 @@
 //! How deep a body is inside what stands about.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::Sequence;
+use super::sequence::{Sequence, Touching};
 
 /// Of the estimate.
 pub(super) const DEPTH: Metric = Metric {
@@ -9,9 +9,10 @@ pub(super) const DEPTH: Metric = Metric {
     title: "Penetration of props",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on its feet, and a prop in the scene",
     protocol: "greatest depth by which a link of the tracker's body is inside a prop of the scene, 0 where none is; mean over \
                frames",
-    measure: |sequence| depth(sequence, 1),
+    measure: |sequence| depth(sequence, sequence.contacts?.estimate?),
 };
 
 /// Of the actor.
@@ -19,14 +20,16 @@ pub(super) const TRUE_DEPTH: Metric = Metric {
     name: "truth_prop_penetration_mm",
     title: "Penetration of props by the truth itself",
     direction: Direction::Neither,
+    needs: "geometry on the actor's feet, and a prop in the scene",
     protocol: "as prop_penetration_mm, of the actor",
-    measure: |sequence| depth(sequence, 0),
+    measure: |sequence| depth(sequence, sequence.contacts?.truth),
     ..DEPTH
 };
 
-fn depth(sequence: &Sequence<'_>, whose: usize) -> Option<Measurement> {
-    let depths = sequence.contacts?.prop_depth_m?[whose];
-    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(1000.0 * depths[frame]))))
+fn depth(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+    let depths = body.prop_depth_m?;
+    let depth = |frame: usize| body.is_known(frame, 0).then(|| 1000.0 * depths[frame]);
+    Some(Measurement::PerFrame(sequence.per_scored_frame(depth)))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! How deep parts of a body are inside each other.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
+use super::sequence::{Sequence, Touching};
 
 /// Of the estimate.
 pub(super) const DEPTH: Metric = Metric {
@@ -8,12 +9,10 @@ pub(super) const DEPTH: Metric = Metric {
     title: "Self-penetration",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
+    needs: "poses of the tracker's body (estimate_root and estimate_angles) and geometry on its feet",
     protocol: "greatest depth by which two links of the tracker's body are inside each other, pairs that are adjacent or touch in \
                the bind pose left out; mean over frames",
-    measure: |sequence| {
-        let depths = sequence.contacts?.estimate_self_depth_m;
-        Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(1000.0 * depths[frame]))))
-    },
+    measure: |sequence| depth(sequence, sequence.contacts?.estimate?),
 };
 
 /// Of the actor.
@@ -21,13 +20,16 @@ pub(super) const TRUE_DEPTH: Metric = Metric {
     name: "truth_self_penetration_mm",
     title: "Self-penetration of the truth itself",
     direction: Direction::Neither,
+    needs: "geometry on the actor's feet",
     protocol: "as self_penetration_mm, of the actor",
-    measure: |sequence| {
-        let depths = sequence.contacts?.truth_self_depth_m;
-        Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(1000.0 * depths[frame]))))
-    },
+    measure: |sequence| depth(sequence, sequence.contacts?.truth),
     ..DEPTH
 };
+
+fn depth(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+    let depth = |frame: usize| body.is_known(frame, 0).then(|| 1000.0 * body.self_depth_m[frame]);
+    Some(Measurement::PerFrame(sequence.per_scored_frame(depth)))
+}
 
 #[cfg(test)]
 mod tests {

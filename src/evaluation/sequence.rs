@@ -30,36 +30,48 @@ pub struct Sequence<'a> {
     pub contacts: Option<ContactPair<'a>>,
 }
 
-/// Contact of actor and estimate, each by its own body's solids.
+/// Contact of actor and estimate.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactPair<'a> {
-    /// Of the actor with the ground.
-    pub truth: &'a GroundContacts,
-    /// Of the estimate with the ground.
-    pub estimate: &'a GroundContacts,
-    /// Deepest self-collision of the actor, per frame, metres.
-    pub truth_self_depth_m: &'a [f64],
-    /// Deepest self-collision of the estimate, per frame, metres.
-    pub estimate_self_depth_m: &'a [f64],
-    /// How deep actor and estimate are inside the props, per frame, metres; where there are any.
-    pub prop_depth_m: Option<[&'a [f64]; 2]>,
-    /// Balance and forces of actor and estimate, where both have mass.
-    pub dynamics: Option<[&'a Dynamics; 2]>,
+    /// Of the actor.
+    pub truth: Touching<'a>,
+    /// Of the estimate, where its poses are known.
+    pub estimate: Option<Touching<'a>>,
 }
 
-impl ContactPair<'_> {
-    /// Lengths of all lists, by name.
-    fn lengths(&self) -> Vec<(&'static str, usize)> {
-        let mut lengths = vec![
-            ("true self-collision", self.truth_self_depth_m.len()),
-            ("estimated self-collision", self.estimate_self_depth_m.len()),
-        ];
-        for (name, contacts) in [("true contacts", self.truth), ("estimated contacts", self.estimate)] {
-            let tracks = contacts.links.iter().chain(&contacts.feet);
-            lengths.extend(tracks.map(|track| (name, track.frames.len())));
-        }
-        lengths.extend(self.prop_depth_m.into_iter().flatten().map(|depths| ("depths in props", depths.len())));
-        lengths.extend(self.dynamics.into_iter().flatten().map(|dynamics| ("dynamics", dynamics.frames.len())));
+/// What one body touches, by its own solids. All lists have one entry a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Touching<'a> {
+    /// The ground.
+    pub ground: &'a GroundContacts,
+    /// Deepest self-collision, metres.
+    pub self_depth_m: &'a [f64],
+    /// How deep it is inside the props, metres; where there are any.
+    pub prop_depth_m: Option<&'a [f64]>,
+    /// Balance and forces, where it has mass.
+    pub dynamics: Option<&'a Dynamics>,
+    /// In which frames its pose is known, and what stands in the other lists means something; `None`: in all. Stretches between
+    /// frames without a pose are measured each by itself.
+    pub known: Option<&'a [bool]>,
+}
+
+impl Touching<'_> {
+    /// Whether the pose is known in `frame` and in all frames of the sequence up to `reach` either way.
+    pub fn is_known(&self, frame: usize, reach: usize) -> bool {
+        self.known.is_none_or(|known| {
+            let end = known.len().min(frame + reach + 1);
+            known[frame.saturating_sub(reach).min(end)..end].iter().all(|known| *known)
+        })
+    }
+
+    /// Lengths of all lists.
+    fn lengths(&self) -> Vec<usize> {
+        let tracks = self.ground.links.iter().chain(&self.ground.feet);
+        let mut lengths: Vec<usize> = tracks.map(|track| track.frames.len()).collect();
+        lengths.push(self.self_depth_m.len());
+        lengths.extend(self.prop_depth_m.map(<[f64]>::len));
+        lengths.extend(self.dynamics.map(|dynamics| dynamics.frames.len()));
+        lengths.extend(self.known.map(<[bool]>::len));
         lengths
     }
 }
@@ -157,6 +169,11 @@ impl<'a> Sequence<'a> {
         both.enumerate().filter_map(|(landmark, (truth, estimate))| Some((landmark, (*truth)?, (*estimate)?)))
     }
 
+    /// Whether `frame` has no estimate.
+    pub fn is_lost(&self, frame: usize) -> bool {
+        self.estimate_markers[frame].iter().all(Option::is_none)
+    }
+
     /// Distance of every common marker at `frame`, millimetres.
     pub fn distances_mm(&self, frame: usize) -> impl Iterator<Item = f64> {
         self.pairs(frame).map(|(_, truth, estimate)| 1000.0 * (estimate - truth).norm())
@@ -177,10 +194,11 @@ impl<'a> Sequence<'a> {
         }
         self.check_lengths()?;
         self.check_finite()?;
-        if self.scored().all(|frame| self.pairs(frame).next().is_none()) {
-            return Err(EvaluationError::NothingInCommon);
-        }
-        Ok(())
+        let in_common = self.scored().any(|frame| self.pairs(frame).next().is_some());
+        // a tracker that lost every frame has been measured; one that speaks of other markers has not
+        let lost = self.scored().all(|frame| self.is_lost(frame));
+        let asked = self.scored().any(|frame| self.truth_markers[frame].iter().any(Option::is_some));
+        if in_common || (lost && asked) { Ok(()) } else { Err(EvaluationError::NothingInCommon) }
     }
 
     fn check_lengths(&self) -> Result<(), EvaluationError> {
@@ -196,8 +214,10 @@ impl<'a> Sequence<'a> {
             ("energies at the truth", self.energies.map(|e| e.truth.len())),
             ("energies at the estimate", self.energies.map(|e| e.estimate.len())),
         ];
-        let contacts = self.contacts.map(|pair| pair.lengths()).unwrap_or_default();
-        let contacts = contacts.into_iter().map(|(what, found)| (what, Some(found)));
+        let truth = self.contacts.map(|pair| ("true contacts", pair.truth));
+        let estimate = self.contacts.and_then(|pair| Some(("estimated contacts", pair.estimate?)));
+        let bodies = truth.into_iter().chain(estimate);
+        let contacts = bodies.flat_map(|(what, body)| body.lengths().into_iter().map(move |found| (what, Some(found))));
         for (what, found) in lengths.into_iter().chain(contacts) {
             if let Some(found) = found.filter(|found| *found != expected) {
                 return Err(EvaluationError::Length { what, found, expected });
@@ -259,9 +279,13 @@ mod tests {
     }
 
     #[test]
-    fn an_estimate_without_any_marker_cannot_be_compared() {
-        let (truth, nothing) = (still(3), vec![[None; 15]; 3]);
-        let error = Sequence::of_markers(60.0, &truth, &nothing).check();
+    fn an_estimate_of_other_markers_cannot_be_compared_and_one_that_is_lost_throughout_can() {
+        let (mut truth, mut other, nothing) = (still(3), vec![[None; 15]; 3], vec![[None; 15]; 3]);
+        truth.iter_mut().for_each(|markers| markers[4] = None);
+        other.iter_mut().for_each(|markers| markers[4] = Some(Point3::origin()));
+        let error = Sequence::of_markers(60.0, &truth, &other).check();
         assert_eq!(error, Err(EvaluationError::NothingInCommon));
+        assert_eq!(Sequence::of_markers(60.0, &nothing, &truth).check(), Err(EvaluationError::NothingInCommon));
+        assert_eq!(Sequence::of_markers(60.0, &truth, &nothing).check(), Ok(()));
     }
 }

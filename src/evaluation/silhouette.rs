@@ -6,12 +6,15 @@ use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 
+const POSES: &str = "poses of the tracker's body to draw (estimate_root and estimate_angles)";
+
 /// Overlap over all views.
 pub(super) const ALL_VIEWS: Metric = Metric {
     name: "silhouette_iou",
     title: "Silhouette overlap (IoU)",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
+    needs: POSES,
     protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body, and the observed one; \
                mean over views, then over frames; views where both are empty skipped",
     measure: all_views,
@@ -23,6 +26,7 @@ pub(super) const WORST_VIEW: Metric = Metric {
     title: "Silhouette overlap, worst camera",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
+    needs: POSES,
     protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body, and the observed one, \
                in the camera whose mean over frames is lowest; frames where both are empty skipped",
     measure: worst_view,

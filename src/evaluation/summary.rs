@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::bootstrap::{self, RESAMPLES};
 use super::statistics::standard_deviation;
 use super::{Evaluation, EvaluationError, Interval, Spread, Unit, mean};
+use crate::body::LANDMARKS;
 
 /// One run: a clip tracked with a seed.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +38,9 @@ pub struct Summary {
     pub interval: String,
     /// By [`super::Metric::name`].
     pub metrics: BTreeMap<String, MetricSummary>,
+    /// What every metric needs that no run has, by its name.
+    #[serde(default)]
+    pub absent: BTreeMap<String, String>,
     /// Mean error of every marker, in the order of [`crate::body::LANDMARKS`], millimetres.
     pub per_joint: Vec<JointSummary>,
 }
@@ -54,6 +58,8 @@ pub struct MetricSummary {
     pub ci95: Option<Interval>,
     /// Standard deviation of the runs' means.
     pub std_between_runs: f64,
+    /// Share of the truth's markers that the estimates of all runs have: what is not covered is left out of the mean of an error.
+    pub coverage: f64,
     /// Mean of every run, in the order of [`Summary::runs`]; `None` where a run lacks the metric.
     pub per_run: Vec<Option<f64>>,
     /// Joint set, alignment, mask rule, frames and rate.
@@ -69,6 +75,8 @@ pub struct JointSummary {
     pub mean_mm: f64,
     /// 95 % interval of it.
     pub ci95: Option<Interval>,
+    /// Share of the scored frames of all runs in which it was compared.
+    pub coverage: f64,
 }
 
 impl std::ops::Deref for MetricSummary {
@@ -84,13 +92,17 @@ impl std::ops::Deref for MetricSummary {
 /// [`EvaluationError::NoRun`] without a run.
 pub fn summarise(runs: &[Run<'_>]) -> Result<Summary, EvaluationError> {
     let first = runs.first().ok_or(EvaluationError::NoRun)?.evaluation;
+    let lacking =
+        first.absent.iter().filter(|(name, _)| runs.iter().all(|run| run.evaluation.absent.contains_key(*name)));
+    let absent = lacking.map(|(name, needs)| (name.clone(), needs.clone())).collect();
     let names: BTreeSet<&String> = runs.iter().flat_map(|run| run.evaluation.metrics.keys()).collect();
     let metrics = names.into_iter().filter_map(|name| Some((name.clone(), metric_summary(runs, name)?))).collect();
     Ok(Summary {
         runs: runs.iter().map(|run| RunKey { clip: run.clip.to_owned(), seed: run.seed }).collect(),
         interval: interval_in_words(runs),
         metrics,
-        per_joint: first.per_joint.iter().filter_map(|joint| joint_summary(runs, &joint.joint)).collect(),
+        absent,
+        per_joint: LANDMARKS.iter().filter_map(|landmark| joint_summary(runs, landmark.name())).collect(),
     })
 }
 
@@ -113,6 +125,7 @@ fn metric_summary(runs: &[Run<'_>], name: &str) -> Option<MetricSummary> {
         spread,
         ci95: bootstrap::interval(&clips, RESAMPLES),
         std_between_runs: standard_deviation(&means),
+        coverage: mean(&runs.iter().map(|run| run.evaluation.coverage).collect::<Vec<_>>())?,
         per_run,
         protocol: present.first()?.protocol.clone(),
     })
@@ -122,7 +135,12 @@ fn joint_summary(runs: &[Run<'_>], joint: &str) -> Option<JointSummary> {
     let of_run = |run: &Run<'_>| Some(run.evaluation.per_joint.iter().find(|j| j.joint == joint)?.spread.mean);
     let clips = by_clip(runs, &runs.iter().map(of_run).collect::<Vec<_>>());
     let ci95 = bootstrap::interval(&clips, RESAMPLES);
-    Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_over_clips(&clips)?, ci95 })
+    let share = |run: &Run<'_>| {
+        let compared = run.evaluation.per_joint.iter().find(|j| j.joint == joint).map_or(0, |j| j.frames);
+        compared as f64 / (run.evaluation.frames - run.evaluation.first_scored).max(1) as f64
+    };
+    let coverage = mean(&runs.iter().map(share).collect::<Vec<_>>())?;
+    Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_over_clips(&clips)?, ci95, coverage })
 }
 
 /// The values of the runs that have one, clip by clip.
@@ -191,6 +209,25 @@ mod tests {
         let text = serde_json::to_string(&summary).unwrap();
         assert!(text.contains(&format!("\"ci95\":[{low},{high}]")));
         assert_eq!(serde_json::from_str::<Summary>(&text).unwrap(), summary);
+    }
+
+    #[test]
+    fn a_run_that_is_lost_has_no_error_and_lowers_the_coverage_beside_it() {
+        let truth = vec![standing(); 3];
+        let mut half = truth.clone();
+        half[2] = [None; 15];
+        let [lost, half] = [vec![[None; 15]; 3], half].map(|estimate| evaluate_markers(&truth, &estimate));
+        let runs: Vec<_> = [&lost, &half]
+            .into_iter()
+            .zip(0..)
+            .map(|(evaluation, seed)| Run { clip: "walk", seed, evaluation })
+            .collect();
+        let summary = summarise(&runs).unwrap();
+        let error = &summary.metrics["humaneva_mm"];
+        assert_eq!((error.mean, error.coverage, error.per_run.clone()), (0.0, 0.25, vec![None, Some(0.0)]));
+        assert_eq!(summary.metrics["lost_frames"].mean, 0.75);
+        assert!(summary.absent.contains_key("lag_ms") && !summary.absent.contains_key("humaneva_mm"));
+        assert_eq!((summary.per_joint.len(), summary.per_joint[0].coverage), (15, 0.25));
     }
 
     #[test]

@@ -18,6 +18,7 @@ pub(super) const FRACTION: Metric = Metric {
     title: "Frames lost",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
+    needs: "markers of the truth",
     protocol: "share of frames that lie in a run of at least 15 frames (all frames of a shorter sequence) whose HumanEva \
                error exceeds 150 mm; a frame without an estimate counts as exceeding",
     measure: fraction,
@@ -29,7 +30,8 @@ pub(super) const TIME_TO_LOSS: Metric = Metric {
     title: "Time until the track is lost",
     unit: Unit::Second,
     direction: Direction::HigherIsBetter,
-    protocol: "seconds from the first scored frame to the first run of at least 15 frames with an error above 150 mm; the \
+    needs: "a track that is lost",
+    protocol: "seconds from the first scored frame to the first run of at least 15 frames with an error above 150 mm or without an estimate; the \
                length of the sequence where there is none",
     measure: time_to_loss,
 };
@@ -40,6 +42,7 @@ pub(super) const RECOVERY: Metric = Metric {
     title: "Time to recover",
     unit: Unit::Second,
     direction: Direction::LowerIsBetter,
+    needs: "a track that is lost and found again",
     protocol: "seconds from the start of the first loss to the first frame at or below 150 mm; absent where the track was \
                never lost or never found again",
     measure: recovery,

@@ -131,7 +131,8 @@ pub enum ExperimentError {
     },
     /// Something that is not ours stands where a result should go.
     #[error(
-        "{}: there is something here that is not a result of ours; choose another --out, or --force to move it aside",
+        "{}: there is something here that is not a result of ours as we wrote it; choose another --out, or --force to move it \
+         aside",
         plain(path.display())
     )]
     Occupied {

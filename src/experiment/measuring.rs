@@ -2,20 +2,18 @@
 
 use rayon::prelude::*;
 
+use super::body_contacts::BodyContacts;
 use super::tracking::Tracked;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
-use crate::benchmark_set::{BenchmarkSet, BlindSet};
-use crate::body::{Humanoid, LinkFrames, Markers, Motion, Pose, Prop, SilhouettePainter};
-use crate::contact::{
-    ContactRule, ContactTrack, Dynamics, GROUND_FRICTION, GroundContacts, PropContacts, SelfCollision,
-};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
+use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
+use crate::contact::ContactTrack;
 use crate::evaluation::{
     ContactPair, Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union,
     summarise,
 };
 use crate::observation::Observation;
-use crate::parallel;
 use crate::raster::Mask;
 use crate::report::FootStances;
 use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood};
@@ -58,9 +56,8 @@ impl Measures {
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Self, ExperimentError> {
         let blind = &set.blind;
         watch.begin(Stage::Evaluate, blind.frame_count);
-        let frozen = vec![blind.start.pose.clone(); blind.frame_count];
-        let answers: Vec<&[Pose]> =
-            tracked.poses.estimates.iter().map(Vec::as_slice).chain([frozen.as_slice()]).collect();
+        let frozen = EstimatedSequence::of_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
+        let answers: Vec<&EstimatedSequence> = tracked.estimates.sequences.iter().chain([&frozen]).collect();
         let truth_energy = truth_energy(tracked, blind, set.truth.refitted.as_ref())?;
         let per_frame: Vec<Vec<Vec<Option<f64>>>> = (0..blind.frame_count)
             .into_par_iter()
@@ -71,23 +68,25 @@ impl Measures {
                         return Err(ExperimentError::Interrupted);
                     }
                     let overlaps =
-                        painters.overlaps(&blind.observation(frame)?, answers.iter().map(|poses| &poses[frame]));
+                        painters.overlaps(&blind.observation(frame)?, answers.iter().map(|answer| answer.pose(frame)));
                     watch.advance();
                     Ok(overlaps)
                 },
             )
             .collect::<Result<_, _>>()?;
-        let touching = Touching::of_truth(set);
+        let truth = &set.truth.ground_truth;
+        let touching = BodyContacts::of_motion(&truth.actor, &truth.motion(), &truth.props);
         let overlaps = |answer: usize| per_frame.iter().map(|f| f[answer].clone()).collect::<Vec<_>>();
         let mut seeds = Vec::new();
-        for (index, seed) in tracked.poses.seeds.iter().enumerate() {
+        for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
             let energy = tracked.search.get(index).map(|records| energies(records)).unwrap_or_default();
-            let answer = Answer { poses: answers[index], overlaps: &overlaps(index), energy: &energy };
-            let (evaluation, markers, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
+            let answer = Answer { sequence: answers[index], overlaps: &overlaps(index), energy: &energy };
+            let (evaluation, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
+            let markers = answers[index].markers.clone();
             seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, stances });
         }
-        let floor = Answer { poses: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
-        let (frozen, ..) = floor.evaluate(set, &truth_energy, touching.as_ref())?;
+        let floor = Answer { sequence: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
+        let (frozen, _) = floor.evaluate(set, &truth_energy, touching.as_ref())?;
         let clip = blind.name.clone();
         let runs: Vec<Run<'_>> =
             seeds.iter().map(|s| Run { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
@@ -101,38 +100,9 @@ impl Measures {
     }
 }
 
-/// What of a body touches, frame by frame.
-struct Touching {
-    ground: GroundContacts,
-    self_depth_m: Vec<f64>,
-    prop_depth_m: Vec<f64>,
-    /// `None` for a body without mass.
-    dynamics: Option<Dynamics>,
-}
-
-impl Touching {
-    /// `None` for a body whose feet have no geometry: then nothing is said about contact.
-    fn new(body: &Humanoid, motion: &Motion, props: &[Prop]) -> Option<Self> {
-        let rule = ContactRule::default();
-        let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
-        let ground = GroundContacts::of_motion(body, motion, &rule).ok()?;
-        let among = PropContacts::of_frames(body, props, &frames, motion.frames_per_second, &rule).ok()?;
-        let prop_depth_m = among.deepest_m(frames.len());
-        let own = SelfCollision::new(body);
-        let self_depth_m = parallel::map(frames.len(), |frame| own.deepest_m(&frames[frame]));
-        let dynamics = Dynamics::of_motion(body, motion, &ground, GROUND_FRICTION).ok();
-        Some(Self { ground, self_depth_m, prop_depth_m, dynamics })
-    }
-
-    fn of_truth(set: &BenchmarkSet) -> Option<Self> {
-        let truth = &set.truth.ground_truth;
-        Self::new(&truth.actor, &truth.motion(), &truth.props)
-    }
-}
-
 /// The answers of one seed and what is known about them.
 struct Answer<'a> {
-    poses: &'a [Pose],
+    sequence: &'a EstimatedSequence,
     overlaps: &'a [Vec<Option<f64>>],
     energy: &'a [Option<f64>],
 }
@@ -142,54 +112,45 @@ impl Answer<'_> {
         &self,
         set: &BenchmarkSet,
         truth_energy: &[Option<f64>],
-        truth_touching: Option<&Touching>,
-    ) -> Result<(Evaluation, Vec<Markers>, Vec<FootStances>), ExperimentError> {
+        truth_touching: Option<&BodyContacts>,
+    ) -> Result<(Evaluation, Vec<FootStances>), ExperimentError> {
         let truth = &set.truth.ground_truth;
-        let body = &set.blind.start.body;
-        let markers: Vec<Markers> = self.poses.iter().map(|pose| body.markers(&body.link_frames(pose))).collect();
+        let rate = truth.frames_per_second;
         let truth_markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
-        let axes = [&truth.actor, body].map(|body| body.root_from_body());
+        let axes = [&truth.actor, &set.blind.start.body].map(|body| body.root_from_body());
         let truth_roots: Vec<_> = truth.frames.iter().map(|f| f.pose.world_from_root.rotation * axes[0]).collect();
-        let roots: Vec<_> = self.poses.iter().map(|pose| Some(pose.world_from_root.rotation * axes[1])).collect();
+        let turned = |root: &Option<nalgebra::Isometry3<f64>>| Some(root.as_ref()?.rotation * axes[1]);
+        let roots: Option<Vec<_>> = self.sequence.roots().map(|roots| roots.iter().map(turned).collect());
         let both = !truth_energy.is_empty() && !self.energy.is_empty();
-        let motion = Motion { frames_per_second: truth.frames_per_second, poses: self.poses.to_vec() };
-        let touching = truth_touching.and_then(|_| Touching::new(body, &motion, &truth.props));
-        let stand_about = !truth.props.is_empty();
-        let contacts = truth_touching.zip(touching.as_ref()).map(|(truth, estimate)| ContactPair {
-            truth: &truth.ground,
-            estimate: &estimate.ground,
-            truth_self_depth_m: &truth.self_depth_m,
-            estimate_self_depth_m: &estimate.self_depth_m,
-            prop_depth_m: stand_about.then_some([&truth.prop_depth_m[..], &estimate.prop_depth_m]),
-            dynamics: truth
-                .dynamics
-                .as_ref()
-                .zip(estimate.dynamics.as_ref())
-                .map(|(truth, estimate)| [truth, estimate]),
+        let poses = self.sequence.poses().filter(|_| truth_touching.is_some());
+        let touching = poses.and_then(|poses| BodyContacts::of_poses(&set.blind.start.body, poses, rate, &truth.props));
+        let contacts = truth_touching.map(|truth| ContactPair {
+            truth: truth.touching(),
+            estimate: touching.as_ref().map(BodyContacts::touching),
         });
         let evaluation = evaluate(&Sequence {
-            frames_per_second: truth.frames_per_second,
+            frames_per_second: rate,
             first_scored: 1,
             truth_markers: &truth_markers,
-            estimate_markers: &markers,
-            roots: Some(RootRotations { truth: &truth_roots, estimate: &roots }),
-            view_overlaps: Some(self.overlaps),
+            estimate_markers: &self.sequence.markers,
+            roots: roots.as_ref().map(|estimate| RootRotations { truth: &truth_roots, estimate }),
+            view_overlaps: self.sequence.poses().map(|_| self.overlaps),
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
             contacts,
         })?;
         let stances = contacts.map(|pair| foot_stances(&pair)).unwrap_or_default();
-        Ok((evaluation, markers, stances))
+        Ok((evaluation, stances))
     }
 }
 
 fn foot_stances(pair: &ContactPair<'_>) -> Vec<FootStances> {
     let stances = |foot: &ContactTrack| foot.stances().into_iter().map(|stance| [stance.start, stance.end]).collect();
-    let of_foot = |(truth, estimate): (&ContactTrack, &ContactTrack)| FootStances {
+    let of_foot = |(index, truth): (usize, &ContactTrack)| FootStances {
         foot: truth.name.clone(),
         truth: stances(truth),
-        estimate: stances(estimate),
+        estimate: pair.estimate.map(|body| stances(&body.ground.feet[index])).unwrap_or_default(),
     };
-    pair.truth.feet.iter().zip(&pair.estimate.feet).map(of_foot).collect()
+    pair.truth.ground.feet.iter().enumerate().map(of_foot).collect()
 }
 
 fn energies(records: &[SearchRecord]) -> Vec<Option<f64>> {
@@ -248,9 +209,14 @@ impl<'a> Painters<'a> {
         seen.iter_mut().map(|painter| painter.depth_of_props(props).mask()).collect()
     }
 
-    /// `[answer][camera]`: intersection over union of each pose's silhouettes with those observed.
-    fn overlaps<'p>(&mut self, observed: &Observation, poses: impl Iterator<Item = &'p Pose>) -> Vec<Vec<Option<f64>>> {
+    /// `[answer][camera]`: intersection over union of each pose's silhouettes with those observed; `None` without a pose.
+    fn overlaps<'p>(
+        &mut self,
+        observed: &Observation,
+        poses: impl Iterator<Item = Option<&'p Pose>>,
+    ) -> Vec<Vec<Option<f64>>> {
         let overlap = |pose| {
+            let Some(pose) = pose else { return vec![None; self.cameras.len()] };
             let drawn = self.silhouettes(pose);
             drawn.iter().zip(&observed.silhouettes).map(|(a, b)| intersection_over_union(a, b)).collect()
         };
@@ -263,24 +229,23 @@ pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     if let Some(record) = tracked.record.as_ref().filter(|record| record.set_hash != set.blind.set_hash) {
         return Err(format!("the run's set has the hash {}, this set {}", record.set_hash, set.blind.set_hash));
     }
-    let (rate, expected) = (tracked.poses.frames_per_second, set.blind.frames_per_second);
-    // another program may have written its rate in single precision
-    if (rate - expected).abs() > 1e-4 * expected {
+    let estimates = &tracked.estimates;
+    let (rate, expected) = (estimates.frames_per_second, set.blind.frames_per_second);
+    // another program may have written its rate in single precision, and a comparison that NaN fails
+    if !((rate - expected).abs() <= 1e-4 * expected) {
         return Err(format!("its poses are {rate} a second, the set's frames {expected}"));
     }
-    let mut seeds = tracked.poses.seeds.clone();
+    let mut seeds = estimates.seeds.clone();
     seeds.sort_unstable();
     if let Some(twice) = seeds.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(format!("it has seed {} twice", twice[0]));
     }
-    let (frames, angles) = (set.blind.frame_count, set.blind.start.body.degrees_of_freedom.len());
-    for (seed, poses) in tracked.poses.seeds.iter().zip(&tracked.poses.estimates) {
-        if poses.len() != frames {
-            return Err(format!("seed {seed} has {} frames, the set {frames}", poses.len()));
-        }
-        if let Some(pose) = poses.iter().find(|pose| pose.joint_angles.len() != angles) {
-            return Err(format!("its poses have {} angles, the set's body {angles}", pose.joint_angles.len()));
-        }
+    let (found, frames) = (estimates.frames(), set.blind.frame_count);
+    if found != frames {
+        return Err(format!("it has {found} frames, the set {frames}"));
     }
-    if tracked.poses.seeds.is_empty() { Err("it has no seed".to_owned()) } else { Ok(()) }
+    match estimates.sequences.iter().any(EstimatedSequence::has_any) {
+        true => Ok(()),
+        false => Err("every frame of every seed is NaN: it holds no estimate".to_owned()),
+    }
 }

@@ -11,6 +11,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod body_contacts;
 mod check;
 mod clip_file;
 mod comparison;
@@ -23,6 +24,7 @@ mod model_file;
 mod model_training;
 mod nearest_training_pose;
 mod oracle;
+mod ownership;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
@@ -48,7 +50,7 @@ pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
-pub use run::{Destination, Done, draw, evaluate_run, render, run, track_set};
+pub use run::{Destination, Done, Evaluated, draw, evaluate_run, render, run, track_set};
 pub use scenario::*;
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};

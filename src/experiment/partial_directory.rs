@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
 use super::error::output;
+use super::ownership;
+use crate::benchmark_set::{is_set, verify_hashes};
 
 const LOCK: &str = ".lock";
 
@@ -21,8 +23,9 @@ pub(crate) struct PartialDirectory {
 }
 
 impl PartialDirectory {
-    /// Begins what shall become `target`. What is there already must be a result of ours (all its entries are among
-    /// `ours`), which will be replaced; with `force` anything else is moved aside to `target~` instead of refused.
+    /// Begins what shall become `target`. What is there already must be a result of ours (all its entries are among `ours`, and
+    /// its listing says that they are as we wrote them), which will be replaced; with `force` anything else is moved aside to
+    /// `target~` instead of refused.
     ///
     /// # Errors
     /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Output`] if nothing can be written.
@@ -78,6 +81,10 @@ impl PartialDirectory {
     /// [`ExperimentError::Output`] if it cannot be moved; then what stood there stands there again.
     pub(crate) fn finish(self, ours: &[&str]) -> Result<(), ExperimentError> {
         fs::remove_file(self.folder.join(LOCK)).map_err(output(&self.folder, "finish the directory"))?;
+        // a set lists its files itself
+        if !is_set(&self.folder) {
+            ownership::sign(&self.folder).map_err(output(&self.target, "list the files of the directory"))?;
+        }
         let old = if self.target.symlink_metadata().is_ok() {
             let replaced = holds_only(&self.target, ours);
             let aside = if replaced {
@@ -115,10 +122,15 @@ impl Drop for PartialDirectory {
     }
 }
 
-/// Whether `path` is a directory all of whose entries are among `ours`; an empty one is nobody's loss.
+/// Whether `path` is a directory all of whose entries are among `ours` and as we wrote them; an empty one is nobody's loss.
 fn holds_only(path: &Path, ours: &[&str]) -> bool {
     let Ok(entries) = fs::read_dir(path) else { return false };
-    !path.is_symlink() && entries.flatten().all(|e| e.file_name().to_str().is_some_and(|name| ours.contains(&name)))
+    let names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
+    let known = |name: &str| name == ownership::LISTING || ours.contains(&name);
+    let as_written = || if is_set(path) { verify_hashes(path).is_ok() } else { ownership::is_signed(path) };
+    !path.is_symlink()
+        && names.iter().all(|name| name.to_str().is_some_and(known))
+        && (names.is_empty() || as_written())
 }
 
 /// Removes what killed processes left beside `target`.
@@ -174,6 +186,7 @@ mod tests {
         let target = root.path().join("a");
         fs::create_dir(&target).unwrap();
         fs::write(target.join("run.json"), "old").unwrap();
+        ownership::sign(&target).unwrap();
         let partial = PartialDirectory::begin(&target, OURS, false).unwrap();
         partial.write("run.json", b"new").unwrap();
         drop(partial);
@@ -202,7 +215,24 @@ mod tests {
             partial.finish(OURS).unwrap();
             assert_eq!(fs::read_to_string(target.join("run.json")).unwrap(), text);
         }
-        assert_eq!((names(root.path()), names(&target)), (vec!["a".to_owned()], vec!["run.json".to_owned()]));
+        let files = vec!["run.json".to_owned(), ownership::LISTING.to_owned()];
+        assert_eq!((names(root.path()), names(&target)), (vec!["a".to_owned()], files));
+    }
+
+    #[test]
+    fn a_file_of_a_name_of_ours_that_somebody_else_wrote_or_changed_is_not_ours() {
+        let root = tempfile::tempdir().unwrap();
+        let target = root.path().join("a");
+        fs::create_dir(&target).unwrap();
+        fs::write(target.join("run.json"), "somebody's").unwrap();
+        let refused = || matches!(PartialDirectory::begin(&target, OURS, false), Err(ExperimentError::Occupied { .. }));
+        assert!(refused());
+        ownership::sign(&target).unwrap();
+        assert!(!refused());
+        fs::write(target.join("run.json"), "somebody's again").unwrap();
+        assert!(refused());
+        PartialDirectory::begin(&target, OURS, true).unwrap().finish(OURS).unwrap();
+        assert_eq!(fs::read_to_string(root.path().join("a~/run.json")).unwrap(), "somebody's again");
     }
 
     #[test]

@@ -124,7 +124,7 @@ impl Results {
         let mut files: Files = picture.into_iter().collect();
         files.extend([
             (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
-            (POSES_FILE, tracked.poses.to_bytes(POSES_FILE, &set.blind.start.body, Some(&set.truth.ground_truth))?),
+            (POSES_FILE, tracked.estimates.to_bytes(POSES_FILE, &set.blind.start.body, Some(&set.truth.ground_truth))?),
             (REPORT_FILE, render(&input)?.into_bytes()),
             (RUN_FILE, to_json(&record)?),
         ]);
@@ -140,7 +140,7 @@ fn record(
     verdict: Verdict,
 ) -> RunRecord {
     let track = tracked.record.as_ref();
-    let seeds = tracked.poses.seeds.clone();
+    let seeds = tracked.estimates.seeds.clone();
     RunRecord {
         schema: "skiagraph.run/1".to_owned(),
         scenario: set.blind.name.clone(),
@@ -192,7 +192,7 @@ fn sheet<'a>(
         frames.push(SheetFrame {
             frame,
             observed: set.blind.observation(frame)?.silhouettes,
-            estimated: painters.silhouettes(&tracked.poses.estimates[typical][frame]),
+            estimated: tracked.estimates.sequences[typical].pose(frame).map(|pose| painters.silhouettes(pose)),
             truth: set.truth.ground_truth.frames[frame].markers,
             estimate: seed.markers[frame],
         });
@@ -260,7 +260,11 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
         let settings = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value))).collect();
         groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
     }
-    let seeds: Vec<String> = tracked.poses.seeds.iter().map(u64::to_string).collect();
+    if !tracked.estimates.notes.is_empty() {
+        let notes = tracked.estimates.notes.iter().map(|note| ("note", note.clone())).collect();
+        groups.push(group("Estimate", notes));
+    }
+    let seeds: Vec<String> = tracked.estimates.seeds.iter().map(u64::to_string).collect();
     groups.push(group(
         "Provenance",
         vec![

@@ -6,7 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::output;
 use super::measuring::{Measures, SeedMeasures, check_fit};
+use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
+use super::partial_file;
 use super::results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord, tracker_in_words};
 use super::staging::Staged;
 use super::tracking::{LEARNED_FROM_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
@@ -135,22 +137,92 @@ pub fn track_set(
     Ok(tracked)
 }
 
-/// `skiagraph evaluate`: measures a run against the truth of its set and writes the results into the run's directory.
+/// An evaluation that is done.
+#[derive(Clone, Debug)]
+pub struct Evaluated {
+    /// Its numbers.
+    pub record: RunRecord,
+    /// The folder with its files.
+    pub place: PathBuf,
+    /// What a user should know.
+    pub notes: Vec<String>,
+}
+
+/// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's folder with a
+/// `poses.npz`, or an `.npz` file. The results of a run of this program go into its folder unless `out` says otherwise; nothing else
+/// there is changed. Results of another program's estimate go beside it, into `NAME-evaluation` or `out`, never into it.
 ///
 /// # Errors
 /// [`ExperimentError`]; then nothing has changed on the disk.
-pub fn evaluate_run(set: &Path, run: &Path, watch: &dyn Watch) -> Result<RunRecord, ExperimentError> {
+pub fn evaluate_run(
+    set: &Path,
+    run: &Path,
+    out: Option<&Path>,
+    force: bool,
+    watch: &dyn Watch,
+) -> Result<Evaluated, ExperimentError> {
     let whole = BenchmarkSet::read(set)?;
-    let tracked = Tracked::read(run)?;
+    let listing = Listing::read(run);
+    let is_ours = [TRACK_FILE, POSES_FILE, SEARCH_FILE].iter().all(|name| listing.holds(run, name));
+    let place = match out {
+        Some(out) => out.to_owned(),
+        None if is_ours => run.to_owned(),
+        None => beside_estimate(run)?,
+    };
+    let body = &whole.blind.start.body;
+    let mut tracked = match is_ours {
+        true => Tracked::read(run, body)?,
+        false => Tracked::of_others(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, body)?,
+    };
+    if !is_ours && run.join(TRACK_FILE).exists() {
+        tracked.estimates.notes.push(format!(
+            "{run}/{POSES_FILE} is not the one that was written with {run}/{TRACK_FILE}, as {run}/{LISTING} has it: it is measured as \
+             another program's",
+            run = run.display()
+        ));
+    }
     check_fit(&whole, &tracked).map_err(|detail| ExperimentError::AnotherSet {
         run: run.to_owned(),
         set: set.to_owned(),
         detail,
     })?;
     check_sources(&whole, &tracked, run, watch)?;
+    if is_ours && out.is_none() {
+        let results = measure(&whole, &tracked, watch)?;
+        replace_files(run, &listing, &results.files)?;
+        return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
+    }
+    refuse_inputs(&place, [set, run])?;
+    let directory = PartialDirectory::begin(&place, &RUN_FILES, force)?;
     let results = measure(&whole, &tracked, watch)?;
-    replace_files(run, &results.files)?;
-    Ok(results.record)
+    write_all(&directory, &results.files)?;
+    directory.finish(&RUN_FILES)?;
+    Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
+}
+
+/// Where the results of somebody else's estimate go: `NAME-evaluation` beside it.
+fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
+    let name = if run.is_dir() { run.file_name() } else { run.file_stem() };
+    let name = name.ok_or_else(|| ExperimentError::Argument {
+        argument: "--out",
+        detail: format!("{} has no name to put results beside; say where they go", run.display()),
+    })?;
+    let mut name = name.to_owned();
+    name.push("-evaluation");
+    Ok(run.with_file_name(name))
+}
+
+/// Refuses a place that holds what is read: it would be moved aside or replaced.
+fn refuse_inputs(place: &Path, inputs: [&Path; 2]) -> Result<(), ExperimentError> {
+    let Ok(there) = place.canonicalize() else { return Ok(()) };
+    let held = inputs.into_iter().find(|input| input.canonicalize().is_ok_and(|input| input.starts_with(&there)));
+    match held {
+        None => Ok(()),
+        Some(input) => Err(ExperimentError::Argument {
+            argument: "--out",
+            detail: format!("{} holds {}, which is read; choose another place", place.display(), input.display()),
+        }),
+    }
 }
 
 /// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies beside the truth.
@@ -225,11 +297,15 @@ impl Attempt<'_> {
         let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, watch)?;
         // As somebody does who tracks first and evaluates later: what is measured is what is on the disk.
         self.write(&tracked.files(&self.set.blind)?)?;
-        let tracked = Tracked::read(&self.directory.folder().join(self.folder))?;
+        let folder = self.directory.folder().join(self.folder);
+        let tracked = Tracked::read(&folder, &self.set.blind.start.body)?;
         let measures = Measures::new(self.set, &tracked, watch)?;
         let results = Results::new(self.set, &tracked, &measures)?;
         self.write(&vec![(SCENARIO_FILE, scenario_text(self.scenario)?.into_bytes())])?;
         self.write(&results.files)?;
+        if !self.folder.is_empty() {
+            ownership::sign(&folder).map_err(output(&folder, "list the files of the directory"))?;
+        }
         let error = |seed: &SeedMeasures| seed.evaluation.metrics.get("humaneva_mm").map(|m| m.per_frame.clone());
         Ok(Outcome {
             record: results.record,
@@ -262,14 +338,23 @@ fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), Experime
 }
 
 /// Puts files into a directory that is there already: all of them or none. Each is written beside its place first, and only when
-/// all are on the disk are they moved; `run.json`, the last, is what makes a run.
-fn replace_files(folder: &Path, files: &Files) -> Result<(), ExperimentError> {
+/// all are on the disk are they moved; `run.json`, the last, is what makes a run. A file that is there must be listed as ours. The
+/// listing knows both the old and the new files while they are moved, so that a run is ours whenever the process dies.
+fn replace_files(folder: &Path, listing: &Listing, files: &Files) -> Result<(), ExperimentError> {
+    let path = |name: &str| folder.join(name);
+    let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !listing.holds(folder, name));
+    if let Some((name, _)) = foreign {
+        return Err(ExperimentError::Occupied { path: path(name) });
+    }
+    let mut both = listing.clone();
+    files.iter().for_each(|(name, bytes)| both.add(name, bytes));
     let partial = |name: &str| folder.join(format!(".{name}.partial"));
     let replaced = write_partial(&partial, files).and_then(|()| {
-        files.iter().try_for_each(|(name, _)| {
-            let path = folder.join(name);
-            fs::rename(partial(name), &path).map_err(output(&path, "write"))
-        })
+        partial_file::put(&path(LISTING), both.to_text().as_bytes())?;
+        files
+            .iter()
+            .try_for_each(|(name, _)| fs::rename(partial(name), path(name)).map_err(output(&path(name), "write")))?;
+        partial_file::put(&path(LISTING), listing.with(files).to_text().as_bytes())
     });
     if replaced.is_err() {
         files.iter().for_each(|(name, _)| drop(fs::remove_file(partial(name))));

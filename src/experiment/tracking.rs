@@ -22,9 +22,10 @@ use super::scenario::TrackerSettings;
 use super::watch::{Stage, Watch, advance};
 use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models, json_tree};
 use crate::benchmark_set::{
-    Array, BlindSet, Npz, RunPoses, SourceRecording, Training, Values, recordings_from_npz, recordings_to_npz,
+    Array, BlindSet, EstimatedSequence, Estimates, Npz, SourceRecording, Training, Values, recordings_from_npz,
+    recordings_to_npz,
 };
-use crate::body::Motion;
+use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::{Diffusion, Prediction, ProposalScales};
 use crate::tracker::{
@@ -47,7 +48,7 @@ pub struct Tracked {
     /// Who tracked what; `None` for poses that another program made.
     pub record: Option<TrackRecord>,
     /// The answers.
-    pub poses: RunPoses,
+    pub estimates: Estimates,
     /// `[seed][frame]`: how the search went; empty for poses that another program made.
     pub search: Vec<Vec<SearchRecord>>,
     /// Which recordings a model from a file learned from; empty without such a model.
@@ -146,7 +147,7 @@ pub fn track(
         timing,
     };
     let sources = settings.model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
-    Ok(Tracked { sources, ..Tracked::new(record, set.frames_per_second, seeds, estimates) })
+    Ok(Tracked { sources, ..Tracked::new(record, set, seeds, estimates) })
 }
 
 /// What a tracker learned from, in words, one entry a recording.
@@ -223,11 +224,12 @@ impl Workshop<'_> {
 }
 
 impl Tracked {
-    fn new(record: TrackRecord, frames_per_second: f64, seeds: &[u64], estimates: Vec<Vec<Estimate>>) -> Self {
-        let mut poses = Vec::new();
+    fn new(record: TrackRecord, set: &BlindSet, seeds: &[u64], estimates: Vec<Vec<Estimate>>) -> Self {
+        let mut sequences = Vec::new();
         let mut search = Vec::new();
         for of_seed in estimates {
-            poses.push(of_seed.iter().map(|e| e.pose.clone()).collect());
+            let poses = of_seed.iter().map(|e| e.pose.clone()).collect();
+            sequences.push(EstimatedSequence::of_poses(&set.start.body, poses));
             let records = of_seed.into_iter().map(|e| SearchRecord {
                 energy: e.energy,
                 evaluations: e.evaluations,
@@ -236,8 +238,9 @@ impl Tracked {
             });
             search.push(records.collect());
         }
-        let poses = RunPoses { frames_per_second, seeds: seeds.to_vec(), estimates: poses };
-        Self { record: Some(record), poses, search, sources: Vec::new() }
+        let estimates =
+            Estimates { frames_per_second: set.frames_per_second, seeds: seeds.to_vec(), sequences, notes: Vec::new() };
+        Self { record: Some(record), estimates, search, sources: Vec::new() }
     }
 
     /// The files of a run that has not been measured yet.
@@ -245,7 +248,7 @@ impl Tracked {
     /// # Errors
     /// [`ExperimentError::Set`] for more than a file can hold.
     pub fn files(&self, set: &BlindSet) -> Result<Files, ExperimentError> {
-        let mut files = vec![(POSES_FILE, self.poses.to_bytes(POSES_FILE, &set.start.body, None)?)];
+        let mut files = vec![(POSES_FILE, self.estimates.to_bytes(POSES_FILE, &set.start.body, None)?)];
         if let Some(record) = &self.record {
             files.push((TRACK_FILE, super::to_json(record)?));
             files.push((SEARCH_FILE, search_to_npz(&self.search).to_bytes(SEARCH_FILE)?));
@@ -256,36 +259,37 @@ impl Tracked {
         Ok(files)
     }
 
-    /// Reads a run's answers; of another program's run only `poses.npz` need be there.
+    /// Reads a run of this program; `body` is the tracker's, of the set that it was made from.
     ///
     /// # Errors
     /// [`ExperimentError`] naming the file that is missing or not what it should be.
-    pub fn read(folder: &Path) -> Result<Self, ExperimentError> {
-        let named = |name: &str| folder.join(name).display().to_string();
-        let poses = read_file(&folder.join(POSES_FILE), limits::ARRAYS)?;
-        let poses = RunPoses::from_bytes(&named(POSES_FILE), &poses)?;
-        let (record, search) = match folder.join(TRACK_FILE).is_file() {
-            false => (None, Vec::new()),
-            true => {
-                let path = folder.join(TRACK_FILE);
-                let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
-                let record = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
-                let npz = Npz::from_bytes(&named(SEARCH_FILE), &read_file(&folder.join(SEARCH_FILE), limits::ARRAYS)?)?;
-                let shape = [poses.seeds.len(), poses.estimates.first().map_or(0, Vec::len)];
-                let search = search_from_npz(&npz, shape).ok_or_else(|| ExperimentError::Malformed {
-                    path: folder.join(SEARCH_FILE),
-                    detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them"
-                        .to_owned(),
-                })?;
-                (Some(record), search)
-            }
-        };
+    pub fn read(folder: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
+        let Self { estimates, .. } = Self::of_others(&folder.join(POSES_FILE), body)?;
+        let path = folder.join(TRACK_FILE);
+        let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
+        let record = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
+        let path = folder.join(SEARCH_FILE);
+        let npz = Npz::from_bytes(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?;
+        let shape = [estimates.seeds.len(), estimates.frames()];
+        let search = search_from_npz(&npz, shape).ok_or_else(|| ExperimentError::Malformed {
+            path,
+            detail: "expected the arrays energy, evaluations and layers as `skiagraph track` writes them".to_owned(),
+        })?;
         let path = folder.join(LEARNED_FROM_FILE);
         let sources = match path.is_file() {
             false => Vec::new(),
             true => recordings_from_npz(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?,
         };
-        Ok(Self { record, poses, search, sources })
+        Ok(Self { record: Some(record), estimates, search, sources })
+    }
+
+    /// Reads a `poses.npz` alone, whoever wrote it, for the tracker's body.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if it cannot be read or is not what it should be.
+    pub fn of_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
+        let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file, limits::ARRAYS)?, body)?;
+        Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new() })
     }
 }
 

@@ -33,7 +33,8 @@ pub(super) const ONLY_ESTIMATED: [u8; 3] = [0x4f, 0x7f, 0xe0];
 pub(super) struct View<'a> {
     pub(super) camera: &'a Camera,
     pub(super) observed: &'a Mask,
-    pub(super) estimated: &'a Mask,
+    /// `None` without a pose to draw.
+    pub(super) estimated: Option<&'a Mask>,
     /// Where props are, if there are any.
     pub(super) props: Option<&'a Mask>,
     pub(super) truth: &'a Markers,
@@ -43,7 +44,8 @@ pub(super) struct View<'a> {
 impl View<'_> {
     /// Where the two silhouettes are; the whole image if nowhere.
     pub(super) fn bounds(&self) -> PixelBounds {
-        let found = self.observed.bounds().union(&self.estimated.bounds());
+        let observed = self.observed.bounds();
+        let found = self.estimated.map_or(observed, |estimated| observed.union(&estimated.bounds()));
         if !found.is_empty() {
             return found;
         }
@@ -81,7 +83,7 @@ impl View<'_> {
         let mut picture = new_picture(width, height)?;
         let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         for (pixel, (x, y)) in picture.pixels_mut().iter_mut().zip(positions) {
-            let tone = match (self.observed.get(x, y), self.estimated.get(x, y)) {
+            let tone = match (self.observed.get(x, y), self.estimated.is_some_and(|mask| mask.get(x, y))) {
                 (true, true) => BOTH,
                 (true, false) => ONLY_OBSERVED,
                 (false, true) => ONLY_ESTIMATED,
@@ -132,14 +134,14 @@ mod tests {
         let view = View {
             camera: &camera,
             observed: &observed,
-            estimated: &estimated,
+            estimated: Some(&estimated),
             props: None,
             truth: &markers,
             estimate: &markers,
         };
         assert_eq!(view.bounds(), PixelBounds { left: 63, top: 10, right: 192, bottom: 30 });
         let empty = Mask::new(320, 240);
-        let nothing = View { observed: &empty, estimated: &empty, ..view };
+        let nothing = View { observed: &empty, estimated: Some(&empty), ..view };
         assert_eq!(nothing.bounds(), PixelBounds { left: 0, top: 0, right: 320, bottom: 240 });
     }
 
@@ -150,7 +152,7 @@ mod tests {
         let view = View {
             camera: &camera,
             observed: &observed,
-            estimated: &estimated,
+            estimated: Some(&estimated),
             props: None,
             truth: &nobody,
             estimate: &nobody,

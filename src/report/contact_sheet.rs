@@ -60,7 +60,7 @@ pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<Cell>>, ReportError> {
     let span_of = |camera: usize| bounds.iter().map(|frame| span(&frame[camera])).fold(1.0, f64::max);
     let spans: Vec<f64> = (0..sheet.rig.cameras.len()).map(span_of).collect();
     let cell = |((view, bounds), span): ((&View<'_>, &PixelBounds), &f64)| {
-        let overlap = intersection_over_union(view.estimated, view.observed);
+        let overlap = view.estimated.and_then(|estimated| intersection_over_union(estimated, view.observed));
         Ok(Cell { picture: view.draw(bounds, *span)?, overlap })
     };
     let column =
@@ -70,17 +70,17 @@ pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<Cell>>, ReportError> {
 
 fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<View<'a>>, ReportError> {
     let cameras = sheet.rig.cameras.len();
-    for found in [frame.observed.len(), frame.estimated.len()] {
+    for found in [Some(frame.observed.len()), frame.estimated.as_ref().map(Vec::len)].into_iter().flatten() {
         if found != cameras {
             return Err(ReportError::Views { frame: frame.frame, found, cameras });
         }
     }
     let (truth, estimate) = (&frame.truth, &frame.estimate);
-    let masks = frame.observed.iter().zip(&frame.estimated).zip(&sheet.rig.cameras).enumerate();
-    let view = |(index, ((observed, estimated), camera))| View {
+    let masks = frame.observed.iter().zip(&sheet.rig.cameras).enumerate();
+    let view = |(index, (observed, camera))| View {
         camera,
         observed,
-        estimated,
+        estimated: frame.estimated.as_ref().and_then(|masks| masks.get(index)),
         props: sheet.props.get(index),
         truth,
         estimate,
@@ -139,7 +139,7 @@ mod tests {
     fn a_missing_view_is_an_error_that_names_the_frame() {
         let rig = crate::report::fixture::rig(2);
         let mut sheet = walking_sheet(&rig, &[1, 20]);
-        sheet.frames[1].estimated.pop();
+        sheet.frames[1].estimated.as_mut().unwrap().pop();
         let message = contact_sheet(&sheet).unwrap_err().to_string();
         assert_eq!(message, "frame 20: 1 silhouettes for 2 cameras; give one for every camera");
     }

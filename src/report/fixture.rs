@@ -140,7 +140,7 @@ fn sheet<'a>(rig: &'a CameraRig, seed: u64, frames: &[usize], truth: &[Markers],
     let of_frame = |frame: usize| SheetFrame {
         frame,
         observed: rig.cameras.iter().map(|camera| shadow(camera, &truth[frame], 0.065)).collect(),
-        estimated: rig.cameras.iter().map(|camera| shadow(camera, &estimate[frame], 0.060)).collect(),
+        estimated: Some(rig.cameras.iter().map(|camera| shadow(camera, &estimate[frame], 0.060)).collect()),
         truth: truth[frame],
         estimate: estimate[frame],
     };

@@ -86,8 +86,8 @@ pub struct SheetFrame {
     pub frame: usize,
     /// What every camera saw.
     pub observed: Vec<Mask>,
-    /// The estimate's silhouette in every camera, drawn with the tracker's body.
-    pub estimated: Vec<Mask>,
+    /// The estimate's silhouette in every camera, drawn with the tracker's body; `None` without a pose to draw.
+    pub estimated: Option<Vec<Mask>>,
     /// Where the actor's markers were.
     pub truth: Markers,
     /// Where the estimate puts them.

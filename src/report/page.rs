@@ -15,12 +15,13 @@ const TEMPLATE: &str = include_str!("page.html");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The metrics that stand at the top, with what each means.
-const HEADLINES: [(&str, &str); 5] = [
+const HEADLINES: [(&str, &str); 6] = [
     ("humaneva_mm", "mean distance of the body's markers from the truth"),
     ("pa_mpjpe_mm", "the same for the pose alone, place and size set right"),
     ("body_orientation_deg", "how far the trunk is turned away"),
     ("silhouette_iou", "of the outlines agree (intersection over union)"),
     ("track_loss", "of the frames count as lost"),
+    ("coverage", "of the markers have an estimate; errors speak of these alone"),
 ];
 
 #[derive(Serialize)]
@@ -35,6 +36,7 @@ struct Page<'a> {
     sheet: Option<SheetOnPage<'a>>,
     figures: Vec<Figure>,
     metrics: Vec<MetricRow>,
+    absent: Vec<AbsentRow<'a>>,
     has_frozen: bool,
     interval: &'a str,
     worst: Vec<WorstRow>,
@@ -61,7 +63,15 @@ struct MetricRow {
     median: String,
     p90: String,
     max: String,
+    coverage: String,
     frozen: Option<String>,
+}
+
+#[derive(Serialize)]
+struct AbsentRow<'a> {
+    title: &'static str,
+    name: &'static str,
+    needs: &'a str,
 }
 
 #[derive(Serialize)]
@@ -127,6 +137,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         sheet: input.sheet.map(|sheet| sheet_on_page(input, sheet)).transpose()?,
         figures: figures(input, typical)?,
         metrics: METRICS.iter().filter_map(|metric| metric_row(input, metric)).collect(),
+        absent: METRICS.iter().filter_map(|metric| absent_row(input, metric)).collect(),
         has_frozen: input.frozen.is_some(),
         interval: &input.summary.interval,
         worst: worst_rows(input),
@@ -160,8 +171,19 @@ fn metric_row(input: &ReportInput<'_>, metric: &Metric) -> Option<MetricRow> {
         median: show(summary.median),
         p90: show(summary.p90),
         max: show(summary.max),
+        coverage: coverage(summary.coverage),
         frozen: input.frozen.and_then(|frozen| frozen.metrics.get(metric.name)).map(|value| show(value.mean)),
     })
+}
+
+fn absent_row<'a>(input: &ReportInput<'a>, metric: &Metric) -> Option<AbsentRow<'a>> {
+    let needs = input.summary.absent.get(metric.name)?;
+    Some(AbsentRow { title: metric.title, name: metric.name, needs })
+}
+
+/// A share as a percentage; 100 is all of it, not nearly all.
+fn coverage(share: f64) -> String {
+    format!("{:.1}", (1000.0 * share).floor() / 10.0)
 }
 
 /// The ten worst frames of all runs, no two within ten frames of each other in one run.

@@ -1,7 +1,7 @@
 //! The same scenario and seed give the same bytes, however they are asked for.
 
 use serde_json::Value;
-use skiagraph::benchmark_set::{BlindSet, RunPoses};
+use skiagraph::benchmark_set::{BlindSet, Estimates};
 
 use super::rooms::{Room, TINY};
 
@@ -71,7 +71,7 @@ fn poses_of_another_program_are_measured_too() {
     std::fs::remove_file(room.path("run/track.json")).unwrap();
     std::fs::remove_file(room.path("run/search.npz")).unwrap();
     room.succeed("evaluate set run");
-    let record: Value = serde_json::from_slice(&room.read("run/run.json")).unwrap();
+    let record: Value = serde_json::from_slice(&room.read("run-evaluation/run.json")).unwrap();
     assert_eq!(record["tracker"], "external");
     assert_eq!(record["metrics"]["humaneva_mm"]["mean"], record["frozen"]["humaneva_mm"]);
 }
@@ -98,12 +98,11 @@ fn poses_at_another_rate_or_with_a_seed_twice_are_refused() {
     room.succeed("render tiny.toml --out set");
     room.succeed("track set --tracker frozen --out run");
     std::fs::remove_file(room.path("run/track.json")).unwrap();
-    let poses = RunPoses::from_bytes("poses.npz", &room.read("run/poses.npz")).unwrap();
     let body = BlindSet::read(&room.path("set")).unwrap().start.body;
-    let (rate, seeds) = (poses.frames_per_second, poses.seeds.clone());
+    let poses = Estimates::from_bytes("poses.npz", &room.read("run/poses.npz"), &body).unwrap();
     let twice =
-        RunPoses { seeds: vec![seeds[0]; 2], estimates: vec![poses.estimates[0].clone(); 2], frames_per_second: rate };
-    let faster = RunPoses { frames_per_second: 2.0 * rate, ..poses };
+        Estimates { seeds: vec![poses.seeds[0]; 2], sequences: vec![poses.sequences[0].clone(); 2], ..poses.clone() };
+    let faster = Estimates { frames_per_second: 2.0 * poses.frames_per_second, ..poses };
     for (broken, expected) in [(faster, "a second, the set's frames"), (twice, "twice")] {
         room.write("run/poses.npz", broken.to_bytes("poses.npz", &body, None).unwrap());
         let refused = room.skiagraph(["evaluate", "set", "run"]);

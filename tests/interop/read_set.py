@@ -53,7 +53,8 @@ for index, c in enumerate(cameras):
     assert np.array_equal(inside, truth["in_view"][:, index].ravel()), c["name"]
 
 start = json.loads((root / "start/start.json").read_text())
-assert len(start["angles"]) == len(start["angle_names"]) == len(start["inter_frame_std"]) - 6
+assert len(start["angles"]) == len(start["angle_names"]) == n
+assert start["angle_names"] == list(truth["refitted_angle_names"])
 
 np.savez(
     out / "poses.npz",
@@ -62,7 +63,12 @@ np.savez(
     estimate_root=truth["refitted_root"][None],
     estimate_angles=truth["refitted_angles"][None],
 )
-np.savez_compressed(out / "compressed.npz", fps=truth["fps"])
-np.savez(out / "fortran.npz", fps=np.asfortranarray(truth["joints"]))
+variety = {
+    "<f4": np.float32, ">f8": ">f8", "<i4": np.int32, ">i2": ">i2", "|i1": np.int8, "|u1": np.uint8, "<u2": np.uint16, "<u8": np.uint64,
+}
+for save, name in ((np.savez, "stored.npz"), (np.savez_compressed, "compressed.npz")):
+    numbers = {f"as_{kind}": np.arange(24).reshape(2, 3, 4).astype(dtype) for kind, dtype in variety.items()}
+    fortran = np.asfortranarray(np.arange(24.0).reshape(2, 3, 4))
+    save(out / name, joints=truth["joints"], fortran=fortran, names=np.array(["é", "knee"], dtype=">U4"), **numbers)
 np.savez(out / "pickled.npz", fps=np.array([{"no": 1}], dtype=object))
 print(f"numpy {np.__version__} read {T} frames, {L} links, {C} cameras")

@@ -1,17 +1,20 @@
 //! What several integration tests share.
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(dead_code, unused_imports, reason = "each test binary uses its own part")]
 
 use std::path::PathBuf;
+use std::process::Command;
 
-/// `relative` below the test data, or `None` (said on stderr) where there is none; on CI (`CI=true`) it must be there.
-pub(crate) fn test_data(relative: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("SKIAGRAPH_TEST_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    let path = root.join(relative);
-    if path.exists() {
-        return Some(path);
+#[path = "../../src/test_data.rs"]
+mod data;
+
+pub(crate) use data::{path as test_data, skip};
+
+/// A Python with NumPy, or `None` (said as [`skip`] does) where there is none: `$SKIAGRAPH_TEST_PYTHON`, else `python3`.
+pub(crate) fn python_with_numpy() -> Option<PathBuf> {
+    let python = std::env::var_os("SKIAGRAPH_TEST_PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
+    let has_numpy = Command::new(&python).args(["-c", "import numpy"]).output().is_ok_and(|o| o.status.success());
+    if !has_numpy {
+        skip(&format!("no NumPy for {} (pip install numpy, or set SKIAGRAPH_TEST_PYTHON)", python.display()));
     }
-    assert!(std::env::var("CI").as_deref() != Ok("true"), "test data missing on CI: {}", path.display());
-    eprintln!("SKIPPED: no {} (set SKIAGRAPH_TEST_DATA)", path.display());
-    None
+    has_numpy.then_some(python)
 }

@@ -10,11 +10,16 @@ pub(in crate::contact) struct Derivatives {
     pub(in crate::contact) accelerations: Vec<f64>,
 }
 
+/// `reach_s` seconds in frames, at least one.
+pub(in crate::contact) fn reach_frames(reach_s: f64, frames_per_second: f64) -> usize {
+    (libm::round(reach_s * frames_per_second) as usize).max(1)
+}
+
 /// Of one frame: those of the parabola that fits the frames within `reach_s` seconds either way best, in least squares (Savitzky
 /// and Golay 1964); at least one frame either way, and at the ends those that there are. Zero in motions of fewer than three
 /// frames.
 pub(in crate::contact) fn derivatives(body: &Humanoid, motion: &Motion, frame: usize, reach_s: f64) -> Derivatives {
-    let reach = (libm::round(reach_s * motion.frames_per_second) as usize).max(1);
+    let reach = reach_frames(reach_s, motion.frames_per_second);
     let last = motion.poses.len() - 1;
     let (from, to) = (frame.saturating_sub(reach), (frame + reach).min(last));
     let mut found = Derivatives { rates: vec![0.0; body.step_len()], accelerations: vec![0.0; body.step_len()] };

@@ -19,6 +19,7 @@ use super::{ContactError, GroundContacts};
 use crate::body::{Humanoid, LinkFrames, Motion, ROOT_STEP};
 use crate::parallel;
 pub(super) use derivatives::derivatives;
+use derivatives::reach_frames;
 use nonnegative::nonnegative_least_squares;
 pub(super) use support::{SupportPoint, support_points};
 use support::{margin, support_polygon};
@@ -113,6 +114,11 @@ impl Dynamics {
         let motion = motion.clone().made_continuous(body);
         let clip = Clip { body, motion: &motion, frames: &frames, contacts, friction, mass };
         Ok(Self { mass, frames: parallel::map(frames.len(), |frame| clip.frame(frame)) })
+    }
+
+    /// How many frames either way of a frame its derivatives take in, at this rate.
+    pub fn reach(frames_per_second: f64) -> usize {
+        reach_frames(REACH_S, frames_per_second)
     }
 
     /// In a few numbers.

@@ -1,0 +1,544 @@
+//! Reading of `poses.npz`, whoever wrote it: names put columns in order, NaN says that there is no estimate.
+
+use nalgebra::{DVector, Isometry3, Point3};
+
+use super::estimates::{Articulation, EstimatedSequence, Estimates, Place};
+use super::{Npz, SetError, rigid};
+use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
+
+/// By how much two statements of one place may differ, metres: single precision far from the origin stays below it.
+const AGREEMENT_M: f64 = 0.001;
+/// Letters of a name that a message quotes.
+const QUOTED: usize = 60;
+
+impl Estimates {
+    /// The estimates of a `poses.npz` for the tracker's body. What the arrays may be stands at the head of
+    /// `benchmark_set/estimates.rs`: numbers of any type, columns in any order with their names, NaN where there is no estimate.
+    ///
+    /// # Errors
+    /// [`SetError::Malformed`] naming the array, the name of a column, or the seed and frame that is not what it should be.
+    pub fn from_bytes(file: &str, bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {
+        let npz = Npz::from_bytes(file, bytes)?;
+        let refuse = |detail: &str| SetError::malformed(file, detail);
+        let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
+        let frames_per_second = npz.numbers(file, "fps", rate)?[0];
+        let seeds: Result<Vec<u64>, _> = npz.whole_numbers(file, "seeds")?.into_iter().map(u64::try_from).collect();
+        let seeds = seeds.map_err(|_| refuse("seeds: one is below zero"))?;
+        let first = ["estimate_root", "estimate_markers", "estimate_joints"].into_iter().find_map(|name| npz.get(name));
+        let first = first.ok_or_else(|| {
+            refuse(
+                "holds no estimate; expected estimate_root and estimate_angles, or estimate_markers with marker_names, or \
+                 estimate_joints with estimate_joint_names",
+            )
+        })?;
+        let frames = first.shape.get(1).copied().unwrap_or(0);
+        if seeds.is_empty() || frames == 0 {
+            return Err(refuse("holds no frame of any seed"));
+        }
+        let mut reader = Reader { file, npz: &npz, body, seeds: &seeds, frames, notes: Vec::new() };
+        let sequences = reader.sequences()?;
+        let notes = reader.notes;
+        Ok(Self { frames_per_second, seeds, sequences, notes })
+    }
+}
+
+struct Reader<'a> {
+    file: &'a str,
+    npz: &'a Npz,
+    body: &'a Humanoid,
+    seeds: &'a [u64],
+    frames: usize,
+    notes: Vec<String>,
+}
+
+/// Places of named points, one row for every frame of every seed.
+struct Columns {
+    /// For every column, which of the known points it is.
+    points: Vec<usize>,
+    places: Vec<Place>,
+}
+
+impl Columns {
+    fn row(&self, row: usize) -> impl Iterator<Item = (usize, Place)> {
+        let width = self.points.len();
+        self.points.iter().copied().zip(self.places[row * width..(row + 1) * width].iter().copied())
+    }
+}
+
+/// What names are looked up among.
+struct Known<'a> {
+    names: Vec<&'a str>,
+    /// What a stranger is not, as in `"x" is not ...`.
+    kind: &'static str,
+    /// Whether every one needs a column.
+    all: bool,
+}
+
+impl Reader<'_> {
+    fn sequences(&mut self) -> Result<Vec<EstimatedSequence>, SetError> {
+        let roots = self.roots()?;
+        let angles = self.angles(roots.as_deref())?;
+        let landmarks = Known { names: LANDMARKS.map(|l| l.name()).to_vec(), kind: "a marker of HumanEva", all: false };
+        let markers = self.places("estimate_markers", "marker_names", &landmarks)?;
+        let names = self.body.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let joints = Known { names, kind: "a joint of the tracker's body (start/body.json)", all: false };
+        let joints = self.places("estimate_joints", "estimate_joint_names", &joints)?;
+        let poses = match (&roots, angles) {
+            (Some(roots), Some(angles)) => Some(self.poses(roots, angles)?),
+            _ => None,
+        };
+        let given =
+            Given { markers, joints, roots: roots.as_deref().filter(|_| poses.is_none()), poses: poses.as_deref() };
+        self.tell(&given);
+        let mut found = Vec::with_capacity(self.seeds.len());
+        for (index, _) in self.seeds.iter().enumerate() {
+            let rows = index * self.frames..(index + 1) * self.frames;
+            let markers = rows.clone().map(|row| self.markers(&given, row)).collect::<Result<_, _>>()?;
+            let articulation = match (&poses, &roots) {
+                (Some(poses), _) => Articulation::Poses(poses[rows].to_vec()),
+                (None, Some(roots)) => Articulation::Roots(roots[rows].to_vec()),
+                (None, None) => Articulation::Unknown,
+            };
+            found.push(EstimatedSequence { articulation, markers });
+        }
+        Ok(found)
+    }
+
+    fn roots(&self) -> Result<Option<Vec<Option<Isometry3<f64>>>>, SetError> {
+        const NAME: &str = "estimate_root";
+        if self.npz.get(NAME).is_none() {
+            return Ok(None);
+        }
+        let numbers = self.numbers(NAME, &[Some(7)])?;
+        let root = |(row, numbers): (usize, &[f64; 7])| match self.is_given(NAME, row, numbers)? {
+            true => rigid::from_rounded_row(numbers).map(Some).map_err(|e| self.refuse_row(NAME, row, &e)),
+            false => Ok(None),
+        };
+        numbers.as_chunks::<7>().0.iter().enumerate().map(root).collect::<Result<_, _>>().map(Some)
+    }
+
+    fn angles(
+        &mut self,
+        roots: Option<&[Option<Isometry3<f64>>]>,
+    ) -> Result<Option<Vec<Option<DVector<f64>>>>, SetError> {
+        const NAME: &str = "estimate_angles";
+        if self.npz.get(NAME).is_none() {
+            return Ok(None);
+        }
+        let roots = roots.ok_or_else(|| self.refuse("estimate_angles needs estimate_root beside it"))?;
+        let degrees = self.body.degrees_of_freedom.len();
+        let numbers = self.numbers(NAME, &[Some(degrees)])?;
+        let names = self.body.degrees_of_freedom.iter().map(|degree| degree.name.as_str()).collect();
+        let known = Known { names, kind: "a degree of freedom of the tracker's body (start/start.json)", all: true };
+        let order = match self.npz.names(self.file, "estimate_angle_names")? {
+            Some(names) => self.order("estimate_angle_names", names, &known)?,
+            None => {
+                let note =
+                    "has no estimate_angle_names: its angles are taken in the order of angle_names in start/start.json";
+                self.notes.push(format!("{} {note}", self.file));
+                (0..degrees).collect()
+            }
+        };
+        let of_row = |row: usize| {
+            let found = &numbers[row * degrees..(row + 1) * degrees];
+            // a body without joints is where its root is
+            let given = if degrees == 0 { roots[row].is_some() } else { self.is_given(NAME, row, found)? };
+            let mut angles = DVector::zeros(degrees);
+            order.iter().zip(found).for_each(|(degree, angle)| angles[*degree] = *angle);
+            Ok(given.then_some(angles))
+        };
+        (0..roots.len()).map(of_row).collect::<Result<_, _>>().map(Some)
+    }
+
+    fn poses(
+        &self,
+        roots: &[Option<Isometry3<f64>>],
+        angles: Vec<Option<DVector<f64>>>,
+    ) -> Result<Vec<Option<Pose>>, SetError> {
+        let pose =
+            |(row, (root, angles)): (usize, (&Option<Isometry3<f64>>, Option<DVector<f64>>))| match (*root, angles) {
+                (Some(world_from_root), Some(joint_angles)) => Ok(Some(Pose { world_from_root, joint_angles })),
+                (None, None) => Ok(None),
+                _ => Err(self.refuse_row(
+                    "estimate_root",
+                    row,
+                    "one of root and angles is NaN and the other is not; a frame without an estimate has neither",
+                )),
+            };
+        roots.iter().zip(angles).enumerate().map(pose).collect()
+    }
+
+    /// The places of an array whose columns have names.
+    fn places(&self, name: &str, names_array: &str, known: &Known<'_>) -> Result<Option<Columns>, SetError> {
+        if self.npz.get(name).is_none() {
+            return Ok(None);
+        }
+        let names = self.npz.names(self.file, names_array)?;
+        let names =
+            names.ok_or_else(|| self.refuse(&format!("{name} needs {names_array}, the names of its columns")))?;
+        let points = self.order(names_array, names, known)?;
+        let numbers = self.numbers(name, &[Some(points.len()), Some(3)])?;
+        let place = |(index, numbers): (usize, &[f64; 3])| match self.is_given(name, index / points.len(), numbers) {
+            Ok(given) => Ok(given.then(|| Point3::from(*numbers))),
+            Err(_) => {
+                let detail = format!(
+                    "{:?} is {numbers:?}; expected three finite numbers or three NaN",
+                    names[index % points.len()]
+                );
+                Err(self.refuse_row(name, index / points.len(), &detail))
+            }
+        };
+        let places = numbers.as_chunks::<3>().0.iter().enumerate().map(place).collect::<Result<_, _>>()?;
+        Ok(Some(Columns { points, places }))
+    }
+
+    /// Which of the known each name is.
+    fn order(&self, array: &str, names: &[String], known: &Known<'_>) -> Result<Vec<usize>, SetError> {
+        let quoted = |name: &str| format!("{:?}", name.chars().take(QUOTED).collect::<String>());
+        let mut taken = vec![false; known.names.len()];
+        let mut order = Vec::new();
+        for name in names {
+            let Some(index) = known.names.iter().position(|known| known == name) else {
+                return Err(self.refuse(&format!("{array}: {} is not {}", quoted(name), known.kind)));
+            };
+            if std::mem::replace(&mut taken[index], true) {
+                return Err(self.refuse(&format!("{array}: {} stands twice", quoted(name))));
+            }
+            order.push(index);
+        }
+        let missing = taken.iter().position(|taken| !taken).filter(|_| known.all || names.is_empty());
+        match missing {
+            Some(index) => {
+                let (name, kind) = (quoted(known.names[index]), known.kind);
+                Err(self.refuse(&format!("{array}: {name} is missing, which is {kind}")))
+            }
+            None => Ok(order),
+        }
+    }
+
+    /// Where the markers are in one frame, from all that says so.
+    fn markers(&self, given: &Given<'_>, row: usize) -> Result<Markers, SetError> {
+        let mut found: Markers = [None; LANDMARKS.len()];
+        let mut said_by = "";
+        if let Some(pose) = given.poses.and_then(|poses| poses[row].as_ref()) {
+            found = self.body.markers(&self.body.link_frames(pose));
+            said_by = "estimate_root and estimate_angles";
+        }
+        for (landmark, place) in given.markers.iter().flat_map(|columns| columns.row(row)) {
+            self.put(&mut found, landmark, place, row, ["estimate_markers", said_by])?;
+        }
+        said_by = if said_by.is_empty() { "estimate_markers" } else { said_by };
+        for (joint, place) in given.joints.iter().flat_map(|columns| columns.row(row)) {
+            for landmark in self.body.markers_on_joint(joint) {
+                self.put(&mut found, landmark, place, row, ["estimate_joints", said_by])?;
+            }
+        }
+        if let Some(root) = given.roots.and_then(|roots| roots[row]) {
+            for (landmark, point) in self.body.markers_on_root() {
+                let has_column = given.markers.as_ref().is_some_and(|columns| columns.points.contains(&landmark));
+                found[landmark] = found[landmark].or((!has_column).then(|| root * point));
+            }
+        }
+        Ok(found)
+    }
+
+    fn put(
+        &self,
+        found: &mut Markers,
+        landmark: usize,
+        place: Place,
+        row: usize,
+        [who, before]: [&str; 2],
+    ) -> Result<(), SetError> {
+        let Some(place) = place else { return Ok(()) };
+        let apart = found[landmark].map_or(0.0, |there| (there - place).norm());
+        if apart > AGREEMENT_M {
+            let detail = format!(
+                "puts {} {:.1} mm from where {before} puts it; leave out one of the two, or make them agree",
+                LANDMARKS[landmark].name(),
+                1000.0 * apart
+            );
+            return Err(self.refuse_row(who, row, &detail));
+        }
+        found[landmark] = found[landmark].or(Some(place));
+        Ok(())
+    }
+
+    /// Says which markers positions alone give.
+    fn tell(&mut self, given: &Given<'_>) {
+        if given.poses.is_some() {
+            return;
+        }
+        let by_markers = given.markers.iter().flat_map(|columns| columns.points.iter().copied());
+        let by_joints =
+            given.joints.iter().flat_map(|columns| &columns.points).flat_map(|j| self.body.markers_on_joint(*j));
+        let by_root = given.roots.into_iter().flat_map(|_| self.body.markers_on_root().map(|(landmark, _)| landmark));
+        let mut has = [false; LANDMARKS.len()];
+        by_markers.chain(by_joints).chain(by_root).for_each(|landmark| has[landmark] = true);
+        let absent = LANDMARKS.iter().zip(has).filter(|(_, has)| !has).map(|(landmark, _)| landmark.name());
+        let absent: Vec<&str> = absent.collect();
+        if !absent.is_empty() {
+            let count = LANDMARKS.len() - absent.len();
+            self.notes.push(format!(
+                "{} gives {count} of the {} markers; it has nothing on {}",
+                self.file,
+                LANDMARKS.len(),
+                absent.join(", ")
+            ));
+        }
+    }
+
+    /// The numbers of an array whose first axes are seeds and frames.
+    fn numbers(&self, name: &str, rest: &[Option<usize>]) -> Result<Vec<f64>, SetError> {
+        self.npz.numbers(self.file, name, &[&[Some(self.seeds.len()), Some(self.frames)], rest].concat())
+    }
+
+    /// Whether a row holds an estimate: all of it finite, or all of it NaN.
+    fn is_given(&self, name: &str, row: usize, numbers: &[f64]) -> Result<bool, SetError> {
+        if numbers.iter().all(|number| number.is_finite()) {
+            return Ok(true);
+        }
+        match numbers.iter().position(|number| !number.is_nan()) {
+            None => Ok(false),
+            Some(column) => {
+                let detail = format!(
+                    "expected finite numbers, or NaN throughout for a frame without an estimate; column {column} is {} among NaN or \
+                     infinite ones",
+                    numbers[column]
+                );
+                Err(self.refuse_row(name, row, &detail))
+            }
+        }
+    }
+
+    fn refuse(&self, detail: &str) -> SetError {
+        SetError::malformed(self.file, detail)
+    }
+
+    fn refuse_row(&self, name: &str, row: usize, detail: &str) -> SetError {
+        let (seed, frame) = (self.seeds[row / self.frames], row % self.frames);
+        self.refuse(&format!("{name}: seed {seed}, frame {frame}: {detail}"))
+    }
+}
+
+/// All that a file says, one row for every frame of every seed.
+struct Given<'a> {
+    poses: Option<&'a [Option<Pose>]>,
+    markers: Option<Columns>,
+    joints: Option<Columns>,
+    /// Where there are no poses.
+    roots: Option<&'a [Option<Isometry3<f64>>]>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::benchmark_set::{Array, Values};
+    use crate::body::fixture::{person, walk};
+
+    const NAN: f64 = f64::NAN;
+
+    /// What another program wrote: 3 frames of seed 5.
+    fn file(arrays: &[(&str, Array)]) -> Vec<u8> {
+        let mut npz =
+            Npz::from_iter([("fps", Array::new(&[1], vec![60_i64])), ("seeds", Array::new(&[1], vec![5_u8]))]);
+        arrays.iter().for_each(|(name, array)| npz.push(name, array.clone()));
+        npz.to_bytes("p").unwrap()
+    }
+
+    fn read(arrays: &[(&str, Array)]) -> Result<Estimates, String> {
+        Estimates::from_bytes("p", &file(arrays), &person()).map_err(|e| e.to_string())
+    }
+
+    fn root_rows() -> Array {
+        let rows: Vec<f64> = walk(3).poses.iter().flat_map(|pose| rigid::to_row(&pose.world_from_root)).collect();
+        Array::new(&[1, 3, 7], rows)
+    }
+
+    /// Angles with the columns in this order.
+    fn angle_rows(order: [usize; 6]) -> Array {
+        let rows = walk(3).poses.iter().flat_map(|p| order.map(|i| p.joint_angles[i])).collect::<Vec<f64>>();
+        Array::new(&[1, 3, 6], rows)
+    }
+
+    fn angle_names(order: &[usize]) -> Array {
+        let body = person();
+        Array::names(order.iter().map(|i| body.degrees_of_freedom[*i].name.as_str()))
+    }
+
+    fn expected() -> EstimatedSequence {
+        EstimatedSequence::of_poses(&person(), walk(3).poses)
+    }
+
+    /// Markers of these landmarks, in this order.
+    fn marker_rows(landmarks: &[usize]) -> Array {
+        let numbers = expected().markers.into_iter().flat_map(|markers| {
+            landmarks.iter().flat_map(|l| <[f64; 3]>::from(markers[*l].unwrap())).collect::<Vec<f64>>()
+        });
+        Array::new(&[1, 3, landmarks.len(), 3], numbers.collect::<Vec<f64>>())
+    }
+
+    fn marker_names(landmarks: &[usize]) -> Array {
+        Array::names(landmarks.iter().map(|l| LANDMARKS[*l].name()))
+    }
+
+    fn with(array: Array, index: usize, value: f64) -> Array {
+        let Array { shape, values: Values::F64(mut values) } = array else { panic!() };
+        values[index] = value;
+        Array::new(&shape, values)
+    }
+
+    #[test]
+    fn permuted_columns_are_put_in_order_by_their_names() {
+        let order = [5, 2, 0, 1, 4, 3];
+        let permuted = [
+            ("estimate_root", root_rows()),
+            ("estimate_angles", angle_rows(order)),
+            ("estimate_angle_names", angle_names(&order)),
+        ];
+        let found = read(&permuted).unwrap();
+        assert_eq!(found.sequences, [expected()]);
+        assert_eq!((found.frames_per_second, found.seeds, found.notes), (60.0, vec![5], Vec::<String>::new()));
+        let unnamed =
+            read(&[("estimate_root", root_rows()), ("estimate_angles", angle_rows([0, 1, 2, 3, 4, 5]))]).unwrap();
+        assert_eq!(unnamed.sequences, [expected()]);
+        assert!(unnamed.notes[0].contains("no estimate_angle_names"), "{:?}", unnamed.notes);
+    }
+
+    #[test]
+    fn names_that_are_missing_unknown_or_there_twice_are_told() {
+        let named = |names: Array| {
+            read(&[
+                ("estimate_root", root_rows()),
+                ("estimate_angles", angle_rows([0, 1, 2, 3, 4, 5])),
+                ("estimate_angle_names", names),
+            ])
+            .unwrap_err()
+        };
+        assert!(named(angle_names(&[0, 1, 2, 3, 4])).contains("\"right_leg\" is missing"));
+        assert!(named(angle_names(&[0, 1, 2, 3, 4, 4])).contains("\"right_forearm\" stands twice"));
+        assert!(named(Array::names(["left_upper_arm", "elbow"])).contains("\"elbow\" is not a degree of freedom"));
+        let long = "x".repeat(5000);
+        assert!(named(Array::names([long.as_str()])).len() < 300);
+        let markers = |names: &[(&str, Array)]| {
+            read(&[&[("estimate_markers", marker_rows(&[0, 1]))], names].concat()).unwrap_err()
+        };
+        assert!(markers(&[]).contains("estimate_markers needs marker_names"));
+        assert!(
+            markers(&[("marker_names", Array::names(["thorax", "tail"]))])
+                .contains("\"tail\" is not a marker of HumanEva")
+        );
+        assert!(
+            markers(&[("marker_names", marker_names(&[0, 1, 2]))])
+                .contains("shape [1, 3, 2, 3], expected [1, 3, 3, 3]")
+        );
+    }
+
+    #[test]
+    fn frames_of_nan_have_no_estimate_and_frames_half_nan_are_refused() {
+        let nan_frame = |array: Array, width: usize| (width..2 * width).fold(array, |array, i| with(array, i, NAN));
+        let poses = |root, angles| read(&[("estimate_root", root), ("estimate_angles", angles)]);
+        let angles = angle_rows([0, 1, 2, 3, 4, 5]);
+        let found = poses(nan_frame(root_rows(), 7), nan_frame(angles.clone(), 6)).unwrap();
+        assert_eq!((found.sequences[0].pose(1), found.sequences[0].markers[1]), (None, [None; 15]));
+        assert_eq!(found.sequences[0].pose(2), Some(&walk(3).poses[2]));
+        let message = poses(nan_frame(root_rows(), 7), angles.clone()).unwrap_err();
+        assert!(message.contains("seed 5, frame 1: one of root and angles is NaN"), "{message}");
+        let message = poses(root_rows(), with(angles.clone(), 8, NAN)).unwrap_err();
+        assert!(
+            message.contains("estimate_angles: seed 5, frame 1: expected finite numbers, or NaN throughout"),
+            "{message}"
+        );
+        let message = poses(with(root_rows(), 0, f64::INFINITY), angles).unwrap_err();
+        assert!(message.contains("estimate_root: seed 5, frame 0"), "{message}");
+    }
+
+    #[test]
+    fn markers_alone_are_an_estimate_in_any_order_and_number() {
+        let few = [14, 3, 1];
+        let rows = (9..12).fold(marker_rows(&few), |array, i| with(array, i, NAN));
+        let found = read(&[("estimate_markers", rows), ("marker_names", marker_names(&few))]).unwrap();
+        let sequence = &found.sequences[0];
+        assert_eq!(sequence.articulation, Articulation::Unknown);
+        for (frame, truth) in expected().markers.iter().enumerate() {
+            for (landmark, marker) in sequence.markers[frame].iter().enumerate() {
+                let there = few.contains(&landmark) && (frame, landmark) != (1, 14);
+                assert_eq!(*marker, truth[landmark].filter(|_| there), "frame {frame}, {landmark}");
+            }
+        }
+        assert!(found.notes[0].contains("gives 3 of the 15 markers"), "{:?}", found.notes);
+        let message =
+            read(&[("estimate_markers", with(marker_rows(&few), 4, NAN)), ("marker_names", marker_names(&few))]);
+        assert!(message.unwrap_err().contains("seed 5, frame 0: \"left_elbow\" is"));
+    }
+
+    #[test]
+    fn joints_alone_give_the_markers_that_lie_on_them_and_a_root_those_on_it() {
+        let body = person();
+        let names: Vec<&str> = body.joints.iter().rev().map(|joint| joint.name.as_str()).collect();
+        let joints = walk(3).poses.into_iter().flat_map(|pose| {
+            let frames = body.link_frames(&pose);
+            let rows = frames.0.iter().skip(1).rev().flat_map(|f| <[f64; 3]>::from(f.translation.vector));
+            rows.collect::<Vec<f64>>()
+        });
+        let joints = Array::new(&[1, 3, names.len(), 3], joints.collect::<Vec<f64>>());
+        let arrays = [("estimate_joints", joints), ("estimate_joint_names", Array::names(names))];
+        let has = |found: &Estimates| {
+            let markers = found.sequences[0].markers[2].iter().enumerate();
+            markers.filter_map(|(landmark, marker)| marker.map(|_| LANDMARKS[landmark].name())).collect::<Vec<_>>()
+        };
+        let alone = read(&arrays).unwrap();
+        let on_joints = ["left_shoulder", "left_elbow", "right_shoulder", "right_elbow", "left_hip", "right_hip"];
+        assert_eq!(has(&alone), on_joints);
+        for (found, truth) in alone.sequences[0].markers.iter().flatten().zip(expected().markers.iter().flatten()) {
+            assert!(found.is_none_or(|found| (found - truth.unwrap()).norm() < 1e-12));
+        }
+        let with_root = read(&[&arrays[..], &[("estimate_root", root_rows())]].concat()).unwrap();
+        assert_eq!(has(&with_root), [&["thorax", "pelvis"], &on_joints[..]].concat());
+        assert_eq!(with_root.sequences[0].roots(), expected().roots());
+    }
+
+    #[test]
+    fn what_is_said_twice_must_agree() {
+        let both = |markers: Array| {
+            read(&[
+                ("estimate_root", root_rows()),
+                ("estimate_angles", angle_rows([0, 1, 2, 3, 4, 5])),
+                ("estimate_markers", markers),
+                ("marker_names", marker_names(&[3, 4])),
+            ])
+        };
+        assert_eq!(both(marker_rows(&[3, 4])).unwrap().sequences, [expected()]);
+        let message = both(with(marker_rows(&[3, 4]), 10, 0.5)).unwrap_err();
+        assert!(message.contains("estimate_markers: seed 5, frame 1: puts left_wrist"), "{message}");
+    }
+
+    #[test]
+    fn a_file_without_an_estimate_says_what_is_expected() {
+        assert!(read(&[]).unwrap_err().contains("holds no estimate; expected estimate_root and estimate_angles, or"));
+        let angles = angle_rows([0, 1, 2, 3, 4, 5]);
+        let alone = read(&[
+            ("estimate_angles", angles),
+            ("estimate_markers", marker_rows(&[0])),
+            ("marker_names", marker_names(&[0])),
+        ]);
+        assert!(alone.unwrap_err().contains("estimate_angles needs estimate_root"));
+        let none = Array::new(&[1, 0, 7], Vec::<f64>::new());
+        assert!(read(&[("estimate_root", none)]).unwrap_err().contains("holds no frame"));
+        let flat = Array::new(&[], vec![1.0]);
+        assert!(read(&[("estimate_root", flat)]).unwrap_err().contains("holds no frame"));
+    }
+
+    #[test]
+    fn quaternions_in_single_precision_are_taken() {
+        let Values::F64(rows) = root_rows().values else { panic!() };
+        let single = Array::new(&[1, 3, 7], rows.iter().map(|x| *x as f32).collect::<Vec<f32>>());
+        let found = read(&[("estimate_root", single)]).unwrap().sequences[0].roots().unwrap();
+        for (found, truth) in found.iter().zip(expected().roots().unwrap()) {
+            let (found, truth) = (found.unwrap(), truth.unwrap());
+            assert!((found.rotation.norm() - 1.0).abs() < 1e-12);
+            assert!((found.inverse() * truth).rotation.angle() < 1e-6);
+        }
+        assert!(read(&[("estimate_root", with(root_rows(), 3, 2.0))]).unwrap_err().contains("no rigid transform"));
+    }
+}
