@@ -10,7 +10,7 @@ pub(super) const F1: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     protocol: "2 TP / (2 TP + FP + FN) over frames and feet, labels of actor and estimate each from their own solids by one rule: \
-               begins below 20 mm and 0.25 m/s, ends above 40 mm or 0.45 m/s, at least 50 ms; absent where neither ever stands",
+               {contact_rule}; absent where neither ever stands",
     measure: f1,
 };
 

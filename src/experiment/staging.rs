@@ -48,11 +48,11 @@ impl Staged {
         let scenario = &file.scenario;
         let clip = clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
         let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
-        let same_robot = scenario.actor.robot == scenario.tracker_body.robot;
-        let tracker_template = match same_robot {
+        let tracker_template = match scenario.actor.robot == scenario.tracker_body.robot {
             true => actor_template.clone(),
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
+        let same_robot = actor_template.is_same_body(&tracker_template);
         let mut performed = retarget(&clip, &actor_template, &RetargetOptions::default())?;
         let contact = perform(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
@@ -70,7 +70,8 @@ impl Staged {
         let rig = rig(file, &performed.motion)?;
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
         let ground_truth = GroundTruth::among_props(performed.humanoid, &performed.motion, &rig, props)?;
-        let refitted = match body == ground_truth.actor {
+        let matched = body.is_same_body(&ground_truth.actor);
+        let refitted = match matched {
             true => performed.motion,
             false => {
                 let markers: Vec<Markers> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
@@ -103,8 +104,8 @@ impl Staged {
             report: performed.report,
             facts: TruthFacts {
                 motion: motion_in_words(file),
-                matched: scenario.is_matched(),
-                mismatch: mismatch_in_words(file),
+                matched,
+                mismatch: if matched { String::new() } else { mismatch_in_words(file) },
                 contact,
             },
             notes,
