@@ -122,6 +122,16 @@ impl Drive {
 }
 
 impl Humanoid {
+    /// Whether it is the same body as `other`: links with flesh and inertia, joints, degrees of freedom and markers, to the last
+    /// bit. What the robot is called and what is noted about its file does not count.
+    pub fn is_same_body(&self, other: &Self) -> bool {
+        let Self { name: _, links, joints, degrees_of_freedom, markers, notes: _ } = self;
+        *links == other.links
+            && *joints == other.joints
+            && *degrees_of_freedom == other.degrees_of_freedom
+            && *markers == other.markers
+    }
+
     /// Index of the link of that name.
     pub fn find_link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|l| l.name == name)
@@ -135,5 +145,21 @@ impl Humanoid {
     /// Index of the parent of link `link`; `None` for the root.
     pub fn parent(&self, link: usize) -> Option<usize> {
         link.checked_sub(1).map(|joint| self.joints[joint].parent)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::body::{BodyShape, shipped};
+
+    #[test]
+    fn a_body_is_the_same_whatever_it_is_called_and_another_by_a_thousandth_of_its_girth() {
+        let body = shipped("tracker25").unwrap();
+        let mut renamed = body.clone();
+        renamed.name = "somebody".into();
+        renamed.notes.push("a note about the file".into());
+        assert!(body.is_same_body(&renamed) && body != renamed);
+        assert!(!body.is_same_body(&body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.0, 0.001))));
+        assert!(!body.is_same_body(&shipped("actor").unwrap()));
     }
 }

@@ -1,10 +1,10 @@
 //! A run's numbers as a table for people.
 
 use crate::evaluation::{METRICS, MetricSummary};
-use crate::experiment::{Comparison, RunRecord};
+use crate::experiment::{Comparison, MethodRecord, RunRecord};
 
 /// Metrics that the table shows; `--json` and the report have all.
-const SHOWN: [&str; 10] = [
+const SHOWN: [&str; 11] = [
     "humaneva_mm",
     "mpjpe_mm",
     "mpjpe_root_mm",
@@ -14,11 +14,12 @@ const SHOWN: [&str; 10] = [
     "pck150",
     "track_loss",
     "lost_frames",
+    "limb_swaps",
     "energy_gap",
 ];
 
-/// The summary table: mean, 95 % interval, the share of the markers that it speaks of, and the frozen floor beside; then what could not
-/// be measured.
+/// The summary table: mean, 95 % interval, the share of the markers that it speaks of, and the frozen floor beside; what is worse than
+/// that is marked. Then what could not be measured.
 pub(super) fn table(record: &RunRecord) -> String {
     let model = if record.matched { "matched model" } else { "mismatched model" };
     let seeds = record.seeds.len();
@@ -29,8 +30,9 @@ pub(super) fn table(record: &RunRecord) -> String {
             record.scenario, record.tracker, record.frames, record.frames_per_second
         ),
         String::new(),
-        format!("  {:<34} {:>9}  {:^19}  {:>8}  {:>9}", "", "mean", "95 % interval", "coverage", "frozen"),
+        format!("  {:<37} {:>9}   {:^20}  {:>8}  {:>9}", "", "mean", "95 % interval", "coverage", "frozen"),
     ];
+    let is_worse = |name: &str| record.verdict.worse_than_frozen.contains(&name);
     for metric in METRICS.iter().filter(|metric| SHOWN.contains(&metric.name)) {
         if let Some(summary) = record.summary.metrics.get(metric.name) {
             let title = match metric.unit.symbol() {
@@ -38,13 +40,19 @@ pub(super) fn table(record: &RunRecord) -> String {
                 symbol => format!("{} ({symbol})", metric.title),
             };
             let frozen = record.frozen.get(metric.name).map_or_else(|| "-".to_owned(), |value| number(*value));
-            let (mean, interval, coverage) = (number(summary.mean), interval(summary), coverage(summary.coverage));
-            lines.push(format!("  {title:<34} {mean:>9}  {interval:^19}  {coverage:>8}  {frozen:>9}"));
+            let (mean, coverage) = (number(summary.mean), coverage(summary.coverage));
+            let mark = if is_worse(metric.name) { '▼' } else { ' ' };
+            lines.push(format!(
+                "  {title:<37} {mean:>9} {mark} {:^20}  {coverage:>8}  {frozen:>9}",
+                interval(summary)
+            ));
         }
     }
     let absent = SHOWN.iter().filter_map(|name| Some((name, record.summary.absent.get(*name)?)));
     lines.extend(absent.map(|(name, needs)| format!("  no {name}: {needs}")));
     lines.push(String::new());
+    lines.extend(worse_in_words(record));
+    lines.push(format!("  {}", record.summary.interval));
     if let Some(error) = record.summary.metrics.get("humaneva_mm") {
         lines.push(format!("  protocol: {}", error.protocol));
     }
@@ -56,6 +64,14 @@ pub(super) fn table(record: &RunRecord) -> String {
     lines.join("\n")
 }
 
+/// What the mark of the table means, and what else is marked so in the report.
+fn worse_in_words(record: &RunRecord) -> Option<String> {
+    let worse = &record.verdict.worse_than_frozen;
+    let others: Vec<&str> = worse.iter().filter(|name| !SHOWN.contains(name)).copied().collect();
+    let also = if others.is_empty() { String::new() } else { format!("; so is {}", others.join(", ")) };
+    (!worse.is_empty()).then(|| format!("  ▼ worse than an answer that never moves (frozen){also}"))
+}
+
 /// Several methods: mean error, its interval, and the frames lost.
 pub(super) fn methods(comparison: &Comparison) -> String {
     let model = if comparison.matched { "matched model" } else { "mismatched model" };
@@ -63,26 +79,33 @@ pub(super) fn methods(comparison: &Comparison) -> String {
     let mut lines = vec![
         format!("{}: {frames} frames at {rate} Hz, {seeds} seed(s), {model}", comparison.scenario),
         String::new(),
-        format!("  {:<28} {:>9}  {:^19}  {:>11}", "HumanEva error, mm", "mean", "95 % interval", "frames lost"),
+        format!("  {:<28} {:>9}   {:^20}  {:>11}", "HumanEva error, mm", "mean", "95 % interval", "frames lost"),
     ];
+    let floor = |method: &MethodRecord| method.frozen.get("humaneva_mm").copied().unwrap_or(f64::INFINITY);
     for (name, method) in &comparison.methods {
         if let Some(error) = method.summary.metrics.get("humaneva_mm") {
             let lost = method.summary.metrics.get("track_loss").map_or_else(|| "-".to_owned(), |m| number(m.mean));
             let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
-            lines.push(format!("  {name:<28} {:>9}  {:^19}  {lost:>11}", number(error.mean), interval(error)));
+            let (mean, mark) = (number(error.mean), if error.mean > floor(method) { '▼' } else { ' ' });
+            lines.push(format!("  {name:<28} {mean:>9} {mark} {:^20}  {lost:>11}", interval(error)));
         }
     }
+    lines.push(String::new());
+    if comparison.methods.values().any(|m| m.summary.metrics.get("humaneva_mm").is_some_and(|e| e.mean > floor(m))) {
+        lines.push("  ▼ worse than an answer that never moves".to_owned());
+    }
+    lines.extend(comparison.methods.values().next().map(|method| format!("  {}", method.summary.interval)));
     let mut learned: Vec<&str> = comparison.methods.values().flat_map(|m| &m.learned_from).map(String::as_str).collect();
     learned.sort_unstable();
     learned.dedup();
     if !learned.is_empty() {
-        lines.extend([String::new(), format!("  learned from: {}", learned.join("; "))]);
+        lines.push(format!("  learned from: {}", learned.join("; ")));
     }
     lines.join("\n")
 }
 
 fn interval(summary: &MetricSummary) -> String {
-    summary.ci95.map_or_else(|| "-".to_owned(), |i| format!("{} to {}", number(i.low), number(i.high)))
+    summary.ci95.map_or_else(|| summary.interval.clone(), |i| format!("{} to {}", number(i.low), number(i.high)))
 }
 
 /// A share in percent; 100 % is all of it, not nearly all.

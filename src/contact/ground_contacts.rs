@@ -11,6 +11,8 @@ use crate::parallel;
 pub struct GroundContacts {
     /// Frames a second.
     pub frames_per_second: f64,
+    /// By which it was told what stands.
+    pub rule: ContactRule,
     /// One track a link with flesh, in the body's order.
     pub links: Vec<ContactTrack>,
     /// The left and the right foot, each the link that carries the ankle and all below it taken as one surface.
@@ -104,6 +106,7 @@ impl GroundContacts {
         let links = parallel::map(body.links.len(), |link| clip.track(&body.links[link].name, vec![link]));
         Ok(Self {
             frames_per_second,
+            rule: *rule,
             links: links.into_iter().flatten().collect(),
             feet: [foot(FOOT_NAMES[0], left)?, foot(FOOT_NAMES[1], right)?],
         })

@@ -32,7 +32,7 @@ pub use interpenetration::{Depths, Interpenetration, InterpenetrationScratch};
 pub use prop_contacts::{PropContact, PropContacts, PropTrack};
 pub use rule::ContactRule;
 pub use self_collision::{Collision, LeftOut, LinkPair, SelfCollision};
-pub use simulation::{Push, Simulated, SimulationReport, SimulationSettings, simulate};
+pub use simulation::{GRAVITY, Push, Simulated, SimulationReport, SimulationSettings, simulate};
 pub use solid_distance::solid_distance;
 pub use stance::{FOOT_NAMES, Stance, stances};
 pub use surface::{Surface, SurfacePoint};

@@ -71,6 +71,18 @@ impl ContactRule {
         }
     }
 
+    /// Its thresholds, for the protocol of what is measured by it.
+    pub fn in_words(&self) -> String {
+        let [enter_gap, leave_gap] = [self.enter_gap_m, self.leave_gap_m].map(thousandths);
+        let [shortest, window] = [self.shortest_s, self.speed_window_s].map(thousandths);
+        let hindsight = if self.looks_ahead { "" } else { ", told frame by frame without looking ahead" };
+        format!(
+            "contact comes at most {enter_gap} mm high and {} m/s fast for at least {shortest} ms, ends above {leave_gap} mm or {} m/s \
+             for at least {shortest} ms (speeds are means over {window} ms){hindsight}",
+            self.enter_speed_m_per_s, self.leave_speed_m_per_s
+        )
+    }
+
     /// How many frames the window of speeds reaches to either side.
     pub(super) fn speed_reach(&self, frames_per_second: f64) -> usize {
         (libm::round(0.5 * self.speed_window_s * frames_per_second) as usize).max(1)
@@ -123,6 +135,11 @@ impl ContactRule {
         }
         labels
     }
+}
+
+/// Metres in millimetres, seconds in milliseconds, to a hundredth.
+fn thousandths(value: f64) -> f64 {
+    (1e5 * value).round() / 100.0
 }
 
 /// What gap and speed must not exceed.

@@ -11,7 +11,7 @@ pub(super) const F1: Metric = Metric {
     direction: Direction::HigherIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet of both bodies, and a foot that stands",
     protocol: "2 TP / (2 TP + FP + FN) over frames and feet, labels of actor and estimate each from their own solids by one rule: \
-               begins below 20 mm and 0.25 m/s, ends above 40 mm or 0.45 m/s, at least 50 ms; absent where neither ever stands",
+               {contact_rule}; absent where neither ever stands",
     measure: f1,
 };
 

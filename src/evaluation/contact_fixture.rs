@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::contact::{ContactTrack, Dynamics, FOOT_NAMES, GroundContact, GroundContacts};
+use crate::contact::{ContactRule, ContactTrack, Dynamics, FOOT_NAMES, GroundContact, GroundContacts};
 
 use super::evaluate::MetricValue;
 use super::fixture::standing;
@@ -30,7 +30,7 @@ pub(crate) fn contacts(left: &[Foot], right: &[Foot]) -> GroundContacts {
             .collect(),
     };
     let feet = [track(FOOT_NAMES[0], left), track(FOOT_NAMES[1], right)];
-    GroundContacts { frames_per_second: 60.0, links: feet.to_vec(), feet }
+    GroundContacts { frames_per_second: 60.0, rule: ContactRule::default(), links: feet.to_vec(), feet }
 }
 
 /// Every metric of an estimate whose markers are right and whose feet are these; self-penetration in mm.

@@ -8,7 +8,7 @@ use crate::body::LANDMARKS;
 
 use super::coverage;
 use super::pck::{self, CurvePoint};
-use super::{EvaluationError, METRICS, Measurement, Metric, Sequence, Spread, Unit};
+use super::{EvaluationError, METRICS, Measurement, Metric, Sequence, Spread, Unit, protocol};
 
 /// Everything measured on one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,9 +37,11 @@ pub struct Evaluation {
 pub struct MetricValue {
     /// Unit of all values.
     pub unit: Unit,
-    /// Mean and spread over frames.
+    /// The measurement: of most metrics the mean over frames.
+    pub mean: f64,
+    /// Spread over frames; `None` for a metric of the whole sequence, which has one value.
     #[serde(flatten)]
-    pub spread: Spread,
+    pub spread: Option<Spread>,
     /// How many frames have a value; 0 for a metric of the whole sequence.
     pub frames: usize,
     /// Joint set, alignment, mask rule, frames and rate.
@@ -54,18 +56,13 @@ pub struct MetricValue {
 pub struct JointError {
     /// [`crate::body::Landmark::name`].
     pub joint: String,
-    /// Distance from the truth, millimetres.
+    /// Mean distance from the truth, millimetres.
+    pub mean: f64,
+    /// Its spread over frames.
     #[serde(flatten)]
     pub spread: Spread,
     /// Frames in which it was compared.
     pub frames: usize,
-}
-
-impl std::ops::Deref for MetricValue {
-    type Target = Spread;
-    fn deref(&self) -> &Spread {
-        &self.spread
-    }
 }
 
 /// Measures a sequence with every metric that its input allows.
@@ -77,7 +74,7 @@ pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> 
     let span = span(sequence);
     let (mut metrics, mut absent) = (BTreeMap::new(), BTreeMap::new());
     for metric in METRICS {
-        let value = (metric.measure)(sequence).and_then(|measurement| value_of(metric, measurement, &span));
+        let value = (metric.measure)(sequence).and_then(|found| value_of(metric, found, sequence, &span));
         match value {
             Some(value) => drop(metrics.insert(metric.name.to_owned(), value)),
             None => drop(absent.insert(metric.name.to_owned(), format!("needs {}", metric.needs))),
@@ -95,17 +92,17 @@ pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> 
     })
 }
 
-fn value_of(metric: &Metric, measurement: Measurement, span: &str) -> Option<MetricValue> {
-    let (per_frame, mean) = match measurement {
+fn value_of(metric: &Metric, measurement: Measurement, sequence: &Sequence<'_>, span: &str) -> Option<MetricValue> {
+    let (per_frame, whole) = match measurement {
         Measurement::PerFrame(per_frame) => (per_frame, None),
         Measurement::Pooled { per_frame, mean } => (per_frame, Some(mean)),
         Measurement::Whole(value) => (vec![], Some(value)),
     };
     let values: Vec<f64> = per_frame.iter().flatten().copied().collect();
-    let mut spread = Spread::of(&values).or(mean.map(Spread::of_one))?;
-    spread.mean = mean.unwrap_or(spread.mean);
-    let protocol = format!("{}; {span}", metric.protocol);
-    Some(MetricValue { unit: metric.unit, spread, frames: values.len(), protocol, per_frame })
+    let mean = whole.or_else(|| super::mean(&values))?;
+    let protocol = format!("{}; {span}", protocol::of(metric, sequence));
+    let spread = Spread::of(&values);
+    Some(MetricValue { unit: metric.unit, mean, spread, frames: values.len(), protocol, per_frame })
 }
 
 /// Which frames count, in words.
@@ -131,8 +128,8 @@ fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
         }
     }
     let of_joint = |(landmark, errors): (crate::body::Landmark, Vec<f64>)| {
-        let spread = Spread::of(&errors)?;
-        Some(JointError { joint: landmark.name().to_owned(), spread, frames: errors.len() })
+        let (mean, spread) = (super::mean(&errors)?, Spread::of(&errors)?);
+        Some(JointError { joint: landmark.name().to_owned(), mean, spread, frames: errors.len() })
     };
     LANDMARKS.into_iter().zip(errors).filter_map(of_joint).collect()
 }
@@ -149,7 +146,7 @@ mod tests {
         let mut estimate = truth.clone();
         estimate[0] = translated(&standing(), Vector3::new(9.0, 0.0, 0.0));
         let evaluation = evaluate_markers(&truth, &estimate);
-        assert_eq!(evaluation.metrics["humaneva_mm"].max, 0.0);
+        assert_eq!(evaluation.metrics["humaneva_mm"].spread.unwrap().max, 0.0);
         assert_eq!(evaluation.metrics["humaneva_mm"].per_frame[0], None);
         assert!(evaluation.per_joint.iter().all(|joint| joint.spread.max == 0.0 && joint.frames == 2));
         assert_eq!(evaluation.metrics["pck150"].mean, 1.0);
@@ -165,6 +162,16 @@ mod tests {
                 value.protocol
             );
         }
+    }
+
+    #[test]
+    fn what_is_measured_once_has_no_spread_and_what_is_measured_once_a_frame_has() {
+        let truth = vec![standing(); 80];
+        let metrics = evaluate_markers(&truth, &truth).metrics;
+        assert_eq!((metrics["lag_ms"].spread, metrics["lag_ms"].frames), (None, 0));
+        assert!(metrics["humaneva_mm"].spread.is_some());
+        let text = serde_json::to_string(&metrics["lag_ms"]).unwrap();
+        assert!(["std", "median", "p90", "max"].iter().all(|word| !text.contains(&format!("\"{word}\""))), "{text}");
     }
 
     #[test]

@@ -33,15 +33,16 @@ pub(super) const TRUE_SKATE: Metric = Metric {
     ..SKATE
 };
 
-/// Length of the path in stance.
+/// How far the sole slides in a stance: speed in stance over time.
 pub(super) const SLIP: Metric = Metric {
     name: "slip_per_stance_mm",
     title: "Slip per stance",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
-    protocol: "length of the path along the ground of the estimate's lowest points over one stance of the actor's foot, mean \
-               over the stances of both feet",
+    protocol: "horizontal speed of the material point of the estimate's foot that is lowest (central difference over one frame either \
+               way), summed over the frames of a stance of the actor's foot (exact contact truth) times the time between frames; \
+               mean over the stances of both feet",
     measure: |sequence| slip(sequence, |pair| pair.estimate),
 };
 

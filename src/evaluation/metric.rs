@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Sequence, balance, contact_f1, coverage, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, mpjpe,
-    orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
+    Sequence, ValueRange, balance, contact_f1, coverage, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag,
+    limb_swaps, mpjpe, orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
 };
 
 /// One way to compare an estimate with the truth.
@@ -20,10 +20,31 @@ pub struct Metric {
     pub direction: Direction,
     /// What must be there for it to be measured, in words that follow "needs".
     pub needs: &'static str,
-    /// Joint set, alignment and mask rule.
+    /// Joint set, alignment and mask rule. `{contact_rule}`, `{gravity}` and `{friction}` stand for numbers that other rooms
+    /// decide; they are filled in where a value gets its protocol.
     pub protocol: &'static str,
     /// The measurement; `None` where the sequence lacks what it needs.
     pub measure: fn(&Sequence<'_>) -> Option<Measurement>,
+}
+
+impl Metric {
+    /// Which values it can take.
+    pub fn value_range(&self) -> ValueRange {
+        match (self.unit, self.direction) {
+            (Unit::Fraction, _) => ValueRange::Share,
+            (_, Direction::Neither) => ValueRange::Any,
+            _ => ValueRange::NonNegative,
+        }
+    }
+
+    /// Whether `value` is worse than `other`; never for a diagnosis.
+    pub fn is_worse(&self, value: f64, other: f64) -> bool {
+        match self.direction {
+            Direction::LowerIsBetter => value > other,
+            Direction::HigherIsBetter => value < other,
+            Direction::Neither => false,
+        }
+    }
 }
 
 /// What a metric found in one sequence.
@@ -130,6 +151,7 @@ pub const METRICS: &[Metric] = &[
     derivatives::JITTER,
     lag::LAG,
     lag::LAG_CORRECTED,
+    limb_swaps::SHARE,
     contact_f1::F1,
     foot_skate::SKATE,
     foot_skate::TRUE_SKATE,
@@ -178,6 +200,14 @@ mod tests {
         for Metric { name, needs, .. } in METRICS {
             assert!(!needs.is_empty() && !needs.ends_with('.') && !needs.starts_with("needs"), "{name}: {needs}");
         }
+    }
+
+    #[test]
+    fn worse_is_higher_for_an_error_lower_for_a_score_and_never_for_a_diagnosis() {
+        let is_worse = |name: &str, value: f64, other: f64| find_metric(name).unwrap().is_worse(value, other);
+        assert!(is_worse("humaneva_mm", 2.0, 1.0) && !is_worse("humaneva_mm", 1.0, 1.0));
+        assert!(is_worse("pck150", 0.5, 0.6) && !is_worse("pck150", 0.6, 0.5));
+        assert!(!is_worse("lag_ms", 9.0, 0.0) && !is_worse("lag_ms", -9.0, 0.0));
     }
 
     #[test]

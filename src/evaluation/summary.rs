@@ -4,9 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::bootstrap::{self, RESAMPLES};
+use super::interval::mean_of_means;
 use super::statistics::standard_deviation;
-use super::{Evaluation, EvaluationError, Interval, Spread, Unit, mean};
+use super::{
+    Evaluation, EvaluationError, Interval, MetricValue, Spread, Unit, ValueRange, find_metric, interval_words, mean,
+    mean_interval,
+};
 use crate::body::LANDMARKS;
 
 /// One run: a clip tracked with a seed.
@@ -50,14 +53,19 @@ pub struct Summary {
 pub struct MetricSummary {
     /// Unit of all values.
     pub unit: Unit,
-    /// `mean`: mean over clips of each clip's mean over seeds. `std`, `median`, `p90`: of the frames of a run, averaged over
-    /// runs. `max`: of all frames of all runs.
+    /// Mean over clips of each clip's mean over seeds, over the runs that have the metric.
+    pub mean: f64,
+    /// Spread over frames; absent for a metric of the whole sequence. `std`, `median`, `p90`: of the frames of a run, averaged
+    /// over runs. `max`: of all frames of all runs.
     #[serde(flatten)]
-    pub spread: Spread,
-    /// 95 % interval of the mean; `None` with one seed.
+    pub spread: Option<Spread>,
+    /// 95 % interval of the mean; `None` for fewer than three runs and where a clip has one seed.
     pub ci95: Option<Interval>,
-    /// Standard deviation of the runs' means.
-    pub std_between_runs: f64,
+    /// How the interval was made, or why there is none.
+    pub interval: String,
+    /// Standard deviation of the runs' means; absent for a single run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_between_runs: Option<f64>,
     /// Share of the truth's markers that the estimates of all runs have: what is not covered is left out of the mean of an error.
     pub coverage: f64,
     /// Mean of every run, in the order of [`Summary::runs`]; `None` where a run lacks the metric.
@@ -79,14 +87,7 @@ pub struct JointSummary {
     pub coverage: f64,
 }
 
-impl std::ops::Deref for MetricSummary {
-    type Target = Spread;
-    fn deref(&self) -> &Spread {
-        &self.spread
-    }
-}
-
-/// Brings runs together. Intervals come from a bootstrap over clip x seed, never over frames.
+/// Brings runs together. Intervals speak of clip x seed, never of frames ([`super::mean_interval`]).
 ///
 /// # Errors
 /// [`EvaluationError::NoRun`] without a run.
@@ -99,7 +100,7 @@ pub fn summarise(runs: &[Run<'_>]) -> Result<Summary, EvaluationError> {
     let metrics = names.into_iter().filter_map(|name| Some((name.clone(), metric_summary(runs, name)?))).collect();
     Ok(Summary {
         runs: runs.iter().map(|run| RunKey { clip: run.clip.to_owned(), seed: run.seed }).collect(),
-        interval: interval_in_words(runs),
+        interval: interval_words::of_runs(&by_clip(runs, &vec![Some(0.0); runs.len()])),
         metrics,
         absent,
         per_joint: LANDMARKS.iter().filter_map(|landmark| joint_summary(runs, landmark.name())).collect(),
@@ -110,20 +111,15 @@ fn metric_summary(runs: &[Run<'_>], name: &str) -> Option<MetricSummary> {
     let values: Vec<_> = runs.iter().map(|run| run.evaluation.metrics.get(name)).collect();
     let per_run: Vec<Option<f64>> = values.iter().map(|value| value.map(|v| v.mean)).collect();
     let present: Vec<_> = values.into_iter().flatten().collect();
-    let of_frames = |part: fn(&Spread) -> f64| mean(&present.iter().map(|v| part(&v.spread)).collect::<Vec<_>>());
     let clips = by_clip(runs, &per_run);
-    let spread = Spread {
-        mean: mean_over_clips(&clips)?,
-        std: of_frames(|s| s.std)?,
-        median: of_frames(|s| s.median)?,
-        p90: of_frames(|s| s.p90)?,
-        max: present.iter().map(|v| v.max).max_by(f64::total_cmp)?,
-    };
+    let interval = mean_interval(&clips, find_metric(name).map_or(ValueRange::Any, super::Metric::value_range));
     let means: Vec<f64> = per_run.iter().flatten().copied().collect();
     Some(MetricSummary {
         unit: present.first()?.unit,
-        spread,
-        ci95: bootstrap::interval(&clips, RESAMPLES),
+        mean: mean_of_means(&clips)?,
+        spread: mean_spread(&present),
+        ci95: interval.map(|(ends, _)| ends),
+        interval: interval_words::of_metric(&clips, runs.len(), interval.map(|(_, rule)| rule)),
         std_between_runs: standard_deviation(&means),
         coverage: mean(&runs.iter().map(|run| run.evaluation.coverage).collect::<Vec<_>>())?,
         per_run,
@@ -131,16 +127,28 @@ fn metric_summary(runs: &[Run<'_>], name: &str) -> Option<MetricSummary> {
     })
 }
 
+/// `max` of all frames, the others averaged over runs; `None` for a metric of whole sequences.
+fn mean_spread(values: &[&MetricValue]) -> Option<Spread> {
+    let spreads: Vec<Spread> = values.iter().filter_map(|value| value.spread).collect();
+    let of_runs = |part: fn(&Spread) -> f64| mean(&spreads.iter().map(part).collect::<Vec<_>>());
+    Some(Spread {
+        std: mean(&spreads.iter().filter_map(|spread| spread.std).collect::<Vec<_>>()),
+        median: of_runs(|s| s.median)?,
+        p90: of_runs(|s| s.p90)?,
+        max: spreads.iter().map(|s| s.max).max_by(f64::total_cmp)?,
+    })
+}
+
 fn joint_summary(runs: &[Run<'_>], joint: &str) -> Option<JointSummary> {
-    let of_run = |run: &Run<'_>| Some(run.evaluation.per_joint.iter().find(|j| j.joint == joint)?.spread.mean);
+    let of_run = |run: &Run<'_>| Some(run.evaluation.per_joint.iter().find(|j| j.joint == joint)?.mean);
     let clips = by_clip(runs, &runs.iter().map(of_run).collect::<Vec<_>>());
-    let ci95 = bootstrap::interval(&clips, RESAMPLES);
+    let ci95 = mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends);
     let share = |run: &Run<'_>| {
         let compared = run.evaluation.per_joint.iter().find(|j| j.joint == joint).map_or(0, |j| j.frames);
         compared as f64 / (run.evaluation.frames - run.evaluation.first_scored).max(1) as f64
     };
     let coverage = mean(&runs.iter().map(share).collect::<Vec<_>>())?;
-    Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_over_clips(&clips)?, ci95, coverage })
+    Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_of_means(&clips)?, ci95, coverage })
 }
 
 /// The values of the runs that have one, clip by clip.
@@ -150,25 +158,6 @@ fn by_clip(runs: &[Run<'_>], per_run: &[Option<f64>]) -> Vec<Vec<f64>> {
         clips.entry(run.clip).or_default().extend(value);
     }
     clips.into_values().filter(|values| !values.is_empty()).collect()
-}
-
-fn mean_over_clips(clips: &[Vec<f64>]) -> Option<f64> {
-    mean(&clips.iter().filter_map(|values| mean(values)).collect::<Vec<_>>())
-}
-
-fn interval_in_words(runs: &[Run<'_>]) -> String {
-    let clips = by_clip(runs, &vec![Some(0.0); runs.len()]);
-    let seeds = clips.iter().map(Vec::len).min().unwrap_or(0);
-    if seeds < 2 {
-        return "No interval: a clip was run with one seed only, and one seed says nothing about the next".into();
-    }
-    format!(
-        "95 % interval of the mean by bootstrap over runs ({} runs: {} {}, at least {seeds} seeds each; {RESAMPLES} \
-         resamples of the seeds within each clip, expanded percentiles), never over frames",
-        runs.len(),
-        clips.len(),
-        if clips.len() == 1 { "clip" } else { "clips" },
-    )
 }
 
 #[cfg(test)]
@@ -190,9 +179,10 @@ mod tests {
         let summary = summarise(&[run("walk", 0, &a), run("walk", 1, &b), run("jump", 0, &c)]).unwrap();
         let humaneva = &summary.metrics["humaneva_mm"];
         assert!((humaneva.mean - (15.0 + 60.0) / 2.0).abs() < 1e-9);
-        assert!((humaneva.max - 60.0).abs() < 1e-9);
+        assert!((humaneva.spread.unwrap().max - 60.0).abs() < 1e-9);
         assert_eq!(humaneva.ci95, None, "the clip jump has one seed");
-        assert!(summary.interval.contains("one seed only"));
+        assert_eq!(humaneva.interval, "a clip with 1 seed: no interval");
+        assert!(summary.interval.starts_with("A clip with 1 seed: no interval"), "{}", summary.interval);
         assert_eq!(humaneva.per_run.len(), 3);
         assert!((summary.per_joint[0].mean_mm - 37.5).abs() < 1e-9);
     }
@@ -228,6 +218,30 @@ mod tests {
         assert_eq!(summary.metrics["lost_frames"].mean, 0.75);
         assert!(summary.absent.contains_key("lag_ms") && !summary.absent.contains_key("humaneva_mm"));
         assert_eq!((summary.per_joint.len(), summary.per_joint[0].coverage), (15, 0.25));
+    }
+
+    #[test]
+    fn two_seeds_have_no_interval_and_say_so_in_its_place() {
+        let [a, b, c] = [28.0, 30.0, 29.0].map(off_by);
+        let run = |seed, evaluation| Run { clip: "walk", seed, evaluation };
+        let of_two = summarise(&[run(0, &a), run(1, &b)]).unwrap();
+        assert_eq!(of_two.metrics["humaneva_mm"].ci95, None);
+        assert_eq!(of_two.metrics["humaneva_mm"].interval, "2 seeds: no interval");
+        assert!(of_two.interval.starts_with("2 seeds: no interval"), "{}", of_two.interval);
+        let of_three = summarise(&[run(0, &a), run(1, &b), run(2, &c)]).unwrap();
+        assert!(of_three.metrics["humaneva_mm"].ci95.is_some());
+        assert_eq!(of_three.metrics["humaneva_mm"].interval, "Student's t on log errors over 3 seeds");
+        assert_eq!(of_three.metrics["pck150"].interval, "Student's t over 3 seeds");
+    }
+
+    #[test]
+    fn a_metric_that_some_seeds_lack_says_over_how_many_it_goes() {
+        let [mut a, b, c, d] = [28.0, 30.0, 29.0, 31.0].map(off_by);
+        a.metrics.remove("humaneva_mm");
+        let run = |seed, evaluation| Run { clip: "walk", seed, evaluation };
+        let summary = summarise(&[run(0, &a), run(1, &b), run(2, &c), run(3, &d)]).unwrap();
+        assert_eq!(summary.metrics["humaneva_mm"].interval, "Student's t on log errors over 3 of 4 seeds");
+        assert!((summary.metrics["humaneva_mm"].mean - 30.0).abs() < 1e-9);
     }
 
     #[test]

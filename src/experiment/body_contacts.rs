@@ -80,6 +80,7 @@ impl BodyContacts {
                 frames_per_second: self.ground.frames_per_second,
                 links: self.ground.links.iter().map(track).collect(),
                 feet: self.ground.feet.each_ref().map(track),
+                rule: self.ground.rule,
             },
             self_depth_m: vec![0.0; frames],
             prop_depth_m: self.prop_depth_m.as_ref().map(|_| vec![0.0; frames]),

@@ -62,7 +62,7 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
         duration_s: frames as f64 / frames_per_second,
         actor: staged.ground_truth.actor.name.clone(),
         tracker_body: staged.start.body.name.clone(),
-        matched: scenario.is_matched(),
+        matched: staged.facts.matched,
         retarget_residual_mm: staged.report.mean_residual_mm,
         cameras: staged.rig.cameras.iter().map(|camera| camera.name.clone()).collect(),
         tracker: names.join(", "),

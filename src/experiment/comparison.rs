@@ -121,6 +121,7 @@ pub fn compare(
             name: name.clone(),
             tracker: done.tracker_in_words,
             summary: done.record.summary,
+            frozen: done.record.frozen,
             errors: done.errors,
         });
     }

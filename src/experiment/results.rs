@@ -10,8 +10,8 @@ use crate::benchmark_set::{BenchmarkSet, ContactFacts};
 use crate::body::Prop;
 use crate::evaluation::Summary;
 use crate::report::{
-    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Verdict, contact_sheet, frames_to_show, render, typical_run,
-    verdict,
+    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render, verdict,
+    worst_frames,
 };
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
@@ -26,6 +26,8 @@ pub const CONTACT_SHEET_FILE: &str = "contact_sheet.png";
 
 /// How many frames the contact sheet shows, besides the worst.
 const SHEET_FRAMES: usize = 5;
+/// How many of the worst frames have a picture in the report.
+const WORST_FRAMES: usize = 10;
 
 /// A run in numbers: `run.json`. All but `timing` is the same to the byte for the same set, tracker and seeds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -178,28 +180,34 @@ fn occupancy(tracked: &Tracked) -> Vec<Vec<Vec<ModelOccupancy>>> {
     tracked.search.iter().map(of_seed).collect()
 }
 
-/// The pictures of the run whose error is in the middle.
+/// The pictures of the run whose error is in the middle, and of the worst frames of all.
 fn sheet<'a>(
     set: &'a BenchmarkSet,
     tracked: &Tracked,
     measures: &Measures,
 ) -> Result<Option<Sheet<'a>>, ExperimentError> {
-    let Some(typical) = typical_run(&measures.runs()) else { return Ok(None) };
-    let seed = &measures.seeds[typical];
-    let mut painters = Painters::new(&set.blind);
-    let mut frames = Vec::new();
-    for frame in frames_to_show(&seed.evaluation, SHEET_FRAMES) {
-        frames.push(SheetFrame {
-            frame,
-            observed: set.blind.observation(frame)?.silhouettes,
-            estimated: tracked.estimates.sequences[typical].pose(frame).map(|pose| painters.silhouettes(pose)),
-            truth: set.truth.ground_truth.frames[frame].markers,
-            estimate: seed.markers[frame],
-        });
+    let runs = measures.runs();
+    if runs.is_empty() {
+        return Ok(None);
     }
+    let mut painters = Painters::new(&set.blind);
+    let mut draw = |shown: Vec<Shown>| {
+        let of_frame = |Shown { run, frame }| {
+            Ok(SheetFrame {
+                seed: measures.seeds[run].seed,
+                frame,
+                observed: set.blind.observation(frame)?.silhouettes,
+                estimated: tracked.estimates.sequences[run].pose(frame).map(|pose| painters.silhouettes(pose)),
+                truth: set.truth.ground_truth.frames[frame].markers,
+                estimate: measures.seeds[run].markers[frame],
+            })
+        };
+        shown.into_iter().map(of_frame).collect::<Result<Vec<_>, ExperimentError>>()
+    };
+    let (frames, worst) = (draw(frames_to_show(&runs, SHEET_FRAMES))?, draw(worst_frames(&runs, WORST_FRAMES))?);
     let (rig, frames_per_second) = (&set.blind.rig, set.blind.frames_per_second);
     let props = painters.props(&set.truth.ground_truth.props);
-    Ok(Some(Sheet { seed: seed.seed, rig, frames_per_second, props, frames }))
+    Ok(Some(Sheet { rig, frames_per_second, props, frames, worst }))
 }
 
 pub(super) fn tracker_in_words(tracked: &Tracked) -> String {

@@ -58,11 +58,11 @@ impl Staged {
         let clip_file::Recording { clip, source } =
             clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
         let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
-        let same_robot = scenario.actor.robot == scenario.tracker_body.robot;
-        let tracker_template = match same_robot {
+        let tracker_template = match scenario.actor.robot == scenario.tracker_body.robot {
             true => actor_template.clone(),
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
+        let same_robot = actor_template.is_same_body(&tracker_template);
         let mut performed = retargeted(file, "motion.clip", "actor.robot", &clip, &actor_template)?;
         place(&mut performed.motion, &scenario.motion).map_err(|e| unsound(file, "motion.heading_deg", e))?;
         let contact = perform(file, &mut performed)?;
@@ -82,7 +82,8 @@ impl Staged {
         let rig = rig(file, &performed.motion)?;
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
         let ground_truth = GroundTruth::among_props(performed.humanoid, &performed.motion, &rig, props)?;
-        let refitted = match body == ground_truth.actor {
+        let matched = body.is_same_body(&ground_truth.actor);
+        let refitted = match matched {
             true => performed.motion,
             false => {
                 let markers: Vec<Markers> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
@@ -117,8 +118,8 @@ impl Staged {
             report: performed.report,
             facts: TruthFacts {
                 motion: motion_in_words(file),
-                matched: scenario.is_matched(),
-                mismatch: mismatch_in_words(file),
+                matched,
+                mismatch: if matched { String::new() } else { mismatch_in_words(file) },
                 contact,
             },
             notes,

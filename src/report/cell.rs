@@ -3,6 +3,7 @@
 use nalgebra::Point2;
 use tiny_skia::{Color, FilterQuality, Pixmap, PixmapPaint, Transform};
 
+use crate::evaluation::intersection_over_union;
 use crate::body::Markers;
 use crate::camera::Camera;
 use crate::raster::{Mask, PixelBounds};
@@ -42,6 +43,11 @@ pub(super) struct View<'a> {
 }
 
 impl View<'_> {
+    /// Intersection over union of the estimated and the observed silhouette; `None` without an estimate or without a pixel.
+    pub(super) fn overlap(&self) -> Option<f64> {
+        intersection_over_union(self.estimated?, self.observed)
+    }
+
     /// Where the two silhouettes are; the whole image if nowhere.
     pub(super) fn bounds(&self) -> PixelBounds {
         let observed = self.observed.bounds();

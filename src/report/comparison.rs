@@ -1,5 +1,7 @@
 //! One page on which several methods stand side by side.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::ReportError;
@@ -38,6 +40,8 @@ pub struct ComparedMethod {
     pub tracker: String,
     /// All its seeds together.
     pub summary: Summary,
+    /// Mean of every metric for a tracker that never moves.
+    pub frozen: BTreeMap<String, f64>,
     /// Error (HumanEva, mm) of every seed over the frames, `[seed][frame]`.
     pub errors: Vec<Vec<Option<f64>>>,
 }
@@ -72,7 +76,8 @@ impl<'a> Row<'a> {
                 || "-".to_owned(),
                 |m| {
                     let ends = m.ci95.map(|i| format!(" ({})", between(i.low, i.high, m.unit))).unwrap_or_default();
-                    format!("{}{ends}", number(m.mean, m.unit))
+                    let is_worse = method.frozen.get(metric.name).is_some_and(|floor| metric.is_worse(m.mean, *floor));
+                    format!("{}{}{ends}", if is_worse { "▼ " } else { "" }, number(m.mean, m.unit))
                 },
             )
         };

@@ -2,7 +2,6 @@
 
 use tiny_skia::{Pixmap, PixmapPaint, Transform};
 
-use crate::evaluation::intersection_over_union;
 use crate::raster::PixelBounds;
 
 use super::cell::{CELL_HEIGHT, CELL_WIDTH, View, colour, new_picture, png, span};
@@ -36,7 +35,8 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     let mut picture = new_picture(width, HEAD + down * (CELL_HEIGHT + GAP))?;
     picture.fill(colour(PAPER));
     for ((column, frame), left) in columns.iter().zip(&sheet.frames).zip((GAP..).step_by((CELL_WIDTH + GAP) as usize)) {
-        let head = format!("FRAME {}  {:.2} S{}", frame.frame, seconds(sheet, frame), error_in_words(frame));
+        let head =
+            format!("SEED {} FRAME {}  {:.2} S{}", frame.seed, frame.frame, seconds(sheet, frame), error_in_words(frame));
         draw_text(&mut picture, &head, [left as f32 + 4.0, 13.0], fitting_height(&head), WORDS);
         for ((cell, camera), top) in
             column.iter().zip(&sheet.rig.cameras).zip((HEAD..).step_by((CELL_HEIGHT + GAP) as usize))
@@ -60,12 +60,21 @@ pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<Cell>>, ReportError> {
     let span_of = |camera: usize| bounds.iter().map(|frame| span(&frame[camera])).fold(1.0, f64::max);
     let spans: Vec<f64> = (0..sheet.rig.cameras.len()).map(span_of).collect();
     let cell = |((view, bounds), span): ((&View<'_>, &PixelBounds), &f64)| {
-        let overlap = view.estimated.and_then(|estimated| intersection_over_union(estimated, view.observed));
-        Ok(Cell { picture: view.draw(bounds, *span)?, overlap })
+        Ok(Cell { picture: view.draw(bounds, *span)?, overlap: view.overlap() })
     };
     let column =
         |(frame, bounds): (&Vec<View<'_>>, &Vec<PixelBounds>)| frame.iter().zip(bounds).zip(&spans).map(cell).collect();
     views.iter().zip(&bounds).map(column).collect()
+}
+
+/// The view of a frame in which the silhouettes agree least, and its camera's index; `None` without a camera.
+pub(super) fn worst_cell(sheet: &Sheet<'_>, frame: &SheetFrame) -> Result<Option<(usize, Cell)>, ReportError> {
+    let views = views(sheet, frame)?;
+    let found = views.iter().map(View::overlap).enumerate().min_by(|a, b| a.1.unwrap_or(1.0).total_cmp(&b.1.unwrap_or(1.0)));
+    let Some((camera, overlap)) = found else { return Ok(None) };
+    let bounds = views[camera].bounds();
+    let picture = views[camera].draw(&bounds, span(&bounds).max(1.0))?;
+    Ok(Some((camera, Cell { picture, overlap })))
 }
 
 fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<View<'a>>, ReportError> {
@@ -120,7 +129,7 @@ mod tests {
 
     #[test]
     fn a_long_heading_stays_above_its_column() {
-        for head in ["FRAME 7", "FRAME 299  4.98 S  114 MM", "FRAME 123456  2057.60 S  1234 MM"] {
+        for head in ["FRAME 7", "SEED 4 FRAME 299  4.98 S  114 MM", "SEED 12 FRAME 123456  2057.60 S  1234 MM"] {
             assert!(text_width(head, fitting_height(head)) <= CELL_WIDTH as f32 - 7.9, "{head}");
         }
         assert_eq!(fitting_height("FRAME 7"), LETTER_HEIGHT);
@@ -133,6 +142,17 @@ mod tests {
         let picture = Pixmap::decode_png(&contact_sheet(&sheet).unwrap()).unwrap();
         assert_eq!(picture.width(), GAP + 3 * (CELL_WIDTH + GAP));
         assert_eq!(picture.height(), HEAD + 2 * (CELL_HEIGHT + GAP));
+    }
+
+    #[test]
+    fn the_worst_view_of_a_frame_is_the_one_of_least_overlap() {
+        let rig = crate::report::fixture::rig(3);
+        let mut sheet = walking_sheet(&rig, &[20]);
+        let observed = &sheet.frames[0].observed[1];
+        sheet.frames[0].estimated[1] = crate::raster::Mask::new(observed.width(), observed.height());
+        let (camera, cell) = worst_cell(&sheet, &sheet.frames[0]).unwrap().unwrap();
+        assert_eq!((camera, cell.overlap), (1, Some(0.0)));
+        assert_eq!([cell.picture.width(), cell.picture.height()], [CELL_WIDTH, CELL_HEIGHT]);
     }
 
     #[test]

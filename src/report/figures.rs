@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use crate::body::LANDMARKS;
-use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, quantile};
+use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, Run, quantile};
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
-use super::input::worst_frame;
+use super::input::worst_frames;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
-use super::{ReportError, ReportInput, ReportRun};
+use super::{ReportError, ReportInput, ReportRun, Shown};
 
 /// A plot at several widths: the page shows the one that fits.
 #[derive(Clone, Debug, Serialize)]
@@ -39,7 +39,7 @@ enum Span {
 /// All figures that the input allows. `typical` is the run that stands for the others where only one can be shown.
 pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Vec<Figure>, ReportError> {
     let made = [
-        error_over_frames(input, typical)?,
+        error_over_frames(input)?,
         stances(typical)?,
         per_joint(input)?,
         pck_curve(input)?,
@@ -66,7 +66,7 @@ fn lines(
     Ok(Some(Figure { id, title, how_to_read, broad, wide: draw(WIDE, 300)?, narrow: draw(NARROW, 270)? }))
 }
 
-fn error_over_frames(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
+fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     let errors: Vec<&[Option<f64>]> =
         input.runs.iter().map(|run| per_frame(run.run.evaluation, "humaneva_mm")).collect();
     let mut tracker = Line::new("tracker", Stroke::solid(Colour::Blue), vec![]);
@@ -89,14 +89,19 @@ fn error_over_frames(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result
     let top = 1.08 * greatest.max(frozen_greatest.min(2.0 * greatest)).max(10.0);
     let mut all = vec![tracker];
     all.extend(frozen.map(|f| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), indexed(f))));
-    let worst = worst_frame(typical.run.evaluation).map(|frame| (frame as f64, format!("worst: {frame}")));
+    let runs: Vec<Run<'_>> = input.runs.iter().map(|run| run.run).collect();
+    let name = |worst: &Shown| match several {
+        true => format!("worst: {}, seed {}", worst.frame, runs[worst.run].seed),
+        false => format!("worst: {}", worst.frame),
+    };
+    let worst = worst_frames(&runs, 1).iter().map(|worst| (worst.frame as f64, name(worst))).collect();
     let plot = LinePlot {
         x_label: "frame".into(),
         y_label: "mean marker error, mm".into(),
         lines: all,
         y_from: Some(0.0),
         y_to: Some(top),
-        marks: worst.into_iter().collect(),
+        marks: worst,
         ..LinePlot::default()
     };
     let mut how =
@@ -225,8 +230,8 @@ fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         ],
         ..LinePlot::default()
     };
-    let how = "Search or model? Where the dashed line runs below the other, the images prefer a wrong pose, and only a \
-               better likelihood or body helps; where it runs above, the search missed a better pose that was there.";
+    let how = "Search or model? Where the dashed line runs below the other, the images prefer a wrong pose: likelihood \
+               or body are at fault; where it runs above, the search missed a better pose that was there.";
     lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), Span::Whole, &plot)
 }
 

@@ -12,7 +12,9 @@ use crate::raster::Mask;
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::overlay::marker_bones;
-use super::{FactGroup, FootStances, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run};
+use super::{
+    FactGroup, FootStances, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run, worst_frames,
+};
 
 const FRAMES: usize = 121;
 const FPS: f64 = 60.0;
@@ -30,6 +32,12 @@ pub(super) struct Story {
     pub(super) gap: f64,
     /// The frame from which on the body is lost.
     pub(super) lost_from: Option<usize>,
+    /// How far the whole estimate stands beside the truth, metres.
+    pub(super) beside_m: f64,
+    /// Size of the error that wanders, 1 for centimetres.
+    pub(super) wander: f64,
+    /// Whether left and right limbs are exchanged.
+    pub(super) exchanged: bool,
     /// Frames on the sheet; the worst is added. None, no sheet.
     pub(super) shown: &'static [usize],
 }
@@ -46,6 +54,9 @@ impl Default for Story {
             energies: true,
             gap: -0.02,
             lost_from: None,
+            beside_m: 0.0,
+            wander: 1.0,
+            exchanged: false,
             shown: &[],
         }
     }
@@ -86,9 +97,14 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
     let still = vec![truth[0]; FRAMES];
     let frozen = evaluate(&Sequence::of_markers(FPS, &truth, &still)).unwrap();
     let typical = typical_run(&runs).unwrap();
-    let mut shown = story.shown.to_vec();
-    shown.extend(frames_to_show(&evaluations[typical], 0));
-    let sheet = sheet(&rig, typical as u64, &shown, &truth, &estimates[typical]);
+    let mut shown: Vec<Shown> = story.shown.iter().map(|&frame| Shown { run: typical, frame }).collect();
+    shown.extend(frames_to_show(&runs, 0));
+    let frames = |shown: Vec<Shown>| {
+        let of_frame = |s: Shown| sheet_frame(&rig, s.run as u64, s.frame, &truth, &estimates[s.run]);
+        shown.into_iter().map(of_frame).collect()
+    };
+    let (frames, worst) = (frames(shown), frames(worst_frames(&runs, 10)));
+    let sheet = Sheet { rig: &rig, frames_per_second: FPS, props: Vec::new(), frames, worst };
     read(&ReportInput {
         title: story.title,
         tracker: "annealed particle filter, 200 particles x 5 layers",
@@ -130,21 +146,19 @@ pub(super) fn rig(count: usize) -> CameraRig {
 pub(super) fn walking_sheet<'a>(rig: &'a CameraRig, frames: &[usize]) -> Sheet<'a> {
     let truth: Vec<Markers> = (0..FRAMES).map(walking).collect();
     let beside: Vec<Markers> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.03, 0.0))).collect();
-    sheet(rig, 0, frames, &truth, &beside)
+    let frames = frames.iter().map(|&frame| sheet_frame(rig, 0, frame, &truth, &beside)).collect();
+    Sheet { rig, frames_per_second: FPS, props: Vec::new(), frames, worst: Vec::new() }
 }
 
-fn sheet<'a>(rig: &'a CameraRig, seed: u64, frames: &[usize], truth: &[Markers], estimate: &[Markers]) -> Sheet<'a> {
-    let mut frames = frames.to_vec();
-    frames.sort_unstable();
-    frames.dedup();
-    let of_frame = |frame: usize| SheetFrame {
+fn sheet_frame(rig: &CameraRig, seed: u64, frame: usize, truth: &[Markers], estimate: &[Markers]) -> SheetFrame {
+    SheetFrame {
+        seed,
         frame,
         observed: rig.cameras.iter().map(|camera| shadow(camera, &truth[frame], 0.065)).collect(),
         estimated: Some(rig.cameras.iter().map(|camera| shadow(camera, &estimate[frame], 0.060)).collect()),
         truth: truth[frame],
         estimate: estimate[frame],
-    };
-    Sheet { seed, rig, frames_per_second: FPS, props: Vec::new(), frames: frames.into_iter().map(of_frame).collect() }
+    }
 }
 
 /// Every pixel within `radius` metres (at the bone's distance) of a bone.
@@ -196,12 +210,16 @@ fn walking(frame: usize) -> Markers {
 /// The truth with an error that wanders, most at the hands and feet, and grows from nothing in the first frames.
 fn estimate(truth: &[Markers], story: &Story, seed: u64) -> Vec<Markers> {
     let of_frame = |(frame, markers): (usize, &Markers)| {
+        let beside = Vector3::new(0.0, story.beside_m, 0.0);
         let lost = story.lost_from.filter(|from| frame >= *from).map_or(0.0, |from| 0.02 * (frame - from + 10) as f64);
         let mut estimate = *markers;
         for (index, marker) in estimate.iter_mut().enumerate() {
             let size = if [4, 7, 10, 13].contains(&index) { 0.024 } else { 0.011 } * (frame as f64 / 12.0).min(1.0);
-            let error = Vector3::from_fn(|axis, _| size * wander(frame, index, axis, seed));
-            *marker = marker.map(|p| p + error + Vector3::new(0.0, lost, 0.0));
+            let error = Vector3::from_fn(|axis, _| story.wander * size * wander(frame, index, axis, seed));
+            *marker = marker.map(|p| p + error + beside + Vector3::new(0.0, lost, 0.0));
+        }
+        if story.exchanged {
+            [(3, 6), (4, 7), (9, 12), (10, 13)].into_iter().for_each(|(left, right)| estimate.swap(left, right));
         }
         estimate
     };

@@ -64,24 +64,26 @@ pub struct FootStances {
     pub estimate: Vec<[usize; 2]>,
 }
 
-/// Observed and estimated bodies in some frames of one run.
+/// Observed and estimated bodies in some frames.
 #[derive(Clone, Debug)]
 pub struct Sheet<'a> {
-    /// The run's seed.
-    pub seed: u64,
     /// The cameras.
     pub rig: &'a CameraRig,
     /// Frames a second.
     pub frames_per_second: f64,
     /// Where what stands about is in every camera's image; empty where nothing does.
     pub props: Vec<Mask>,
-    /// The frames, in order.
+    /// The columns, from left to right ([`frames_to_show`]).
     pub frames: Vec<SheetFrame>,
+    /// The worst frames, the worst first ([`worst_frames`]).
+    pub worst: Vec<SheetFrame>,
 }
 
 /// One frame of a sheet.
 #[derive(Clone, Debug)]
 pub struct SheetFrame {
+    /// The seed of the run whose estimate is shown.
+    pub seed: u64,
     /// Frame number.
     pub frame: usize,
     /// What every camera saw.
@@ -129,25 +131,57 @@ pub enum ReportError {
     Template(#[from] minijinja::Error),
 }
 
-/// The frames a sheet should show: `count` spread evenly over the scored frames, and the worst one.
-pub fn frames_to_show(evaluation: &Evaluation, count: usize) -> Vec<usize> {
+/// A frame of one of several runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shown {
+    /// Index of the run.
+    pub run: usize,
+    /// Frame number.
+    pub frame: usize,
+}
+
+/// How many frames of one run lie at least between two of the worst.
+const APART: usize = 10;
+
+/// The frames that a sheet should show: `count` spread evenly over the scored frames of the typical run, and the worst of all
+/// runs last.
+pub fn frames_to_show(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
+    let Some(run) = typical_run(runs) else { return vec![] };
+    let evaluation = runs[run].evaluation;
     let (first, end) = (evaluation.first_scored, evaluation.frames);
     if end <= first {
         return vec![];
     }
     let span = end - 1 - first;
-    let mut frames: Vec<usize> = (0..count).map(|i| first + span * i / (count - 1).max(1)).collect();
-    frames.extend(worst_frame(evaluation));
-    frames.sort_unstable();
-    frames.dedup();
-    frames
+    let spread = (0..count).map(|i| Shown { run, frame: first + span * i / (count - 1).max(1) });
+    let worst = worst_frames(runs, 1);
+    let mut shown: Vec<Shown> = spread.filter(|frame| !worst.contains(frame)).collect();
+    shown.dedup();
+    shown.extend(worst);
+    shown
 }
 
-/// The frame of the greatest HumanEva error.
-pub(super) fn worst_frame(evaluation: &Evaluation) -> Option<usize> {
-    let errors = evaluation.metrics.get("humaneva_mm")?.per_frame.iter().enumerate();
-    let present = errors.filter_map(|(frame, error)| Some((frame, (*error)?)));
-    present.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(frame, _)| frame)
+/// The `count` frames of the greatest HumanEva error of all runs, the worst first, no two within ten frames of each other in
+/// one run.
+pub fn worst_frames(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
+    let errors = |run: &Run<'_>| {
+        run.evaluation.metrics.get("humaneva_mm").map(|metric| metric.per_frame.clone()).unwrap_or_default()
+    };
+    let of_run = |(run, errors): (usize, Vec<Option<f64>>)| {
+        errors.into_iter().enumerate().filter_map(move |(frame, error)| Some((error?, Shown { run, frame })))
+    };
+    let mut frames: Vec<(f64, Shown)> = runs.iter().map(errors).enumerate().flat_map(of_run).collect();
+    frames.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut chosen: Vec<Shown> = Vec::new();
+    for (_, next) in frames {
+        if chosen.len() == count {
+            break;
+        }
+        if chosen.iter().all(|other| other.run != next.run || other.frame.abs_diff(next.frame) > APART) {
+            chosen.push(next);
+        }
+    }
+    chosen
 }
 
 /// Index of the run whose mean HumanEva error is the (lower) median: the one to show where only one can be shown.
@@ -171,18 +205,36 @@ mod tests {
         evaluate_markers(&truth, &estimate)
     }
 
+    fn runs_of(evaluations: &[Evaluation]) -> Vec<Run<'_>> {
+        evaluations.iter().zip(0..).map(|(evaluation, seed)| Run { clip: "c", seed, evaluation }).collect()
+    }
+
     #[test]
-    fn the_frames_are_spread_evenly_and_hold_the_worst() {
-        assert_eq!(frames_to_show(&with_worst(42, 0.3), 4), [1, 34, 42, 67, 100]);
-        assert_eq!(frames_to_show(&with_worst(34, 0.3), 4), [1, 34, 67, 100]);
-        assert_eq!(frames_to_show(&with_worst(42, 0.3), 0), [42]);
+    fn the_frames_are_spread_evenly_over_the_typical_run_and_the_worst_of_all_runs_comes_last() {
+        let evaluations = [with_worst(42, 0.3), with_worst(60, 0.1), with_worst(34, 0.2)];
+        let numbers = |shown: Vec<Shown>| shown.iter().map(|s| (s.run, s.frame)).collect::<Vec<_>>();
+        let of_all = numbers(frames_to_show(&runs_of(&evaluations), 4));
+        assert_eq!(of_all, [(2, 1), (2, 34), (2, 67), (2, 100), (0, 42)]);
+        assert_eq!(numbers(frames_to_show(&runs_of(&evaluations[2..]), 4)), [(0, 1), (0, 67), (0, 100), (0, 34)]);
+        assert_eq!(numbers(frames_to_show(&runs_of(&evaluations[..1]), 0)), [(0, 42)]);
+        assert_eq!(numbers(frames_to_show(&[], 4)), []);
+    }
+
+    #[test]
+    fn the_worst_frames_come_from_all_runs_and_neighbours_are_left_out() {
+        let (truth, mut estimate) = (vec![standing(); 101], vec![standing(); 101]);
+        for (frame, metres) in [(20, 0.5), (30, 0.45), (31, 0.4)] {
+            estimate[frame] = translated(&truth[frame], Vector3::new(metres, 0.0, 0.0));
+        }
+        let evaluations = [evaluate_markers(&truth, &estimate), with_worst(20, 0.47)];
+        let found = worst_frames(&runs_of(&evaluations), 3);
+        assert_eq!(found, [(0, 20), (1, 20), (0, 31)].map(|(run, frame)| Shown { run, frame }), "30 is too near to 20");
     }
 
     #[test]
     fn the_typical_run_is_the_middle_one() {
         let evaluations = [0.3, 0.1, 0.2].map(|metres| with_worst(5, metres));
-        let runs: Vec<_> = evaluations.iter().map(|evaluation| Run { clip: "c", seed: 0, evaluation }).collect();
-        assert_eq!(typical_run(&runs), Some(2));
+        assert_eq!(typical_run(&runs_of(&evaluations)), Some(2));
         assert_eq!(typical_run(&[]), None);
     }
 }

@@ -12,6 +12,7 @@ mod contact_sheet;
 mod figures;
 #[cfg(test)]
 mod fixture;
+mod grading;
 mod html;
 mod input;
 mod lettering;
@@ -27,8 +28,10 @@ pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
 pub use contact_chart::{ContactChart, FootCourse};
 pub use contact_sheet::contact_sheet;
+pub use grading::{Criterion, Grade};
 pub use input::{
-    FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, frames_to_show, typical_run,
+    FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run,
+    worst_frames,
 };
 pub use model_distances::{CandidateFrame, FrameDistances};
 pub use model_page::{LatentPath, ModelPageInput, OneModel, OtherModel, model_page};

@@ -4,12 +4,12 @@ use serde::Serialize;
 
 use crate::evaluation::{Direction, METRICS, Metric, Run, Unit};
 
-use super::contact_sheet::{cells, seconds};
+use super::contact_sheet::{Cell, cells, seconds, worst_cell};
 use super::figures::{Figure, figures, per_frame};
 use super::html::render_page;
-use super::input::{FactGroup, worst_frame};
+use super::input::{FactGroup, worst_frames};
 use super::verdict::{Verdict, verdict};
-use super::{ReportError, ReportInput, ReportRun, Sheet, base64, cell, overlay, typical_run};
+use super::{ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, overlay, typical_run};
 
 const TEMPLATE: &str = include_str!("page.html");
 const SCRIPT: &str = include_str!("page.js");
@@ -38,8 +38,9 @@ struct Page<'a> {
     metrics: Vec<MetricRow>,
     absent: Vec<AbsentRow<'a>>,
     has_frozen: bool,
+    any_worse: bool,
     interval: &'a str,
-    worst: Vec<WorstRow>,
+    worst: Vec<WorstRow<'a>>,
     facts: &'a [FactGroup],
 }
 
@@ -47,8 +48,10 @@ struct Page<'a> {
 struct Headline {
     value: String,
     unit: &'static str,
-    interval: Option<String>,
+    /// The interval, or why there is none.
+    interval: String,
     meaning: &'static str,
+    worse: bool,
 }
 
 #[derive(Serialize)]
@@ -60,11 +63,15 @@ struct MetricRow {
     protocol: String,
     mean: String,
     interval: Option<String>,
-    median: String,
-    p90: String,
-    max: String,
+    /// How the interval was made, or why there is none.
+    rule: String,
+    median: Option<String>,
+    p90: Option<String>,
+    max: Option<String>,
     coverage: String,
     frozen: Option<String>,
+    /// Worse than an answer that never moves.
+    worse: bool,
 }
 
 #[derive(Serialize)]
@@ -75,19 +82,19 @@ struct AbsentRow<'a> {
 }
 
 #[derive(Serialize)]
-struct WorstRow {
+struct WorstRow<'a> {
     seed: u64,
     frame: usize,
     time: String,
     error: String,
     overlap: Option<String>,
     gap: Option<String>,
-    shown: bool,
+    /// Of this seed, in the camera that agrees least.
+    picture: Option<SheetCell<'a>>,
 }
 
 #[derive(Serialize)]
 struct SheetOnPage<'a> {
-    seed: u64,
     colours: SheetColours,
     columns: Vec<SheetColumn<'a>>,
 }
@@ -105,6 +112,7 @@ struct SheetColours {
 
 #[derive(Serialize)]
 struct SheetColumn<'a> {
+    seed: u64,
     frame: usize,
     time: String,
     error: Option<String>,
@@ -126,34 +134,43 @@ struct SheetCell<'a> {
 pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let runs: Vec<Run<'_>> = input.runs.iter().map(|run| run.run).collect();
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
+    let verdict = verdict(input);
+    let worse = |name: &str| verdict.worse_than_frozen.contains(&name);
     let page = Page {
         script: SCRIPT,
         title: input.title,
         tracker: input.tracker,
         matched: input.matched,
         seeds: input.runs.len(),
-        verdict: verdict(input),
-        headlines: HEADLINES.iter().filter_map(|(name, meaning)| headline(input, name, meaning)).collect(),
-        sheet: input.sheet.map(|sheet| sheet_on_page(input, sheet)).transpose()?,
+        headlines: HEADLINES
+            .iter()
+            .filter_map(|(name, meaning)| headline(input, name, meaning, worse(name)))
+            .collect(),
+        sheet: input.sheet.map(|sheet| sheet_on_page(&runs, sheet)).transpose()?,
         figures: figures(input, typical)?,
-        metrics: METRICS.iter().filter_map(|metric| metric_row(input, metric)).collect(),
+        metrics: METRICS.iter().filter_map(|metric| metric_row(input, metric, worse(metric.name))).collect(),
         absent: METRICS.iter().filter_map(|metric| absent_row(input, metric)).collect(),
         has_frozen: input.frozen.is_some(),
+        any_worse: !verdict.worse_than_frozen.is_empty(),
         interval: &input.summary.interval,
-        worst: worst_rows(input),
+        worst: worst_rows(input, &runs)?,
         facts: input.facts,
+        verdict,
     };
     render_page(TEMPLATE, &page)
 }
 
-fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str) -> Option<Headline> {
+fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: bool) -> Option<Headline> {
     let metric = input.summary.metrics.get(name)?;
     let (value, unit) = (number(metric.mean, metric.unit), symbol(metric.unit));
-    let interval = metric.ci95.map(|ends| between(ends.low, ends.high, metric.unit));
-    Some(Headline { value, unit, interval, meaning })
+    let interval = match metric.ci95 {
+        Some(ends) => format!("95 %: {}", between(ends.low, ends.high, metric.unit)),
+        None => metric.interval.clone(),
+    };
+    Some(Headline { value, unit, interval, meaning, worse })
 }
 
-fn metric_row(input: &ReportInput<'_>, metric: &Metric) -> Option<MetricRow> {
+fn metric_row(input: &ReportInput<'_>, metric: &Metric, worse: bool) -> Option<MetricRow> {
     let summary = input.summary.metrics.get(metric.name)?;
     let show = |value: f64| number(value, metric.unit);
     Some(MetricRow {
@@ -168,11 +185,13 @@ fn metric_row(input: &ReportInput<'_>, metric: &Metric) -> Option<MetricRow> {
         protocol: summary.protocol.clone(),
         mean: show(summary.mean),
         interval: summary.ci95.map(|ends| between(ends.low, ends.high, metric.unit)),
-        median: show(summary.median),
-        p90: show(summary.p90),
-        max: show(summary.max),
+        rule: summary.interval.clone(),
+        median: summary.spread.map(|spread| show(spread.median)),
+        p90: summary.spread.map(|spread| show(spread.p90)),
+        max: summary.spread.map(|spread| show(spread.max)),
         coverage: coverage(summary.coverage),
         frozen: input.frozen.and_then(|frozen| frozen.metrics.get(metric.name)).map(|value| show(value.mean)),
+        worse,
     })
 }
 
@@ -186,62 +205,55 @@ fn coverage(share: f64) -> String {
     format!("{:.1}", (1000.0 * share).floor() / 10.0)
 }
 
-/// The ten worst frames of all runs, no two within ten frames of each other in one run.
-fn worst_rows(input: &ReportInput<'_>) -> Vec<WorstRow> {
-    let of_run = |run: &ReportRun<'_>| {
-        let errors = per_frame(run.run.evaluation, "humaneva_mm").to_vec();
-        errors.into_iter().enumerate().filter_map(|(frame, error)| Some((frame, error?))).collect::<Vec<_>>()
-    };
-    let mut frames: Vec<(usize, usize, f64)> = Vec::new();
-    for (index, run) in input.runs.iter().enumerate() {
-        frames.extend(of_run(run).into_iter().map(|(frame, error)| (index, frame, error)));
-    }
-    frames.sort_by(|a, b| b.2.total_cmp(&a.2));
-    let mut chosen: Vec<(usize, usize, f64)> = Vec::new();
-    for (run, frame, error) in frames {
-        if chosen.len() == 10 {
-            break;
-        }
-        if chosen.iter().all(|(r, f, _)| *r != run || f.abs_diff(frame) > 10) {
-            chosen.push((run, frame, error));
-        }
-    }
-    chosen.into_iter().map(|(run, frame, error)| worst_row(input, &input.runs[run], frame, error)).collect()
+/// How many of the worst frames are listed.
+const WORST: usize = 10;
+
+fn worst_rows<'a>(input: &ReportInput<'a>, runs: &[Run<'_>]) -> Result<Vec<WorstRow<'a>>, ReportError> {
+    worst_frames(runs, WORST).into_iter().map(|worst| worst_row(input, runs, worst)).collect()
 }
 
-fn worst_row(input: &ReportInput<'_>, run: &ReportRun<'_>, frame: usize, error: f64) -> WorstRow {
-    let evaluation = run.run.evaluation;
-    let at = |metric: &str| per_frame(evaluation, metric).get(frame).copied().flatten();
-    let on_sheet = |sheet: &&Sheet<'_>| sheet.seed == run.run.seed && sheet.frames.iter().any(|f| f.frame == frame);
-    WorstRow {
-        seed: run.run.seed,
+fn worst_row<'a>(input: &ReportInput<'a>, runs: &[Run<'_>], worst: Shown) -> Result<WorstRow<'a>, ReportError> {
+    let Run { seed, evaluation, .. } = runs[worst.run];
+    let frame = worst.frame;
+    let at = |metric: &str, unit| Some(number(per_frame(evaluation, metric).get(frame).copied().flatten()?, unit));
+    Ok(WorstRow {
+        seed,
         frame,
         time: format!("{:.2} s", frame as f64 / evaluation.frames_per_second),
-        error: number(error, Unit::Millimetre),
-        overlap: at("silhouette_iou").map(|overlap| number(overlap, Unit::Fraction)),
-        gap: at("energy_gap").map(|gap| number(gap, Unit::Energy)),
-        shown: input.sheet.as_ref().is_some_and(on_sheet),
-    }
+        error: at("humaneva_mm", Unit::Millimetre).unwrap_or_default(),
+        overlap: at("silhouette_iou", Unit::Fraction),
+        gap: at("energy_gap", Unit::Energy),
+        picture: input.sheet.map(|sheet| picture_of(sheet, seed, frame)).transpose()?.flatten(),
+    })
 }
 
-fn sheet_on_page<'a>(input: &ReportInput<'_>, sheet: &'a Sheet<'a>) -> Result<SheetOnPage<'a>, ReportError> {
-    let run = input.runs.iter().find(|run| run.run.seed == sheet.seed);
-    let worst = run.and_then(|run| worst_frame(run.run.evaluation));
+/// One view of a frame among the worst: that of its own seed in which the silhouettes agree least.
+fn picture_of<'a>(sheet: &'a Sheet<'a>, seed: u64, frame: usize) -> Result<Option<SheetCell<'a>>, ReportError> {
+    let is_it = |shown: &&SheetFrame| (shown.seed, shown.frame) == (seed, frame);
+    let Some(shown) = sheet.worst.iter().find(is_it) else { return Ok(None) };
+    let Some((camera, view)) = worst_cell(sheet, shown)? else { return Ok(None) };
+    sheet_cell(&sheet.rig.cameras[camera].name, &view).map(Some)
+}
+
+fn sheet_cell<'a>(camera: &'a str, view: &Cell) -> Result<SheetCell<'a>, ReportError> {
+    let overlap = view.overlap.map(|overlap| format!("{:.0} %", 100.0 * overlap));
+    Ok(SheetCell { camera, overlap, png: base64::encode(&cell::png(&view.picture)?) })
+}
+
+fn sheet_on_page<'a>(runs: &[Run<'_>], sheet: &'a Sheet<'a>) -> Result<SheetOnPage<'a>, ReportError> {
+    let worst = worst_frames(runs, 1).first().map(|worst| (runs[worst.run].seed, worst.frame));
     let mut columns = Vec::new();
     for (frame, views) in sheet.frames.iter().zip(cells(sheet)?) {
         let mut shown = Vec::new();
         for (view, camera) in views.iter().zip(&sheet.rig.cameras) {
-            shown.push(SheetCell {
-                camera: &camera.name,
-                overlap: view.overlap.map(|overlap| format!("{:.0} %", 100.0 * overlap)),
-                png: base64::encode(&cell::png(&view.picture)?),
-            });
+            shown.push(sheet_cell(&camera.name, view)?);
         }
         columns.push(SheetColumn {
+            seed: frame.seed,
             frame: frame.frame,
             time: format!("{:.2} s", seconds(sheet, frame)),
             error: frame.error_mm().map(|error| format!("{error:.0} mm")),
-            worst: worst == Some(frame.frame),
+            worst: worst == Some((frame.seed, frame.frame)),
             cells: shown,
         });
     }
@@ -254,7 +266,7 @@ fn sheet_on_page<'a>(input: &ReportInput<'_>, sheet: &'a Sheet<'a>) -> Result<Sh
         truth: hex(overlay::Whose::Truth.colour()),
         estimate: hex(overlay::Whose::Estimate.colour()),
     };
-    Ok(SheetOnPage { seed: sheet.seed, colours, columns })
+    Ok(SheetOnPage { colours, columns })
 }
 
 /// A value for people: shares as percentages, the rest with a sensible number of decimals.
@@ -297,7 +309,7 @@ mod tests {
         }
         assert!(html.starts_with("<!doctype html>") && html.trim_end().ends_with("</html>"));
         assert!(html.contains("Walk &lt;&amp; talk&gt;") && !html.contains("Walk <&"));
-        assert_eq!(html.matches("data:image/png;base64,").count(), 7 * 4, "six frames, the worst, and four cameras");
+        assert_eq!(html.matches("data:image/png;base64,").count(), 7 * 4 + 10, "six frames and the worst in four cameras, ten more of the worst in one each");
         let outside = html.replace("http://www.w3.org/2000/svg", "");
         for reference in ["http:", "https:", "src=\"/", "@import", "<link"] {
             assert!(!outside.contains(reference), "the page refers to {reference}");
@@ -311,7 +323,44 @@ mod tests {
     #[test]
     fn the_least_that_can_be_reported_is_one_seed_without_pictures() {
         let html = page(&Story { layers: 0, energies: false, frozen: false, shown: &[], ..Story::default() });
-        assert!(html.contains("No interval") && !html.contains("data:image/png"));
+        assert!(html.contains("1 seed: no interval") && !html.contains("data:image/png"));
+    }
+
+    #[test]
+    fn every_one_of_the_worst_frames_has_the_picture_of_its_own_seed() {
+        let seeds = told(&Story { seeds: 3, lost_from: Some(60), shown: &[1], ..Story::default() }, |input| {
+            let runs: Vec<Run<'_>> = input.runs.iter().map(|run| run.run).collect();
+            let rows = worst_rows(input, &runs).unwrap();
+            assert_eq!(rows.len(), 10);
+            for row in &rows {
+                let sheet = input.sheet.unwrap();
+                let own = sheet.worst.iter().find(|f| (f.seed, f.frame) == (row.seed, row.frame)).unwrap();
+                let (camera, view) = worst_cell(sheet, own).unwrap().unwrap();
+                let picture = row.picture.as_ref().unwrap();
+                assert_eq!(picture.png, base64::encode(&cell::png(&view.picture).unwrap()));
+                assert_eq!(picture.camera, sheet.rig.cameras[camera].name);
+                assert_eq!(row.error, number(own.error_mm().unwrap(), Unit::Millimetre), "picture and error agree");
+            }
+            rows.iter().map(|row| row.seed).collect::<std::collections::BTreeSet<u64>>()
+        });
+        assert_eq!(seeds.len(), 3, "all seeds are lost alike: {seeds:?}");
+    }
+
+    #[test]
+    fn the_grade_its_limits_and_what_is_worse_than_never_moving_are_on_the_page() {
+        let html = page(&Story { seeds: 2, lost_from: Some(60), ..Story::default() });
+        for words in ["at most 50 mm", "at most 100 mm", "at most 150 mm", "2 seeds: no interval", "Held back by"] {
+            assert!(html.contains(words), "{words}");
+        }
+        assert!(html.contains("class=\"worse\""), "jitter is worse than that of what stands still");
+        assert!(!page(&Story { frozen: false, ..Story::default() }).contains("class=\"worse\""));
+    }
+
+    #[test]
+    fn a_metric_of_the_whole_clip_has_a_mean_and_no_spread() {
+        let row = told(&Story::default(), |input| metric_row(input, crate::evaluation::find_metric("lag_ms").unwrap(), false));
+        let row = row.unwrap();
+        assert_eq!((row.median, row.p90, row.max), (None, None, None));
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub(super) mod tests;
 
 pub use report::{Simulated, SimulationReport};
 pub use settings::{Push, SimulationSettings};
-pub(super) use simulated_body::GRAVITY;
+pub use simulated_body::GRAVITY;
 
 use reference::Reference;
 use run::Run;

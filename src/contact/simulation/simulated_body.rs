@@ -12,7 +12,7 @@ use crate::body::{Humanoid, Pose as BodyPose, Prop, ROOT_STEP};
 use crate::contact::{ContactError, SelfCollision};
 
 /// Earth's standard gravity, m/s^2.
-pub(in crate::contact) const GRAVITY: f64 = 9.80665;
+pub const GRAVITY: f64 = 9.80665;
 
 /// The body in the world. Links and degrees of freedom keep the humanoid's numbers; a link that only names a place is its parent.
 pub(super) struct SimulatedBody {

@@ -61,8 +61,8 @@ pub enum ContactMode {
     Simulate,
 }
 
-/// The body that the tracker believes in. The model counts as *matched* when it is the actor's robot without mismatch;
-/// every report says which.
+/// The body that the tracker believes in. The model counts as *matched* when it is the actor's body in links, joints,
+/// flesh and markers, whatever the files are called; every report says which.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrackerBodySettings {

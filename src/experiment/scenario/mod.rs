@@ -93,11 +93,6 @@ pub enum SchemaTag {
 }
 
 impl Scenario {
-    /// Whether actor and tracker share one body: the same robot and no mismatch. Every report says so.
-    pub fn is_matched(&self) -> bool {
-        self.actor.robot == self.tracker_body.robot && self.tracker_body.mismatch == Mismatch::None
-    }
-
     /// The seeds of this experiment, in order.
     pub fn all_seeds(&self) -> impl Iterator<Item = u64> + use<> {
         (0..u64::from(self.seeds)).map({

@@ -1,0 +1,263 @@
+//! A 95 % interval of a mean over runs, and when there is none.
+//!
+//! The unit is the run (one clip, one seed), never the frame: frames of one run are correlated, and an interval over them would
+//! be several times too narrow. Seeds vary within their clip; the clips themselves are taken as given, so that the interval
+//! speaks of these clips.
+//!
+//! Which rule holds where was decided by a simulation of coverage (`cargo bench --bench study_intervals`, `results/intervals.md`).
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::bootstrap;
+use super::statistics::{mean, variance};
+
+/// Fewer runs than these have no interval.
+pub const FEWEST_RUNS: usize = 3;
+
+/// The bootstrap is used where every clip has at least so many runs.
+pub const BOOTSTRAP_RUNS: usize = 10;
+
+/// No logarithms of errors are taken to vary more than this (a standard deviation of 1 is a factor of e from run to run):
+/// one run whose error is all but zero would otherwise stretch an interval of three runs over many powers of ten.
+const GREATEST_LOG_VARIANCE: f64 = 1.0;
+
+/// A two-sided 95 % interval, written `[low, high]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f64; 2]", into = "[f64; 2]")]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl From<[f64; 2]> for Interval {
+    fn from([low, high]: [f64; 2]) -> Self {
+        Self { low, high }
+    }
+}
+
+impl From<Interval> for [f64; 2] {
+    fn from(interval: Interval) -> Self {
+        [interval.low, interval.high]
+    }
+}
+
+/// Which values a quantity can take. An interval never reaches beyond them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ValueRange {
+    /// Any number.
+    Any,
+    /// An error: 0 or more.
+    NonNegative,
+    /// A share: 0 to 1.
+    Share,
+}
+
+/// How an interval was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntervalRule {
+    /// Student's t interval; over several clips with the degrees of freedom of Welch (1938) and Satterthwaite (1946).
+    Student,
+    /// Student's t interval on a logarithmic scale: the modified Cox interval (Olsson 2005) of the mean of log-normal values,
+    /// about the arithmetic mean. It is an interval of the mean; exponents of a t interval of the logarithms would be one of the
+    /// median.
+    StudentOnLogs,
+    /// Bias-corrected and accelerated bootstrap (Efron 1987), stratified by clip, with expanded percentiles (Hesterberg 2015).
+    Bootstrap,
+}
+
+impl fmt::Display for IntervalRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Student => "Student's t",
+            Self::StudentOnLogs => "Student's t on log errors",
+            Self::Bootstrap => "BCa bootstrap",
+        })
+    }
+}
+
+/// 95 % interval of the mean over clips of each clip's mean over seeds, and the rule that made it; `clips[c]` holds the values
+/// of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, and where a clip has a single run: one seed says nothing
+/// about the next.
+///
+/// From [`BOOTSTRAP_RUNS`] runs a clip on it is a bootstrap; with fewer Student's t, on a logarithmic scale for errors that are
+/// all above 0.
+pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval, IntervalRule)> {
+    let fewest = clips.iter().map(Vec::len).min()?;
+    let runs: usize = clips.iter().map(Vec::len).sum();
+    if fewest < 2 || runs < FEWEST_RUNS {
+        return None;
+    }
+    let is_error = range == ValueRange::NonNegative && clips.iter().flatten().all(|value| *value > 0.0);
+    let (ends, rule) = match fewest >= BOOTSTRAP_RUNS {
+        true => (bootstrap::bca(clips)?, IntervalRule::Bootstrap),
+        false if is_error => (student_on_logs(clips)?, IntervalRule::StudentOnLogs),
+        false => (student(clips)?, IntervalRule::Student),
+    };
+    Some((range.hold(ends), rule))
+}
+
+impl ValueRange {
+    fn hold(self, Interval { low, high }: Interval) -> Interval {
+        let (least, greatest) = match self {
+            Self::Any => return Interval { low, high },
+            Self::NonNegative => (0.0, f64::INFINITY),
+            Self::Share => (0.0, 1.0),
+        };
+        Interval { low: low.max(least), high: high.min(greatest) }
+    }
+}
+
+/// `m +- t se`.
+fn student(clips: &[Vec<f64>]) -> Option<Interval> {
+    let centre = mean_of_means(clips)?;
+    let half = half_width(clips, |runs| Some(variance(runs)? / runs.len() as f64))?;
+    Some(Interval { low: centre - half, high: centre + half })
+}
+
+/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (Olsson 2005);
+/// of several clips the `se^2` of the clips' means add up.
+fn student_on_logs(clips: &[Vec<f64>]) -> Option<Interval> {
+    let centre = mean_of_means(clips)?;
+    let half = half_width(clips, |runs| {
+        let n = runs.len() as f64;
+        let logs: Vec<f64> = runs.iter().map(|value| libm::log(*value)).collect();
+        let v = variance(&logs)?.min(GREATEST_LOG_VARIANCE);
+        let scale = mean(runs)?;
+        Some(scale * scale * (v / n + v * v / (2.0 * (n - 1.0))))
+    })?;
+    let factor = libm::exp(half / centre);
+    Some(Interval { low: centre / factor, high: centre * factor })
+}
+
+/// `t sqrt(sum of e) / C`, `e` being the squared standard error of each of the C clips' means.
+fn half_width(clips: &[Vec<f64>], squared_error: impl Fn(&[f64]) -> Option<f64>) -> Option<f64> {
+    let errors: Vec<f64> = clips.iter().map(|runs| squared_error(runs)).collect::<Option<_>>()?;
+    let sum: f64 = errors.iter().sum();
+    if sum == 0.0 {
+        return Some(0.0);
+    }
+    let t = student_quantile(freedom(&errors, clips))?;
+    Some(t * sum.sqrt() / clips.len() as f64)
+}
+
+/// Degrees of freedom of a sum of squared standard errors (Welch 1938, Satterthwaite 1946).
+fn freedom(squared_errors: &[f64], clips: &[Vec<f64>]) -> f64 {
+    let sum: f64 = squared_errors.iter().sum();
+    let parts = squared_errors.iter().zip(clips).map(|(e, runs)| (e / sum) * (e / sum) / (runs.len() - 1) as f64);
+    1.0 / parts.sum::<f64>()
+}
+
+/// Degrees of freedom of the mean of the clips' means; `None` where nothing varies.
+pub(super) fn freedom_of_mean(clips: &[Vec<f64>]) -> Option<f64> {
+    let errors: Vec<f64> =
+        clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
+    (errors.iter().sum::<f64>() > 0.0).then(|| freedom(&errors, clips))
+}
+
+/// The 97.5 % quantile of Student's t.
+pub(super) fn student_quantile(freedom: f64) -> Option<f64> {
+    Some(StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(0.975))
+}
+
+/// Mean over clips of each clip's mean; `None` without a value.
+pub(super) fn mean_of_means(clips: &[Vec<f64>]) -> Option<f64> {
+    mean(&clips.iter().filter_map(|runs| mean(runs)).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, stream};
+    use rand_distr::{Distribution, StandardNormal};
+
+    fn ends(clips: &[Vec<f64>], range: ValueRange) -> [f64; 2] {
+        mean_interval(clips, range).unwrap().0.into()
+    }
+
+    #[test]
+    fn quantiles_of_student_agree_with_tables() {
+        for (freedom, t) in [(1.0, 12.706_205), (2.0, 4.302_653), (4.0, 2.776_445), (9.0, 2.262_157), (1000.0, 1.962_339)] {
+            assert!((student_quantile(freedom).unwrap() - t).abs() < 1e-6, "{freedom}");
+        }
+        assert!(student_quantile(1.5).unwrap() > 4.302_653 && student_quantile(1.5).unwrap() < 12.706_205);
+    }
+
+    #[test]
+    fn fewer_than_three_runs_have_no_interval_nor_has_a_clip_of_one_run() {
+        assert_eq!(mean_interval(&[], ValueRange::Any), None);
+        assert_eq!(mean_interval(&[vec![1.0, 2.0]], ValueRange::Any), None);
+        assert_eq!(mean_interval(&[vec![1.0, 2.0, 2.5], vec![3.0]], ValueRange::Any), None);
+        assert!(mean_interval(&[vec![1.0, 2.0, 2.5]], ValueRange::Any).is_some());
+        assert!(mean_interval(&[vec![1.0, 2.0], vec![3.0, 4.0]], ValueRange::Any).is_some());
+    }
+
+    #[test]
+    fn three_runs_have_the_interval_of_the_textbook() {
+        // mean 2, standard deviation 1, t = 4.302653: 2 +- 4.302653 / sqrt(3)
+        let [low, high] = ends(&[vec![1.0, 2.0, 3.0]], ValueRange::Any);
+        assert!((low - (2.0 - 2.484_138)).abs() < 1e-5 && (high - (2.0 + 2.484_138)).abs() < 1e-5, "{low} {high}");
+    }
+
+    #[test]
+    fn an_interval_never_leaves_what_the_quantity_can_be() {
+        assert_eq!(ends(&[vec![0.0, 0.5, 1.0]], ValueRange::Share), [0.0, 1.0]);
+        let [low, _] = ends(&[vec![0.0, 2.0, 30.0]], ValueRange::NonNegative);
+        assert_eq!(low, 0.0);
+        let [low, _] = ends(&[vec![1.0, 2.0, 30.0]], ValueRange::NonNegative);
+        assert!(low > 0.0, "a logarithmic scale has no zero");
+    }
+
+    #[test]
+    fn the_interval_of_errors_holds_by_hand_and_one_run_near_zero_does_not_stretch_it_without_bound() {
+        // logarithms 0, 1, 2: v = 1, n = 3, (se / m)^2 = 1/3 + 1/4
+        let e = std::f64::consts::E;
+        let (runs, m) = (vec![1.0, e, e * e], (1.0 + e + e * e) / 3.0);
+        let factor = (4.302_652_73_f64 * (7.0_f64 / 12.0).sqrt()).exp();
+        let [low, high] = ends(&[runs], ValueRange::NonNegative);
+        assert!((low - m / factor).abs() < 1e-6 && (high / (m * factor) - 1.0).abs() < 1e-6, "{low} {high}");
+        let [low, high] = ends(&[vec![1e-200, 1.0, 1.2]], ValueRange::NonNegative);
+        assert!(low > 0.02 && high < 30.0, "{low} {high}");
+    }
+
+    #[test]
+    fn errors_that_hardly_vary_have_the_same_interval_on_either_scale() {
+        let runs = [vec![1000.0, 1001.0, 1002.0, 999.0]];
+        let [linear, logarithmic] = [ValueRange::Any, ValueRange::NonNegative].map(|range| ends(&runs, range));
+        assert!(linear.iter().zip(&logarithmic).all(|(a, b)| (a - b).abs() < 0.01), "{linear:?} {logarithmic:?}");
+    }
+
+    #[test]
+    fn equal_runs_give_an_interval_of_no_width_and_clips_weigh_alike_however_many_seeds_they_have() {
+        for range in [ValueRange::Any, ValueRange::NonNegative] {
+            for few in [2, 12] {
+                assert_eq!(ends(&[vec![10.0; 13], vec![20.0; few]], range), [15.0, 15.0]);
+            }
+        }
+    }
+
+    #[test]
+    fn of_two_clips_of_which_one_never_varies_the_other_gives_the_degrees_of_freedom() {
+        let [low, high] = ends(&[vec![1.0, 2.0, 3.0], vec![5.0; 9]], ValueRange::Any);
+        assert!((high - low - 2.484_138).abs() < 1e-5, "half the width of the first alone: {low} {high}");
+    }
+
+    #[test]
+    fn intervals_of_three_and_ten_normal_runs_cover_the_truth_about_as_often_as_they_say() {
+        for n in [3, 10] {
+            let covered = (0..400).filter(|trial| {
+                let mut rng = stream(*trial, Purpose::Oracle, 0, 0, n);
+                let normal = || -> f64 { 40.0 + 4.0 * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut rng) };
+                let runs: Vec<f64> = std::iter::repeat_with(normal).take(n as usize).collect();
+                let [low, high] = ends(&[runs], ValueRange::NonNegative);
+                low <= 40.0 && 40.0 <= high
+            });
+            let share = covered.count() as f64 / 400.0;
+            assert!((0.91..=0.98).contains(&share), "{n} runs: covered {share}");
+        }
+    }
+}

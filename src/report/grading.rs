@@ -1,0 +1,229 @@
+//! By which limits a run is good, usable, poor or lost.
+
+use serde::Serialize;
+
+use super::ReportInput;
+use super::verdict::percent;
+use crate::evaluation::{Direction, Unit, find_metric};
+
+/// How good a run is; the worst last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grade {
+    /// The body is followed, limbs and all.
+    Good,
+    /// The body is followed; single limbs or stretches are off.
+    Usable,
+    /// The body is found, its pose is not to be relied on.
+    Poor,
+    /// The estimate is not where the body is.
+    Lost,
+}
+
+impl Grade {
+    /// For the beginning of a sentence.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Good => "Good",
+            Self::Usable => "Usable",
+            Self::Poor => "Poor",
+            Self::Lost => "Lost",
+        }
+    }
+}
+
+/// One measure of a run beside its limits.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Criterion {
+    /// [`crate::evaluation::Metric::name`], `floors` for the comparison with an answer that never moves.
+    pub metric: &'static str,
+    /// Name for people.
+    #[serde(skip)]
+    pub title: &'static str,
+    /// The run's value; of `floors` how many of the measures that are compared are worse.
+    pub value: f64,
+    /// What it amounts to.
+    pub grade: Grade,
+    /// The limits of good, usable and poor, which themselves still have that grade; `None` where any value has it.
+    pub limits: [Option<f64>; 3],
+    /// The value in words.
+    #[serde(skip)]
+    pub finding: String,
+    /// The limits in words.
+    #[serde(skip)]
+    pub limits_in_words: [String; 3],
+    /// Why these limits.
+    #[serde(skip)]
+    pub why: &'static str,
+}
+
+/// A metric and the limits of good, usable and poor.
+struct Limits {
+    metric: &'static str,
+    title: &'static str,
+    limits: [Option<f64>; 3],
+    /// With `{}` for the value.
+    finding: &'static str,
+    why: &'static str,
+}
+
+const LIMITS: [Limits; 5] = [
+    Limits {
+        metric: "humaneva_mm",
+        title: "Mean error of the markers",
+        limits: [Some(50.0), Some(100.0), Some(150.0)],
+        finding: "a mean error of {}",
+        why: "50 mm is the radius of an adult's upper arm or lower leg, 100 mm its thickness, so that the estimated bone lies inside the \
+              true limb or at least beside it; a frame that is more than 150 mm off counts as lost",
+    },
+    Limits {
+        metric: "pck150",
+        title: "Markers within 150 mm",
+        limits: [Some(0.95), Some(0.85), Some(0.5)],
+        finding: "only {} of the markers within 150 mm",
+        why: "one of fifteen markers is 7 %: a hand or a foot that is astray all the time is still usable, a whole limb of two or three \
+              markers is not",
+    },
+    Limits {
+        metric: "track_loss",
+        title: "Frames lost",
+        limits: [Some(0.0), Some(0.05), Some(0.5)],
+        finding: "{} of the frames lost",
+        why: "a frame is lost in a run of 15 or more with errors above 150 mm",
+    },
+    Limits {
+        metric: "limb_swaps",
+        title: "Frames with left and right exchanged",
+        limits: [Some(0.05), Some(0.2), None],
+        finding: "left and right exchanged in {} of the frames",
+        why: "when feet pass each other a frame or two are judged exchanged by chance; a gait with legs exchanged is another gait",
+    },
+    Limits {
+        metric: "silhouette_iou",
+        title: "Overlap of the silhouettes",
+        limits: [Some(0.8), Some(0.65), Some(0.4)],
+        finding: "silhouettes that overlap by {}",
+        why: "a body with slightly wrong measures in the true pose overlaps by 85 to 90 %, one moved by a limb's thickness by 40 to 50 %",
+    },
+];
+
+/// Measures of place and pose that an answer that never moves should not win.
+const FLOORS: [&str; 6] = [
+    "humaneva_mm",
+    "humaneva_relative_mm",
+    "pa_mpjpe_mm",
+    "body_orientation_deg",
+    "silhouette_iou",
+    "pck150",
+];
+
+/// Everything that is graded, where it was measured.
+pub(super) fn criteria(input: &ReportInput<'_>) -> Vec<Criterion> {
+    LIMITS.iter().filter_map(|limits| graded(input, limits)).chain(floors(input)).collect()
+}
+
+fn graded(input: &ReportInput<'_>, limits: &Limits) -> Option<Criterion> {
+    let value = input.summary.metrics.get(limits.metric)?.mean;
+    let metric = find_metric(limits.metric)?;
+    let holds = |limit: &Option<f64>| limit.is_none_or(|limit| !metric.is_worse(value, limit));
+    let grades = [Grade::Good, Grade::Usable, Grade::Poor];
+    let grade = grades.into_iter().zip(&limits.limits).find(|(_, limit)| holds(limit)).map_or(Grade::Lost, |(g, _)| g);
+    let words = |value: f64| if metric.unit == Unit::Fraction { percent(value) } else { format!("{value:.0} mm") };
+    let bound = if metric.direction == Direction::HigherIsBetter { "at least" } else { "at most" };
+    let limit = |limit: Option<f64>| match limit {
+        Some(0.0) => "none".to_owned(),
+        Some(limit) => format!("{bound} {}", words(limit)),
+        None => "any".to_owned(),
+    };
+    Some(Criterion {
+        metric: limits.metric,
+        title: limits.title,
+        value,
+        grade,
+        limits: limits.limits,
+        finding: limits.finding.replace("{}", &words(value)),
+        limits_in_words: limits.limits.map(limit),
+        why: limits.why,
+    })
+}
+
+/// How many measures of place and pose an answer that never moves does better: none is good, the error in place itself is poor.
+fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
+    let frozen = input.frozen?;
+    let is_worse = |name: &&&str| {
+        let metric = find_metric(name)?;
+        let [value, floor] = [input.summary.metrics.get(**name)?.mean, frozen.metrics.get(**name)?.mean];
+        Some(metric.is_worse(value, floor) || **name == "humaneva_mm" && value == floor)
+    };
+    let worse: Vec<&str> = FLOORS.iter().filter(|name| is_worse(name) == Some(true)).copied().collect();
+    let grade = match worse.first() {
+        None => Grade::Good,
+        Some(&"humaneva_mm") => Grade::Poor,
+        Some(_) => Grade::Usable,
+    };
+    let titles: Vec<&str> = worse.iter().filter_map(|name| find_metric(name)).map(|metric| metric.title).collect();
+    Some(Criterion {
+        metric: "floors",
+        title: "Measures no better than never moving",
+        value: worse.len() as f64,
+        grade,
+        limits: [Some(0.0), Some((FLOORS.len() - 1) as f64), None],
+        finding: match titles.is_empty() {
+            true => "nothing worse than an answer that never moves".to_owned(),
+            false => format!("no better than an answer that never moves in: {}", titles.join(", ")),
+        },
+        limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
+        why: "errors of place, pose, trunk and overlap; whoever looks at no image at all gets the floor",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::fixture::{Story, told};
+
+    fn of(story: &Story, metric: &str) -> Criterion {
+        told(story, |input| criteria(input).into_iter().find(|criterion| criterion.metric == metric).unwrap())
+    }
+
+    #[test]
+    fn every_limit_belongs_to_a_metric_and_gets_worse_from_grade_to_grade() {
+        for limits in &LIMITS {
+            let metric = find_metric(limits.metric).unwrap();
+            let [good, usable, poor] = limits.limits;
+            assert!(metric.is_worse(usable.unwrap(), good.unwrap()), "{}", limits.metric);
+            assert!(poor.is_none_or(|poor| metric.is_worse(poor, usable.unwrap())), "{}", limits.metric);
+        }
+        assert!(FLOORS.iter().all(|name| find_metric(name).is_some()));
+    }
+
+    #[test]
+    fn a_value_on_a_limit_still_has_the_better_grade() {
+        // 0.01 mm to either side, the fixture's own error taken off
+        let base = of(&Story { wander: 0.0, beside_m: 0.1, ..Story::default() }, "humaneva_mm");
+        assert!((base.value - 100.0).abs() < 1e-6, "{}", base.value);
+        let at = |metres: f64| of(&Story { wander: 0.0, beside_m: metres, ..Story::default() }, "humaneva_mm").grade;
+        assert_eq!([0.0499, 0.0501, 0.0999, 0.1001, 0.1499, 0.1501].map(at), [
+            Grade::Good,
+            Grade::Usable,
+            Grade::Usable,
+            Grade::Poor,
+            Grade::Poor,
+            Grade::Lost
+        ]);
+    }
+
+    #[test]
+    fn losing_the_floor_of_the_error_is_poor_and_of_another_measure_usable() {
+        assert_eq!(of(&Story::default(), "floors").grade, Grade::Good);
+        assert_eq!(of(&Story { beside_m: 9.0, ..Story::default() }, "floors").grade, Grade::Poor);
+        let turned = told(&Story::default(), |input| {
+            let mut frozen = input.frozen.unwrap().clone();
+            frozen.metrics.get_mut("pa_mpjpe_mm").unwrap().mean = 0.0;
+            let input = ReportInput { frozen: Some(&frozen), ..*input };
+            floors(&input).unwrap()
+        });
+        assert_eq!((turned.grade, turned.value), (Grade::Usable, 1.0));
+        assert!(turned.finding.ends_with("in: MPJPE, Procrustes-aligned"), "{}", turned.finding);
+    }
+}

@@ -1,0 +1,99 @@
+//! Runs that were told wrongly: false verdicts, pictures of another seed, a model called mismatched because of its file's name.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use skiagraph::experiment::{Destination, ScenarioFile, Unwatched, check, run};
+use skiagraph::report::Grade;
+
+fn shipped(relative: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
+}
+
+/// Runs a scenario that ships; its record and its page.
+fn ran(scenario: &str, overrides: &[&str], folder: &Path) -> (Value, String, Grade) {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    let file = ScenarioFile::open(&shipped(scenario), &overrides).unwrap();
+    let done = run(&file, None, Destination { path: folder, force: false }, &Unwatched).unwrap();
+    let record = serde_json::from_slice(&std::fs::read(folder.join("run.json")).unwrap()).unwrap();
+    (record, std::fs::read_to_string(folder.join("report.html")).unwrap(), done.record.verdict.grade)
+}
+
+#[test]
+fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
+    let room = tempfile::tempdir().unwrap();
+    let offset = "tracker.oracle.root_offset_m=[0.149, 0.0, 0.0]";
+    let (record, page, grade) = ran("scenarios/smoke/oracle.toml", &[offset], &room.path().join("off"));
+    assert_eq!(record["metrics"]["track_loss"]["mean"], 0.0, "no frame is beyond 150 mm");
+    assert!(grade >= Grade::Poor, "{}", record["verdict"]);
+    assert!(!record["verdict"]["line"].as_str().unwrap().contains("follows"));
+    assert!(page.contains("at most 50 mm") && page.contains("at most 150 mm"), "the limits are on the page");
+    // its silhouettes overlap less than those of an answer that never moves
+    let worse = record["verdict"]["worse_than_frozen"].as_array().unwrap();
+    assert!(worse.contains(&Value::from("silhouette_iou")) && !worse.contains(&Value::from("humaneva_mm")), "{worse:?}");
+    assert!(page.contains("class=\"worse\""));
+}
+
+#[test]
+fn legs_that_lose_each_other_among_props_are_not_good() {
+    let room = tempfile::tempdir().unwrap();
+    let (record, page, grade) = ran("scenarios/smoke/props.toml", &[], &room.path().join("props"));
+    assert!(grade > Grade::Good, "{}", record["verdict"]);
+    assert!(record["metrics"]["limb_swaps"]["mean"].as_f64().is_some());
+    let cause = record["verdict"]["cause"].as_str().unwrap();
+    assert!(!cause.contains("may help") && page.contains("1 seed: no interval"), "{cause}");
+}
+
+#[test]
+fn whole_clip_metrics_have_no_spread_and_nothing_lost_has_no_time_of_loss() {
+    let room = tempfile::tempdir().unwrap();
+    let seeds = ["seeds=2", "motion.last_frame=30", "rig.ring.count=1"];
+    let (record, ..) = ran("scenarios/smoke/oracle.toml", &seeds, &room.path().join("two"));
+    let metrics = &record["metrics"];
+    assert!(metrics["time_to_loss_s"].is_null(), "{}", metrics["time_to_loss_s"]);
+    for name in ["lag_ms", "contact_f1", "slip_per_stance_mm"] {
+        let metric = &metrics[name];
+        assert!(metric["mean"].is_f64(), "{name} is measured");
+        assert!(["std", "median", "p90", "max"].iter().all(|part| metric[part].is_null()), "{name}: {metric}");
+    }
+    assert!(metrics["humaneva_mm"]["p90"].is_f64());
+    assert_eq!(metrics["humaneva_mm"]["interval"], "2 seeds: no interval");
+    assert!(metrics["humaneva_mm"]["ci95"].is_null());
+    let protocol = |name: &str| metrics[name]["protocol"].as_str().unwrap().to_owned();
+    assert!(protocol("contact_f1").contains("at most 20 mm high and 0.25 m/s fast"), "{}", protocol("contact_f1"));
+    assert!(protocol("slip_per_stance_mm").contains("speed of the material point"));
+    assert!(protocol("residual_wrench_body_weights").contains("9.80665 m/s^2"));
+}
+
+#[test]
+fn the_worst_frames_of_two_seeds_have_pictures_of_their_own() {
+    let room = tempfile::tempdir().unwrap();
+    let (_, page, _) = ran("scenarios/smoke/matched.toml", &["seeds=2"], &room.path().join("seeds"));
+    let table = page.split("class=\"worst-frames\"").nth(1).unwrap().split("</table>").next().unwrap();
+    let rows: Vec<&str> = table.split("<tr>").skip(2).collect();
+    assert!(rows.len() >= 2, "{table}");
+    for row in rows {
+        let cells: Vec<&str> = row.split("<td class=\"n\">").collect();
+        let number = |cell: usize| cells[cell].split('<').next().unwrap();
+        let (frame, seed) = (number(1), number(3));
+        assert!(row.contains(&format!("seed {seed}, frame {frame}")) && row.contains("data:image/png"), "{seed} {frame}");
+    }
+    assert!([0, 1].iter().all(|seed| table.contains(&format!("seed {seed}, frame"))), "both seeds");
+}
+
+#[test]
+fn a_copy_of_the_actors_robot_is_matched_and_a_mismatch_of_nothing_is_too() {
+    let room = tempfile::tempdir().unwrap();
+    std::fs::copy(shipped("robots/tracker25.urdf"), room.path().join("copy.urdf")).unwrap();
+    let scenario = std::fs::read_to_string(shipped("scenarios/smoke/matched.toml")).unwrap();
+    let path = room.path().join("copy.toml");
+    std::fs::write(&path, scenario).unwrap();
+    let is_matched = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+        check(&ScenarioFile::open(&path, &overrides).unwrap(), None).unwrap().matched
+    };
+    assert!(is_matched(&[]));
+    assert!(is_matched(&["tracker_body.robot=copy.urdf"]), "the same body under another name");
+    assert!(!is_matched(&["tracker_body.mismatch=standard"]));
+    assert!(!is_matched(&["actor.robot=actor"]));
+}
