@@ -12,7 +12,7 @@ use super::partial_file::{beside, is_free, put};
 use super::staging::robot_named;
 use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
 use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
-use crate::body::retarget::{RetargetOptions, retarget};
+use crate::body::retarget::{RetargetError, RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::gpdm::GpdmError;
@@ -92,9 +92,15 @@ impl TrainingInput {
                 frames_per_second: options.frames_per_second,
                 ..MotionSettings::of_clip(&clip.display().to_string())
             };
-            let recording = clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &in_arguments)?;
-            let performed = retarget(&recording, &template, &RetargetOptions::default())
-                .map_err(|e| ExperimentError::from(e).about(clip))?;
+            let unsound = |key: &'static str, message: String| match key {
+                "clip" => in_arguments(key, message),
+                _ => in_arguments(key, format!("{}: {message}", settings.clip)),
+            };
+            let recording = clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &unsound)?;
+            let performed = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
+                RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),
+                _ => ExperimentError::from(e).about(clip),
+            })?;
             let sha256 = clip_file::sha256_of_clip(Path::new(""), clip, &settings, mocap_directory);
             input.learned_from.push(LearnedFrom::of(&settings, sha256, &performed.motion));
             input.notes.extend(performed.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));
