@@ -13,7 +13,7 @@ use super::staging::robot_named;
 use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
 use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
 use crate::benchmark_set::SourceRecording;
-use crate::body::retarget::{MotionFingerprint, RetargetOptions, retarget};
+use crate::body::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::gpdm::GpdmError;
@@ -101,10 +101,16 @@ impl TrainingInput {
                 metres_per_unit: options.metres_per_unit,
                 ..MotionSettings::of_clip(&clip.display().to_string())
             };
+            let unsound = |key: &'static str, message: String| match key {
+                "clip" => in_arguments(key, message),
+                _ => in_arguments(key, format!("{}: {message}", settings.clip)),
+            };
             let clip_file::Recording { clip: recording, source } =
-                clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &in_arguments)?;
-            let performed = retarget(&recording, &template, &RetargetOptions::default())
-                .map_err(|e| ExperimentError::from(e).about(clip))?;
+                clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &unsound)?;
+            let performed = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
+                RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),
+                _ => ExperimentError::from(e).about(clip),
+            })?;
             input.learned_from.push(LearnedFrom::of(&source, &performed.motion));
             input.fingerprints.push(source.fingerprint);
             input.notes.extend(performed.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));

@@ -58,12 +58,14 @@ impl Staged {
         let clip_file::Recording { clip, source } =
             clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
         let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
+        let recording = ("motion.clip", scenario.motion.clip.as_str());
         let tracker_template = match scenario.actor.robot == scenario.tracker_body.robot {
             true => actor_template.clone(),
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
         let same_robot = actor_template.is_same_body(&tracker_template);
-        let mut performed = retargeted(file, "motion.clip", "actor.robot", &clip, &actor_template)?;
+        let mut performed =
+            retargeted(file, recording, ("actor.robot", &scenario.actor.robot), &clip, &actor_template)?;
         place(&mut performed.motion, &scenario.motion).map_err(|e| unsound(file, "motion.heading_deg", e))?;
         let contact = perform(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
@@ -72,7 +74,13 @@ impl Staged {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
             None if same_robot => (spread(&body, &performed.motion)?, Vec::new()),
             None => {
-                let mut own = retargeted(file, "motion.clip", "tracker_body.robot", &clip, &tracker_template)?;
+                let mut own = retargeted(
+                    file,
+                    recording,
+                    ("tracker_body.robot", &scenario.tracker_body.robot),
+                    &clip,
+                    &tracker_template,
+                )?;
                 if check_feet(&own.humanoid).is_ok() {
                     settle(scenario.actor.contact, &mut own)?;
                 }
@@ -136,14 +144,17 @@ impl Staged {
 /// A recording given to a robot; what is wrong is told of the key that names the one or the other.
 pub(super) fn retargeted(
     file: &ScenarioFile,
-    clip_key: &str,
-    robot_key: &str,
+    (clip_key, clip_name): (&str, &str),
+    (robot_key, robot_name): (&str, &str),
     clip: &Clip,
     template: &Humanoid,
 ) -> Result<Retargeted, ExperimentError> {
     retarget(clip, template, &RetargetOptions::default()).map_err(|error| {
-        let key = if matches!(error, RetargetError::MissingMarkers { .. }) { robot_key } else { clip_key };
-        unsound(file, key, error.to_string())
+        let (key, name) = match error {
+            RetargetError::MissingMarkers { .. } => (robot_key, robot_name),
+            _ => (clip_key, clip_name),
+        };
+        unsound(file, key, format!("{}: {error}", excerpt(name)))
     })
 }
 
@@ -283,7 +294,7 @@ pub(super) fn robot_named(folder: &Path, name: &Path) -> Result<Humanoid, NoRobo
         let words = format!(
             "`{}` is neither a robot that ships ({known}) nor the file {}",
             excerpt(&name.display().to_string()),
-            path.display()
+            excerpt(&path.display().to_string())
         );
         return Err(NoRobot::Unknown(words));
     }

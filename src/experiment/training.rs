@@ -53,8 +53,8 @@ pub(super) fn load(
             );
             return Err(unsound("clip", message));
         }
-        let clip_key = format!("{table}.clip");
-        let mut performed = retargeted(file, &clip_key, "actor.robot", &recording, actor_template)?;
+        let (clip_key, robot) = (format!("{table}.clip"), ("actor.robot", file.scenario.actor.robot.as_str()));
+        let mut performed = retargeted(file, (&clip_key, &clip.clip), robot, &recording, actor_template)?;
         place(&mut performed.motion, clip).map_err(|e| unsound("heading_deg", e))?;
         settle(file.scenario.actor.contact, &mut performed)?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);

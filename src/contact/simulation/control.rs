@@ -105,6 +105,7 @@ impl Spring {
         let wanted = to + lead * rate + effort.clamp(-self.effort, self.effort) / self.stiffness;
         let idle = at + lead * speed;
         let reach = self.effort / self.stiffness;
-        wanted.clamp(idle - reach, idle + reach)
+        // what has diverged is not a number; it is told after the step
+        if idle.is_finite() { wanted.clamp(idle - reach, idle + reach) } else { wanted }
     }
 }

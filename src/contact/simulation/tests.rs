@@ -282,6 +282,27 @@ fn what_cannot_be_simulated_is_refused_by_name() {
 }
 
 #[test]
+fn links_without_inertia_about_an_axis_or_any_are_simulated_as_if_they_had_a_little() {
+    let (body, motion) = standing(12);
+    let settings = SimulationSettings { root_wrench: 0.2, ..SimulationSettings::default() };
+    for least in [0.0, 1e-20] {
+        for link in 0..body.links.len() {
+            let mut thin = body.clone();
+            let Some(inertia) = thin.links[link].inertia.as_mut() else { continue };
+            inertia.tensor.m33 = least;
+            let simulated = simulate(&thin, &motion, &settings);
+            assert!(simulated.is_ok(), "{}: {simulated:?}", thin.links[link].name);
+        }
+    }
+    let mut points = body.clone();
+    points.links.iter_mut().filter_map(|link| link.inertia.as_mut()).for_each(|i| i.tensor = Matrix3::zeros());
+    match simulate(&points, &motion, &settings) {
+        Ok(_) | Err(ContactError::Diverged { .. }) => {}
+        Err(other) => panic!("{other}"),
+    }
+}
+
+#[test]
 fn a_box_dropped_on_a_prop_lies_on_it_and_one_that_slides_stops_before_it() {
     let solid = Flesh::Box { link_from_box: Isometry3::translation(0.0, 0.0, 0.25), half_extents: [0.5, 0.5, 0.25] };
     let stand = [crate::body::Prop { name: "stand".into(), solid }];
