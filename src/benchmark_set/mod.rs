@@ -39,7 +39,9 @@ pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;
-pub use recording_file::{SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz};
+pub use recording_file::{
+    SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
+};
 pub use run_poses::RunPoses;
 pub use set::{BenchmarkSet, SET_ENTRIES, SetParts, TruthSet, is_set, verify_hashes};
 pub use spread_file::StepSpread;

@@ -67,7 +67,8 @@ pub(super) fn methods(comparison: &Comparison) -> String {
             lines.push(format!("  {name:<28} {:>9}  {:^19}  {lost:>11}", number(error.mean), interval(error)));
         }
     }
-    let mut learned: Vec<&str> = comparison.methods.values().flat_map(|m| &m.learned_from).map(String::as_str).collect();
+    let mut learned: Vec<&str> =
+        comparison.methods.values().flat_map(|m| &m.learned_from).map(String::as_str).collect();
     learned.sort_unstable();
     learned.dedup();
     if !learned.is_empty() {
