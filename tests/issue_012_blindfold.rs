@@ -118,7 +118,8 @@ fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
     room.write("cropped.bvh", part_of_jumps(1350, 1700, 1));
     room.write("slow.bvh", part_of_jumps(1200, 1700, 4));
     room.write("other.bvh", part_of_jumps(1401, 1700, 1));
-    let test_of_jumps = |clip: &str| small("", &format!("[[training.clips]]\nclip = \"{clip}\"")).replace("embedded:walk", "jumps.bvh");
+    let test_of_jumps =
+        |clip: &str| small("", &format!("[[training.clips]]\nclip = \"{clip}\"")).replace("embedded:walk", "jumps.bvh");
     let test_of_walk = |clip: &str| small("", &format!("[[training.clips]]\nclip = \"{clip}\""));
     let mut cases = vec![
         ("renamed.txt", test_of_walk("renamed.txt")),
@@ -133,7 +134,10 @@ fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
     for (clip, scenario) in cases {
         room.write("copied.toml", scenario);
         let (code, said) = room.run("check copied.toml");
-        assert!(code == 2 && said.contains(&format!("of `{clip}` are frames of [motion] too")), "{clip}: {code} {said}");
+        assert!(
+            code == 2 && said.contains(&format!("of `{clip}` are frames of [motion] too")),
+            "{clip}: {code} {said}"
+        );
     }
     room.write("other.toml", test_of_jumps("other.bvh"));
     room.succeed("check other.toml");
@@ -146,13 +150,19 @@ fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_model
     room.succeed("train copy.json --model gpdm --out copy.model --quiet");
     room.succeed("train embedded:run --model gpdm --out run.model --quiet");
     let on = |model: &str| format!("tracker.gpdm.model_file={model} tracker.gpdm.particles=20");
-    room.write("small.toml", small("last_frame = 12", "").replace("[tracker.annealed_particle_filter]\nparticles = 12\nlayers = 2\n", ""));
+    room.write(
+        "small.toml",
+        small("last_frame = 12", "").replace("[tracker.annealed_particle_filter]\nparticles = 12\nlayers = 2\n", ""),
+    );
     let (code, said) = room.run(&format!("run small.toml {} --out refused", on("copy.model")));
     assert!(code == 2 && said.contains("learned from frames of `copy.json`"), "{code} {said}");
 
     room.succeed("render small.toml --out set");
     let said = room.succeed("track set --tracker gpdm model_file=copy.model particles=20 --out blind");
-    assert!(room.json("blind/track.json")["learned_from"][0].as_str().unwrap().contains("copy.model: copy.json"), "{said}");
+    assert!(
+        room.json("blind/track.json")["learned_from"][0].as_str().unwrap().contains("copy.model: copy.json"),
+        "{said}"
+    );
     let (code, said) = room.run("evaluate set blind");
     assert!(code == 2 && said.contains("memory, not tracking"), "{code} {said}");
     assert!(!room.path("blind/run.json").exists());
@@ -161,7 +171,9 @@ fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_model
     let old: Npz = npz.iter().filter(|(n, _)| !n.starts_with("fingerprint")).map(|(n, a)| (n, a.clone())).collect();
     // as a file of an older version would be of another file's hash and name
     let facts: Vec<u8> = match &old.get("facts").unwrap().values {
-        Values::U8(bytes) => String::from_utf8(bytes.clone()).unwrap().replace("copy.json", "elsewhere.txt").into_bytes(),
+        Values::U8(bytes) => {
+            String::from_utf8(bytes.clone()).unwrap().replace("copy.json", "elsewhere.txt").into_bytes()
+        }
         other => panic!("{other:?}"),
     };
     let old: Npz = old
@@ -186,7 +198,8 @@ fn a_motion_begins_where_it_is_put_and_the_set_says_which_way_it_faces() {
     room.write("plain.toml", small("", ""));
     let of = |set: &str| {
         room.succeed(&format!("render {set}.toml --out {set}"));
-        let manifest: toml::Table = toml::from_slice(&fs::read(room.path(&format!("{set}/set.toml"))).unwrap()).unwrap();
+        let manifest: toml::Table =
+            toml::from_slice(&fs::read(room.path(&format!("{set}/set.toml"))).unwrap()).unwrap();
         let forward = manifest["sequence"]["forward"].as_array().unwrap().iter().map(|x| x.as_float().unwrap());
         let world = manifest["convention"]["world"].as_str().unwrap().to_owned();
         assert!(!world.contains("forward"), "{world}");
@@ -194,7 +207,9 @@ fn a_motion_begins_where_it_is_put_and_the_set_says_which_way_it_faces() {
     };
     let (placed, forward) = of("placed");
     let first = &placed.truth.ground_truth.frames[0].pose;
-    assert!((first.world_from_root.translation.x - 1.5).abs() + (first.world_from_root.translation.y + 2.0).abs() < 1e-9);
+    assert!(
+        (first.world_from_root.translation.x - 1.5).abs() + (first.world_from_root.translation.y + 2.0).abs() < 1e-9
+    );
     assert!((first.heading().unwrap().to_degrees() - 90.0).abs() < 1e-9);
     // said of the tracker's body, which leans a little otherwise
     assert!(forward[1] > 0.99 && forward[2] == 0.0 && placed.blind.forward == Some([forward[0], forward[1], 0.0]));

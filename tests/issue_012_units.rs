@@ -99,7 +99,8 @@ fn own_frame(rest: Rest, joint: usize) -> Rotation3<f64> {
 fn bvh(export: Export) -> String {
     let mut text = "HIERARCHY\n".to_owned();
     let mut open: Vec<usize> = Vec::new();
-    let numbers = |v: Vector3<f64>| format!("{:.7} {:.7} {:.7}", v.x / export.unit, v.y / export.unit, v.z / export.unit);
+    let numbers =
+        |v: Vector3<f64>| format!("{:.7} {:.7} {:.7}", v.x / export.unit, v.y / export.unit, v.z / export.unit);
     if export.reference {
         text += "ROOT Reference\n{\nOFFSET 0 0 0\nCHANNELS 0\n";
     }
@@ -113,7 +114,8 @@ fn bvh(export: Export) -> String {
         let word = if joint == 0 && !export.reference { "ROOT" } else { "JOINT" };
         let off = parent.map_or(Vector3::zeros(), |parent| frame_of(parent).inverse() * offset(joint));
         let channels = if joint == 0 { "6 Xposition Yposition Zposition" } else { "3" };
-        text += &format!("{word} {name}\n{{\nOFFSET {}\nCHANNELS {channels} Zrotation Yrotation Xrotation\n", numbers(off));
+        text +=
+            &format!("{word} {name}\n{{\nOFFSET {}\nCHANNELS {channels} Zrotation Yrotation Xrotation\n", numbers(off));
         if let Some(tip) = tip {
             let tip = frame_of(joint).inverse() * (Vector3::from(*tip) - Vector3::from(*at));
             text += &format!("End Site\n{{\nOFFSET {}\n}}\n", numbers(tip));
@@ -121,7 +123,8 @@ fn bvh(export: Export) -> String {
     }
     text += &"}\n".repeat(open.len() + usize::from(export.reference));
     text += &format!("MOTION\nFrames: {FRAMES}\nFrame Time: {}\n", 1.0 / RATE);
-    let file_from_world = if export.y_up { Rotation3::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2) } else { Rotation3::identity() };
+    let file_from_world =
+        if export.y_up { Rotation3::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2) } else { Rotation3::identity() };
     for frame in 0..FRAMES {
         for (joint, (name, parent, ..)) in BODY.iter().enumerate() {
             let local = motion(name, frame) * frame_of(joint);
@@ -183,8 +186,12 @@ fn a_unit_that_makes_no_human_asks_for_metres_per_unit() {
 }
 
 fn skiagraph(folder: &tempfile::TempDir, arguments: &str) -> (i32, String) {
-    let output = cargo_bin_cmd!("skiagraph").args(arguments.split_whitespace()).current_dir(folder.path()).output().unwrap();
-    (output.status.code().unwrap(), String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap())
+    let output =
+        cargo_bin_cmd!("skiagraph").args(arguments.split_whitespace()).current_dir(folder.path()).output().unwrap();
+    (
+        output.status.code().unwrap(),
+        String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap(),
+    )
 }
 
 #[test]
@@ -243,7 +250,10 @@ fn scaled(text: &str, factor: f64) -> String {
     let header: Vec<&str> = lines.by_ref().take(2).collect();
     let row = |line: &str| {
         let values = line.split_whitespace().zip(&lengths);
-        values.map(|(word, is_length)| if *is_length { number(word) } else { word.to_owned() }).collect::<Vec<_>>().join(" ")
+        values
+            .map(|(word, is_length)| if *is_length { number(word) } else { word.to_owned() })
+            .collect::<Vec<_>>()
+            .join(" ")
     };
     let rows: Vec<String> = lines.map(row).collect();
     format!("{}\nMOTION\n{}\n{}\n", hierarchy.join("\n"), header.join("\n"), rows.join("\n"))
@@ -272,11 +282,16 @@ fn shared_recordings_and_their_scaled_copies_are_read_in_their_units_or_ask() {
         let whole = fs::read_to_string(folder.join(format!("{name}.bvh"))).unwrap();
         for factor in [1.0, 10.0, 100.0, 0.01] {
             let text = if factor == 1.0 { whole.clone() } else { scaled(&whole, factor) };
-            let usual = [1.0, 0.1, 0.01, 0.001, 0.0254, 0.3048, cmu].iter().any(|u| (u / (unit / factor) - 1.0).abs() < 1e-9);
+            let usual =
+                [1.0, 0.1, 0.01, 0.001, 0.0254, 0.3048, cmu].iter().any(|u| (u / (unit / factor) - 1.0).abs() < 1e-9);
             match parse_bvh(&text, name, &ReadOptions::default()) {
                 Ok(clip) => {
                     let found = unit_of(&clip, &text, name);
-                    assert!((found / (unit / factor) - 1.0).abs() < 1e-3, "{name} x {factor}: {found}, {:?}", clip.notes);
+                    assert!(
+                        (found / (unit / factor) - 1.0).abs() < 1e-3,
+                        "{name} x {factor}: {found}, {:?}",
+                        clip.notes
+                    );
                     assert!((1.2..=2.3).contains(&clip.stature()), "{name} x {factor}: {}", clip.stature());
                 }
                 Err(error) => {
@@ -301,7 +316,11 @@ fn formats_that_know_their_up_axis_do_not_guess_it() {
     let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };
     for name in ["49_01", "16_03", "02_04", "14_24"] {
         let clip = skiagraph::mocap::read(&folder.join(format!("{name}.amc")), &ReadOptions::default()).unwrap();
-        assert!(!said(&clip.notes) && clip.notes.iter().all(|n| !n.contains("longer along")), "{name}: {:?}", clip.notes);
+        assert!(
+            !said(&clip.notes) && clip.notes.iter().all(|n| !n.contains("longer along")),
+            "{name}: {:?}",
+            clip.notes
+        );
         assert!((1.5..2.0).contains(&clip.stature()), "{name}: {}", clip.stature());
     }
 }

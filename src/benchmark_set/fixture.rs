@@ -4,7 +4,9 @@ use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
 use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
 use crate::body::fixture::{person, walk};
-use crate::body::{DegreeOfFreedom, Drive, Flesh, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint};
+use crate::body::{
+    DegreeOfFreedom, Drive, Flesh, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion,
+};
 use crate::observation::Observer;
 use crate::raster::TaperedCapsule;
 use crate::scene::GroundTruth;
@@ -12,8 +14,12 @@ use crate::scene::fixture::rig;
 
 /// A set of a few frames of the test person's walk.
 pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
-    let motion = walk(frames);
-    let truth = GroundTruth::from_motion(person(), &motion, &rig()).unwrap();
+    set_of(&walk(frames))
+}
+
+/// A set of a motion of the test person.
+pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
+    let truth = GroundTruth::from_motion(person(), motion, &rig()).unwrap();
     let start = Start { body: person(), pose: motion.poses[0].clone(), training: Training::none(&person()) };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
@@ -21,7 +27,7 @@ pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
         rig: &rig(),
         start: &start,
         ground_truth: &truth,
-        refitted: Some(&motion),
+        refitted: Some(motion),
         facts: &facts,
         recording: None,
     };

@@ -90,8 +90,14 @@ const CONVENTIONS: [(&str, &str); 11] = [
     ("length", "metres"),
     ("angle", "radians; three angles of one spherical joint are a rotation vector"),
     ("world", "right-handed, Z up, ground at z = 0"),
-    ("forward", "sequence.forward: the way the body faces in frame 0 (heading of its root), a unit vector on the ground"),
-    ("training", "start/training.npz: motions other than the test's; without any, start/spread.npz: root mean squares, no poses"),
+    (
+        "forward",
+        "sequence.forward: the way the body faces in frame 0 (heading of its root), a unit vector on the ground",
+    ),
+    (
+        "training",
+        "start/training.npz: motions other than the test's; without any, start/spread.npz: root mean squares, no poses",
+    ),
     ("camera", "OpenCV: x right, y down, z forward; x_camera = R x_world + t; distortion k1 k2 p1 p2 k3"),
     ("pixel_centres", "cameras.json: integers, as OpenCV has it; the centre of the top-left pixel is (0, 0)"),
     ("quaternion", "unit, w x y z, w >= 0"),
@@ -192,7 +198,8 @@ mod tests {
         assert_eq!(BlindManifest::from_toml(&text).unwrap(), walk(3));
         let text = String::from_utf8(text).unwrap();
         assert!(text.contains("world = \"right-handed, Z up") && text.contains("forward = [0.6, -0.8, 0.0]"), "{text}");
-        let without: String = text.lines().filter(|line| !line.starts_with("forward = [")).map(|l| format!("{l}\n")).collect();
+        let without: String =
+            text.lines().filter(|line| !line.starts_with("forward = [")).map(|l| format!("{l}\n")).collect();
         assert_eq!(BlindManifest::from_toml(without.as_bytes()).unwrap().sequence.forward, None, "an older set");
     }
 

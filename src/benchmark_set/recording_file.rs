@@ -88,7 +88,8 @@ pub(super) use self::recordings_to_npz as to_npz;
 /// [`SetError::Malformed`] for anything but what [`recordings_to_npz`] writes.
 pub fn recordings_from_npz(file: &str, bytes: &[u8]) -> Result<Vec<SourceRecording>, SetError> {
     let npz = Npz::from_bytes(file, bytes)?;
-    let malformed = || SetError::malformed(file, "expected the arrays clip, sha256 and frames as skiagraph writes them");
+    let malformed =
+        || SetError::malformed(file, "expected the arrays clip, sha256 and frames as skiagraph writes them");
     let texts = |name: &str| match npz.get(name).map(|array| &array.values) {
         Some(Values::Text(texts)) => Ok(texts),
         _ => Err(malformed()),
@@ -136,11 +137,16 @@ pub fn push_fingerprints<'a>(npz: &mut Npz, fingerprints: impl Iterator<Item = O
 /// # Errors
 /// [`SetError::Malformed`] where the arrays do not fit together.
 pub fn read_fingerprints(file: &str, npz: &Npz, count: usize) -> Result<Vec<Option<MotionFingerprint>>, SetError> {
-    if npz.get("fingerprint_version").map(|array| &array.values) != Some(&Values::I64(vec![VERSION])) {
-        return Ok(vec![None; count]);
-    }
     let malformed = || SetError::malformed(file, "the fingerprints of its recordings do not fit together");
     let values = |name: &str| npz.get(name).map(|array| &array.values);
+    match values("fingerprint_version") {
+        Some(Values::I64(version)) if *version == [VERSION] => {}
+        Some(Values::I64(_)) => return Ok(vec![None; count]),
+        None if values("fingerprint").is_none() && values("fingerprint_rows").is_none() => {
+            return Ok(vec![None; count]);
+        }
+        _ => return Err(malformed()),
+    }
     let (Some(Values::I64(lengths)), Some(Values::F32(numbers))) = (values("fingerprint_rows"), values("fingerprint"))
     else {
         return Err(malformed());
@@ -163,7 +169,7 @@ mod tests {
 
     /// Frames of a path through the space of distances.
     fn path(first: usize, frames: usize) -> MotionFingerprint {
-        let row = |t: usize| std::array::from_fn(|i| (0.05 * (first + t) as f32 + i as f32).sin());
+        let row = |t: usize| std::array::from_fn(|i| (0.05 * (first + t) as f32 * (1.0 + 0.13 * i as f32)).sin());
         MotionFingerprint { rows: (0..frames).map(row).collect() }
     }
 
@@ -180,7 +186,7 @@ mod tests {
         ];
         let bytes = recordings_to_npz("x", &all).unwrap();
         assert_eq!(recordings_from_npz("x", &bytes).unwrap(), all);
-        for broken in ["clip", "frames", "fingerprint"] {
+        for broken in ["clip", "frames", "fingerprint", "fingerprint_version"] {
             let npz = Npz::from_bytes("x", &bytes).unwrap();
             let names = ["clip", "sha256", "frames", "fingerprint_version", "fingerprint_rows", "fingerprint"];
             let without = names.into_iter().filter(|n| *n != broken).map(|n| (n, npz.get(n).unwrap().clone()));

@@ -9,8 +9,8 @@ use super::files::{LISTING, SetFiles};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, Npz, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file, recording_file,
-    silhouette_png, truth_file,
+    Layer, Npz, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file,
+    recording_file, silhouette_png, truth_file,
 };
 use crate::body::Motion;
 use crate::camera::CameraRig;

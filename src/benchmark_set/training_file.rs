@@ -54,7 +54,9 @@ impl Training {
     /// What is learned from, in words, one entry a recording.
     pub fn in_words(&self) -> Vec<String> {
         match self {
-            Self::Spread(_) => vec!["the spread of the test's own changes from frame to frame (no pose of it)".to_owned()],
+            Self::Spread(_) => {
+                vec!["the spread of the test's own changes from frame to frame (no pose of it)".to_owned()]
+            }
             Self::Motions(training) if training.sources.is_empty() => {
                 vec!["training motion of the set, source not recorded".to_owned()]
             }

@@ -94,16 +94,18 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         (false, "") => format!("actor {}, tracker {}", s.actor, s.tracker_body),
         (false, how) => how.to_owned(),
     };
-    let training = s.learned_from.join("; ");
+    let training = match s.training_frames {
+        0 => s.learned_from.join("; "),
+        frames => format!("{frames} frames: {}", s.learned_from.join("; ")),
+    };
     let hashes = s.fault.as_ref().map_or_else(|| "all as listed".to_owned(), |fault| format!("BROKEN: {fault}"));
     let mut text = format!(
-        "{name}: benchmark set {}, {} frames at {} Hz\n  motion   {}\n  bodies   {bodies}\n  training {} frames, {training}\n  \
+        "{name}: benchmark set {}, {} frames at {} Hz\n  motion   {}\n  bodies   {bodies}\n  training {training}\n  \
          layers   {}\n  set hash {}\n  files    {hashes}\n",
         s.name,
         s.frames,
         s.frames_per_second,
         s.motion,
-        s.training_frames,
         if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
         s.set_hash,
     );

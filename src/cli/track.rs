@@ -59,11 +59,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     } else if let Some(record) = &tracked.record {
         let frames = tracked.estimates.frames();
         output::print(&format!(
-            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second\n  measure it: skiagraph evaluate {} {}",
+            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second{}\n  measure it: skiagraph evaluate {} {}",
             arguments.out.display(),
             settings.name(),
             seeds.len(),
             record.timing.frames_per_second,
+            match record.learned_from.is_empty() {
+                true => String::new(),
+                false => format!("\n  learned from: {}", record.learned_from.join("; ")),
+            },
             arguments.set.display(),
             arguments.out.display(),
         ))?;

@@ -51,7 +51,9 @@ pub enum ExperimentError {
     #[error(transparent)]
     Learning(#[from] GraphError),
     /// A model was to be learned from a set that has no motion to learn from.
-    #[error("this tracker learns from motion, and the set has none for it; render it from a scenario with [[training.clips]]")]
+    #[error(
+        "this tracker learns from motion, and the set has none for it; render it from a scenario with [[training.clips]]"
+    )]
     NoTraining,
     /// A run whose models learned from frames of the test.
     #[error(

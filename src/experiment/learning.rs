@@ -95,7 +95,12 @@ impl Models {
                         path.display()
                     ));
                 }
-                self.read.push(ReadModel { path: path.clone(), facts: model.facts, sources, graph: model.graph.into() });
+                self.read.push(ReadModel {
+                    path: path.clone(),
+                    facts: model.facts,
+                    sources,
+                    graph: model.graph.into(),
+                });
                 self.read.len() - 1
             }
         };
@@ -107,7 +112,8 @@ impl Models {
             return unfit(format!("is a {found}, and this tracker wants a {wanted}; learn one with --model {wanted}"));
         }
         let of_test = |from: &SourceRecording| self.test.as_ref().and_then(|test| from.shared_frames(test));
-        if let Some((from, (first, last))) = sources.iter().find_map(|from| of_test(from).map(|frames| (from, frames))) {
+        if let Some((from, (first, last))) = sources.iter().find_map(|from| of_test(from).map(|frames| (from, frames)))
+        {
             return unfit(format!(
                 "learned from frames of `{}` that are frames of the scenario's [motion] too ({first} to {last}); learn from other \
                  frames than those of the test",

@@ -86,13 +86,8 @@ impl TrainingInput {
     ) -> Result<Self, ExperimentError> {
         let template = robot_named(Path::new(""), &options.robot)
             .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
-        let mut input = Self {
-            body: template.clone(),
-            motions: vec![],
-            learned_from: vec![],
-            fingerprints: vec![],
-            notes: vec![],
-        };
+        let mut input =
+            Self { body: template.clone(), motions: vec![], learned_from: vec![], fingerprints: vec![], notes: vec![] };
         for (index, clip) in clips.iter().enumerate() {
             let settings = MotionSettings {
                 first_frame: options.first_frame,

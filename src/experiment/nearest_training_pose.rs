@@ -15,8 +15,7 @@ impl NearestTrainingPose {
     /// `truth` has one pose of `body`, the tracker's, a frame.
     pub(super) fn new(body: &Humanoid, training: &[Motion], truth: &Motion) -> Self {
         let chart = PoseChart::learn(body, training);
-        let known: Vec<_> =
-            training.iter().flat_map(|m| &m.poses).map(|pose| (chart.rotations(pose), pose)).collect();
+        let known: Vec<_> = training.iter().flat_map(|m| &m.poses).map(|pose| (chart.rotations(pose), pose)).collect();
         let nearest = |truth: &Pose| {
             let rotations = chart.rotations(truth);
             let near = known.iter().map(|(r, pose)| (distance(&rotations, r), pose));

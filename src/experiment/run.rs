@@ -226,17 +226,14 @@ fn refuse_inputs(place: &Path, inputs: [&Path; 2]) -> Result<(), ExperimentError
 }
 
 /// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies beside the truth.
-fn check_sources(
-    set: &BenchmarkSet,
-    tracked: &Tracked,
-    run: &Path,
-    watch: &dyn Watch,
-) -> Result<(), ExperimentError> {
+fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn Watch) -> Result<(), ExperimentError> {
     if tracked.sources.is_empty() {
         return Ok(());
     }
     let Some(test) = &set.truth.recording else {
-        watch.say("the set does not say which recording it is of: whether the run's model learned from it cannot be told");
+        watch.say(
+            "the set does not say which recording it is of: whether the run's model learned from it cannot be told",
+        );
         return Ok(());
     };
     for source in &tracked.sources {
@@ -246,7 +243,9 @@ fn check_sources(
         }
         if source.fingerprint.is_none() {
             let clip = &source.clip;
-            watch.say(&format!("`{clip}`, of which the run's model learned, is told from the test by name and hash alone"));
+            watch.say(&format!(
+                "`{clip}`, of which the run's model learned, is told from the test by name and hash alone"
+            ));
         }
     }
     Ok(())

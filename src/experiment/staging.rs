@@ -4,8 +4,8 @@ use std::path::Path;
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
 use super::placement::place;
+use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
 use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::retarget::{
@@ -55,8 +55,7 @@ impl Staged {
     /// [`ExperimentError`] that names the file, line or key.
     pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let scenario = &file.scenario;
-        let clip_file::Recording { clip, source } =
-            clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
+        let clip_file::Recording { clip, source } = clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
         let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
         let recording = ("motion.clip", scenario.motion.clip.as_str());
         let tracker_template = match scenario.actor.robot == scenario.tracker_body.robot {

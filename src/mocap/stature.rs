@@ -88,7 +88,9 @@ impl Stature {
         let guess = self.steadier().unwrap_or(by_motion);
         notes.push(format!("up axis guessed: {guess:?}"));
         notes.push(match guess == by_motion {
-            true => format!("the rest pose lies along {by_rest:?}, the motion stands along {by_motion:?}; else set `up`"),
+            true => {
+                format!("the rest pose lies along {by_rest:?}, the motion stands along {by_motion:?}; else set `up`")
+            }
             false => format!("in most frames the body is longer along {by_motion:?}: lying down, or set `up`"),
         });
         guess
@@ -98,7 +100,9 @@ impl Stature {
     pub(super) fn accept_up(&self, up: UpAxis, notes: &mut Vec<String>) -> UpAxis {
         let by_motion = longer(&self.moved);
         if by_motion != up && self.steadier() == Some(by_motion) {
-            notes.push(format!("the body is longer along {by_motion:?} than along {up:?}, its format's up: lying down, or set `up`"));
+            notes.push(format!(
+                "the body is longer along {by_motion:?} than along {up:?}, its format's up: lying down, or set `up`"
+            ));
         }
         up
     }
@@ -227,7 +231,8 @@ fn bounds(points: &[Point3<f64>]) -> (Vector3<f64>, Vector3<f64>) {
 
 /// The greatest distance between two points.
 fn reach(points: &[Point3<f64>]) -> f64 {
-    let pairs = points.iter().enumerate().flat_map(|(i, a)| points[i + 1..].iter().map(move |b| (a - b).norm_squared()));
+    let pairs =
+        points.iter().enumerate().flat_map(|(i, a)| points[i + 1..].iter().map(move |b| (a - b).norm_squared()));
     pairs.fold(0.0, f64::max).sqrt()
 }
 
@@ -277,11 +282,13 @@ mod tests {
     #[test]
     fn a_rest_pose_that_lies_does_not_turn_a_standing_body() {
         let mut notes = Vec::new();
-        let lying_rest = Stature { rest: Vector3::new(1.7, 0.3, 1.7), moved: Vector3::new(0.6, 1.7, 0.4), ..standing(1.7) };
+        let lying_rest =
+            Stature { rest: Vector3::new(1.7, 0.3, 1.7), moved: Vector3::new(0.6, 1.7, 0.4), ..standing(1.7) };
         assert_eq!(lying_rest.guess_up(&mut notes), UpAxis::Y);
         assert!(notes[1].contains("rest pose lies along Z"), "{notes:?}");
         // A rest pose with every bone along x says nothing.
-        let straight = Stature { rest: Vector3::new(9.0, 0.1, 0.1), moved: Vector3::new(0.5, 0.5, 1.7), ..standing(1.7) };
+        let straight =
+            Stature { rest: Vector3::new(9.0, 0.1, 0.1), moved: Vector3::new(0.5, 0.5, 1.7), ..standing(1.7) };
         assert_eq!(straight.guess_up(&mut Vec::new()), UpAxis::Z);
     }
 

@@ -88,14 +88,21 @@ fn unknown_chunk(bytes: &[u8]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmark_set::fixture::small_set;
+    use crate::benchmark_set::fixture::set_of;
     use crate::benchmark_set::{Array, BenchmarkSet, Npz};
     use crate::body::Pose;
+    use crate::body::fixture::walk;
 
     const FRAMES: usize = 12;
 
+    /// A set of a walk whose joints all move, no two alike.
     fn written() -> (BenchmarkSet, tempfile::TempDir) {
-        let (set, directory) = (small_set(FRAMES).unwrap(), tempfile::tempdir().unwrap());
+        let mut motion = walk(FRAMES);
+        for (frame, pose) in motion.poses.iter_mut().enumerate() {
+            let angle = |i: usize| 0.4 * (0.1 * frame as f64 * (1.0 + 0.37 * i as f64) + i as f64).sin();
+            pose.joint_angles.iter_mut().enumerate().for_each(|(i, a)| *a = angle(i));
+        }
+        let (set, directory) = (set_of(&motion).unwrap(), tempfile::tempdir().unwrap());
         set.write(directory.path()).unwrap();
         (set, directory)
     }
@@ -162,13 +169,33 @@ mod tests {
     }
 
     #[test]
+    fn a_mirrored_pose_is_found_however_its_signs_are_counted() {
+        let (set, _) = written();
+        let names: Vec<&str> =
+            set.truth.ground_truth.actor.degrees_of_freedom.iter().map(|dof| dof.name.as_str()).collect();
+        let other = |name: &str| match name.contains("left") {
+            true => name.replace("left", "right"),
+            false => name.replace("right", "left"),
+        };
+        let of = |i: usize| names.iter().position(|name| *name == other(names[i])).unwrap_or(i);
+        let row = &angles(&poses(&set))[5];
+        // rounded, so that it is not found as numbers in any order
+        let mirrored: Vec<f64> = (0..row.len()).map(|i| -(row[of(i)] * 1e4).round() / 1e4).collect();
+        assert!(mirrored.iter().zip(row).any(|(a, b)| (a.abs() - b.abs()).abs() > 0.01), "the fixture has two sides");
+        let found = planted("start/m.npz", &npz(&[("mirror", Array::new(&[1, row.len()], mirrored))]));
+        assert!(found.iter().any(|leak| leak.what.contains("mirrored")), "{found:?}");
+    }
+
+    #[test]
     fn poses_are_found_in_json_in_tables_and_as_plain_bytes() {
         let (set, _) = written();
         let rows = angles(&poses(&set));
         let json = serde_json::json!({ "notes": [{ "t": 3, "q": rows[4] }] }).to_string();
-        let table: String = rows.iter().map(|r| r.iter().map(|x| format!("{x:.6};")).collect::<String>() + "\n").collect();
-        let column_table: String =
-            (0..rows[0].len()).map(|i| rows.iter().map(|r| format!("{:.5} ", r[i])).collect::<String>() + "\n").collect();
+        let table: String =
+            rows.iter().map(|r| r.iter().map(|x| format!("{x:.6};")).collect::<String>() + "\n").collect();
+        let column_table: String = (0..rows[0].len())
+            .map(|i| rows.iter().map(|r| format!("{:.5} ", r[i])).collect::<String>() + "\n")
+            .collect();
         let doubles: Vec<u8> = [vec![1, 2, 3], rows.concat().iter().flat_map(|x| x.to_le_bytes()).collect()].concat();
         let floats: Vec<u8> = rows.concat().iter().flat_map(|x| (*x as f32).to_le_bytes()).collect();
         for (name, bytes) in [
@@ -193,9 +220,12 @@ mod tests {
         let root = truth.pose.world_from_root.translation.vector;
         let markers: Vec<f64> = truth.markers.iter().flatten().flat_map(|p| [p.x, p.y, p.z]).collect();
         let joints: Vec<f64> = truth.joint_positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
-        for (name, values) in
-            [("shuffled", shuffled), ("root", vec![9.0, root.x, root.y, root.z]), ("markers", markers), ("joints", joints)]
-        {
+        for (name, values) in [
+            ("shuffled", shuffled),
+            ("root", vec![9.0, root.x, root.y, root.z]),
+            ("markers", markers),
+            ("joints", joints),
+        ] {
             let found = planted("start/x.npz", &npz(&[(name, Array::new(&[values.len()], values))]));
             assert!(found.iter().any(|leak| leak.place.contains(name)), "{name}: {found:?}");
         }

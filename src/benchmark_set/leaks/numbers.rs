@@ -74,7 +74,8 @@ fn of_bytes(place: &str, bytes: &[u8]) -> Vec<Sequence> {
 /// The numbers of a text; where every line with numbers has as many, as a table.
 fn of_text(place: &str, text: &str) -> Vec<Sequence> {
     let is_part = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
-    let of_line = |line: &str| -> Vec<f64> { line.split(|c| !is_part(c)).filter_map(|word| word.parse().ok()).collect() };
+    let of_line =
+        |line: &str| -> Vec<f64> { line.split(|c| !is_part(c)).filter_map(|word| word.parse().ok()).collect() };
     let lines: Vec<Vec<f64>> = text.lines().map(of_line).filter(|numbers| !numbers.is_empty()).collect();
     let width = lines.iter().map(Vec::len).max().unwrap_or(0);
     let shape = if lines.iter().all(|line| line.len() == width) { vec![lines.len(), width] } else { Vec::new() };

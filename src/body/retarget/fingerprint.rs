@@ -152,7 +152,8 @@ fn nearness(row: &Row, from: &Row, to: &Row, bound: f32) -> Option<(f32, f32)> {
         length += way * way;
     }
     let share = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
-    let apart = (0..FINGERPRINT_DISTANCES).map(|i| (from[i] + share * (to[i] - from[i]) - row[i]).abs()).fold(0.0, f32::max);
+    let apart =
+        (0..FINGERPRINT_DISTANCES).map(|i| (from[i] + share * (to[i] - from[i]) - row[i]).abs()).fold(0.0, f32::max);
     (apart < bound).then_some((apart, share))
 }
 
