@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::files::{LISTING, SetFiles};
+use super::files::{self, LISTING, SetFiles, Sink, Stop};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -21,6 +21,13 @@ use crate::scene::GroundTruth;
 /// All that lies in a set's directory, by name.
 pub const SET_ENTRIES: [&str; 7] =
     [manifest::PATH, README, cameras_file::PATH, LISTING, "observations", "start", "truth"];
+
+/// Most memory that images in work take while layers are written, unless a single image takes more: so many threads draw at a
+/// time that their images stay below it.
+pub const LAYERS_MEMORY_BYTES: usize = 1 << 30;
+
+/// What one thread that writes layers holds for every pixel: its ray, depth and part, the parts cut out, and the file's bytes.
+const LAYER_BYTES_A_PIXEL: usize = 16 + 8 + 8 + 8;
 
 const README: &str = "README.txt";
 
@@ -95,9 +102,24 @@ impl BenchmarkSet {
     /// # Errors
     /// [`SetError`] when the parts do not fit together.
     pub fn assemble(parts: &SetParts<'_>, observe: impl Fn(usize) -> Observation + Sync) -> Result<Self, SetError> {
+        Self::assemble_unless(parts, &|| false, observe)
+    }
+
+    /// As [`Self::assemble`]; no frame and no file is begun once `stop` answers `true`.
+    ///
+    /// # Errors
+    /// As [`Self::assemble`], and [`SetError::Stopped`].
+    pub fn assemble_unless(
+        parts: &SetParts<'_>,
+        stop: &(dyn Fn() -> bool + Sync),
+        observe: impl Fn(usize) -> Observation + Sync,
+    ) -> Result<Self, SetError> {
         let truth = parts.ground_truth;
         parts.check()?;
-        let of_frame = |frame| silhouette_files(parts.rig, frame, &observe(frame));
+        let of_frame = |frame| match stop() {
+            true => Err(SetError::Stopped),
+            false => silhouette_files(parts.rig, frame, &observe(frame)),
+        };
         let of_frames = parallel::map(truth.frames.len(), of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
         let mut files: BTreeMap<String, Vec<u8>> = of_frames.into_iter().flatten().collect();
         let sequence = Sequence {
@@ -125,7 +147,7 @@ impl BenchmarkSet {
         if let Some(contact) = contact_file::to_npz(truth) {
             files.insert(contact_file::PATH.to_string(), contact.to_bytes(contact_file::PATH)?);
         }
-        Self::from_files(SetFiles::in_memory(files))
+        Self::from_files(SetFiles::in_memory(files, stop)?)
     }
 
     /// Opens a whole set on disk.
@@ -157,17 +179,56 @@ impl BenchmarkSet {
     /// # Errors
     /// As [`Self::write`].
     pub fn write_with_layers(&self, folder: &Path, layers: &[Layer]) -> Result<(), SetError> {
-        let observer = Observer::new(&self.truth.ground_truth, &self.blind.rig);
-        let frames = if layers.is_empty() { 0 } else { self.blind.frame_count };
-        self.blind.files().write(folder, frames, |frame| {
-            let images = observer.depths(frame).into_iter().enumerate();
-            let files = images.map(|(camera, image)| {
-                let path = exr_layers::path(camera, frame);
-                exr_layers::encode(&path, &image, layers).map(|bytes| (path, bytes))
-            });
-            files.collect()
+        self.write_unless(folder, layers, &|| false)
+    }
+
+    /// As [`Self::write_with_layers`]; no image and no file is begun once `stop` answers `true`.
+    ///
+    /// # Errors
+    /// As [`Self::write`], and [`SetError::Stopped`].
+    pub fn write_unless(
+        &self,
+        folder: &Path,
+        layers: &[Layer],
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(), SetError> {
+        self.blind.files().write(folder, stop, |sink| match layers.is_empty() {
+            true => Ok(()),
+            false => self.write_layers(layers, stop, sink),
         })
     }
+
+    /// One camera after another, each image drawn, written and forgotten: memory is that of some images, however many there are.
+    fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: Sink<'_>) -> Result<(), SetError> {
+        let frames = self.blind.frame_count;
+        for (index, camera) in self.blind.rig.cameras.iter().enumerate() {
+            let alone = CameraRig { cameras: vec![camera.clone()] };
+            let observer = Observer::new(&self.truth.ground_truth, &alone);
+            let workers = layer_workers(camera.pinhole.width, camera.pinhole.height);
+            let work = |worker| {
+                for frame in (worker..frames).step_by(workers).take_while(|_| !stop()) {
+                    let path = exr_layers::path(index, frame);
+                    for image in observer.depths(frame) {
+                        sink(path.clone(), &exr_layers::encode(&path, &image, layers)?)?;
+                    }
+                }
+                if stop() { Err(SetError::Stopped) } else { Ok(()) }
+            };
+            parallel::map(workers, work).into_iter().collect::<Result<(), _>>()?;
+        }
+        Ok(())
+    }
+}
+
+/// How many threads may draw images of that size at a time, at least one.
+fn layer_workers(width: u32, height: u32) -> usize {
+    let bytes = (width as usize * height as usize).max(1) * LAYER_BYTES_A_PIXEL;
+    (LAYERS_MEMORY_BYTES / bytes).clamp(1, rayon::current_num_threads().max(1))
+}
+
+/// Whether `directory` holds a set and nothing else.
+pub fn holds_only_a_set(directory: &Path) -> bool {
+    files::holds_only_listed(directory)
 }
 
 /// Whether there is a set, sound or not, in `directory`.
@@ -335,6 +396,28 @@ mod tests {
         verify_hashes(directory.path()).unwrap();
         assert!(directory.path().join("truth/layers/cam02/000001.exr").exists());
         same(&set, &BenchmarkSet::read(directory.path()).unwrap());
+    }
+
+    #[test]
+    fn so_few_large_images_are_drawn_at_a_time_that_memory_is_bounded() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(64).build().unwrap();
+        let [small, large, largest] =
+            pool.install(|| [(640, 480), (3840, 2160), (8192, 8192)].map(|(w, h)| layer_workers(w, h)));
+        assert_eq!((small, largest), (64, 1));
+        assert!(large > 1 && large * 3840 * 2160 * LAYER_BYTES_A_PIXEL <= LAYERS_MEMORY_BYTES, "{large}");
+    }
+
+    #[test]
+    fn a_set_that_is_stopped_is_not_made_and_its_layers_are_not_drawn() {
+        let set = small_set(2).unwrap();
+        let directory = tempfile::tempdir().unwrap();
+        let asked = std::sync::atomic::AtomicUsize::new(0);
+        // the files of the set are asked for one by one, then the layers
+        let stop = || asked.fetch_add(1, std::sync::atomic::Ordering::SeqCst) >= 15;
+        let stopped = set.write_unless(directory.path(), &[Layer::Depth], &stop).unwrap_err();
+        assert!(matches!(stopped, SetError::Stopped), "{stopped}");
+        assert!(directory.path().join("set.toml").exists() && !is_set(directory.path()));
+        assert!(!directory.path().join("truth/layers/cam02").exists());
     }
 
     #[test]

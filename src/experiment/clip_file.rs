@@ -124,6 +124,26 @@ pub(super) fn sha256_of_clip(
     sha256_of(&Places { folder, mocap_directory }.find(&settings.clip, settings.sha256.as_deref())?).ok()
 }
 
+/// The files of a recording that [`load`] reads; none for a built-in clip and for files that are missing.
+pub(super) fn paths_of(folder: &Path, settings: &MotionSettings, mocap_directory: Option<&Path>) -> Vec<PathBuf> {
+    if settings.clip.starts_with("embedded:") {
+        return Vec::new();
+    }
+    let places = Places { folder, mocap_directory };
+    let Some(clip) = places.find(&settings.clip, settings.sha256.as_deref()) else { return Vec::new() };
+    let has = |path: &Path, wanted: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
+    let skeletons: Vec<PathBuf> = match &settings.skeleton {
+        Some(name) => places.find(name, None).into_iter().collect(),
+        None if has(&clip, "amc") => {
+            let beside = clip.parent().and_then(|folder| fs::read_dir(folder).ok());
+            let beside = beside.into_iter().flatten().flatten().map(|entry| entry.path());
+            beside.filter(|path| has(path, "asf")).collect()
+        }
+        None => Vec::new(),
+    };
+    [vec![clip], skeletons].concat()
+}
+
 /// Where clips may be.
 struct Places<'a> {
     folder: &'a Path,

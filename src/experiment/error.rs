@@ -39,7 +39,7 @@ pub enum ExperimentError {
     Scene(#[from] SceneError),
     /// A set cannot be read or made.
     #[error(transparent)]
-    Set(#[from] SetError),
+    Set(SetError),
     /// A tracker's setting makes no sense.
     #[error(transparent)]
     Setting(#[from] SettingError),
@@ -114,6 +114,23 @@ pub enum ExperimentError {
         /// What the operating system answered.
         source: io::Error,
     },
+    /// Another process of this program writes to the same place.
+    #[error("{path}: another skiagraph is writing here now; wait until it is done, or choose another --out", path = path.display())]
+    Busy {
+        /// The place.
+        path: PathBuf,
+    },
+    /// What a command reads would be overwritten or changed.
+    #[error(
+        "{path}: the command reads {input}, which this --out would replace or change; choose another --out",
+        path = path.display(), input = input.display()
+    )]
+    IsInput {
+        /// The place.
+        path: PathBuf,
+        /// What is read.
+        input: PathBuf,
+    },
     /// Something that is not ours stands where a result should go.
     #[error(
         "{path}: there is something here that is not a result of ours; choose another --out, or --force to move it aside",
@@ -143,11 +160,22 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    /// The process's exit code: 2 for bad input or a place that cannot be written, 130 after an interruption.
+    /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work, 130 after
+    /// an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Busy { .. } => 75,
             Self::Interrupted | Self::TrainingInterrupted { .. } => 130,
             _ => 2,
+        }
+    }
+}
+
+impl From<SetError> for ExperimentError {
+    fn from(error: SetError) -> Self {
+        match error {
+            SetError::Stopped => Self::Interrupted,
+            other => Self::Set(other),
         }
     }
 }

@@ -15,6 +15,7 @@ mod check;
 mod clip_file;
 mod comparison;
 mod error;
+mod inputs;
 mod inspect;
 mod json_tree;
 mod learning;
@@ -23,15 +24,18 @@ mod model_file;
 mod model_training;
 mod nearest_training_pose;
 mod oracle;
+mod ours;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod place;
 mod results;
 mod run;
 mod scenario;
 mod staging;
 mod tracking;
 mod training;
+mod unfinished;
 mod watch;
 
 pub use check::{Soundness, check};
@@ -50,6 +54,7 @@ pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Res
 pub use run::{Destination, Done, draw, evaluate_run, render, run, track_set};
 pub use scenario::*;
 pub use staging::Staged;
+pub use unfinished::abandon;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};
 pub use watch::{Stage, Unwatched, Watch};
 

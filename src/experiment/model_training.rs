@@ -5,10 +5,12 @@
 
 use std::path::{Path, PathBuf};
 
+use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
 use super::model_file::hex_sha256;
-use super::partial_file::{beside, is_free, put};
+use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
+use super::unfinished;
 use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
 use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
 use crate::body::retarget::{RetargetOptions, retarget};
@@ -27,6 +29,8 @@ pub struct TrainingInput {
     pub learned_from: Vec<LearnedFrom>,
     /// What a user should know of the recordings.
     pub notes: Vec<String>,
+    /// The files that were read.
+    pub files: Vec<PathBuf>,
 }
 
 /// Which part of the recordings, at which rate, on which robot.
@@ -65,7 +69,8 @@ impl TrainingInput {
         let motions = staged.start.training.motions;
         let from = |(clip, motion)| LearnedFrom::of(clip, &file.folder, mocap_directory, motion);
         let learned_from = training.clips.iter().zip(&motions).map(from).collect();
-        Ok(Self { body: staged.start.body, motions, learned_from, notes: staged.notes })
+        let files = Inputs::of_scenario(file, mocap_directory).into_paths();
+        Ok(Self { body: staged.start.body, motions, learned_from, notes: staged.notes, files })
     }
 
     /// Recordings, each retargeted to the robot at its subject's size.
@@ -79,7 +84,8 @@ impl TrainingInput {
     ) -> Result<Self, ExperimentError> {
         let template = robot_named(Path::new(""), &options.robot)
             .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
-        let mut input = Self { body: template.clone(), motions: vec![], learned_from: vec![], notes: vec![] };
+        let files = vec![PathBuf::from(&options.robot)];
+        let mut input = Self { body: template.clone(), motions: vec![], learned_from: vec![], notes: vec![], files };
         for (index, clip) in clips.iter().enumerate() {
             let settings = MotionSettings {
                 first_frame: options.first_frame,
@@ -90,6 +96,7 @@ impl TrainingInput {
             let recording = clip_file::read_part(Path::new(""), &settings, mocap_directory, &in_arguments)?;
             let performed = retarget(&recording, &template, &RetargetOptions::default())?;
             input.learned_from.push(LearnedFrom::of(&settings, Path::new(""), mocap_directory, &performed.motion));
+            input.files.extend(clip_file::paths_of(Path::new(""), &settings, mocap_directory));
             input.notes.extend(performed.report.notes.iter().map(|note| format!("{clip}: {note}")));
             input.motions.push(performed.motion);
             if index == 0 {
@@ -153,13 +160,15 @@ pub fn train(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Trained, ExperimentError> {
-    if !is_free(to.path) && !to.force && LearnedModel::read(to.path).is_err() {
-        return Err(ExperimentError::Occupied { path: to.path.to_owned() });
-    }
+    let partial = beside(to.path, ".partial");
+    let inputs = Inputs::of(input.files.iter().cloned());
+    inputs.keep_from(to.path)?;
+    inputs.keep_from(&partial)?;
+    let place = PartialFile::begin(to.path, to.force)?;
+    let keeping = PartialFile::begin(&partial, to.force)?;
     let facts = facts(input, settings);
     let mut learner =
         GraphLearner::new(&input.body, &input.motions, settings).map_err(|e| in_words(input, e, to.path))?;
-    let partial = beside(to.path, ".partial");
     let state = |graph: &GpdmGraph, whole: bool| LearnedModel {
         facts: ModelFacts { whole, ..facts.clone() },
         body: input.body.clone(),
@@ -170,26 +179,37 @@ pub fn train(
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
         let kept = if models == 1 { "1 model that is".to_owned() } else { format!("{models} models that are") };
         watch.say(&format!("going on after {kept} kept in {}", partial.display()));
+        unfinished::keep(Some(&partial));
     } else {
         // whoever cannot write there shall know before the work
-        put(&partial, &state(learner.graph(), false).to_bytes()?)?;
+        keeping.put(&state(learner.graph(), false).to_bytes()?)?;
+        unfinished::begin(&partial);
     }
+    let keep = |graph: &GpdmGraph| {
+        keeping.put(&state(graph, false).to_bytes()?)?;
+        unfinished::end(&partial);
+        unfinished::keep(Some(&partial));
+        Ok(())
+    };
     watch.begin(Stage::Learn, input.frames());
     (0..learner.frames_done()).for_each(|_| watch.advance());
-    if let Err(error) = grow_all(&mut learner, watch, |graph| put(&partial, &state(graph, false).to_bytes()?)) {
-        if learner.graph().segments.is_empty() {
+    if let Err(error) = grow_all(&mut learner, watch, keep) {
+        let nothing = learner.graph().segments.is_empty();
+        if nothing {
             std::fs::remove_file(&partial).ok();
+            unfinished::end(&partial);
         }
         return Err(match error {
+            Stopped::Learning(GraphError::Model { source: GpdmError::Interrupted, .. }) if nothing => {
+                ExperimentError::Interrupted
+            }
             Stopped::Learning(e) => in_words(input, e, &partial),
             Stopped::Keeping(e) => e,
         });
     }
     let model = state(&learner.finish(), true);
-    if !is_free(to.path) && LearnedModel::read(to.path).is_err() {
-        move_aside(to.path)?;
-    }
-    put(to.path, &model.to_bytes()?)?;
+    place.put(&model.to_bytes()?)?;
+    unfinished::keep(None);
     std::fs::remove_file(&partial).ok();
     let mut notes = input.notes.clone();
     notes.extend(input.doubts());
@@ -234,14 +254,6 @@ fn kept(partial: &Path, facts: &ModelFacts, watch: &dyn Watch) -> Option<Learned
             None
         }
     }
-}
-
-fn move_aside(path: &Path) -> Result<(), ExperimentError> {
-    let aside = beside(path, "~");
-    if !is_free(&aside) {
-        return Err(ExperimentError::Occupied { path: aside });
-    }
-    std::fs::rename(path, aside).map_err(super::error::output(path, "move aside"))
 }
 
 /// The same error with the recording's name; an interruption with what is kept.

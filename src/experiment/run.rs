@@ -5,20 +5,20 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::output;
+use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
+use super::ours::Kind;
 use super::partial_directory::PartialDirectory;
-use super::results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord, tracker_in_words};
+use super::results::{Results, RunRecord, tracker_in_words};
 use super::staging::Staged;
-use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::tracking::{Tracked, track};
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models, Scenario, ScenarioError, ScenarioFile, TrackerSettings};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, SET_ENTRIES, SetParts, TruthSet, is_set};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
 use crate::observation::Observer;
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
-/// All files of a run: what may be replaced by the next run.
-const RUN_FILES: [&str; 8] =
-    [RUN_FILE, CONTACT_SHEET_FILE, PER_FRAME_FILE, POSES_FILE, REPORT_FILE, TRACK_FILE, SEARCH_FILE, SCENARIO_FILE];
+
 /// Where a result goes.
 #[derive(Clone, Copy, Debug)]
 pub struct Destination<'a> {
@@ -58,7 +58,7 @@ pub fn draw(
     };
     let observer = Observer::new(&staged.ground_truth, &staged.rig);
     let seen = AtomicBool::new(false);
-    let set = BenchmarkSet::assemble(&parts, |frame| {
+    let set = BenchmarkSet::assemble_unless(&parts, &|| watch.interrupted(), |frame| {
         watch.advance();
         let observation = observer.observe(frame);
         if observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty()) {
@@ -97,10 +97,11 @@ pub fn render(
     if is_set(to.path) && !to.force {
         return Err(ExperimentError::SetThere { path: to.path.to_owned() });
     }
-    let directory = PartialDirectory::begin(to.path, &SET_ENTRIES, to.force)?;
+    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Set, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
-    set.write_with_layers(directory.folder(), &file.scenario.layers)?;
-    directory.finish(&SET_ENTRIES)?;
+    set.write_unless(directory.folder(), &file.scenario.layers, &|| watch.interrupted())?;
+    directory.finish()?;
     Ok((set, notes))
 }
 
@@ -116,12 +117,13 @@ pub fn track_set(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
-    let directory = PartialDirectory::begin(to.path, &RUN_FILES, to.force)?;
+    Inputs::of_set(set, settings).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let blind = BlindSet::read(set)?;
     let truth = if settings.needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
-    directory.finish(&RUN_FILES)?;
+    directory.finish()?;
     Ok(tracked)
 }
 
@@ -152,12 +154,13 @@ pub fn run(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Done, ExperimentError> {
-    let directory = PartialDirectory::begin(to.path, &RUN_FILES, to.force)?;
+    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = Attempt { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
     let record = attempt.run(&mut Models::of(file), watch)?.record;
-    directory.finish(&RUN_FILES)?;
+    directory.finish()?;
     Ok(Done { record, notes })
 }
 

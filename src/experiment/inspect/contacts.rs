@@ -4,9 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::super::partial_file::put;
-use super::super::{ExperimentError, clip_file};
-use super::INSPECT_SCHEMA;
+use super::super::{Destination, ExperimentError, clip_file};
+use super::{INSPECT_SCHEMA, place_for};
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion, shipped};
@@ -130,19 +129,21 @@ impl WorstContact {
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read, or a picture of another kind.
-pub fn inspect_contacts(name: &str, picture: Option<&Path>) -> Result<ContactSummary, ExperimentError> {
-    let kind = picture.map(|path| Picture::of(path).map(|kind| (path, kind))).transpose()?;
+pub fn inspect_contacts(name: &str, picture: Option<Destination<'_>>) -> Result<ContactSummary, ExperimentError> {
+    let kind = picture.map(|to| Picture::of(to.path).map(|kind| (to, kind))).transpose()?;
+    // whoever cannot write there shall know before the work
+    let kind = kind.map(|(to, kind)| place_for(to, [Some(Path::new(name))]).map(|place| (place, kind))).transpose()?;
     let (body, motion, notes) = moved(name)?;
     let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
     let dynamics = Dynamics::of_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
     let summary = ContactSummary { notes, ..ContactSummary::of(name, &body, &motion, &contacts, dynamics.as_ref()) };
-    if let Some((path, kind)) = kind {
+    if let Some((place, kind)) = kind {
         let chart = chart(&summary, &contacts, dynamics.as_ref());
         let text = match kind {
             Picture::Svg => chart.svg()?,
             Picture::Page => chart.page()?,
         };
-        put(path, text.as_bytes())?;
+        place.put(text.as_bytes())?;
     }
     Ok(summary)
 }

@@ -11,8 +11,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::partial_file::put;
-use super::{EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
+use super::inputs::Inputs;
+use super::partial_file::PartialFile;
+use super::{Destination, EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
 use crate::body::SHIPPED_ROBOTS;
 
 pub use clip::ClipSummary;
@@ -51,7 +52,11 @@ enum Kind {
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read or is nothing of ours.
-pub fn inspect(name: &str, against: Option<&Path>, page: Option<&Path>) -> Result<Inspected, ExperimentError> {
+pub fn inspect(
+    name: &str,
+    against: Option<&Path>,
+    page: Option<Destination<'_>>,
+) -> Result<Inspected, ExperimentError> {
     let path = Path::new(name);
     let kind = kind_of(name, path)?;
     if kind != Kind::Model {
@@ -68,13 +73,22 @@ pub fn inspect(name: &str, against: Option<&Path>, page: Option<&Path>) -> Resul
         Kind::Model => {
             let model = LearnedModel::read(path)?;
             let other = against.map(|other| model::read_other(other, &model)).transpose()?;
-            if let Some(page) = page {
-                let html = model_page::html(path, &model, against.zip(other.as_ref()))?;
-                put(page, html.as_bytes())?;
+            if let Some(to) = page {
+                let page = place_for(to, [Some(path), against])?;
+                page.put(model_page::html(path, &model, against.zip(other.as_ref()))?.as_bytes())?;
             }
             Inspected::Model(Box::new(ModelSummary::of(&model, other.as_ref())))
         }
     })
+}
+
+/// Where pictures of what was `read` go.
+fn place_for<'a>(
+    to: Destination<'_>,
+    read: impl IntoIterator<Item = Option<&'a Path>>,
+) -> Result<PartialFile, ExperimentError> {
+    Inputs::of(read.into_iter().flatten().map(Path::to_owned)).keep_from(to.path)?;
+    PartialFile::begin(to.path, to.force)
 }
 
 fn kind_of(name: &str, path: &Path) -> Result<Kind, ExperimentError> {

@@ -21,6 +21,8 @@ pub struct ScenarioFile {
     pub origin: String,
     /// Paths in the scenario are relative to this folder.
     pub folder: PathBuf,
+    /// The file itself; `None` for a scenario that was read from no file.
+    pub path: Option<PathBuf>,
     text: String,
     overrides: Vec<String>,
 }
@@ -50,7 +52,8 @@ impl ScenarioFile {
         let text = std::fs::read_to_string(path)
             .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
-        Self::parse(&text, &path.display().to_string(), folder, overrides)
+        let file = Self::parse(&text, &path.display().to_string(), folder, overrides)?;
+        Ok(Self { path: Some(path.to_owned()), ..file })
     }
 
     /// The scenario that is built in.
@@ -73,7 +76,7 @@ impl ScenarioFile {
             scenario = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))?;
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), overrides.to_vec());
-        let file = Self { scenario, origin, folder, text, overrides };
+        let file = Self { scenario, origin, folder, path: None, text, overrides };
         match file.scenario.first_problem() {
             Ok(()) => Ok(file),
             Err(problem) => Err(file.complaint(&problem.key, problem.message).into()),

@@ -163,6 +163,16 @@ impl TrackerSettings {
         }
     }
 
+    /// The model file that it reads; `None` for trackers that read none.
+    pub fn model_file(&self) -> Option<&str> {
+        match self {
+            Self::Gpdm(s) => s.model_file.as_deref(),
+            Self::SwitchingGpdm(s) => s.model_file.as_deref(),
+            Self::GpdmGraph(s) => s.model_file.as_deref(),
+            _ => None,
+        }
+    }
+
     /// Whether the true root of every frame is given away to it.
     pub fn is_given_roots(&self) -> bool {
         let root = match self {
