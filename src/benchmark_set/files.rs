@@ -100,6 +100,14 @@ impl SetFiles {
         }
     }
 
+    /// Size of the files that are in memory.
+    pub(super) fn bytes(&self) -> usize {
+        match &self.place {
+            Place::Memory(files) => files.values().map(Vec::len).sum(),
+            Place::Directory(_) => 0,
+        }
+    }
+
     /// SHA-256 of the listing (without layers): what identifies a set, wherever it lies.
     pub(super) fn set_hash(&self) -> String {
         let lines: String =

@@ -36,6 +36,8 @@ pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;
 pub use run_poses::RunPoses;
-pub use set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes};
+pub use set::{
+    BenchmarkSet, LAYERS_MEMORY_BYTES, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes,
+};
 pub use start_file::Start;
 pub use training_file::Training;

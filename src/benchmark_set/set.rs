@@ -13,7 +13,7 @@ use super::{
     truth_file,
 };
 use crate::body::Motion;
-use crate::camera::CameraRig;
+use crate::camera::{Camera, CameraRig};
 use crate::observation::{Observation, Observer};
 use crate::parallel;
 use crate::scene::GroundTruth;
@@ -180,6 +180,27 @@ impl BenchmarkSet {
     /// As [`Self::write`].
     pub fn write_with_layers(&self, folder: &Path, layers: &[Layer]) -> Result<(), SetError> {
         self.write_unless(folder, layers, &|| false)
+    }
+
+    /// Size of all files of a set in memory, layers left out; 0 for a set on disk.
+    pub fn bytes(&self) -> usize {
+        self.blind.files().bytes()
+    }
+
+    /// Size of the truth images of one frame, which the set must have.
+    ///
+    /// # Errors
+    /// [`SetError`] where an image cannot be encoded.
+    pub fn layer_bytes(&self, frame: usize, layers: &[Layer]) -> Result<usize, SetError> {
+        let size = |camera: &Camera| {
+            let alone = CameraRig { cameras: vec![camera.clone()] };
+            let images = Observer::new(&self.truth.ground_truth, &alone).depths(frame);
+            images
+                .iter()
+                .map(|image| exr_layers::encode("layers", image, layers).map(|bytes| bytes.len()))
+                .sum::<Result<usize, SetError>>()
+        };
+        if layers.is_empty() { Ok(0) } else { self.blind.rig.cameras.iter().map(size).sum() }
     }
 
     /// As [`Self::write_with_layers`]; no image and no file is begun once `stop` answers `true`.

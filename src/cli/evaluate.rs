@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::progress::Progress;
+use super::volume::Volume;
 use super::{CommandError, output, summary};
 use crate::experiment::{REPORT_FILE, evaluate_run};
 
@@ -28,16 +29,13 @@ pub(super) struct Arguments {
     /// Print run.json instead of a table
     #[arg(long)]
     json: bool,
-
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
-    let progress = Progress::new(arguments.quiet);
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let progress = Progress::new(volume);
     let record = evaluate_run(&arguments.set, &arguments.run, &progress)?;
     drop(progress);
+    volume.written(&arguments.run);
     if arguments.json {
         output::print_json(&record)?;
     } else {

@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::inspect_words::in_words;
+use super::volume::Volume;
 use super::{CommandError, inspect_contacts, output};
-use crate::experiment::{Inspected, inspect};
+use crate::experiment::{Destination, Inspected, inspect};
 
 /// Say what a model, a recording, a robot or a benchmark set holds
 #[derive(Args, Debug)]
@@ -36,17 +37,23 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
+    /// Move aside to NAME~ what is at --out and is not ours
+    #[arg(long, requires = "out")]
+    force: bool,
+
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let to = arguments.out.as_deref().map(|path| Destination { path, force: arguments.force });
     if arguments.contacts {
-        inspect_contacts::run(&arguments.what, arguments.out.as_deref(), arguments.json)?;
+        inspect_contacts::run(&arguments.what, to, arguments.json, volume)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let found = inspect(&arguments.what, arguments.against.as_deref(), arguments.out.as_deref())?;
+    let found = inspect(&arguments.what, arguments.against.as_deref(), to)?;
+    arguments.out.iter().for_each(|page| volume.written(page));
     if arguments.json {
         output::print_json(&found)?;
     } else {

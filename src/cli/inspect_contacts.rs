@@ -1,14 +1,19 @@
 //! `skiagraph inspect MOTION --contacts`, in words.
 
-use std::path::Path;
-
-use super::{CommandError, notes, output};
-use crate::experiment::{ContactSummary, inspect_contacts};
+use super::volume::Volume;
+use super::{CommandError, output};
+use crate::experiment::{ContactSummary, Destination, inspect_contacts};
 
 /// Says how a motion stands on the ground; `picture` shows it over time.
-pub(super) fn run(name: &str, picture: Option<&Path>, json: bool) -> Result<(), CommandError> {
+pub(super) fn run(
+    name: &str,
+    picture: Option<Destination<'_>>,
+    json: bool,
+    volume: Volume,
+) -> Result<(), CommandError> {
     let summary = inspect_contacts(name, picture)?;
-    notes::tell(&summary.notes);
+    volume.notes(&summary.notes);
+    picture.iter().for_each(|to| volume.written(to.path));
     if json {
         output::print_json(&summary)?;
     } else {

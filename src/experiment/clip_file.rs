@@ -31,6 +31,24 @@ pub(super) fn load(
     })
 }
 
+/// What is wrong with the names of a recording that [`load`] reads: neither it nor its skeleton need be sound, but there.
+pub(super) fn missing(
+    file: &ScenarioFile,
+    table: &str,
+    settings: &MotionSettings,
+    mocap_directory: Option<&Path>,
+) -> Vec<ExperimentError> {
+    let unsound = |key: &str, message| ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into();
+    if let Some(name) = settings.clip.strip_prefix("embedded:") {
+        return embedded(name).err().map(|message| unsound("clip", message)).into_iter().collect();
+    }
+    let places = Places { folder: &file.folder, mocap_directory };
+    let clip = places.find(&settings.clip, settings.sha256.as_deref()).is_none().then_some(("clip", &settings.clip));
+    let skeleton = settings.skeleton.as_ref().filter(|name| places.find(name, None).is_none());
+    let missing = clip.into_iter().chain(skeleton.map(|name| ("skeleton", name)));
+    missing.map(|(key, name)| unsound(key, places.missing(name, settings))).collect()
+}
+
 /// As [`load`] for clips below `folder`; `unsound` is how a complaint about a key of the settings is put.
 pub(super) fn read_part(
     folder: &Path,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::training::shared_frames;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, LatentKind, LatentTrackerSettings, LearnedFrom, LearnedModel, ModelFacts};
-use super::{MotionSettings, RootMode, ScenarioFile};
+use super::{MotionSettings, RootMode, ScenarioFile, TrackerSettings};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::{Humanoid, Motion};
 use crate::motion_model::LatentModel;
@@ -93,6 +93,22 @@ impl Models {
             ));
         }
         Ok(graph.clone())
+    }
+
+    /// Reads the model file that a tracker names, if it names one, and sees whether it fits.
+    ///
+    /// # Errors
+    /// As where the tracker is built: [`ExperimentError`] that names the file.
+    pub(super) fn check_file(
+        &mut self,
+        tracker: &TrackerSettings,
+        body: &Humanoid,
+        rate: f64,
+    ) -> Result<(), ExperimentError> {
+        match tracker.model_file().zip(tracker.learning()) {
+            Some((name, learning)) => self.of_file(name, learning.single, body, rate).map(|_| ()),
+            None => Ok(()),
+        }
     }
 
     /// The particles' motion that a tracker asks for. `truth`, one pose of the tracker's body a frame, gives roots away where the

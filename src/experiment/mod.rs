@@ -14,6 +14,7 @@
 mod check;
 mod clip_file;
 mod comparison;
+mod cost;
 mod error;
 mod inputs;
 mod inspect;
@@ -31,16 +32,19 @@ mod per_frame;
 mod place;
 mod results;
 mod run;
+mod run_place;
 mod scenario;
+mod scene_check;
 mod staging;
 mod tracking;
 mod training;
 mod unfinished;
 mod watch;
 
-pub use check::{Soundness, check};
+pub use check::{Soundness, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
+pub use cost::Cost;
 pub use error::ExperimentError;
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
@@ -50,12 +54,16 @@ pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 pub use model_training::{ClipOptions, Trained, TrainingInput, train};
+pub use ours::MANUAL_MARK;
+pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 pub use run::{Destination, Done, draw, evaluate_run, render, run, track_set};
+pub use run_place::RunPlace;
 pub use scenario::*;
+pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;
-pub use unfinished::abandon;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};
+pub use unfinished::abandon;
 pub use watch::{Stage, Unwatched, Watch};
 
 /// Named bytes, in the order in which they are written.

@@ -19,7 +19,7 @@ use crate::benchmark_set::holds_only_a_set;
 const HEAD_BYTES: u64 = 1024;
 
 /// How a manual page of this program begins, its version left out.
-pub(crate) const MANUAL_MARK: &str = ".\\\" skiagraph ";
+pub const MANUAL_MARK: &str = ".\\\" skiagraph ";
 
 /// Kinds of directories that this program writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +85,9 @@ pub(crate) fn is_file_of_ours(path: &Path) -> bool {
     let text = String::from_utf8_lossy(&head);
     let marked = match text.trim_start().as_bytes() {
         [b'{', ..] => schema_of(&text).is_some_and(|schema| schema.starts_with("skiagraph.")),
-        [b'<', ..] => text.contains("<meta name=\"generator\" content=\"skiagraph ") || text.contains("<metadata>skiagraph "),
+        [b'<', ..] => {
+            text.contains("<meta name=\"generator\" content=\"skiagraph ") || text.contains("<metadata>skiagraph ")
+        }
         [b'.', b'\\', b'"', ..] => text.starts_with(MANUAL_MARK),
         _ => false,
     };
@@ -151,7 +153,8 @@ mod tests {
         let comparison =
             ("comparison.json", "{\"schema\": \"skiagraph.comparison/1\", \"methods\": {\"a\": {\"mean\": 1}}}");
         let track = ("a/track.json", TRACK.1);
-        for files in [&[TRACK][..], &[TRACK, RUN, ("poses.npz", ""), ("scenario.toml", "")], &[comparison, track], &[]] {
+        for files in [&[TRACK][..], &[TRACK, RUN, ("poses.npz", ""), ("scenario.toml", "")], &[comparison, track], &[]]
+        {
             assert!(is_ours(folder(files).path(), Kind::Run), "{files:?}");
         }
         let foreign: [&[(&str, &str)]; 8] = [

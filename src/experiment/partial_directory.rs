@@ -171,6 +171,8 @@ mod tests {
         assert_eq!(fs::read_to_string(root.path().join("a~/thesis.tex")).unwrap(), "years of work");
         // a second time there is no room beside it: that is said before the work
         fs::write(target.join("thesis.tex"), "more work").unwrap();
-        assert!(matches!(begin(&target, true).unwrap_err(), ExperimentError::Occupied { path } if path.ends_with("a~")));
+        assert!(
+            matches!(begin(&target, true).unwrap_err(), ExperimentError::Occupied { path } if path.ends_with("a~"))
+        );
     }
 }

@@ -4,11 +4,11 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::ExperimentError;
 use super::error::output;
 use super::ours::is_file_of_ours;
 use super::place::{Place, backup_of, replace, sync_parent};
 use super::unfinished;
+use super::{Destination, ExperimentError};
 
 /// The path with `suffix` behind its name.
 pub(super) fn beside(path: &Path, suffix: &str) -> PathBuf {
@@ -73,12 +73,20 @@ impl PartialFile {
     }
 }
 
+/// Writes one file, whole: what is there already is replaced if this program wrote it, else refused or, with `force`, moved aside.
+///
+/// # Errors
+/// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Output`] if nothing can be written.
+pub fn put_file(to: Destination<'_>, bytes: &[u8]) -> Result<(), ExperimentError> {
+    PartialFile::begin(to.path, to.force)?.put(bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn put(path: &Path, bytes: &[u8], force: bool) -> Result<(), ExperimentError> {
-        PartialFile::begin(path, force)?.put(bytes)
+        put_file(Destination { path, force }, bytes)
     }
 
     const ONE: &[u8] = b"{\"schema\": \"skiagraph.one/1\"}";

@@ -10,10 +10,11 @@ use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::Kind;
 use super::partial_directory::PartialDirectory;
 use super::results::{Results, RunRecord, tracker_in_words};
+use super::scene_check::{refusals, unseen_in};
 use super::staging::Staged;
 use super::tracking::{Tracked, track};
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, Files, Models, Scenario, ScenarioError, ScenarioFile, TrackerSettings};
+use super::{ExperimentError, Files, Models, Scenario, ScenarioFile, TrackerSettings};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
 use crate::observation::Observer;
 
@@ -47,6 +48,9 @@ pub fn draw(
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     let staged = Staged::new(file, mocap_directory)?;
+    if let Some(refused) = refusals(file, &staged).into_iter().next() {
+        return Err(refused);
+    }
     watch.begin(Stage::Render, staged.frames());
     let parts = SetParts {
         name: &file.scenario.name,
@@ -70,17 +74,9 @@ pub fn draw(
         return Err(ExperimentError::Interrupted);
     }
     if !seen.into_inner() {
-        return Err(unseen(file, staged.frames()));
+        return Err(unseen_in(file, staged.frames()));
     }
     Ok((set, staged.notes))
-}
-
-fn unseen(file: &ScenarioFile, frames: usize) -> ExperimentError {
-    let message = format!(
-        "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the cameras are \
-         too far away"
-    );
-    ScenarioError::from(file.complaint("rig", message)).into()
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set; returns its hash and notes for the user.

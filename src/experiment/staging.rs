@@ -207,7 +207,7 @@ pub(super) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64
     Motion { frames_per_second, poses }.made_continuous(body)
 }
 
-fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
+pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
     robot_named(&file.folder, name).map_err(|e| e.put(|message| unsound(file, key, message)))
 }
 

@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::complaint::{Complaint, did_you_mean};
-use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, RootMode, SwitchingGpdm};
+use super::latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
+use crate::motion_model::gpdm_graph::GraphSettings;
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, SilhouetteSettings, SilhouetteTerm,
@@ -160,6 +161,16 @@ impl TrackerSettings {
             Self::SwitchingGpdm(s) => s.model_file.is_none(),
             Self::GpdmGraph(s) => s.model_file.is_none(),
             _ => false,
+        }
+    }
+
+    /// How its motion model is learned; `None` for trackers without one.
+    pub fn learning(&self) -> Option<GraphSettings> {
+        match self {
+            Self::Gpdm(s) => Some(s.model.learning()),
+            Self::SwitchingGpdm(s) => Some(s.model.learning()),
+            Self::GpdmGraph(s) => Some(s.model.learning()),
+            _ => None,
         }
     }
 
