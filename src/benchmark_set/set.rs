@@ -297,7 +297,9 @@ fn silhouette_files(
 ) -> Result<Vec<(String, Vec<u8>)>, SetError> {
     let sizes = rig.cameras.iter().map(|c| (c.pinhole.width, c.pinhole.height));
     if observation.frame != frame || !observation.silhouettes.iter().map(|m| (m.width(), m.height())).eq(sizes) {
-        return Err(SetError::inconsistent(format!("the observation of frame {frame} does not fit the cameras")));
+        return Err(SetError::inconsistent(format!(
+            "the observation of set frame {frame} (from 0) does not fit the cameras"
+        )));
     }
     let silhouettes = observation.silhouettes.iter().enumerate().map(|(camera, mask)| {
         let path = silhouette_path(camera, frame);
@@ -464,6 +466,6 @@ mod tests {
         let short = Motion { frames_per_second: 60.0, poses: vec![blind.start.pose.clone()] };
         assert!(refused(&SetParts { refitted: Some(&short), ..parts }).contains("1 refitted poses for 2 frames"));
         let other_frame = BenchmarkSet::assemble(&parts, |_| blind.observation(0).unwrap()).unwrap_err();
-        assert!(other_frame.to_string().contains("frame 1 does not fit the cameras"), "{other_frame}");
+        assert!(other_frame.to_string().contains("frame 1 (from 0) does not fit the cameras"), "{other_frame}");
     }
 }

@@ -51,11 +51,11 @@ fn in_words(s: &ContactSummary) -> String {
     for w in &s.worst {
         let decimals = w.decimals();
         text.push_str(&format!(
-            "\n  worst     {} {:.decimals$} {}: {}, frame {} ({:.2} s)",
+            "\n  worst     {} {:.decimals$} {}: {}, frame {} from 0 ({:.2} s)",
             w.fault, w.value, w.unit, w.part, w.frame, w.time_s
         ));
     }
-    text.push_str("\n\n  foot        frames          s   slip mm  deepest mm  highest mm");
+    text.push_str("\n\n  foot        from 0          s   slip mm  deepest mm  highest mm");
     for stance in &s.stances {
         let frames = format!("{} to {}", stance.first, stance.last);
         text.push_str(&format!(

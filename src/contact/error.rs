@@ -14,7 +14,7 @@ pub enum ContactError {
         frames_per_second: f64,
     },
     /// A pose belongs to another body.
-    #[error("frame {frame}: the pose has {found} joint angles, {body:?} has {expected} degrees of freedom")]
+    #[error("frame {frame} (from 0): the pose has {found} joint angles, {body:?} has {expected} degrees of freedom")]
     WrongBody {
         /// Frame number.
         frame: usize,
@@ -27,7 +27,7 @@ pub enum ContactError {
     },
     /// A link has no place.
     #[error(
-        "frame {frame}: link {link:?} is at a place that is not finite; look for NaN or huge numbers in the motion"
+        "frame {frame} (from 0): link {link:?} is at a place that is not finite; look for NaN or huge numbers in the motion"
     )]
     NotFinite {
         /// Frame number.
@@ -115,7 +115,7 @@ pub enum ContactError {
     },
     /// The simulation went out of bounds.
     #[error(
-        "frame {frame}: the simulation has diverged at link {link:?}; lower the push or the friction, or use \
+        "frame {frame} (from 0): the simulation has diverged at link {link:?}; lower the push or the friction, or use \
          contact = \"fix\""
     )]
     Diverged {

@@ -45,6 +45,10 @@ impl Inputs {
     /// # Errors
     /// [`ExperimentError::IsInput`].
     pub(super) fn keep_from(&self, target: &Path) -> Result<(), ExperimentError> {
+        if target.file_name().is_none() {
+            // a root or `..`: nothing can be written there at all, which is said elsewhere
+            return Ok(());
+        }
         let place = resolved(target);
         let changes = |input: &&PathBuf| {
             let read = resolved(input);

@@ -265,7 +265,11 @@ fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> Experim
         }
         GraphError::Model { range, source } => ExperimentError::Malformed {
             path: of(range.motion),
-            detail: format!("frames {} to {} of the training motion: {source}", range.first + 1, range.end),
+            detail: format!(
+                "frames {} to {} (from 1, at the rate of the training) of the training motion: {source}",
+                range.first + 1,
+                range.end
+            ),
         },
         GraphError::ShorterThanClip { motion, frames, clip } => ExperimentError::Malformed {
             path: of(motion),

@@ -29,7 +29,8 @@ impl Place {
     pub(super) fn take(path: &Path) -> Result<Self, ExperimentError> {
         let parent = parent_of(path);
         let made = parent.ancestors().take_while(|a| !a.as_os_str().is_empty() && !a.exists());
-        let made = made.map(Path::to_owned).collect();
+        let made: Vec<PathBuf> = made.map(Path::to_owned).collect();
+        unfinished::made(&made);
         let mut place = Self { path: path.to_owned(), made, lock: None };
         fs::create_dir_all(parent).map_err(output(parent, "create the directory"))?;
         place.lock = Lock::take(path)?;
@@ -72,8 +73,7 @@ impl Place {
 impl Drop for Place {
     fn drop(&mut self) {
         self.lock.take();
-        // Only those that are empty go.
-        self.made.iter().for_each(|directory| drop(fs::remove_dir(directory)));
+        unfinished::remove_empty(&self.made);
     }
 }
 

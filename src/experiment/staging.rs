@@ -294,7 +294,7 @@ fn motion_in_words(file: &ScenarioFile) -> String {
         (None, None) => String::new(),
         (first, last) => {
             let last = last.map_or("the last".to_owned(), |l| l.to_string());
-            format!(", frames {} to {last}", first.unwrap_or(1))
+            format!(", the file's frames {} to {last} (from 1)", first.unwrap_or(1))
         }
     };
     let repeated = motion.loop_to_s.map(|s| format!(", repeated to {s} s")).unwrap_or_default();

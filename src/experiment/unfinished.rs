@@ -10,13 +10,16 @@ use super::ExperimentError;
 struct Register {
     /// Files and directories that are worth nothing unless they are finished.
     begun: Vec<PathBuf>,
+    /// Directories that were made for them, innermost first: removed where they are empty.
+    made: Vec<PathBuf>,
     /// Where finished parts of a training are kept.
     kept: Option<PathBuf>,
     /// The last result that was put in its place.
     finished: Option<PathBuf>,
 }
 
-static REGISTER: Mutex<Register> = Mutex::new(Register { begun: Vec::new(), kept: None, finished: None });
+static REGISTER: Mutex<Register> =
+    Mutex::new(Register { begun: Vec::new(), made: Vec::new(), kept: None, finished: None });
 
 fn register() -> MutexGuard<'static, Register> {
     REGISTER.lock().unwrap_or_else(PoisonError::into_inner)
@@ -25,6 +28,17 @@ fn register() -> MutexGuard<'static, Register> {
 /// From now on `path` is removed when the process is stopped.
 pub(super) fn begin(path: &Path) {
     register().begun.push(path.to_owned());
+}
+
+/// These directories, innermost first, were made for what is begun: empty ones are removed when the process is stopped.
+pub(super) fn made(directories: &[PathBuf]) {
+    register().made.extend_from_slice(directories);
+}
+
+/// Removes directories that were made and are empty, innermost first; the others stay.
+pub(super) fn remove_empty(directories: &[PathBuf]) {
+    directories.iter().for_each(|directory| drop(fs::remove_dir(directory)));
+    register().made.retain(|made| !directories.contains(made));
 }
 
 /// `path` is gone, or finished.
@@ -54,6 +68,7 @@ pub fn abandon() -> String {
         // Threads may still be writing below a directory: what they add is removed by another try.
         (0..5).find(|_| remove(&path).is_ok());
     }
+    register.made.iter().for_each(|directory| drop(fs::remove_dir(directory)));
     let there = |path: &Option<PathBuf>| path.clone().filter(|path| path.exists());
     let said = match (there(&register.kept), there(&register.finished)) {
         (Some(partial), _) => ExperimentError::TrainingInterrupted { partial }.to_string(),

@@ -42,7 +42,7 @@ pub enum MocapError {
         found: String,
     },
     /// A frame that does not say what it should, in a format whose lines mean nothing.
-    #[error("{file}: frame {frame}: expected {expected}, found {found}")]
+    #[error("{file}: frame {frame} (from 1): expected {expected}, found {found}")]
     Frame {
         /// The file.
         file: String,

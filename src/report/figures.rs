@@ -91,7 +91,7 @@ fn error_over_frames(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result
     all.extend(frozen.map(|f| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), indexed(f))));
     let worst = worst_frame(typical.run.evaluation).map(|frame| (frame as f64, format!("worst: {frame}")));
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "mean marker error, mm".into(),
         lines: all,
         y_from: Some(0.0),
@@ -128,7 +128,7 @@ fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
             },
         )
     });
-    let plot = SpanPlot { x_label: "frame".into(), x_range: [0.0, frames], rows: rows.collect() };
+    let plot = SpanPlot { x_label: "set frame, from 0".into(), x_range: [0.0, frames], rows: rows.collect() };
     let how_to_read = format!(
         "Bars: frames in which the foot stands on the ground, told from the solids of each body by one rule.{}",
         seed_note(run)
@@ -217,7 +217,7 @@ fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
 
 fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "energy: how badly the images fit".into(),
         lines: vec![
             Line::new("at the true pose", Stroke::solid(Colour::Green), indexed(run.truth_energy)),
@@ -232,7 +232,7 @@ fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
 
 fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "particles that still count".into(),
         lines: of_layers(run, |layer| layer.effective_sample_size),
         y_from: Some(0.0),
@@ -245,7 +245,7 @@ fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportEr
 
 fn annealing(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "λ, sharpness of the weights (steps of ten times)".into(),
         lines: of_layers(run, |layer| layer.lambda),
         logarithmic: true,
@@ -276,7 +276,7 @@ fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         }
     };
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "particles".into(),
         lines: (0..models).map(band).collect(),
         y_from: Some(0.0),

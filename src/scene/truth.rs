@@ -55,7 +55,9 @@ pub enum SceneError {
         frames_per_second: f64,
     },
     /// A pose belongs to another body.
-    #[error("frame {frame}: the pose has {found} joint angles, the actor {actor:?} has {expected} degrees of freedom")]
+    #[error(
+        "set frame {frame} (from 0): the pose has {found} joint angles, the actor {actor:?} has {expected} degrees of freedom"
+    )]
     WrongBody {
         /// Frame number.
         frame: usize,
@@ -68,7 +70,7 @@ pub enum SceneError {
     },
     /// A link has no place.
     #[error(
-        "frame {frame}: the pose puts link {link:?} at a place that is not finite; look for NaN or huge numbers in the recording"
+        "set frame {frame} (from 0): the pose puts link {link:?} at a place that is not finite; look for NaN or huge numbers in the recording"
     )]
     NotFinite {
         /// Frame number.

@@ -274,7 +274,8 @@ fn chart(summary: &ContactSummary, contacts: &GroundContacts, dynamics: Option<&
         slip_mm_per_s: foot.frames.iter().map(|frame| 1000.0 * frame.slip_m_per_s()).collect(),
     };
     let [left, right] = &contacts.feet;
-    let heads = ["foot", "first frame", "last frame", "time, s", "slip, mm", "deepest, mm", "highest, mm"];
+    let heads =
+        ["foot", "first frame, from 0", "last frame, from 0", "time, s", "slip, mm", "deepest, mm", "highest, mm"];
     let row = |s: &StanceSummary| {
         vec![
             s.foot.clone(),
@@ -289,7 +290,7 @@ fn chart(summary: &ContactSummary, contacts: &GroundContacts, dynamics: Option<&
     let worst = summary.worst.iter().map(|w| {
         let decimals = w.decimals();
         let (value, unit) = (format!("{:.decimals$}", w.value), w.unit);
-        format!("Greatest {}: {value} {unit}, {}, frame {} ({:.2} s).", w.fault, w.part, w.frame, w.time_s)
+        format!("Greatest {}: {value} {unit}, {}, frame {} from 0 ({:.2} s).", w.fault, w.part, w.frame, w.time_s)
     });
     let over_time = |label: &str, value: fn(&DynamicsFrame) -> Option<f64>| {
         dynamics.map(|dynamics| (label.to_owned(), dynamics.frames.iter().map(value).collect()))

@@ -18,7 +18,7 @@ const MOST_MISTAKES: usize = 200;
 pub struct Survey {
     /// The scenario without what is wrong with it; `None` where nothing can be made of it.
     pub file: Option<ScenarioFile>,
-    /// All that is wrong, in the order in which it was found; empty for a scenario that is sound by itself.
+    /// All that is wrong, in the order of the file, then what it leaves out and what overrides say; empty for a scenario that is sound by itself.
     pub complaints: Vec<Complaint>,
 }
 
@@ -64,6 +64,8 @@ impl<'a> Repair<'a> {
 
     fn survey(mut self, first: Complaint) -> Survey {
         let whole = self.read_all().is_some();
+        // what stands in the file in its order, then what it leaves out and what overrides say
+        self.complaints.sort_by_key(|complaint| complaint.place.as_ref().map_or(usize::MAX, |place| place.line));
         if self.complaints.is_empty() {
             self.complaints.push(first);
         }
@@ -242,15 +244,15 @@ mod tests {
             &text,
             &["seeds=0"],
             &[
+                "a.toml:6: motion.frames_per_second: expected 1 to 1000, found 0",
                 "a.toml:7: motion.up: unknown name `x`",
                 "a.toml:9: rig.ring.raduis_m: unknown key",
+                "a.toml:10: rig.ring.count: expected 1 to 64, found 0",
                 "a.toml:11: rig.ring.height_m",
                 "a.toml:13: tracker.annealed_particle_filter.particles",
-                "override seeds=0: seeds: expected 1 to",
-                "a.toml:6: motion.frames_per_second: expected 1 to 1000, found 0",
-                "a.toml:10: rig.ring.count: expected 1 to 64, found 0",
                 "a.toml:14: tracker.annealed_particle_filter.layers: expected at least 1",
                 "a.toml:15: tracker.annealed_particle_filter.survival_rate: expected a number above 0",
+                "override seeds=0: seeds: expected 1 to",
             ],
         );
     }
