@@ -56,6 +56,9 @@ pub enum SetError {
         /// What was expected and what was found.
         detail: String,
     },
+    /// Whoever asked for the work wanted no more of it.
+    #[error("stopped before the set was whole")]
+    Stopped,
     /// The parts of a set do not fit together.
     #[error("these parts make no set: {}", plain(detail))]
     Inconsistent {

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -19,6 +20,12 @@ use crate::parallel;
 pub(super) const LISTING: &str = "files.sha256";
 /// Optional images that are worked out of the truth: not part of what identifies a set.
 pub(super) const LAYERS: &str = "truth/layers/";
+
+/// Whether whoever asked for the work wants no more of it; asked before every file.
+pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Takes the path and bytes of one file more, from any thread.
+pub(super) type Sink<'a> = &'a (dyn Fn(String, &[u8]) -> Result<(), SetError> + Sync);
 
 /// Named bytes and their digests.
 #[derive(Clone, Debug)]
@@ -35,9 +42,13 @@ enum Place {
 }
 
 impl SetFiles {
-    pub(super) fn in_memory(files: BTreeMap<String, Vec<u8>>) -> Self {
-        let digests = files.par_iter().map(|(path, bytes)| (path.clone(), hex_sha256(bytes))).collect();
-        Self { digests, place: Place::Memory(files) }
+    pub(super) fn in_memory(files: BTreeMap<String, Vec<u8>>, stop: Stop<'_>) -> Result<Self, SetError> {
+        let digest = |(path, bytes): (&String, &Vec<u8>)| {
+            unless(stop)?;
+            Ok((path.clone(), hex_sha256(bytes)))
+        };
+        let digests = files.par_iter().map(digest).collect::<Result<_, SetError>>()?;
+        Ok(Self { digests, place: Place::Memory(files) })
     }
 
     /// The files of a set on disk; their contents are read and checked when they are asked for.
@@ -98,6 +109,14 @@ impl SetFiles {
         }
     }
 
+    /// Size of the files that are in memory.
+    pub(super) fn bytes(&self) -> usize {
+        match &self.place {
+            Place::Memory(files) => files.values().map(Vec::len).sum(),
+            Place::Directory(_) => 0,
+        }
+    }
+
     /// SHA-256 of the listing (without layers): what identifies a set, wherever it lies.
     pub(super) fn set_hash(&self) -> String {
         let lines: String =
@@ -105,29 +124,33 @@ impl SetFiles {
         hex_sha256(lines.as_bytes())
     }
 
-    /// Writes every file below `folder`, then the files of `more` batches, each made when its turn comes, and the listing.
+    /// Writes every file below `folder`, then those that `more` gives to its sink, and the listing.
     pub(super) fn write(
         &self,
         folder: &Path,
-        more: usize,
-        make: impl Fn(usize) -> Result<Vec<(String, Vec<u8>)>, SetError> + Sync,
+        stop: Stop<'_>,
+        more: impl FnOnce(Sink<'_>) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
-        let mut digests = self.digests.clone();
         let paths: Vec<&String> = self.digests.keys().collect();
-        paths.par_iter().try_for_each(|path| write_new(folder, path, &self.read(path)?))?;
-        let write_batch = |batch| {
-            let files = make(batch)?.into_iter();
-            let written = files.map(|(path, bytes)| {
-                write_new(folder, &path, &bytes)?;
-                Ok((path, hex_sha256(&bytes)))
-            });
-            written.collect::<Result<Vec<_>, SetError>>()
-        };
-        let made: Vec<_> = (0..more).into_par_iter().map(write_batch).collect::<Result<_, _>>()?;
-        digests.extend(made.into_iter().flatten());
+        paths.par_iter().try_for_each(|path| {
+            unless(stop)?;
+            write_new(folder, path, &self.read(path)?)
+        })?;
+        let digests = Mutex::new(self.digests.clone());
+        more(&|path, bytes| {
+            unless(stop)?;
+            write_new(folder, &path, bytes)?;
+            let digest = hex_sha256(bytes);
+            digests.lock().unwrap_or_else(PoisonError::into_inner).insert(path, digest);
+            Ok(())
+        })?;
+        let digests = digests.into_inner().unwrap_or_else(PoisonError::into_inner);
         // after all are written one commit of the file system's journal serves many
         let paths: Vec<&String> = digests.keys().collect();
-        paths.par_iter().try_for_each(|path| sync(&folder.join(path)))?;
+        paths.par_iter().try_for_each(|path| {
+            unless(stop)?;
+            sync(&folder.join(path))
+        })?;
         let listing: String = digests.iter().map(listing_line).collect();
         write_new(folder, LISTING, listing.as_bytes())?;
         sync(&folder.join(LISTING))
@@ -147,6 +170,17 @@ impl SetFiles {
             None => Ok(()),
         }
     }
+}
+
+/// Whether `directory` holds the files that its listing names and no others.
+pub(super) fn holds_only_listed(directory: &Path) -> bool {
+    let Ok(files) = SetFiles::open(directory) else { return false };
+    let listed = |path: &String| path == LISTING || files.has(path);
+    files_below(directory, "").is_ok_and(|found| found.iter().all(listed))
+}
+
+fn unless(stop: Stop<'_>) -> Result<(), SetError> {
+    if stop() { Err(SetError::Stopped) } else { Ok(()) }
 }
 
 fn hex_sha256(bytes: &[u8]) -> String {
@@ -213,12 +247,17 @@ mod tests {
 
     fn sample() -> SetFiles {
         let files = [("a.txt", "one"), ("deep/er/b.bin", "two"), ("empty", "")];
-        SetFiles::in_memory(files.map(|(path, text)| (path.to_string(), text.as_bytes().to_vec())).into())
+        let files = files.map(|(path, text)| (path.to_string(), text.as_bytes().to_vec()));
+        SetFiles::in_memory(files.into(), &|| false).unwrap()
+    }
+
+    fn write(files: &SetFiles, folder: &Path) -> Result<(), SetError> {
+        files.write(folder, &|| false, |_| Ok(()))
     }
 
     fn written() -> tempfile::TempDir {
         let directory = tempfile::tempdir().unwrap();
-        sample().write(directory.path(), 0, |_| Ok(Vec::new())).unwrap();
+        write(&sample(), directory.path()).unwrap();
         directory
     }
 
@@ -270,7 +309,7 @@ mod tests {
     fn layers_do_not_change_what_identifies_a_set() {
         let directory = tempfile::tempdir().unwrap();
         let layer = format!("{LAYERS}cam00/000000.exr");
-        sample().write(directory.path(), 1, |_| Ok(vec![(layer.clone(), b"layer".to_vec())])).unwrap();
+        sample().write(directory.path(), &|| false, |sink| sink(layer.clone(), b"layer")).unwrap();
         let files = SetFiles::open(directory.path()).unwrap();
         files.verify().unwrap();
         assert_eq!(&*files.read(&layer).unwrap(), b"layer");
@@ -280,11 +319,32 @@ mod tests {
     #[test]
     fn a_set_is_never_written_over_another_nor_where_nothing_can_be_written() {
         let directory = written();
-        let again = sample().write(directory.path(), 0, |_| Ok(Vec::new())).unwrap_err();
+        let again = write(&sample(), directory.path()).unwrap_err();
         assert!(again.to_string().contains("cannot write"), "{again}");
         let below_a_file = directory.path().join("a.txt/set");
-        let error = sample().write(&below_a_file, 0, |_| Ok(Vec::new())).unwrap_err();
+        let error = write(&sample(), &below_a_file).unwrap_err();
         assert!(error.to_string().contains("a.txt/set: cannot create the directory"), "{error}");
+    }
+
+    #[test]
+    fn whoever_is_told_to_stop_neither_hashes_nor_writes_another_file() {
+        use std::sync::atomic::{AtomicUsize, Ordering};
+        let directory = tempfile::tempdir().unwrap();
+        let asked = AtomicUsize::new(0);
+        let after_one = || asked.fetch_add(1, Ordering::SeqCst) >= 1;
+        let stopped = sample().write(directory.path(), &after_one, |_| Ok(())).unwrap_err();
+        assert!(matches!(stopped, SetError::Stopped), "{stopped}");
+        assert_eq!(files_below(directory.path(), "").unwrap().len(), 1);
+        let stopped = SetFiles::in_memory([("a".to_owned(), Vec::new())].into(), &|| true).unwrap_err();
+        assert!(matches!(stopped, SetError::Stopped), "{stopped}");
+    }
+
+    #[test]
+    fn a_directory_with_anything_else_than_what_is_listed_is_no_set_alone() {
+        let directory = written();
+        assert!(holds_only_listed(directory.path()));
+        fs::write(directory.path().join("deep/thesis.tex"), "years of work").unwrap();
+        assert!(!holds_only_listed(directory.path()));
     }
 
     #[cfg(target_os = "linux")]

@@ -43,7 +43,9 @@ pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;
 pub use recording_file::{SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz};
-pub use set::{BenchmarkSet, SET_ENTRIES, SetParts, TruthSet, is_set, verify_hashes};
+pub use set::{
+    BenchmarkSet, LAYERS_MEMORY_BYTES, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes,
+};
 pub use spread_file::StepSpread;
 pub use start_file::Start;
 pub use training_file::{Training, TrainingMotions};

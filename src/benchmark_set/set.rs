@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::files::{LISTING, SetFiles};
+use super::files::{self, LISTING, SetFiles, Sink, Stop};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -13,7 +13,7 @@ use super::{
     recording_file, silhouette_png, truth_file,
 };
 use crate::body::Motion;
-use crate::camera::CameraRig;
+use crate::camera::{Camera, CameraRig};
 use crate::observation::{Observation, Observer};
 use crate::parallel;
 use crate::scene::GroundTruth;
@@ -21,6 +21,13 @@ use crate::scene::GroundTruth;
 /// All that lies in a set's directory, by name.
 pub const SET_ENTRIES: [&str; 7] =
     [manifest::PATH, README, cameras_file::PATH, LISTING, "observations", "start", "truth"];
+
+/// Most memory that images in work take while layers are written, unless a single image takes more: so many threads draw at a
+/// time that their images stay below it.
+pub const LAYERS_MEMORY_BYTES: usize = 1 << 30;
+
+/// What one thread that writes layers holds for every pixel: its ray, depth and part, the parts cut out, and the file's bytes.
+const LAYER_BYTES_A_PIXEL: usize = 16 + 8 + 8 + 8;
 
 const README: &str = "README.txt";
 
@@ -106,9 +113,24 @@ impl BenchmarkSet {
     /// # Errors
     /// [`SetError`] when the parts do not fit together.
     pub fn assemble(parts: &SetParts<'_>, observe: impl Fn(usize) -> Observation + Sync) -> Result<Self, SetError> {
+        Self::assemble_unless(parts, &|| false, observe)
+    }
+
+    /// As [`Self::assemble`]; no frame and no file is begun once `stop` answers `true`.
+    ///
+    /// # Errors
+    /// As [`Self::assemble`], and [`SetError::Stopped`].
+    pub fn assemble_unless(
+        parts: &SetParts<'_>,
+        stop: &(dyn Fn() -> bool + Sync),
+        observe: impl Fn(usize) -> Observation + Sync,
+    ) -> Result<Self, SetError> {
         let truth = parts.ground_truth;
         parts.check()?;
-        let of_frame = |frame| silhouette_files(parts.rig, frame, &observe(frame));
+        let of_frame = |frame| match stop() {
+            true => Err(SetError::Stopped),
+            false => silhouette_files(parts.rig, frame, &observe(frame)),
+        };
         let of_frames = parallel::map(truth.frames.len(), of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
         let mut files: BTreeMap<String, Vec<u8>> = of_frames.into_iter().flatten().collect();
         let sequence = Sequence {
@@ -143,7 +165,7 @@ impl BenchmarkSet {
         if let Some(contact) = contact_file::to_npz(truth) {
             files.insert(contact_file::PATH.to_string(), contact.to_bytes(contact_file::PATH)?);
         }
-        Self::from_files(SetFiles::in_memory(files))
+        Self::from_files(SetFiles::in_memory(files, stop)?)
     }
 
     /// Opens a whole set on disk.
@@ -175,17 +197,77 @@ impl BenchmarkSet {
     /// # Errors
     /// As [`Self::write`].
     pub fn write_with_layers(&self, folder: &Path, layers: &[Layer]) -> Result<(), SetError> {
-        let observer = Observer::new(&self.truth.ground_truth, &self.blind.rig);
-        let frames = if layers.is_empty() { 0 } else { self.blind.frame_count };
-        self.blind.files().write(folder, frames, |frame| {
-            let images = observer.depths(frame).into_iter().enumerate();
-            let files = images.map(|(camera, image)| {
-                let path = exr_layers::path(camera, frame);
-                exr_layers::encode(&path, &image, layers).map(|bytes| (path, bytes))
-            });
-            files.collect()
+        self.write_unless(folder, layers, &|| false)
+    }
+
+    /// Size of all files of a set in memory, layers left out; 0 for a set on disk.
+    pub fn bytes(&self) -> usize {
+        self.blind.files().bytes()
+    }
+
+    /// Size of the truth images of one frame, which the set must have.
+    ///
+    /// # Errors
+    /// [`SetError`] where an image cannot be encoded.
+    pub fn layer_bytes(&self, frame: usize, layers: &[Layer]) -> Result<usize, SetError> {
+        let size = |camera: &Camera| {
+            let alone = CameraRig { cameras: vec![camera.clone()] };
+            let images = Observer::new(&self.truth.ground_truth, &alone).depths(frame);
+            images
+                .iter()
+                .map(|image| exr_layers::encode("layers", image, layers).map(|bytes| bytes.len()))
+                .sum::<Result<usize, SetError>>()
+        };
+        if layers.is_empty() { Ok(0) } else { self.blind.rig.cameras.iter().map(size).sum() }
+    }
+
+    /// As [`Self::write_with_layers`]; no image and no file is begun once `stop` answers `true`.
+    ///
+    /// # Errors
+    /// As [`Self::write`], and [`SetError::Stopped`].
+    pub fn write_unless(
+        &self,
+        folder: &Path,
+        layers: &[Layer],
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(), SetError> {
+        self.blind.files().write(folder, stop, |sink| match layers.is_empty() {
+            true => Ok(()),
+            false => self.write_layers(layers, stop, sink),
         })
     }
+
+    /// One camera after another, each image drawn, written and forgotten: memory is that of some images, however many there are.
+    fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: Sink<'_>) -> Result<(), SetError> {
+        let frames = self.blind.frame_count;
+        for (index, camera) in self.blind.rig.cameras.iter().enumerate() {
+            let alone = CameraRig { cameras: vec![camera.clone()] };
+            let observer = Observer::new(&self.truth.ground_truth, &alone);
+            let workers = layer_workers(camera.pinhole.width, camera.pinhole.height);
+            let work = |worker| {
+                for frame in (worker..frames).step_by(workers).take_while(|_| !stop()) {
+                    let path = exr_layers::path(index, frame);
+                    for image in observer.depths(frame) {
+                        sink(path.clone(), &exr_layers::encode(&path, &image, layers)?)?;
+                    }
+                }
+                if stop() { Err(SetError::Stopped) } else { Ok(()) }
+            };
+            parallel::map(workers, work).into_iter().collect::<Result<(), _>>()?;
+        }
+        Ok(())
+    }
+}
+
+/// How many threads may draw images of that size at a time, at least one.
+fn layer_workers(width: u32, height: u32) -> usize {
+    let bytes = (width as usize * height as usize).max(1) * LAYER_BYTES_A_PIXEL;
+    (LAYERS_MEMORY_BYTES / bytes).clamp(1, rayon::current_num_threads().max(1))
+}
+
+/// Whether `directory` holds a set and nothing else.
+pub fn holds_only_a_set(directory: &Path) -> bool {
+    files::holds_only_listed(directory)
 }
 
 /// Whether there is a set, sound or not, in `directory`.
@@ -234,7 +316,9 @@ fn silhouette_files(
 ) -> Result<Vec<(String, Vec<u8>)>, SetError> {
     let sizes = rig.cameras.iter().map(|c| (c.pinhole.width, c.pinhole.height));
     if observation.frame != frame || !observation.silhouettes.iter().map(|m| (m.width(), m.height())).eq(sizes) {
-        return Err(SetError::inconsistent(format!("the observation of frame {frame} does not fit the cameras")));
+        return Err(SetError::inconsistent(format!(
+            "the observation of set frame {frame} (from 0) does not fit the cameras"
+        )));
     }
     let silhouettes = observation.silhouettes.iter().enumerate().map(|(camera, mask)| {
         let path = silhouette_path(camera, frame);
@@ -357,6 +441,28 @@ mod tests {
     }
 
     #[test]
+    fn so_few_large_images_are_drawn_at_a_time_that_memory_is_bounded() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(64).build().unwrap();
+        let [small, large, largest] =
+            pool.install(|| [(640, 480), (3840, 2160), (8192, 8192)].map(|(w, h)| layer_workers(w, h)));
+        assert_eq!((small, largest), (64, 1));
+        assert!(large > 1 && large * 3840 * 2160 * LAYER_BYTES_A_PIXEL <= LAYERS_MEMORY_BYTES, "{large}");
+    }
+
+    #[test]
+    fn a_set_that_is_stopped_is_not_made_and_its_layers_are_not_drawn() {
+        let set = small_set(2).unwrap();
+        let directory = tempfile::tempdir().unwrap();
+        let asked = std::sync::atomic::AtomicUsize::new(0);
+        // the files of the set are asked for one by one, then the layers
+        let stop = || asked.fetch_add(1, std::sync::atomic::Ordering::SeqCst) >= 15;
+        let stopped = set.write_unless(directory.path(), &[Layer::Depth], &stop).unwrap_err();
+        assert!(matches!(stopped, SetError::Stopped), "{stopped}");
+        assert!(directory.path().join("set.toml").exists() && !is_set(directory.path()));
+        assert!(!directory.path().join("truth/layers/cam02").exists());
+    }
+
+    #[test]
     fn parts_that_do_not_fit_together_make_no_set() {
         let set = small_set(2).unwrap();
         let (truth, blind) = (&set.truth, &set.blind);
@@ -380,6 +486,6 @@ mod tests {
         let short = Motion { frames_per_second: 60.0, poses: vec![blind.start.pose.clone()] };
         assert!(refused(&SetParts { refitted: Some(&short), ..parts }).contains("1 refitted poses for 2 frames"));
         let other_frame = BenchmarkSet::assemble(&parts, |_| blind.observation(0).unwrap()).unwrap_err();
-        assert!(other_frame.to_string().contains("frame 1 does not fit the cameras"), "{other_frame}");
+        assert!(other_frame.to_string().contains("frame 1 (from 0) does not fit the cameras"), "{other_frame}");
     }
 }

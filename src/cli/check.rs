@@ -1,14 +1,22 @@
 //! `skiagraph check`.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Args;
+use serde_json::{Value, json};
 
 use super::scenario_arguments::ScenarioArguments;
-use super::{CommandError, notes, output};
-use crate::experiment::{Soundness, check};
+use super::volume::{Volume, size};
+use super::{CommandError, output};
+use crate::experiment::{
+    CameraView, Cost, ExperimentError, ScenarioError, ScenarioFile, Soundness, Survey, check, unusable_files,
+};
 
-/// Say whether a scenario is sound, before any work
+/// Say whether a scenario is sound, all that is wrong with it, and what it costs to run
+///
+/// Reads every file that the scenario names, sets the scene, looks at it through the cameras, and tracks a sample of a second or so for
+/// the estimate of time.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph check scenarios/walk.toml\n  \
                         skiagraph check scenarios/cmu/walk4.toml --mocap-dir ~/cmu\n  \
@@ -22,16 +30,55 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
-    let file = arguments.scenario.open()?;
-    let soundness = check(&file, arguments.scenario.mocap_directory().as_deref()).map_err(|e| e.about(&file.origin))?;
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let mocap = arguments.scenario.mocap_directory();
+    let Survey { file, complaints } = arguments.scenario.survey()?;
+    let mut errors: Vec<ExperimentError> = complaints.into_iter().map(|c| ScenarioError::from(c).into()).collect();
+    match file {
+        Some(file) if errors.is_empty() => match check(&file, mocap.as_deref()) {
+            Ok(soundness) => return tell(arguments, &file, &soundness, volume),
+            Err(found) => errors = found.into_iter().map(|error| error.about(&file.origin)).collect(),
+        },
+        Some(file) => errors.extend(unusable_files(&file, mocap.as_deref())),
+        None => {}
+    }
     if arguments.json {
-        output::print_json(&soundness)?;
+        let errors: Vec<Value> = errors.iter().map(error_as_json).collect();
+        output::print_json(&json!({ "schema": "skiagraph.check/1", "sound": false, "errors": errors }))?;
     } else {
-        output::print(&in_words(&file.origin, &soundness))?;
-        notes::tell(&soundness.notes);
+        for error in &errors {
+            writeln!(std::io::stderr(), "error: {error}").ok();
+        }
+    }
+    Ok(ExitCode::from(2))
+}
+
+fn tell(
+    arguments: &Arguments,
+    file: &ScenarioFile,
+    soundness: &Soundness,
+    volume: Volume,
+) -> Result<ExitCode, CommandError> {
+    if arguments.json {
+        output::print_json(soundness)?;
+    } else {
+        output::print(&in_words(&file.origin, soundness))?;
+        volume.notes(&soundness.notes);
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn error_as_json(error: &ExperimentError) -> Value {
+    match error {
+        ExperimentError::Scenario(ScenarioError::Unsound(complaint)) => json!({
+            "file": complaint.origin,
+            "line": complaint.place.as_ref().map(|place| place.line),
+            "column": complaint.place.as_ref().map(|place| place.column),
+            "key": complaint.key,
+            "message": complaint.message,
+        }),
+        other => json!({ "message": other.to_string() }),
+    }
 }
 
 fn in_words(origin: &str, s: &Soundness) -> String {
@@ -40,18 +87,81 @@ fn in_words(origin: &str, s: &Soundness) -> String {
         0 => String::new(),
         n => format!(", {n} likelihood evaluations"),
     };
-    format!(
+    let ([x0, y0], [x1, y1]) = (s.path.start_m, s.path.end_m);
+    let ([low_x, low_y], [high_x, high_y]) = (s.path.least_m, s.path.greatest_m);
+    let mut text = format!(
         "{origin} is sound\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
-         bodies   actor {}, tracker {}: {model}\n  cameras  {}\n  tracker  {}, {} seed(s){cost}",
+         path     from ({x0:.2}, {y0:.2}) to ({x1:.2}, {y1:.2}) m, {:.2} m long; x {low_x:.2} to {high_x:.2}, y {low_y:.2} to {high_y:.2} m\n  \
+         bodies   actor {}, tracker {}: {model}\n  tracker  {}, {} seed(s){cost}",
         s.clip,
         s.frames,
         s.frames_per_second,
         s.duration_s,
         s.retarget_residual_mm,
+        s.path.length_m,
         s.actor,
         s.tracker_body,
-        s.cameras.join(", "),
         s.tracker,
         s.seeds,
+    );
+    s.views.iter().for_each(|view| text.push_str(&view_in_words(view)));
+    text + &cost_in_words(&s.cost)
+}
+
+fn view_in_words(view: &CameraView) -> String {
+    let seen = match view.height_px {
+        None => "never sees the actor".to_owned(),
+        Some([least, median, greatest]) => {
+            format!(
+                "{:.0} % of the frames, figure {least} to {greatest} px high, median {median}",
+                100.0 * view.in_view
+            )
+        }
+    };
+    let cut = if view.at_border > 0.0 {
+        format!(", at the border in {:.0} %", 100.0 * view.at_border)
+    } else {
+        String::new()
+    };
+    format!("\n  camera   {}: {seen}{cut}", view.camera)
+}
+
+fn cost_in_words(cost: &Cost) -> String {
+    let threads = output::counted(cost.threads, "thread");
+    let learning = match cost.models_to_learn {
+        0 => String::new(),
+        count => format!(", and the time to learn motion models for {}", output::counted(count, "tracker")),
+    };
+    format!(
+        "\n  cost     run: about {} on {threads} (reading {}, drawing {}, tracking {}, measuring {}){learning}\n  cost     run: about {} of \
+         memory and {} on the disk; render: {} and {}",
+        duration(cost.run_s),
+        duration(cost.staging_s),
+        duration(cost.render_s),
+        duration(cost.track_s),
+        duration(cost.measure_s),
+        size(cost.memory_bytes),
+        size(cost.run_bytes),
+        size(cost.render_memory_bytes),
+        size(cost.set_bytes),
     )
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 10.0 => format!("{s:.1} s"),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_told_in_units_that_people_read() {
+        assert_eq!([0.04, 19.7, 300.0, 90_000.0].map(duration), ["0.0 s", "20 s", "5 min", "25.0 h"]);
+    }
 }

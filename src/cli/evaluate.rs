@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::progress::Progress;
-use super::{CommandError, notes, output, summary};
+use super::volume::Volume;
+use super::{CommandError, output, summary};
 use crate::experiment::{REPORT_FILE, evaluate_run};
 
 /// Measure a run against the truth of its set
@@ -41,21 +42,16 @@ pub(super) struct Arguments {
     /// Print run.json instead of a table
     #[arg(long)]
     json: bool,
-
-    /// No progress, no notes
-    #[arg(long)]
-    quiet: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
-    let progress = Progress::new(arguments.quiet);
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let progress = Progress::new(volume);
     let (out, force) = (arguments.out.as_deref(), arguments.force);
     let done = evaluate_run(&arguments.set, &arguments.run, out, force, &progress)
         .map_err(|e| e.about(&arguments.run))?;
     drop(progress);
-    if !arguments.quiet {
-        notes::tell(&done.notes);
-    }
+    volume.notes(&done.notes);
+    volume.written(&done.place);
     if arguments.json {
         output::print_json(&done.record)?;
     } else {

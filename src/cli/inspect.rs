@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::inspect_words::in_words;
+use super::volume::Volume;
 use super::{CommandError, inspect_contacts, output};
-use crate::experiment::{Inspected, inspect};
+use crate::experiment::{Destination, Inspected, inspect};
 
 /// Say what a model, a recording, a robot or a benchmark set holds
 #[derive(Args, Debug)]
@@ -39,21 +40,25 @@ pub(super) struct Arguments {
     /// Length of a recording's unit in metres, where neither the format says it nor it can be guessed
     #[arg(long, value_name = "M")]
     metres_per_unit: Option<f64>,
+    /// Move aside to NAME~ what is at --out and is not ours
+    #[arg(long, requires = "out")]
+    force: bool,
 
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let to = arguments.out.as_deref().map(|path| Destination { path, force: arguments.force });
     if arguments.contacts {
         let unit = arguments.metres_per_unit;
-        inspect_contacts::run(&arguments.what, unit, arguments.out.as_deref(), arguments.json)?;
+        inspect_contacts::run(&arguments.what, unit, to, arguments.json, volume)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let (against, page) = (arguments.against.as_deref(), arguments.out.as_deref());
-    let found = inspect(&arguments.what, arguments.metres_per_unit, against, page)
+    let found = inspect(&arguments.what, arguments.metres_per_unit, arguments.against.as_deref(), to)
         .map_err(|e| e.about(&arguments.what))?;
+    arguments.out.iter().for_each(|page| volume.written(page));
     if arguments.json {
         output::print_json(&found)?;
     } else {

@@ -2,18 +2,21 @@
 
 use std::path::Path;
 
-use super::{CommandError, notes, output};
-use crate::experiment::{ContactSummary, inspect_contacts};
+use super::volume::Volume;
+use super::{CommandError, output};
+use crate::experiment::{ContactSummary, Destination, inspect_contacts};
 
 /// Says how a motion stands on the ground; `picture` shows it over time.
 pub(super) fn run(
     name: &Path,
     metres_per_unit: Option<f64>,
-    picture: Option<&Path>,
+    picture: Option<Destination<'_>>,
     json: bool,
+    volume: Volume,
 ) -> Result<(), CommandError> {
     let summary = inspect_contacts(name, metres_per_unit, picture).map_err(|e| e.about(name))?;
-    notes::tell(&summary.notes);
+    volume.notes(&summary.notes);
+    picture.iter().for_each(|to| volume.written(to.path));
     if json {
         output::print_json(&summary)?;
     } else {
@@ -51,11 +54,11 @@ fn in_words(s: &ContactSummary) -> String {
     for w in &s.worst {
         let decimals = w.decimals();
         text.push_str(&format!(
-            "\n  worst     {} {:.decimals$} {}: {}, frame {} ({:.2} s)",
+            "\n  worst     {} {:.decimals$} {}: {}, frame {} from 0 ({:.2} s)",
             w.fault, w.value, w.unit, w.part, w.frame, w.time_s
         ));
     }
-    text.push_str("\n\n  foot        frames          s   slip mm  deepest mm  highest mm");
+    text.push_str("\n\n  foot        from 0          s   slip mm  deepest mm  highest mm");
     for stance in &s.stances {
         let frames = format!("{} to {}", stance.first, stance.last);
         text.push_str(&format!(

@@ -36,7 +36,9 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
         let share = 100.0 * other.ratio;
         text.push_str(&format!("\n  against  {kind}: mean {mean:.4} rad^2; this is {share:.3} % of it"));
     }
-    text.push_str("\n\n  model  motion  first  frames  mean rad^2  max rad^2");
+    text.push_str(
+        "\n\n  model  motion  first  frames  mean rad^2  max rad^2   (first: frame at the model's rate, from 0)",
+    );
     for (index, model) in s.models.iter().enumerate() {
         let error = &model.reconstruction_error_rad2;
         text.push_str(&format!(

@@ -4,11 +4,13 @@
 //! 3 inconclusive; 75 try again; 101 a bug of ours; 130 interrupted.
 
 mod check;
+mod completions;
 mod evaluate;
 mod inspect;
 mod inspect_contacts;
 mod inspect_words;
-mod notes;
+mod interrupt;
+mod manual;
 mod output;
 mod output_arguments;
 mod progress;
@@ -19,6 +21,7 @@ mod schema;
 mod summary;
 mod track;
 mod train;
+mod volume;
 
 use std::process::ExitCode;
 
@@ -43,6 +46,9 @@ struct CommandLine {
     /// Threads [default: all cores]; results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+
+    #[command(flatten)]
+    volume: volume::Volume,
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check said no, 2 usage or bad input, 3 inconclusive, 75 try again, \
@@ -58,6 +64,8 @@ enum Command {
     Evaluate(evaluate::Arguments),
     Train(train::Arguments),
     Inspect(inspect::Arguments),
+    Completions(completions::Arguments),
+    Man(manual::Arguments),
 }
 
 /// Why a command failed.
@@ -94,18 +102,21 @@ impl CommandError {
 /// [`CommandError`] if the command fails.
 pub fn run_command() -> Result<ExitCode, CommandError> {
     let line = CommandLine::parse();
+    interrupt::install();
     if let Some(threads) = line.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
     match line.command {
-        Command::Run(arguments) => run::run(&arguments),
-        Command::Check(arguments) => check::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments, line.volume),
+        Command::Check(arguments) => check::run(&arguments, line.volume),
         Command::Schema(arguments) => schema::run(&arguments),
-        Command::Render(arguments) => render::run(&arguments),
-        Command::Track(arguments) => track::run(&arguments),
-        Command::Evaluate(arguments) => evaluate::run(&arguments),
-        Command::Train(arguments) => train::run(&arguments),
-        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments, line.volume),
+        Command::Track(arguments) => track::run(&arguments, line.volume),
+        Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
+        Command::Train(arguments) => train::run(&arguments, line.volume),
+        Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => manual::run(&arguments, line.volume),
     }
 }
 

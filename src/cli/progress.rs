@@ -1,81 +1,92 @@
-//! A progress bar on a terminal, silence elsewhere, and Ctrl-C.
+//! A progress bar on a terminal, silence elsewhere; with `--verbose` how long each stage took.
 
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::notes;
+use super::interrupt;
+use super::volume::{Volume, note_on_stderr};
 use crate::experiment::{Stage, Watch};
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Shows progress on standard error if that is a terminal and the user did not ask for quiet.
 pub(super) struct Progress {
-    bar: Mutex<ProgressBar>,
+    state: Mutex<State>,
     visible: bool,
-    quiet: bool,
+    volume: Volume,
+}
+
+struct State {
+    bar: ProgressBar,
+    /// What is being done, of how many frames, and since when.
+    stage: Option<(Stage, usize, Instant)>,
 }
 
 impl Progress {
-    /// From now on Ctrl-C asks the work to stop at the next frame; a second one ends the process at once.
-    pub(super) fn new(quiet: bool) -> Self {
-        // Only fails if a handler is there already, which then does the same.
-        ctrlc::set_handler(|| {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
-                std::process::exit(130);
-            }
-            notes::tell(&["stopping after this frame; again to stop at once".to_owned()]);
-        })
-        .ok();
-        Self { bar: Mutex::new(ProgressBar::hidden()), visible: !quiet && std::io::stderr().is_terminal(), quiet }
+    pub(super) fn new(volume: Volume) -> Self {
+        let state = State { bar: ProgressBar::hidden(), stage: None };
+        let visible = !volume.quiet && std::io::stderr().is_terminal();
+        Self { state: Mutex::new(state), visible, volume }
     }
 
-    fn bar(&self) -> MutexGuard<'_, ProgressBar> {
-        self.bar.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Render => "rendering",
+        Stage::Track => "tracking",
+        Stage::Evaluate => "measuring",
+        Stage::Learn => "learning",
+    }
+}
+
+impl State {
+    fn end_stage(&mut self, volume: Volume) {
+        self.bar.finish_and_clear();
+        if let Some((stage, frames, since)) = self.stage.take().filter(|_| volume.verbose) {
+            note_on_stderr(&format!("{}: {frames} frames in {:.2} s", name(stage), since.elapsed().as_secs_f64()));
+        }
     }
 }
 
 impl Watch for Progress {
     fn begin(&self, stage: Stage, frames: usize) {
-        let mut bar = self.bar();
-        bar.finish_and_clear();
+        let mut state = self.state();
+        state.end_stage(self.volume);
+        state.stage = Some((stage, frames, Instant::now()));
         if self.visible {
             let template = "{prefix:>9} {wide_bar} {pos}/{len} frames, {eta} left {msg}";
             let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-            *bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::stderr())
+            state.bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::stderr())
                 .with_style(style)
-                .with_prefix(match stage {
-                    Stage::Render => "rendering",
-                    Stage::Track => "tracking",
-                    Stage::Evaluate => "measuring",
-                    Stage::Learn => "learning",
-                });
+                .with_prefix(name(stage));
         }
     }
 
     fn advance(&self) {
-        self.bar().inc(1);
+        self.state().bar.inc(1);
     }
 
     fn tell(&self, state: &str) {
-        self.bar().set_message(state.to_owned());
+        self.state().bar.set_message(state.to_owned());
     }
 
     fn say(&self, note: &str) {
-        if !self.quiet {
-            self.bar().suspend(|| notes::tell(&[note.to_owned()]));
-        }
+        self.state().bar.suspend(|| self.volume.notes(&[note.to_owned()]));
     }
 
     fn interrupted(&self) -> bool {
-        INTERRUPTED.load(Ordering::SeqCst)
+        interrupt::interrupted()
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.bar().finish_and_clear();
+        let volume = self.volume;
+        self.state().end_stage(volume);
     }
 }

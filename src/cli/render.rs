@@ -6,8 +6,10 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::output_arguments::OutputArguments;
+use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
-use super::{CommandError, notes, output};
+use super::volume::Volume;
+use super::{CommandError, output};
 use crate::experiment::render;
 
 /// Make a benchmark set on disk
@@ -26,16 +28,15 @@ pub(super) struct Arguments {
     output: OutputArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let file = arguments.scenario.open()?;
-    let progress = arguments.output.progress();
+    let progress = Progress::new(volume);
     let to = arguments.output.destination(&arguments.out);
     let (set, notes) = render(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
         .map_err(|e| e.about(&file.origin))?;
     drop(progress);
-    if !arguments.output.quiet {
-        notes::tell(&notes);
-    }
+    volume.notes(&notes);
+    volume.written(&arguments.out);
     let (blind, place) = (&set.blind, arguments.out.display());
     let (frames, cameras) = (blind.frame_count, blind.rig.cameras.len());
     if arguments.output.json {

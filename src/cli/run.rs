@@ -8,13 +8,16 @@ use clap::Args;
 use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
-use super::{CommandError, notes, output, summary};
-use crate::experiment::{COMPARISON_PAGE, Destination, REPORT_FILE, ScenarioFile, compare, run as run_experiment};
+use super::volume::Volume;
+use super::{CommandError, output, summary};
+use crate::experiment::{
+    COMPARISON_PAGE, Destination, REPORT_FILE, RunPlace, ScenarioFile, compare, run as run_experiment,
+};
 
 /// Render, track, evaluate and report in one go
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph run\n  skiagraph run scenarios/walk.toml --seeds 5\n  \
-                        skiagraph run scenarios/walk.toml tracker.annealed_particle_filter.particles=400 --out runs/400\n  \
+                        skiagraph run scenarios/walk.toml particles=400 --out runs/400\n  \
                         skiagraph run scenarios/cmu/walk4.toml --mocap-dir ~/cmu tracker_body.mismatch=none\n  \
                         skiagraph run scenarios/walk.toml tracker.frozen={}")]
 pub(super) struct Arguments {
@@ -29,7 +32,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     seeds: Option<u32>,
 
-    /// Where the results go [default: runs/NAME]; a run of ours that is there is replaced
+    /// Where the results go; a run of ours that is there is replaced [default: runs/NAME, or runs/NAME-2 and so on where results of
+    /// another scenario or of other settings are]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -37,23 +41,23 @@ pub(super) struct Arguments {
     output: OutputArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let mut more = Vec::new();
     more.extend(arguments.seed.map(|seed| format!("seed={seed}")));
     more.extend(arguments.seeds.map(|seeds| format!("seeds={seeds}")));
     let file = arguments.scenario.open_with(more)?;
-    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&file.scenario.name));
-    let progress = arguments.output.progress();
+    let RunPlace { path: out, note } = RunPlace::of(&file, arguments.out.as_deref())?;
+    let progress = Progress::new(volume);
     let to = arguments.output.destination(&out);
     if !file.scenario.methods.is_empty() {
-        return run_methods(arguments, &file, to, progress);
+        return run_methods(arguments, &file, to, progress, note, volume);
     }
     let done = run_experiment(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
         .map_err(|e| e.about(&file.origin))?;
     drop(progress);
-    if !arguments.output.quiet {
-        notes::tell(&done.notes);
-    }
+    volume.notes(&done.notes);
+    volume.notes(note.as_slice());
+    volume.written(&out);
     if arguments.output.json {
         output::print_json(&done.record)?;
     } else {
@@ -68,13 +72,15 @@ fn run_methods(
     file: &ScenarioFile,
     to: Destination<'_>,
     progress: Progress,
+    note: Option<String>,
+    volume: Volume,
 ) -> Result<ExitCode, CommandError> {
     let done = compare(file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
         .map_err(|e| e.about(&file.origin))?;
     drop(progress);
-    if !arguments.output.quiet {
-        notes::tell(&done.notes);
-    }
+    volume.notes(&done.notes);
+    volume.notes(note.as_slice());
+    volume.written(to.path);
     if arguments.output.json {
         output::print_json(&done.comparison)?;
     } else {

@@ -1,10 +1,10 @@
 //! `SCENARIO [KEY=VALUE...] [--mocap-dir DIR]`, as several subcommands take it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::experiment::{ExperimentError, ScenarioFile};
+use crate::experiment::{ExperimentError, ScenarioFile, Survey, survey};
 
 #[derive(Args, Debug)]
 pub(super) struct ScenarioArguments {
@@ -12,7 +12,7 @@ pub(super) struct ScenarioArguments {
     #[arg(value_name = "SCENARIO")]
     scenario: Option<PathBuf>,
 
-    /// Changes to the scenario: a dotted key and a TOML value
+    /// Changes to the scenario: a dotted key, its last words alone where they mean one key, and a TOML value
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
@@ -29,19 +29,29 @@ impl ScenarioArguments {
 
     /// The scenario with its overrides and then `more` of them.
     pub(super) fn open_with(&self, more: Vec<String>) -> Result<ScenarioFile, ExperimentError> {
-        let mut overrides = self.overrides.clone();
+        let (path, mut overrides) = self.parts();
         overrides.extend(more);
-        let file = match &self.scenario {
-            Some(first) => match first.to_str().filter(|text| text.contains('=') && !first.exists()) {
-                Some(assignment) => {
-                    overrides.insert(0, assignment.to_owned());
-                    ScenarioFile::built_in(&overrides)
-                }
-                None => ScenarioFile::open(first, &overrides),
-            },
+        Ok(match path {
+            Some(path) => ScenarioFile::open(path, &overrides),
             None => ScenarioFile::built_in(&overrides),
-        };
-        Ok(file?)
+        }?)
+    }
+
+    /// The scenario with its overrides, and all that is wrong with it.
+    pub(super) fn survey(&self) -> Result<Survey, ExperimentError> {
+        let (path, overrides) = self.parts();
+        Ok(survey(path, &overrides)?)
+    }
+
+    /// The file, if one is named, and the overrides.
+    fn parts(&self) -> (Option<&Path>, Vec<String>) {
+        match &self.scenario {
+            Some(first) => match first.to_str().filter(|text| text.contains('=') && !first.exists()) {
+                Some(assignment) => (None, [vec![assignment.to_owned()], self.overrides.clone()].concat()),
+                None => (Some(first), self.overrides.clone()),
+            },
+            None => (None, self.overrides.clone()),
+        }
     }
 
     /// Where to look for clips.

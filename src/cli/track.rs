@@ -6,6 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::output_arguments::OutputArguments;
+use super::progress::Progress;
+use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::{ScenarioError, TrackerSettings, track_set};
 
@@ -44,16 +46,17 @@ pub(super) struct Arguments {
     output: OutputArguments,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let settings = TrackerSettings::named(&arguments.tracker)
         .and_then(|settings| settings.overridden(&arguments.overrides))
         .map_err(ScenarioError::from)?;
     let first = u64::from(arguments.seed);
     let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
-    let progress = arguments.output.progress();
+    let progress = Progress::new(volume);
     let to = arguments.output.destination(&arguments.out);
     let tracked = track_set(&arguments.set, &settings, &seeds, to, &progress).map_err(|e| e.about(&arguments.set))?;
     drop(progress);
+    volume.written(&arguments.out);
     if arguments.output.json {
         output::print_json(&tracked.record)?;
     } else if let Some(record) = &tracked.record {

@@ -7,7 +7,8 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::progress::Progress;
-use super::{CommandError, notes, output};
+use super::volume::Volume;
+use super::{CommandError, output};
 use crate::experiment::{
     ClipOptions, Destination, ExperimentError, LearnedModel, ScenarioFile, TrainingInput, train as learn,
 };
@@ -82,10 +83,6 @@ pub(super) struct Arguments {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
-
-    /// No progress, no notes
-    #[arg(long)]
-    quiet: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -96,17 +93,16 @@ enum Kind {
     GpdmGraph,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
-    let progress = Progress::new(arguments.quiet);
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let progress = Progress::new(volume);
     let input = arguments.input()?;
     let rate = input.motions.first().map_or(60.0, |motion| motion.frames_per_second);
     let to = Destination { path: &arguments.out, force: arguments.force };
     let trained =
         learn(&input, &arguments.settings(rate)?, to, &progress).map_err(|e| e.about(&arguments.inputs[0]))?;
     drop(progress);
-    if !arguments.quiet {
-        notes::tell(&trained.notes);
-    }
+    volume.notes(&trained.notes);
+    volume.written(&arguments.out);
     if arguments.json {
         output::print_json(&facts(&arguments.out, &trained.model))?;
     } else {

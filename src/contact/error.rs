@@ -16,7 +16,10 @@ pub enum ContactError {
         frames_per_second: f64,
     },
     /// A pose belongs to another body.
-    #[error("frame {frame}: the pose has {found} joint angles, {:?} has {expected} degrees of freedom", excerpt(body))]
+    #[error(
+        "frame {frame} (from 0): the pose has {found} joint angles, {:?} has {expected} degrees of freedom",
+        excerpt(body)
+    )]
     WrongBody {
         /// Frame number.
         frame: usize,
@@ -29,7 +32,7 @@ pub enum ContactError {
     },
     /// A link has no place.
     #[error(
-        "frame {frame}: link {:?} is at a place that is not finite; look for NaN or huge numbers in the motion",
+        "frame {frame} (from 0): link {:?} is at a place that is not finite; look for NaN or huge numbers in the motion",
         excerpt(link)
     )]
     NotFinite {
@@ -127,7 +130,7 @@ pub enum ContactError {
     },
     /// The simulation went out of bounds.
     #[error(
-        "frame {frame}: the simulation has diverged at link {:?}; lower the push or the friction, or use \
+        "frame {frame} (from 0): the simulation has diverged at link {:?}; lower the push or the friction, or use \
          contact = \"fix\"",
         excerpt(link)
     )]

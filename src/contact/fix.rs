@@ -73,7 +73,7 @@ impl fmt::Display for FixReport {
         let MostMoved { mm, link, frame } = &self.moved_most;
         write!(
             f,
-            "before: {}; fixed: {}; joints moved by {:.1} mm on average, {mm:.1} mm at most ({link}, frame {frame}), angles by {:.1} \
+            "before: {}; fixed: {}; joints moved by {:.1} mm on average, {mm:.1} mm at most ({link}, frame {frame} from 0), angles by {:.1} \
              degrees at most",
             self.before,
             self.after,

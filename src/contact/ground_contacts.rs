@@ -289,7 +289,7 @@ mod tests {
         assert!(refused(&roller(), &moved(60.0, 0, |_| Isometry3::identity())).contains("0 poses"));
         assert!(refused(&roller(), &Motion { frames_per_second: 0.0, ..still.clone() }).contains("0 frames a second"));
         let nowhere = moved(60.0, 2, |t| Isometry3::translation(t / 0.0, 0.0, 0.0));
-        assert!(refused(&roller(), &nowhere).starts_with("frame 0: link \"torso\""));
+        assert!(refused(&roller(), &nowhere).starts_with("frame 0 (from 0): link \"torso\""));
         assert!(refused(&person(), &still).contains("0 joint angles"));
         let mut bare = roller();
         bare.links[0].flesh.clear();

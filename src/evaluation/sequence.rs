@@ -120,7 +120,7 @@ pub enum EvaluationError {
     #[error("frame rate {0} is not a positive number of frames a second")]
     FrameRate(f64),
     /// A number that is not finite.
-    #[error("frame {frame}: {what} is not a finite number")]
+    #[error("set frame {frame} (from 0): {what} is not a finite number")]
     NotFinite {
         /// Frame number.
         frame: usize,
@@ -274,7 +274,7 @@ mod tests {
         let mut estimate = still(3);
         estimate[2][1] = Some(Point3::new(0.0, f64::NAN, 0.0));
         let error = Sequence::of_markers(60.0, &truth, &estimate).check().unwrap_err();
-        assert_eq!(error.to_string(), "frame 2: the estimated pelvis is not a finite number");
+        assert_eq!(error.to_string(), "set frame 2 (from 0): the estimated pelvis is not a finite number");
         assert_eq!(Sequence::of_markers(0.0, &truth, &truth).check(), Err(EvaluationError::FrameRate(0.0)));
     }
 

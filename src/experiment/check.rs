@@ -1,10 +1,15 @@
-//! `skiagraph check`: everything that can be said of a scenario before any work.
+//! `skiagraph check`: everything that can be said of a scenario before any work, all that is wrong with it and what it costs.
 
 use std::path::Path;
+use std::time::Instant;
 
 use serde::Serialize;
 
-use super::{ExperimentError, ScenarioFile, Staged};
+use super::cost::{Cost, cost};
+use super::learning::Models;
+use super::scene_check::{ActorPath, CameraView, doubts, refusals, unseen, views};
+use super::staging::{Staged, robot};
+use super::{ExperimentError, LearnedModel, ScenarioFile, Unwatched, clip_file};
 use crate::tracker::FilterSettings;
 
 /// What a sound scenario amounts to.
@@ -12,6 +17,8 @@ use crate::tracker::FilterSettings;
 pub struct Soundness {
     /// `skiagraph.check/1`.
     pub schema: &'static str,
+    /// `true`.
+    pub sound: bool,
     /// The scenario's name.
     pub scenario: String,
     /// The recording's name.
@@ -30,32 +37,60 @@ pub struct Soundness {
     pub matched: bool,
     /// Mean distance of the actor's markers from the recorded ones, millimetres.
     pub retarget_residual_mm: f64,
+    /// Where the actor goes.
+    pub path: ActorPath,
     /// Names of the cameras.
     pub cameras: Vec<String>,
+    /// How each camera sees the actor.
+    pub views: Vec<CameraView>,
     /// The tracker's name; of several methods all, in the order of the methods' names.
     pub tracker: String,
     /// How many seeds.
     pub seeds: u32,
     /// Likelihood evaluations of all frames and seeds.
     pub likelihood_evaluations: u64,
+    /// What it costs to run.
+    pub cost: Cost,
     /// What a user should know: guesses, mended frames, doubtful views.
     pub notes: Vec<String>,
 }
 
-/// Reads everything that a scenario names and sets the scene, without drawing or tracking.
+/// Reads everything that a scenario names, sets the scene, looks at it through the cameras, and tracks a sample for the cost.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the file, line or key.
-pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soundness, ExperimentError> {
-    let staged = Staged::new(file, mocap_directory)?;
+/// All that `run` would refuse, each an [`ExperimentError`] that names the file, line or key.
+pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soundness, Vec<ExperimentError>> {
+    let missing = unusable_files(file, mocap_directory);
+    if !missing.is_empty() {
+        return Err(missing);
+    }
+    let begin = Instant::now();
+    let staged = Staged::new(file, mocap_directory).map_err(|error| vec![error])?;
+    let staging_s = begin.elapsed().as_secs_f64();
+    let views = views(&staged);
+    let mut errors = refusals(file, &staged);
+    errors.extend(unseen(file, &staged, &views));
+    errors.extend(unfit_models(file, &staged));
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let cost = cost(file, &staged, staging_s).map_err(|error| vec![error])?;
+    let path = ActorPath::of(&staged);
+    Ok(soundness(file, staged, path, views, cost))
+}
+
+fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<CameraView>, cost: Cost) -> Soundness {
     let scenario = &file.scenario;
     let trackers = scenario.trackers();
     let evaluations = |f: FilterSettings| f.particles as u64 * f.layers as u64;
     let per_frame: u64 = trackers.iter().filter_map(|(_, t)| t.filter()).map(evaluations).sum();
     let names: Vec<&str> = trackers.iter().map(|(_, t)| t.name()).collect();
     let (frames, frames_per_second) = (staged.frames(), staged.ground_truth.frames_per_second);
-    Ok(Soundness {
+    let mut notes = staged.notes.clone();
+    notes.extend(doubts(&staged));
+    Soundness {
         schema: "skiagraph.check/1",
+        sound: true,
         scenario: scenario.name.clone(),
         frames,
         frames_per_second,
@@ -64,11 +99,49 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
         tracker_body: staged.start.body.name.clone(),
         matched: staged.facts.matched,
         retarget_residual_mm: staged.report.mean_residual_mm,
+        path,
         cameras: staged.rig.cameras.iter().map(|camera| camera.name.clone()).collect(),
+        views,
         tracker: names.join(", "),
         seeds: scenario.seeds,
         likelihood_evaluations: per_frame * frames as u64 * u64::from(scenario.seeds),
-        notes: staged.notes,
+        cost,
+        notes,
         clip: staged.clip,
-    })
+    }
+}
+
+/// Everything that is wrong with the files that a scenario names, each looked at by itself: recordings that are not there, robots
+/// and models that cannot be read.
+///
+/// # Errors
+/// None: what is wrong is the answer.
+pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Vec<ExperimentError> {
+    let scenario = &file.scenario;
+    let mut wrong = Vec::new();
+    wrong.extend(clip_file::missing(file, "motion", &scenario.motion, mocap_directory));
+    for (index, clip) in scenario.training.iter().flat_map(|training| &training.clips).enumerate() {
+        wrong.extend(clip_file::missing(file, &format!("training.clips[{index}]"), clip, mocap_directory));
+    }
+    wrong.extend(robot(file, "actor.robot", &scenario.actor.robot).err());
+    if scenario.actor.robot != scenario.tracker_body.robot {
+        wrong.extend(robot(file, "tracker_body.robot", &scenario.tracker_body.robot).err());
+    }
+    let mut seen = Vec::new();
+    for (_, tracker) in scenario.trackers() {
+        let Some(path) = tracker.model_file().map(|name| file.folder.join(name)) else { continue };
+        if !seen.contains(&path) {
+            wrong.extend(LearnedModel::read(&path).err());
+            seen.push(path);
+        }
+    }
+    wrong
+}
+
+/// What is wrong with the models of files for this body, rate and test.
+fn unfit_models(file: &ScenarioFile, staged: &Staged) -> Vec<ExperimentError> {
+    let mut models = Models::of(file, Some(&staged.source));
+    let (body, rate) = (&staged.start.body, staged.ground_truth.frames_per_second);
+    let trackers = file.scenario.trackers();
+    trackers.iter().filter_map(|(_, tracker)| models.check_file(tracker, body, rate, &Unwatched).err()).collect()
 }

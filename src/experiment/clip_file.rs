@@ -45,7 +45,26 @@ pub(super) fn load(
     })
 }
 
-/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `unsound` is how a complaint about a key of the settings is put.
+/// What is wrong with the names of a recording that [`load`] reads: neither it nor its skeleton need be sound, but there.
+pub(super) fn missing(
+    file: &ScenarioFile,
+    table: &str,
+    settings: &MotionSettings,
+    mocap_directory: Option<&Path>,
+) -> Vec<ExperimentError> {
+    let unsound = |key: &str, message| ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into();
+    if let Some(name) = built_in(Path::new(&settings.clip)) {
+        return embedded(name).err().map(|message| unsound("clip", message)).into_iter().collect();
+    }
+    let places = Places { folder: &file.folder, mocap_directory };
+    let clip = places.find(Path::new(&settings.clip), settings.sha256.as_deref()).is_none().then_some(("clip", &settings.clip));
+    let skeleton = settings.skeleton.as_ref().filter(|name| places.find(Path::new(name), None).is_none());
+    let missing = clip.into_iter().chain(skeleton.map(|name| ("skeleton", name)));
+    missing.map(|(key, name)| unsound(key, places.missing(name, settings))).collect()
+}
+
+/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `unsound` is how a complaint about
+/// a key of the settings is put.
 pub(super) fn read_part(
     folder: &Path,
     recording: &Path,
@@ -158,6 +177,31 @@ fn embedded(name: &str) -> Result<&'static str, String> {
         let guess = guess.unwrap_or_default();
         format!("there is no built-in clip `{}`{guess} (there are: {})", excerpt(name), known.join(", "))
     })
+}
+
+/// The files of a `recording`, which is the settings' clip, that [`load`] reads; none for a built-in clip and for files that are missing.
+pub(super) fn paths_of(
+    folder: &Path,
+    recording: &Path,
+    settings: &MotionSettings,
+    mocap_directory: Option<&Path>,
+) -> Vec<PathBuf> {
+    if built_in(recording).is_some() {
+        return Vec::new();
+    }
+    let places = Places { folder, mocap_directory };
+    let Some(clip) = places.find(recording, settings.sha256.as_deref()) else { return Vec::new() };
+    let has = |path: &Path, wanted: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
+    let skeletons: Vec<PathBuf> = match &settings.skeleton {
+        Some(name) => places.find(Path::new(name), None).into_iter().collect(),
+        None if has(&clip, "amc") => {
+            let beside = clip.parent().and_then(|folder| fs::read_dir(folder).ok());
+            let beside = beside.into_iter().flatten().flatten().map(|entry| entry.path());
+            beside.filter(|path| has(path, "asf")).collect()
+        }
+        None => Vec::new(),
+    };
+    [vec![clip], skeletons].concat()
 }
 
 /// Where clips may be.

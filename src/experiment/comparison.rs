@@ -7,7 +7,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::error::output;
+use super::inputs::Inputs;
 use super::learning::Models;
+use super::ours::Kind;
 use super::partial_directory::PartialDirectory;
 use super::run::{Attempt, SCENARIO_FILE, draw, scenario_text};
 use super::watch::Watch;
@@ -90,12 +92,11 @@ pub fn compare(
     watch: &dyn Watch,
 ) -> Result<Compared, ExperimentError> {
     let scenario = &file.scenario;
-    let mut ours = vec![COMPARISON_FILE, COMPARISON_PAGE, SCENARIO_FILE];
-    ours.extend(scenario.methods.keys().map(String::as_str));
-    let directory = PartialDirectory::begin(to.path, &ours, to.force)?;
+    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
-    let mut models = Models::of(file, &set.truth);
+    let mut models = Models::of(file, set.truth.recording.as_ref());
     let mut compared =
         Compared { comparison: empty(scenario, &set.blind, set.truth.facts.matched), methods: Vec::new(), notes };
     for (name, settings) in &scenario.methods {
@@ -135,7 +136,7 @@ pub fn compare(
     directory.write(SCENARIO_FILE, scenario_text(scenario)?.as_bytes())?;
     directory.write(COMPARISON_PAGE, comparison_page(&input)?.as_bytes())?;
     directory.write(COMPARISON_FILE, &to_json(&compared.comparison)?)?;
-    directory.finish(&ours)?;
+    directory.finish()?;
     Ok(compared)
 }
 

@@ -40,7 +40,7 @@ pub enum ExperimentError {
     Scene(#[from] SceneError),
     /// A set cannot be read or made.
     #[error(transparent)]
-    Set(#[from] SetError),
+    Set(SetError),
     /// A tracker's setting makes no sense.
     #[error(transparent)]
     Setting(#[from] SettingError),
@@ -131,6 +131,23 @@ pub enum ExperimentError {
         /// What the operating system answered.
         source: io::Error,
     },
+    /// Another process of this program writes to the same place.
+    #[error("{path}: another skiagraph is writing here now; wait until it is done, or choose another --out", path = path.display())]
+    Busy {
+        /// The place.
+        path: PathBuf,
+    },
+    /// What a command reads would be overwritten or changed.
+    #[error(
+        "{path}: the command reads {input}, which this --out would replace or change; choose another --out",
+        path = path.display(), input = input.display()
+    )]
+    IsInput {
+        /// The place.
+        path: PathBuf,
+        /// What is read.
+        input: PathBuf,
+    },
     /// Something that is not ours stands where a result should go.
     #[error(
         "{}: there is something here that is not a result of ours as we wrote it; choose another --out, or --force to move it \
@@ -169,9 +186,11 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    /// The process's exit code: 2 for bad input or a place that cannot be written, 130 after an interruption.
+    /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work, 130 after
+    /// an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Busy { .. } => 75,
             Self::Interrupted | Self::TrainingInterrupted { .. } => 130,
             _ => 2,
         }
@@ -190,10 +209,19 @@ impl ExperimentError {
             Self::Retarget(_) | Self::Contact(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
             Self::Learning(_) | Self::NoTraining | Self::Track(_) | Self::Evaluation(_) | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
-            Self::LearnedFromTest { .. } => true,
+            Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
             Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
+        }
+    }
+}
+
+impl From<SetError> for ExperimentError {
+    fn from(error: SetError) -> Self {
+        match error {
+            SetError::Stopped => Self::Interrupted,
+            other => Self::Set(other),
         }
     }
 }

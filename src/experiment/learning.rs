@@ -4,8 +4,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, LatentKind, LatentTrackerSettings, LearnedModel, ModelFacts, RootMode, ScenarioFile};
-use crate::benchmark_set::{BlindSet, SourceRecording, Training, TruthSet};
+use super::{
+    ExperimentError, LatentKind, LatentTrackerSettings, LearnedModel, ModelFacts, RootMode, ScenarioFile, TrackerSettings,
+};
+use crate::benchmark_set::{BlindSet, SourceRecording, Training};
 use crate::body::{Humanoid, Motion};
 use crate::motion_model::LatentModel;
 use crate::motion_model::gpdm::{GpdmError, Round};
@@ -38,10 +40,10 @@ struct ReadModel {
 }
 
 impl Models {
-    /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from the recording of
-    /// `truth`.
-    pub fn of(file: &ScenarioFile, truth: &TruthSet) -> Self {
-        Self { folder: file.folder.clone(), test: truth.recording.clone(), ..Self::default() }
+    /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from `test`, the recording
+    /// of the truth.
+    pub fn of(file: &ScenarioFile, test: Option<&SourceRecording>) -> Self {
+        Self { folder: file.folder.clone(), test: test.cloned(), ..Self::default() }
     }
 
     /// What the model of this file, once it was asked for, learned from.
@@ -121,6 +123,23 @@ impl Models {
             ));
         }
         Ok(graph.clone())
+    }
+
+    /// Reads the model file that a tracker names, if it names one, and sees whether it fits.
+    ///
+    /// # Errors
+    /// As where the tracker is built: [`ExperimentError`] that names the file.
+    pub(super) fn check_file(
+        &mut self,
+        tracker: &TrackerSettings,
+        body: &Humanoid,
+        rate: f64,
+        watch: &dyn Watch,
+    ) -> Result<(), ExperimentError> {
+        match tracker.model_file().zip(tracker.learning()) {
+            Some((name, learning)) => self.of_file(name, learning.single, body, rate, watch).map(|_| ()),
+            None => Ok(()),
+        }
     }
 
     /// The particles' motion that a tracker asks for. `truth`, one pose of the tracker's body a frame, gives roots away where the

@@ -15,7 +15,9 @@ mod body_contacts;
 mod check;
 mod clip_file;
 mod comparison;
+mod cost;
 mod error;
+mod inputs;
 mod inspect;
 mod json_tree;
 mod learning;
@@ -24,22 +26,28 @@ mod model_file;
 mod model_training;
 mod nearest_training_pose;
 mod oracle;
+mod ours;
 mod ownership;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod place;
 mod placement;
 mod results;
 mod run;
+mod run_place;
 mod scenario;
+mod scene_check;
 mod staging;
 mod tracking;
 mod training;
+mod unfinished;
 mod watch;
 
-pub use check::{Soundness, check};
+pub use check::{Soundness, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
+pub use cost::Cost;
 pub use error::ExperimentError;
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
@@ -49,11 +57,16 @@ pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 pub use model_training::{ClipOptions, Trained, TrainingInput, train};
+pub use ours::MANUAL_MARK;
+pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 pub use run::{Destination, Done, Evaluated, draw, evaluate_run, render, run, track_set};
+pub use run_place::RunPlace;
 pub use scenario::*;
+pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};
+pub use unfinished::abandon;
 pub use watch::{Stage, Unwatched, Watch};
 
 /// Named bytes, in the order in which they are written.

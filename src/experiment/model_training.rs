@@ -6,10 +6,12 @@
 use std::path::{Path, PathBuf};
 
 use super::error::read_file;
+use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
 use super::model_file::hex_sha256;
-use super::partial_file::{beside, is_free, put};
+use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
+use super::unfinished;
 use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
 use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
 use crate::benchmark_set::SourceRecording;
@@ -32,6 +34,8 @@ pub struct TrainingInput {
     pub fingerprints: Vec<Option<MotionFingerprint>>,
     /// What a user should know of the recordings.
     pub notes: Vec<String>,
+    /// The files that were read.
+    pub files: Vec<PathBuf>,
 }
 
 /// Which part of the recordings, at which rate, on which robot.
@@ -72,7 +76,8 @@ impl TrainingInput {
         let motions = staged.start.training.motions().to_vec();
         let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::of(s, m)).collect();
         let fingerprints = staged.training_sources.into_iter().map(|source| source.fingerprint).collect();
-        Ok(Self { body: staged.start.body, motions, learned_from, fingerprints, notes: staged.notes })
+        let files = Inputs::of_scenario(file, mocap_directory).into_paths();
+        Ok(Self { body: staged.start.body, motions, learned_from, fingerprints, notes: staged.notes, files })
     }
 
     /// Recordings, each retargeted to the robot at its subject's size.
@@ -86,8 +91,14 @@ impl TrainingInput {
     ) -> Result<Self, ExperimentError> {
         let template = robot_named(Path::new(""), &options.robot)
             .map_err(|e| e.put(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
-        let mut input =
-            Self { body: template.clone(), motions: vec![], learned_from: vec![], fingerprints: vec![], notes: vec![] };
+        let mut input = Self {
+            body: template.clone(),
+            motions: vec![],
+            learned_from: vec![],
+            fingerprints: vec![],
+            notes: vec![],
+            files: vec![PathBuf::from(&options.robot)],
+        };
         for (index, clip) in clips.iter().enumerate() {
             let settings = MotionSettings {
                 first_frame: options.first_frame,
@@ -108,6 +119,7 @@ impl TrainingInput {
             })?;
             input.learned_from.push(LearnedFrom::of(&source, &performed.motion));
             input.fingerprints.push(source.fingerprint);
+            input.files.extend(clip_file::paths_of(Path::new(""), clip, &settings, mocap_directory));
             input.notes.extend(performed.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));
             input.motions.push(performed.motion);
             if index == 0 {
@@ -171,13 +183,15 @@ pub fn train(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Trained, ExperimentError> {
-    if !is_free(to.path) && !to.force && LearnedModel::read(to.path).is_err() {
-        return Err(ExperimentError::Occupied { path: to.path.to_owned() });
-    }
+    let partial = beside(to.path, ".partial");
+    let inputs = Inputs::of(input.files.iter().cloned());
+    inputs.keep_from(to.path)?;
+    inputs.keep_from(&partial)?;
+    let place = PartialFile::begin(to.path, to.force)?;
+    let keeping = PartialFile::begin(&partial, to.force)?;
     let facts = facts(input, settings);
     let mut learner =
         GraphLearner::new(&input.body, &input.motions, settings).map_err(|e| in_words(input, e, to.path))?;
-    let partial = beside(to.path, ".partial");
     let state = |graph: &GpdmGraph, whole: bool| LearnedModel {
         facts: ModelFacts { whole, ..facts.clone() },
         body: input.body.clone(),
@@ -189,26 +203,37 @@ pub fn train(
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
         let kept = if models == 1 { "1 model that is".to_owned() } else { format!("{models} models that are") };
         watch.say(&format!("going on after {kept} kept in {}", partial.display()));
+        unfinished::keep(Some(&partial));
     } else {
         // whoever cannot write there shall know before the work
-        put(&partial, &state(learner.graph(), false).to_bytes()?)?;
+        keeping.put(&state(learner.graph(), false).to_bytes()?)?;
+        unfinished::begin(&partial);
     }
+    let keep = |graph: &GpdmGraph| {
+        keeping.put(&state(graph, false).to_bytes()?)?;
+        unfinished::end(&partial);
+        unfinished::keep(Some(&partial));
+        Ok(())
+    };
     watch.begin(Stage::Learn, input.frames());
     (0..learner.frames_done()).for_each(|_| watch.advance());
-    if let Err(error) = grow_all(&mut learner, watch, |graph| put(&partial, &state(graph, false).to_bytes()?)) {
-        if learner.graph().segments.is_empty() {
+    if let Err(error) = grow_all(&mut learner, watch, keep) {
+        let nothing = learner.graph().segments.is_empty();
+        if nothing {
             std::fs::remove_file(&partial).ok();
+            unfinished::end(&partial);
         }
         return Err(match error {
+            Stopped::Learning(GraphError::Model { source: GpdmError::Interrupted, .. }) if nothing => {
+                ExperimentError::Interrupted
+            }
             Stopped::Learning(e) => in_words(input, e, &partial),
             Stopped::Keeping(e) => e,
         });
     }
     let model = state(&learner.finish(), true);
-    if !is_free(to.path) && LearnedModel::read(to.path).is_err() {
-        move_aside(to.path)?;
-    }
-    put(to.path, &model.to_bytes()?)?;
+    place.put(&model.to_bytes()?)?;
+    unfinished::keep(None);
     std::fs::remove_file(&partial).ok();
     let mut notes = input.notes.clone();
     notes.extend(input.doubts());
@@ -257,14 +282,6 @@ fn kept(partial: &Path, facts: &ModelFacts, watch: &dyn Watch) -> Option<Learned
     }
 }
 
-fn move_aside(path: &Path) -> Result<(), ExperimentError> {
-    let aside = beside(path, "~");
-    if !is_free(&aside) {
-        return Err(ExperimentError::Occupied { path: aside });
-    }
-    std::fs::rename(path, aside).map_err(super::error::output(path, "move aside"))
-}
-
 /// The same error with the recording's name; an interruption with what is kept.
 fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> ExperimentError {
     let of = |motion: usize| PathBuf::from(input.learned_from.get(motion).map_or("training", |from| &from.clip));
@@ -274,7 +291,11 @@ fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> Experim
         }
         GraphError::Model { range, source } => ExperimentError::Malformed {
             path: of(range.motion),
-            detail: format!("frames {} to {} of the training motion: {source}", range.first + 1, range.end),
+            detail: format!(
+                "frames {} to {} (from 1, at the rate of the training) of the training motion: {source}",
+                range.first + 1,
+                range.end
+            ),
         },
         GraphError::ShorterThanClip { motion, frames, clip } => ExperimentError::Malformed {
             path: of(motion),

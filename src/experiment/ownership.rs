@@ -53,18 +53,24 @@ impl Listing {
         listing
     }
 
+    /// Puts the listing into `folder`; what was there stays until it is whole.
+    pub(super) fn store(&self, folder: &Path) -> io::Result<()> {
+        let meanwhile = folder.join(format!(".{LISTING}.partial"));
+        let mut file = File::create(&meanwhile)?;
+        io::Write::write_all(&mut file, self.to_text().as_bytes())?;
+        file.sync_all()?;
+        fs::rename(&meanwhile, folder.join(LISTING))
+    }
+
     /// As `sha256sum` writes it.
-    pub(super) fn to_text(&self) -> String {
+    fn to_text(&self) -> String {
         self.0.iter().map(|(path, digest)| format!("{digest}  {path}\n")).collect()
     }
 }
 
 /// Lists all files of a folder that is finished, in the folder.
 pub(super) fn sign(folder: &Path) -> io::Result<()> {
-    let text = Listing::of(folder)?.to_text();
-    let mut file = File::create(folder.join(LISTING))?;
-    io::Write::write_all(&mut file, text.as_bytes())?;
-    file.sync_all()
+    Listing::of(folder)?.store(folder)
 }
 
 /// Whether all that is in `folder` was written by this program and is as it was.

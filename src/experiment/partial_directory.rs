@@ -1,4 +1,4 @@
-//! Results that are whole or absent: written beside their place, then renamed into it.
+//! Results that are whole or absent: written beside their place, then moved into it in one step.
 
 use std::fs::{self, File};
 use std::io;
@@ -6,55 +6,40 @@ use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
 use super::error::output;
+use super::ours::{Kind, is_ours};
 use super::ownership;
-use crate::benchmark_set::{is_set, verify_hashes};
-
-const LOCK: &str = ".lock";
+use super::place::{Place, backup_of, replace, sync_parent};
+use super::unfinished;
 
 /// A directory under construction. Dropped before [`Self::finish`] it disappears, and what stood in its place is untouched.
 #[derive(Debug)]
 pub(crate) struct PartialDirectory {
-    target: PathBuf,
+    kind: Kind,
     folder: PathBuf,
-    /// Directories above that were not there before, innermost first.
-    made: Vec<PathBuf>,
-    // Held while the process lives: a leftover of a killed process is one whose lock is free.
-    _lock: File,
+    place: Place,
 }
 
 impl PartialDirectory {
-    /// Begins what shall become `target`. What is there already must be a result of ours (all its entries are among `ours`, and
-    /// its listing says that they are as we wrote them), which will be replaced; with `force` anything else is moved aside to
-    /// `target~` instead of refused.
+    /// Begins what shall become `target`. What is there already must be a result of ours of that kind, as it was written, which
+    /// will be replaced; with `force` anything else is moved aside to `target~` instead of refused.
     ///
     /// # Errors
-    /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Output`] if nothing can be written.
-    pub(crate) fn begin(target: &Path, ours: &[&str], force: bool) -> Result<Self, ExperimentError> {
-        if target.file_name().is_none() {
+    /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes there,
+    /// [`ExperimentError::Output`] if nothing can be written.
+    pub(crate) fn begin(target: &Path, kind: Kind, force: bool) -> Result<Self, ExperimentError> {
+        let occupied = target.symlink_metadata().is_ok() && !is_ours(target, kind);
+        if target.file_name().is_none() || (occupied && !force) {
             return Err(ExperimentError::Occupied { path: target.to_owned() });
         }
-        if target.symlink_metadata().is_ok() && !holds_only(target, ours) && !force {
-            return Err(ExperimentError::Occupied { path: target.to_owned() });
+        if occupied {
+            // whoever cannot move it aside shall know before the work
+            backup_of(target)?;
         }
-        let parent = parent_of(target);
-        let made = parent.ancestors().take_while(|a| !a.as_os_str().is_empty() && !a.exists());
-        let made = made.map(Path::to_owned).collect();
-        fs::create_dir_all(parent).map_err(output(parent, "create the directory"))?;
-        remove_leftovers(target);
-        let folder = beside(target, &format!(".partial-{}", std::process::id()));
-        fs::create_dir(&folder).map_err(output(parent, "write into the directory"))?;
-        let lock = File::create(folder.join(LOCK));
-        if let Ok(lock) = &lock {
-            // Where the file system has no locks, leftovers stay; that harms nobody.
-            lock.try_lock().ok();
-        }
-        match lock {
-            Ok(lock) => Ok(Self { target: target.to_owned(), folder, made, _lock: lock }),
-            Err(source) => {
-                fs::remove_dir_all(&folder).ok();
-                Err(output(&folder, "write into the directory")(source))
-            }
-        }
+        let place = Place::take(target)?;
+        let folder = place.beside("partial");
+        fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
+        unfinished::begin(&folder);
+        Ok(Self { kind, folder, place })
     }
 
     /// Where to write meanwhile.
@@ -72,42 +57,40 @@ impl PartialDirectory {
             io::Write::write_all(&mut file, bytes)?;
             file.sync_all()
         });
-        written.map_err(output(&self.target.join(name), "write"))
+        written.map_err(output(&self.place.path.join(name), "write"))
     }
 
-    /// Puts the directory in its place.
+    /// Puts the directory in its place: what stood there is replaced in one step where the system can exchange directories.
     ///
     /// # Errors
     /// [`ExperimentError::Output`] if it cannot be moved; then what stood there stands there again.
-    pub(crate) fn finish(self, ours: &[&str]) -> Result<(), ExperimentError> {
-        fs::remove_file(self.folder.join(LOCK)).map_err(output(&self.folder, "finish the directory"))?;
+    pub(crate) fn finish(self) -> Result<(), ExperimentError> {
+        let target = &self.place.path;
         // a set lists its files itself
-        if !is_set(&self.folder) {
-            ownership::sign(&self.folder).map_err(output(&self.target, "list the files of the directory"))?;
+        if self.kind == Kind::Run {
+            ownership::sign(&self.folder).map_err(output(target, "list the files of the directory"))?;
         }
-        let old = if self.target.symlink_metadata().is_ok() {
-            let replaced = holds_only(&self.target, ours);
-            let aside = if replaced {
-                beside(&self.target, &format!(".replaced-{}", std::process::id()))
-            } else {
-                beside_visibly(&self.target)?
-            };
-            fs::rename(&self.target, &aside).map_err(output(&self.target, "move aside"))?;
-            Some((aside, replaced))
-        } else {
-            None
-        };
-        if let Err(source) = fs::rename(&self.folder, &self.target) {
-            if let Some((aside, _)) = &old {
-                fs::rename(aside, &self.target).ok();
-            }
-            return Err(output(&self.target, "move the finished directory here")(source));
+        unfinished::finish(&self.folder, target, || self.put_in_place())?;
+        sync_parent(target);
+        Ok(())
+    }
+
+    fn put_in_place(&self) -> Result<(), ExperimentError> {
+        let (folder, target) = (&self.folder, &self.place.path);
+        if target.symlink_metadata().is_err() {
+            return fs::rename(folder, target).map_err(output(target, "move the finished directory here"));
         }
-        if let Ok(parent) = File::open(parent_of(&self.target)) {
-            parent.sync_all().ok();
+        if is_ours(target, self.kind) {
+            let old = replace(folder, target, &self.place.beside("replaced"))?;
+            return unfinished::remove(&old).map_err(output(&old, "remove the replaced directory"));
         }
-        if let Some((aside, true)) = old {
-            fs::remove_dir_all(&aside).map_err(output(&aside, "remove the replaced directory"))?;
+        // Under its later name before it is exchanged: wherever this stops, nothing of others is hidden.
+        let aside = backup_of(target)?;
+        fs::rename(folder, &aside).map_err(output(&aside, "move the finished directory here"))?;
+        let spare = self.place.beside("partial");
+        let old = replace(&aside, target, &spare).inspect_err(|_| drop(fs::rename(&aside, folder)))?;
+        if old != aside {
+            fs::rename(&old, &aside).map_err(output(&aside, "move aside"))?;
         }
         Ok(())
     }
@@ -116,62 +99,16 @@ impl PartialDirectory {
 impl Drop for PartialDirectory {
     fn drop(&mut self) {
         // After `finish` nothing is there any more; before, there is nobody left to tell.
-        fs::remove_dir_all(&self.folder).ok();
-        // Only those that are empty go: after `finish` none is.
-        self.made.iter().for_each(|made| drop(fs::remove_dir(made)));
+        unfinished::remove(&self.folder).ok();
+        unfinished::end(&self.folder);
     }
-}
-
-/// Whether `path` is a directory all of whose entries are among `ours` and as we wrote them; an empty one is nobody's loss.
-fn holds_only(path: &Path, ours: &[&str]) -> bool {
-    let Ok(entries) = fs::read_dir(path) else { return false };
-    let names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
-    let known = |name: &str| name == ownership::LISTING || ours.contains(&name);
-    let as_written = || if is_set(path) { verify_hashes(path).is_ok() } else { ownership::is_signed(path) };
-    !path.is_symlink()
-        && names.iter().all(|name| name.to_str().is_some_and(known))
-        && (names.is_empty() || as_written())
-}
-
-/// Removes what killed processes left beside `target`.
-fn remove_leftovers(target: &Path) {
-    let prefix = beside(target, ".partial-");
-    let prefix = prefix.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    for entry in fs::read_dir(parent_of(target)).into_iter().flatten().flatten() {
-        if !entry.file_name().to_string_lossy().starts_with(&prefix) {
-            continue;
-        }
-        if File::open(entry.path().join(LOCK)).is_ok_and(|lock| lock.try_lock().is_ok()) {
-            fs::remove_dir_all(entry.path()).ok();
-        }
-    }
-}
-
-/// A hidden sibling of `target`, on the same file system.
-fn beside(target: &Path, suffix: &str) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
-    name.push(target.file_name().unwrap_or_default());
-    name.push(suffix);
-    target.with_file_name(name)
-}
-
-/// `target~`, which must be free.
-fn beside_visibly(target: &Path) -> Result<PathBuf, ExperimentError> {
-    let mut name = target.file_name().unwrap_or_default().to_owned();
-    name.push("~");
-    let aside = target.with_file_name(name);
-    if aside.symlink_metadata().is_ok() { Err(ExperimentError::Occupied { path: aside }) } else { Ok(aside) }
-}
-
-fn parent_of(target: &Path) -> &Path {
-    target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const OURS: &[&str] = &["run.json"];
+    const TRACK: &[u8] = b"{\n  \"schema\": \"skiagraph.track/1\"\n}\n";
 
     fn names(folder: &Path) -> Vec<String> {
         let mut names: Vec<String> =
@@ -180,28 +117,38 @@ mod tests {
         names
     }
 
+    fn begin(target: &Path, force: bool) -> Result<PartialDirectory, ExperimentError> {
+        PartialDirectory::begin(target, Kind::Run, force)
+    }
+
+    /// A directory with a run of ours whose page says `text`.
+    fn run_of_ours(target: &Path, text: &str) {
+        let partial = begin(target, false).unwrap();
+        partial.write("track.json", TRACK).unwrap();
+        partial.write("report.html", text.as_bytes()).unwrap();
+        partial.finish().unwrap();
+    }
+
     #[test]
     fn an_abandoned_directory_leaves_nothing_and_touches_nothing() {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("a");
-        fs::create_dir(&target).unwrap();
-        fs::write(target.join("run.json"), "old").unwrap();
-        ownership::sign(&target).unwrap();
-        let partial = PartialDirectory::begin(&target, OURS, false).unwrap();
-        partial.write("run.json", b"new").unwrap();
+        run_of_ours(&target, "old");
+        let partial = begin(&target, false).unwrap();
+        partial.write("report.html", b"new").unwrap();
         drop(partial);
         assert_eq!(names(root.path()), ["a"]);
-        assert_eq!(fs::read_to_string(target.join("run.json")).unwrap(), "old");
+        assert_eq!(fs::read_to_string(target.join("report.html")).unwrap(), "old");
     }
 
     #[test]
     fn an_abandoned_directory_takes_the_directories_made_for_it_with_it() {
         let root = tempfile::tempdir().unwrap();
-        let partial = PartialDirectory::begin(&root.path().join("runs/deep/a"), OURS, false).unwrap();
+        let partial = begin(&root.path().join("runs/deep/a"), false).unwrap();
         assert_eq!(names(root.path()), ["runs"]);
         drop(partial);
         assert!(names(root.path()).is_empty());
-        PartialDirectory::begin(&root.path().join("runs/deep/a"), OURS, false).unwrap().finish(OURS).unwrap();
+        begin(&root.path().join("runs/deep/a"), false).unwrap().finish().unwrap();
         assert_eq!(names(&root.path().join("runs/deep")), ["a"]);
     }
 
@@ -210,13 +157,11 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("a");
         for text in ["one", "two"] {
-            let partial = PartialDirectory::begin(&target, OURS, false).unwrap();
-            partial.write("run.json", text.as_bytes()).unwrap();
-            partial.finish(OURS).unwrap();
-            assert_eq!(fs::read_to_string(target.join("run.json")).unwrap(), text);
+            run_of_ours(&target, text);
+            assert_eq!(fs::read_to_string(target.join("report.html")).unwrap(), text);
         }
-        let files = vec!["run.json".to_owned(), ownership::LISTING.to_owned()];
-        assert_eq!((names(root.path()), names(&target)), (vec!["a".to_owned()], files));
+        assert_eq!(names(root.path()), ["a"]);
+        assert_eq!(names(&target), ["report.html", ownership::LISTING, "track.json"]);
     }
 
     #[test]
@@ -224,43 +169,31 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("a");
         fs::create_dir(&target).unwrap();
-        fs::write(target.join("run.json"), "somebody's").unwrap();
-        let refused = || matches!(PartialDirectory::begin(&target, OURS, false), Err(ExperimentError::Occupied { .. }));
+        fs::write(target.join("track.json"), "somebody's").unwrap();
+        let refused = || matches!(begin(&target, false), Err(ExperimentError::Occupied { .. }));
         assert!(refused());
         ownership::sign(&target).unwrap();
         assert!(!refused());
-        fs::write(target.join("run.json"), "somebody's again").unwrap();
+        fs::write(target.join("track.json"), "somebody's again").unwrap();
         assert!(refused());
-        PartialDirectory::begin(&target, OURS, true).unwrap().finish(OURS).unwrap();
-        assert_eq!(fs::read_to_string(root.path().join("a~/run.json")).unwrap(), "somebody's again");
+        begin(&target, true).unwrap().finish().unwrap();
+        assert_eq!(fs::read_to_string(root.path().join("a~/track.json")).unwrap(), "somebody's again");
     }
 
     #[test]
     fn what_is_not_ours_is_refused_and_with_force_moved_aside() {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("a");
-        fs::create_dir(&target).unwrap();
-        fs::write(target.join("run.json"), "old").unwrap();
+        run_of_ours(&target, "old");
         fs::write(target.join("thesis.tex"), "years of work").unwrap();
-        let refused = PartialDirectory::begin(&target, OURS, false).unwrap_err();
-        assert!(matches!(refused, ExperimentError::Occupied { .. }));
-        PartialDirectory::begin(&target, OURS, true).unwrap().finish(OURS).unwrap();
+        assert!(matches!(begin(&target, false).unwrap_err(), ExperimentError::Occupied { .. }));
+        begin(&target, true).unwrap().finish().unwrap();
         assert_eq!(names(root.path()), ["a", "a~"]);
         assert_eq!(fs::read_to_string(root.path().join("a~/thesis.tex")).unwrap(), "years of work");
-    }
-
-    #[test]
-    fn leftovers_of_the_dead_are_removed_and_those_of_the_living_kept() {
-        let root = tempfile::tempdir().unwrap();
-        let target = root.path().join("a");
-        let dead = root.path().join(".a.partial-0");
-        fs::create_dir(&dead).unwrap();
-        fs::write(dead.join(LOCK), "").unwrap();
-        let living = root.path().join(".a.partial-1");
-        fs::create_dir(&living).unwrap();
-        let lock = File::create(living.join(LOCK)).unwrap();
-        lock.lock().unwrap();
-        PartialDirectory::begin(&target, OURS, false).unwrap().finish(OURS).unwrap();
-        assert_eq!(names(root.path()), [".a.partial-1", "a"]);
+        // a second time there is no room beside it: that is said before the work
+        fs::write(target.join("thesis.tex"), "more work").unwrap();
+        assert!(
+            matches!(begin(&target, true).unwrap_err(), ExperimentError::Occupied { path } if path.ends_with("a~"))
+        );
     }
 }

@@ -4,8 +4,11 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::ExperimentError;
 use super::error::output;
+use super::ours::is_file_of_ours;
+use super::place::{Place, backup_of, replace, sync_parent};
+use super::unfinished;
+use super::{Destination, ExperimentError};
 
 /// The path with `suffix` behind its name.
 pub(super) fn beside(path: &Path, suffix: &str) -> PathBuf {
@@ -14,54 +17,111 @@ pub(super) fn beside(path: &Path, suffix: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Whether nothing is there.
-pub(super) fn is_free(path: &Path) -> bool {
-    path.symlink_metadata().is_err()
+/// The place of a file that this process alone writes.
+#[derive(Debug)]
+pub(super) struct PartialFile {
+    place: Place,
 }
 
-/// Writes a file beside its place and renames it; what was there stays until then. Directories above are made.
+impl PartialFile {
+    /// Begins what shall become the file `path`. What is there already must be a file of ours, which will be replaced; with `force`
+    /// anything else is moved aside to `path~` instead of refused. Directories above are made.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes there,
+    /// [`ExperimentError::Output`] if nothing can be written.
+    pub(super) fn begin(path: &Path, force: bool) -> Result<Self, ExperimentError> {
+        let occupied = path.symlink_metadata().is_ok() && !is_file_of_ours(path);
+        if path.file_name().is_none() || path.is_dir() || (occupied && !force) {
+            return Err(ExperimentError::Occupied { path: path.to_owned() });
+        }
+        if occupied {
+            backup_of(path)?;
+        }
+        Ok(Self { place: Place::take(path)? })
+    }
+
+    /// Puts the bytes in their place, whole; what was there stays until then. May be called again.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Output`] that names the file.
+    pub(super) fn put(&self, bytes: &[u8]) -> Result<(), ExperimentError> {
+        let (path, meanwhile) = (&self.place.path, self.place.beside("writing"));
+        unfinished::begin(&meanwhile);
+        let written = File::create(&meanwhile).and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.sync_all()
+        });
+        let written = written.map_err(output(path, "write"));
+        let done = written.and_then(|()| unfinished::finish(&meanwhile, path, || self.put_in_place(&meanwhile)));
+        if done.is_err() {
+            fs::remove_file(&meanwhile).ok();
+            unfinished::end(&meanwhile);
+        }
+        sync_parent(path);
+        done
+    }
+
+    fn put_in_place(&self, meanwhile: &Path) -> Result<(), ExperimentError> {
+        let path = &self.place.path;
+        if path.symlink_metadata().is_err() || is_file_of_ours(path) {
+            return fs::rename(meanwhile, path).map_err(output(path, "write"));
+        }
+        let aside = backup_of(path)?;
+        let old = replace(meanwhile, path, &aside)?;
+        if old == aside { Ok(()) } else { fs::rename(&old, &aside).map_err(output(&aside, "move aside")) }
+    }
+}
+
+/// Writes one file, whole: what is there already is replaced if this program wrote it, else refused or, with `force`, moved aside.
 ///
 /// # Errors
-/// [`ExperimentError::Output`] that names the file.
-pub(super) fn put(path: &Path, bytes: &[u8]) -> Result<(), ExperimentError> {
-    if path.file_name().is_none() || path.is_dir() {
-        return Err(ExperimentError::Occupied { path: path.to_owned() });
-    }
-    if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
-        fs::create_dir_all(parent).map_err(output(parent, "create the directory"))?;
-    }
-    let meanwhile = beside(path, &format!(".writing-{}", std::process::id()));
-    let written = File::create(&meanwhile).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&meanwhile, path)
-    });
-    written.map_err(|source| {
-        fs::remove_file(&meanwhile).ok();
-        output(path, "write")(source)
-    })
+/// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Output`] if nothing can be written.
+pub fn put_file(to: Destination<'_>, bytes: &[u8]) -> Result<(), ExperimentError> {
+    PartialFile::begin(to.path, to.force)?.put(bytes)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn put(path: &Path, bytes: &[u8], force: bool) -> Result<(), ExperimentError> {
+        put_file(Destination { path, force }, bytes)
+    }
+
+    const ONE: &[u8] = b"{\"schema\": \"skiagraph.one/1\"}";
+    const TWO: &[u8] = b"{\"schema\": \"skiagraph.two/1\"}";
+
     #[test]
-    fn a_file_is_replaced_whole_and_nothing_else_is_left() {
+    fn a_file_of_ours_is_replaced_whole_and_nothing_else_is_left() {
         let root = tempfile::tempdir().unwrap();
-        let path = root.path().join("deep/walk.model");
-        put(&path, b"one").unwrap();
-        put(&path, b"two").unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"two");
+        let path = root.path().join("deep/walk.json");
+        put(&path, ONE, false).unwrap();
+        put(&path, TWO, false).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), TWO);
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_file_of_others_is_refused_and_with_force_moved_aside() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("thesis.html");
+        fs::write(&path, "<html>years of work").unwrap();
+        assert!(matches!(put(&path, ONE, false).unwrap_err(), ExperimentError::Occupied { .. }));
+        put(&path, ONE, true).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), ONE);
+        assert_eq!(fs::read(root.path().join("thesis.html~")).unwrap(), b"<html>years of work");
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 2);
     }
 
     #[test]
     fn a_place_that_cannot_be_written_is_named() {
         let root = tempfile::tempdir().unwrap();
         fs::write(root.path().join("a"), "").unwrap();
-        let error = put(&root.path().join("a/walk.model"), b"one").unwrap_err();
+        let error = put(&root.path().join("a/walk.model"), b"one", false).unwrap_err();
         assert!(error.to_string().contains("cannot"), "{error}");
-        assert!(matches!(put(root.path(), b"one").unwrap_err(), ExperimentError::Occupied { .. }));
+        for force in [false, true] {
+            assert!(matches!(put(root.path(), b"one", force).unwrap_err(), ExperimentError::Occupied { .. }));
+        }
     }
 }

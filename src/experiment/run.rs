@@ -5,31 +5,22 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::output;
+use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
+use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
-use super::partial_file;
-use super::results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord, tracker_in_words};
+use super::results::{Results, RunRecord, tracker_in_words};
+use super::scene_check::{refusals, unseen_in};
 use super::staging::Staged;
-use super::tracking::{LEARNED_FROM_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, Files, Models, Scenario, ScenarioError, ScenarioFile, TrackerSettings};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, SET_ENTRIES, SetParts, TruthSet, is_set};
+use super::{ExperimentError, Files, Models, Scenario, ScenarioFile, TrackerSettings};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
 use crate::observation::Observer;
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
-/// All files of a run: what may be replaced by the next run.
-const RUN_FILES: [&str; 9] = [
-    RUN_FILE,
-    CONTACT_SHEET_FILE,
-    PER_FRAME_FILE,
-    POSES_FILE,
-    REPORT_FILE,
-    TRACK_FILE,
-    SEARCH_FILE,
-    LEARNED_FROM_FILE,
-    SCENARIO_FILE,
-];
+
 /// Where a result goes.
 #[derive(Clone, Copy, Debug)]
 pub struct Destination<'a> {
@@ -58,6 +49,9 @@ pub fn draw(
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     let staged = Staged::new(file, mocap_directory)?;
+    if let Some(refused) = refusals(file, &staged).into_iter().next() {
+        return Err(refused);
+    }
     watch.begin(Stage::Render, staged.frames());
     let parts = SetParts {
         name: &file.scenario.name,
@@ -70,7 +64,7 @@ pub fn draw(
     };
     let observer = Observer::new(&staged.ground_truth, &staged.rig);
     let seen = AtomicBool::new(false);
-    let set = BenchmarkSet::assemble(&parts, |frame| {
+    let set = BenchmarkSet::assemble_unless(&parts, &|| watch.interrupted(), |frame| {
         watch.advance();
         let observation = observer.observe(frame);
         if observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty()) {
@@ -82,17 +76,9 @@ pub fn draw(
         return Err(ExperimentError::Interrupted);
     }
     if !seen.into_inner() {
-        return Err(unseen(file, staged.frames()));
+        return Err(unseen_in(file, staged.frames()));
     }
     Ok((set, staged.notes))
-}
-
-fn unseen(file: &ScenarioFile, frames: usize) -> ExperimentError {
-    let message = format!(
-        "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the cameras are \
-         too far away"
-    );
-    ScenarioError::from(file.complaint("rig", message)).into()
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set; returns its hash and notes for the user.
@@ -109,10 +95,11 @@ pub fn render(
     if is_set(to.path) && !to.force {
         return Err(ExperimentError::SetThere { path: to.path.to_owned() });
     }
-    let directory = PartialDirectory::begin(to.path, &SET_ENTRIES, to.force)?;
+    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Set, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
-    set.write_with_layers(directory.folder(), &file.scenario.layers)?;
-    directory.finish(&SET_ENTRIES)?;
+    set.write_unless(directory.folder(), &file.scenario.layers, &|| watch.interrupted())?;
+    directory.finish()?;
     Ok((set, notes))
 }
 
@@ -128,12 +115,13 @@ pub fn track_set(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
-    let directory = PartialDirectory::begin(to.path, &RUN_FILES, to.force)?;
+    Inputs::of_set(set, settings).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let blind = BlindSet::read(set)?;
     let truth = if settings.needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
-    directory.finish(&RUN_FILES)?;
+    directory.finish()?;
     Ok(tracked)
 }
 
@@ -192,11 +180,11 @@ pub fn evaluate_run(
         replace_files(run, &listing, &results.files)?;
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
-    refuse_inputs(&place, [set, run])?;
-    let directory = PartialDirectory::begin(&place, &RUN_FILES, force)?;
+    Inputs::of([set, run].map(Path::to_owned)).keep_from(&place)?;
+    let directory = PartialDirectory::begin(&place, Kind::Run, force)?;
     let results = measure(&whole, &tracked, watch)?;
     write_all(&directory, &results.files)?;
-    directory.finish(&RUN_FILES)?;
+    directory.finish()?;
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
 }
 
@@ -210,19 +198,6 @@ fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
     let mut name = name.to_owned();
     name.push("-evaluation");
     Ok(run.with_file_name(name))
-}
-
-/// Refuses a place that holds what is read: it would be moved aside or replaced.
-fn refuse_inputs(place: &Path, inputs: [&Path; 2]) -> Result<(), ExperimentError> {
-    let Ok(there) = place.canonicalize() else { return Ok(()) };
-    let held = inputs.into_iter().find(|input| input.canonicalize().is_ok_and(|input| input.starts_with(&there)));
-    match held {
-        None => Ok(()),
-        Some(input) => Err(ExperimentError::Argument {
-            argument: "--out",
-            detail: format!("{} holds {}, which is read; choose another place", place.display(), input.display()),
-        }),
-    }
 }
 
 /// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies beside the truth.
@@ -261,12 +236,13 @@ pub fn run(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Done, ExperimentError> {
-    let directory = PartialDirectory::begin(to.path, &RUN_FILES, to.force)?;
+    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = Attempt { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
-    let record = attempt.run(&mut Models::of(file, &set.truth), watch)?.record;
-    directory.finish(&RUN_FILES)?;
+    let record = attempt.run(&mut Models::of(file, set.truth.recording.as_ref()), watch)?.record;
+    directory.finish()?;
     Ok(Done { record, notes })
 }
 
@@ -349,11 +325,11 @@ fn replace_files(folder: &Path, listing: &Listing, files: &Files) -> Result<(), 
     files.iter().for_each(|(name, bytes)| both.add(name, bytes));
     let partial = |name: &str| folder.join(format!(".{name}.partial"));
     let replaced = write_partial(&partial, files).and_then(|()| {
-        partial_file::put(&path(LISTING), both.to_text().as_bytes())?;
+        both.store(folder).map_err(output(&path(LISTING), "write"))?;
         files
             .iter()
             .try_for_each(|(name, _)| fs::rename(partial(name), path(name)).map_err(output(&path(name), "write")))?;
-        partial_file::put(&path(LISTING), listing.with(files).to_text().as_bytes())
+        listing.with(files).store(folder).map_err(output(&path(LISTING), "write"))
     });
     if replaced.is_err() {
         files.iter().for_each(|(name, _)| drop(fs::remove_file(partial(name))));

@@ -260,7 +260,7 @@ pub(super) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64
     Motion { frames_per_second, poses }.made_continuous(body)
 }
 
-fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
+pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
     robot_named(&file.folder, Path::new(name)).map_err(|e| e.put(|message| unsound(file, key, message)))
 }
 
@@ -353,7 +353,7 @@ fn motion_in_words(file: &ScenarioFile) -> String {
         (None, None) => String::new(),
         (first, last) => {
             let last = last.map_or("the last".to_owned(), |l| l.to_string());
-            format!(", frames {} to {last}", first.unwrap_or(1))
+            format!(", the file's frames {} to {last} (from 1)", first.unwrap_or(1))
         }
     };
     let repeated = motion.loop_to_s.map(|s| format!(", repeated to {s} s")).unwrap_or_default();

@@ -46,8 +46,8 @@ pub(super) fn load(
         let clip_file::Recording { clip: recording, source } = clip_file::load(file, &table, clip, mocap_directory)?;
         if let Some((first, last)) = source.shared_frames(test) {
             let message = format!(
-                "frames {first} to {last} of `{}` are frames of [motion] too (`{}`); learn from other frames than those of the \
-                 test",
+                "frames {first} to {last} (of the file, from 1) of `{}` are frames of [motion] too (`{}`); learn from other frames than \
+                 those of the test",
                 source.clip,
                 test.in_words()
             );

@@ -323,18 +323,18 @@ mod tests {
             change(&mut rows);
             parse(&rows).unwrap_err().to_string()
         };
-        assert_eq!(broken(|r| r[1].truncate(43)), "clip.txt: frame 2: expected 44 numbers, found 43");
+        assert_eq!(broken(|r| r[1].truncate(43)), "clip.txt: frame 2 (from 1): expected 44 numbers, found 43");
         assert_eq!(
             broken(|r| r[1][0] = 0.0),
-            "clip.txt: frame 2: expected seconds to the next frame, > 0, in column 1, found 0"
+            "clip.txt: frame 2 (from 1): expected seconds to the next frame, > 0, in column 1, found 0"
         );
         assert_eq!(
             broken(|r| r[2][6] = 1e300),
-            "clip.txt: frame 3: expected a length or angle in column 7, found 1e300"
+            "clip.txt: frame 3 (from 1): expected a length or angle in column 7, found 1e300"
         );
         assert_eq!(
             broken(|r| r[2][8] = 0.5),
-            "clip.txt: frame 3: expected a unit quaternion w x y z in columns 9 to 12, found one of length 0.5"
+            "clip.txt: frame 3 (from 1): expected a unit quaternion w x y z in columns 9 to 12, found one of length 0.5"
         );
         assert_eq!(broken(|r| r.truncate(1)), "clip.txt: expected at least 2 frames, found 1");
         assert_eq!(broken(Vec::clear), "clip.txt: expected at least 2 frames, found 0");

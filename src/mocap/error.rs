@@ -51,7 +51,7 @@ pub enum MocapError {
         found: String,
     },
     /// A frame that does not say what it should, in a format whose lines mean nothing.
-    #[error("{}: frame {frame}: expected {}, found {}", plain(file), plain(expected), plain(found))]
+    #[error("{}: frame {frame} (from 1): expected {}, found {}", plain(file), plain(expected), plain(found))]
     Frame {
         /// The file.
         file: String,

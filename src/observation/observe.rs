@@ -20,21 +20,23 @@ pub fn observe_frame(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> Obse
 }
 
 /// Sees any frame of the truth, from any thread. What cameras need to be ready (the rays of all pixels behind a lens)
-/// is worked out once for every thread that looks at the same time, not once a frame.
+/// is worked out once, whatever the number of frames and threads.
 pub struct Observer<'a> {
     truth: &'a GroundTruth,
-    rig: &'a CameraRig,
     /// What the props look like to every camera; empty without props.
     screens: Vec<DepthImage>,
+    /// One for every camera, to make others of for more threads.
+    painters: Vec<SilhouettePainter>,
     idle: Mutex<Vec<Vec<SilhouettePainter>>>,
 }
 
 impl<'a> Observer<'a> {
     /// An observer of `truth` through the cameras of `rig`.
-    pub fn new(truth: &'a GroundTruth, rig: &'a CameraRig) -> Self {
-        let screen = |camera| SilhouettePainter::new(camera).depth_of_props(&truth.props);
-        let seen = if truth.props.is_empty() { &[][..] } else { &rig.cameras };
-        Self { truth, rig, screens: seen.iter().map(screen).collect(), idle: Mutex::default() }
+    pub fn new(truth: &'a GroundTruth, rig: &CameraRig) -> Self {
+        let mut painters: Vec<_> = rig.cameras.iter().map(SilhouettePainter::new).collect();
+        let seen = if truth.props.is_empty() { &mut [][..] } else { &mut painters };
+        let screens = seen.iter_mut().map(|painter| painter.depth_of_props(&truth.props)).collect();
+        Self { truth, screens, painters, idle: Mutex::default() }
     }
 
     /// Clean silhouettes of one frame, which the truth must have.
@@ -68,7 +70,7 @@ impl<'a> Observer<'a> {
     ) -> Vec<T> {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let ready = idle().pop();
-        let mut painters = ready.unwrap_or_else(|| self.rig.cameras.iter().map(SilhouettePainter::new).collect());
+        let mut painters = ready.unwrap_or_else(|| self.painters.iter().map(SilhouettePainter::sharing).collect());
         let each = painters.iter_mut().enumerate();
         let seen = each.map(|(camera, painter)| look(painter, self.screens.get(camera))).collect();
         idle().push(painters);

@@ -121,7 +121,7 @@ pub fn error_plot(methods: &[ComparedMethod]) -> LinePlot {
         Line::new(&method.name.replace('_', " "), stroke, points)
     };
     LinePlot {
-        x_label: "frame".to_owned(),
+        x_label: "set frame, from 0".to_owned(),
         y_label: "mean marker error, mm".to_owned(),
         lines: methods.iter().enumerate().map(line).collect(),
         y_from: Some(0.0),

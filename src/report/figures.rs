@@ -96,7 +96,7 @@ fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportEr
     };
     let worst = worst_frames(&runs, 1).iter().map(|worst| (worst.frame as f64, name(worst))).collect();
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "mean marker error, mm".into(),
         lines: all,
         y_from: Some(0.0),
@@ -133,7 +133,7 @@ fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
             },
         )
     });
-    let plot = SpanPlot { x_label: "frame".into(), x_range: [0.0, frames], rows: rows.collect() };
+    let plot = SpanPlot { x_label: "set frame, from 0".into(), x_range: [0.0, frames], rows: rows.collect() };
     let how_to_read = format!(
         "Bars: frames in which the foot stands on the ground, told from the solids of each body by one rule.{}",
         seed_note(run)
@@ -222,7 +222,7 @@ fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
 
 fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "energy: how badly the images fit".into(),
         lines: vec![
             Line::new("at the true pose", Stroke::solid(Colour::Green), indexed(run.truth_energy)),
@@ -237,7 +237,7 @@ fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
 
 fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "particles that still count".into(),
         lines: of_layers(run, |layer| layer.effective_sample_size),
         y_from: Some(0.0),
@@ -250,7 +250,7 @@ fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportEr
 
 fn annealing(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "λ, sharpness of the weights (steps of ten times)".into(),
         lines: of_layers(run, |layer| layer.lambda),
         logarithmic: true,
@@ -281,7 +281,7 @@ fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         }
     };
     let plot = LinePlot {
-        x_label: "frame".into(),
+        x_label: "set frame, from 0".into(),
         y_label: "particles".into(),
         lines: (0..models).map(band).collect(),
         y_from: Some(0.0),

@@ -57,7 +57,7 @@ pub enum SceneError {
     },
     /// A pose belongs to another body.
     #[error(
-        "frame {frame}: the pose has {found} joint angles, the actor {:?} has {expected} degrees of freedom",
+        "set frame {frame} (from 0): the pose has {found} joint angles, the actor {:?} has {expected} degrees of freedom",
         excerpt(actor)
     )]
     WrongBody {
@@ -72,7 +72,8 @@ pub enum SceneError {
     },
     /// A link has no place.
     #[error(
-        "frame {frame}: the pose puts link {:?} at a place that is not finite; look for NaN or huge numbers in the recording",
+        "set frame {frame} (from 0): the pose puts link {:?} at a place that is not finite; look for NaN or huge numbers in the \
+         recording",
         excerpt(link)
     )]
     NotFinite {

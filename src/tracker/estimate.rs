@@ -58,7 +58,7 @@ pub struct LayerRecord {
 #[derive(Debug, thiserror::Error)]
 pub enum TrackError {
     /// The observation has another number of views than the rig, or a mask of another size than its camera.
-    #[error("frame {frame}: the observation does not fit the cameras: {detail}")]
+    #[error("set frame {frame} (from 0): the observation does not fit the cameras: {detail}")]
     ObservationMismatch {
         /// Frame number.
         frame: usize,
@@ -66,7 +66,7 @@ pub enum TrackError {
         detail: String,
     },
     /// [`super::Tracker::track`] was called before [`super::Tracker::start`].
-    #[error("frame {frame}: the tracker was given no start pose")]
+    #[error("set frame {frame} (from 0): the tracker was given no start pose")]
     NotStarted {
         /// Frame number.
         frame: usize,
@@ -80,7 +80,9 @@ pub enum TrackError {
         found: usize,
     },
     /// Every particle was invalid.
-    #[error("frame {frame}: no valid particle is left; widen the initial covariance or check the start pose")]
+    #[error(
+        "set frame {frame} (from 0): no valid particle is left; widen the initial covariance or check the start pose"
+    )]
     NoValidParticle {
         /// Frame number.
         frame: usize,

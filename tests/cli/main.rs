@@ -1,8 +1,10 @@
 //! The command line as its users meet it.
 
 mod bad_input;
+mod check;
 mod contact;
 mod inspect;
+mod options;
 mod props;
 mod rooms;
 mod same_numbers;

@@ -126,7 +126,7 @@ pub(super) fn leaps(subject: &[SubjectFrame], frames_per_second: f64) -> Option<
     let more = if frames.len() > LISTED { format!(" and {} more", frames.len() - LISTED) } else { String::new() };
     (!frames.is_empty()).then(|| {
         format!(
-            "the recording leaps (a landmark moves faster than {FASTEST} m/s) into frame {}{more}",
+            "the recording leaps (a landmark moves faster than {FASTEST} m/s) into frame {}{more} (from 0, at the rate that is used)",
             listed.join(", ")
         )
     })

@@ -35,7 +35,7 @@ impl SilhouettePainter {
 
     fn depth_of<'a>(&mut self, parts: impl Iterator<Item = (&'a [Flesh], Isometry3<f64>)>) -> DepthImage {
         let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
-        let rays = self.rays.get_or_insert_with(|| PixelRays::new(&self.camera));
+        let rays = self.rays.get_or_init(|| PixelRays::new(&self.camera));
         let pixels = width as usize * height as usize;
         let mut image = DepthImage { width, height, depth: vec![f32::INFINITY; pixels], part: vec![0; pixels] };
         for ((solids, world_from_link), part) in parts.zip(1..) {

@@ -8,6 +8,8 @@ mod depth;
 mod pixel_rays;
 mod solid;
 
+use std::sync::{Arc, OnceLock};
+
 use nalgebra::Isometry3;
 
 use super::{Flesh, Humanoid, LinkFrames};
@@ -45,8 +47,8 @@ pub struct SilhouettePainter {
     camera: Camera,
     outlines: CapsulePainter,
     capsules: Vec<TaperedCapsule>,
-    /// Made when first needed: undistorting every pixel takes tens of milliseconds.
-    rays: Option<PixelRays>,
+    /// Made when first needed: undistorting every pixel takes tens of milliseconds, and 16 bytes a pixel.
+    rays: Arc<OnceLock<PixelRays>>,
 }
 
 impl SilhouettePainter {
@@ -56,7 +58,17 @@ impl SilhouettePainter {
             camera: camera.clone(),
             outlines: CapsulePainter::new(&camera.pinhole),
             capsules: Vec::new(),
-            rays: None,
+            rays: Arc::default(),
+        }
+    }
+
+    /// Another painter for the same camera, for another thread: they share what takes memory.
+    pub fn sharing(&self) -> Self {
+        Self {
+            camera: self.camera.clone(),
+            outlines: CapsulePainter::new(&self.camera.pinhole),
+            capsules: Vec::new(),
+            rays: self.rays.clone(),
         }
     }
 
@@ -83,7 +95,7 @@ impl SilhouettePainter {
     }
 
     fn paint_by_rays(&mut self, flesh: &Flesh, camera_from_link: &Isometry3<f64>, mask: &mut Mask) {
-        let rays = self.rays.get_or_insert_with(|| PixelRays::new(&self.camera));
+        let rays = self.rays.get_or_init(|| PixelRays::new(&self.camera));
         solid::paint(flesh, camera_from_link, rays, self.camera.pinhole.near, mask);
     }
 }

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::super::partial_file::put;
-use super::super::{ExperimentError, clip_file};
-use super::INSPECT_SCHEMA;
+use super::super::{Destination, ExperimentError, clip_file};
+use super::{INSPECT_SCHEMA, place_for};
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion, shipped};
@@ -133,9 +132,11 @@ impl WorstContact {
 pub fn inspect_contacts(
     name: &Path,
     metres_per_unit: Option<f64>,
-    picture: Option<&Path>,
+    picture: Option<Destination<'_>>,
 ) -> Result<ContactSummary, ExperimentError> {
-    let kind = picture.map(|path| Picture::of(path).map(|kind| (path, kind))).transpose()?;
+    let kind = picture.map(|to| Picture::of(to.path).map(|kind| (to, kind))).transpose()?;
+    // whoever cannot write there shall know before the work
+    let kind = kind.map(|(to, kind)| place_for(to, [Some(name)]).map(|place| (place, kind))).transpose()?;
     let (body, motion, notes) = moved(name, metres_per_unit)?;
     let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
     let dynamics = Dynamics::of_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
@@ -143,13 +144,13 @@ pub fn inspect_contacts(
         notes,
         ..ContactSummary::of(&name.display().to_string(), &body, &motion, &contacts, dynamics.as_ref())
     };
-    if let Some((path, kind)) = kind {
+    if let Some((place, kind)) = kind {
         let chart = chart(&summary, &contacts, dynamics.as_ref());
         let text = match kind {
             Picture::Svg => chart.svg()?,
             Picture::Page => chart.page()?,
         };
-        put(path, text.as_bytes())?;
+        place.put(text.as_bytes())?;
     }
     Ok(summary)
 }
@@ -280,7 +281,8 @@ fn chart(summary: &ContactSummary, contacts: &GroundContacts, dynamics: Option<&
         slip_mm_per_s: foot.frames.iter().map(|frame| 1000.0 * frame.slip_m_per_s()).collect(),
     };
     let [left, right] = &contacts.feet;
-    let heads = ["foot", "first frame", "last frame", "time, s", "slip, mm", "deepest, mm", "highest, mm"];
+    let heads =
+        ["foot", "first frame, from 0", "last frame, from 0", "time, s", "slip, mm", "deepest, mm", "highest, mm"];
     let row = |s: &StanceSummary| {
         vec![
             s.foot.clone(),
@@ -295,7 +297,7 @@ fn chart(summary: &ContactSummary, contacts: &GroundContacts, dynamics: Option<&
     let worst = summary.worst.iter().map(|w| {
         let decimals = w.decimals();
         let (value, unit) = (format!("{:.decimals$}", w.value), w.unit);
-        format!("Greatest {}: {value} {unit}, {}, frame {} ({:.2} s).", w.fault, w.part, w.frame, w.time_s)
+        format!("Greatest {}: {value} {unit}, {}, frame {} from 0 ({:.2} s).", w.fault, w.part, w.frame, w.time_s)
     });
     let over_time = |label: &str, value: fn(&DynamicsFrame) -> Option<f64>| {
         dynamics.map(|dynamics| (label.to_owned(), dynamics.frames.iter().map(value).collect()))

@@ -11,8 +11,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::partial_file::put;
-use super::{EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
+use super::inputs::Inputs;
+use super::partial_file::PartialFile;
+use super::{Destination, EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
 use crate::body::SHIPPED_ROBOTS;
 use crate::input::{self, limits};
 
@@ -56,7 +57,7 @@ pub fn inspect(
     path: &Path,
     metres_per_unit: Option<f64>,
     against: Option<&Path>,
-    page: Option<&Path>,
+    page: Option<Destination<'_>>,
 ) -> Result<Inspected, ExperimentError> {
     let kind = kind_of(path)?;
     let name = path.display().to_string();
@@ -78,13 +79,22 @@ pub fn inspect(
         Kind::Model => {
             let model = LearnedModel::read(path)?;
             let other = against.map(|other| model::read_other(other, &model)).transpose()?;
-            if let Some(page) = page {
-                let html = model_page::html(path, &model, against.zip(other.as_ref()))?;
-                put(page, html.as_bytes())?;
+            if let Some(to) = page {
+                let page = place_for(to, [Some(path), against])?;
+                page.put(model_page::html(path, &model, against.zip(other.as_ref()))?.as_bytes())?;
             }
             Inspected::Model(Box::new(ModelSummary::of(&model, other.as_ref())))
         }
     })
+}
+
+/// Where pictures of what was `read` go.
+fn place_for<'a>(
+    to: Destination<'_>,
+    read: impl IntoIterator<Item = Option<&'a Path>>,
+) -> Result<PartialFile, ExperimentError> {
+    Inputs::of(read.into_iter().flatten().map(Path::to_owned)).keep_from(to.path)?;
+    PartialFile::begin(to.path, to.force)
 }
 
 fn kind_of(path: &Path) -> Result<Kind, ExperimentError> {

@@ -9,10 +9,12 @@ mod complaint;
 mod latent;
 mod methods;
 mod motion;
+mod override_keys;
 mod props;
 mod ranges;
 mod read;
 mod rig;
+mod survey;
 mod tracker;
 mod tree;
 
@@ -24,6 +26,7 @@ pub use motion::{Axis, MotionSettings, TrainingSettings};
 pub use props::{PropSettings, PropShape};
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
+pub use survey::{Survey, survey};
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::complaint::{Complaint, Place, locate};
+use super::override_keys::{full_key, keys_of, keys_of_tracker};
 use super::tree::{settings_of, tree_of};
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, foreign, limits, plain};
@@ -25,8 +26,10 @@ pub struct ScenarioFile {
     pub origin: String,
     /// Paths in the scenario are relative to this folder.
     pub folder: PathBuf,
-    text: String,
-    overrides: Vec<String>,
+    /// The file itself; `None` for a scenario that was read from no file.
+    pub path: Option<PathBuf>,
+    pub(super) text: String,
+    pub(super) overrides: Vec<String>,
 }
 
 /// Why a scenario cannot be used.
@@ -54,7 +57,8 @@ impl ScenarioFile {
         let text = input::read_to_string(path, limits::SETTINGS)
             .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
-        Self::parse(&text, &path.display().to_string(), folder, overrides)
+        let file = Self::parse(&text, &path.display().to_string(), folder, overrides)?;
+        Ok(Self { path: Some(path.to_owned()), ..file })
     }
 
     /// The scenario that is built in.
@@ -72,12 +76,15 @@ impl ScenarioFile {
     pub fn parse(text: &str, origin: &str, folder: PathBuf, overrides: &[String]) -> Result<Self, ScenarioError> {
         let mut tree = tree_of(text, origin)?;
         let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))?;
+        let mut full = Vec::new();
         for assignment in overrides {
-            set(&mut tree, assignment)?;
-            scenario = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))?;
+            let assignment = with_full_key(assignment, &scenario)?;
+            set(&mut tree, &assignment)?;
+            scenario = settings_of(tree.clone(), |mistake| mistake.about(&named(&assignment)))?;
+            full.push(assignment);
         }
-        let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), overrides.to_vec());
-        let file = Self { scenario, origin, folder, text, overrides };
+        let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
+        let file = Self { scenario, origin, folder, path: None, text, overrides };
         match file.scenario.first_problem() {
             Ok(()) => Ok(file),
             Err(problem) => Err(file.complaint(&problem.key, problem.message).into()),
@@ -102,6 +109,7 @@ impl TrackerSettings {
     pub fn overridden(self, overrides: &[String]) -> Result<Self, Complaint> {
         let mut settings = self;
         for assignment in overrides {
+            let assignment = &with_own_key(assignment, &settings)?;
             let complain = |message: String| complaint_about(assignment, message);
             // one entry, the tracker's name, which holds its table
             let mut tree = serde_json::to_value(&settings).map_err(|e| complain(e.to_string()))?;
@@ -117,12 +125,34 @@ impl TrackerSettings {
     }
 }
 
-fn named(assignment: &str) -> String {
+pub(super) fn named(assignment: &str) -> String {
     format!("override {assignment}")
 }
 
+/// An override of a scenario with the full key that its short one means.
+pub(super) fn with_full_key(assignment: &str, scenario: &Scenario) -> Result<String, Complaint> {
+    let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
+    let full = full_key(key.trim(), &keys_of(scenario)).map_err(|message| complaint_about(assignment, message))?;
+    Ok(format!("{full}={value}"))
+}
+
+/// An override of a tracker with its key as the tracker's own table has it: `tracker.NAME.KEY` and short keys are taken too.
+fn with_own_key(assignment: &str, settings: &TrackerSettings) -> Result<String, Complaint> {
+    let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
+    let complain = |message| complaint_about(assignment, message);
+    let name = settings.name();
+    let key = key.trim();
+    let in_tracker = key.strip_prefix("tracker.").unwrap_or(key);
+    let own = in_tracker.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
+    if own.is_none() && in_tracker != key {
+        return Err(complain(format!("the tracker is `{name}`: its keys are tracker.{name}.KEY, or KEY alone")));
+    }
+    let full = full_key(own.unwrap_or(key), &keys_of_tracker(settings)).map_err(complain)?;
+    Ok(format!("{full}={value}"))
+}
+
 /// Whether an override says the value of `key`, itself or as part of a table.
-fn covers(assignment: &str, key: &str) -> bool {
+pub(super) fn covers(assignment: &str, key: &str) -> bool {
     let name = assignment.split('=').next().unwrap_or_default().trim();
     key.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
@@ -132,7 +162,7 @@ fn complaint_about(assignment: &str, message: String) -> Complaint {
 }
 
 /// Applies `key=value` to a scenario.
-fn set(tree: &mut Value, assignment: &str) -> Result<(), Complaint> {
+pub(super) fn set(tree: &mut Value, assignment: &str) -> Result<(), Complaint> {
     match tree {
         Value::Object(table) => insert(table, assignment),
         _ => Err(complaint_about(assignment, "expected a table".to_owned())),

@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::complaint::{Complaint, did_you_mean};
-use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, RootMode, SwitchingGpdm};
+use super::latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
+use crate::motion_model::gpdm_graph::GraphSettings;
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, SilhouetteSettings, SilhouetteTerm,
@@ -110,16 +111,6 @@ impl TrackerSettings {
         }
     }
 
-    /// The file of its motion model, where it names one.
-    pub fn model_file(&self) -> Option<&str> {
-        match self {
-            Self::Gpdm(s) => s.model_file.as_deref(),
-            Self::SwitchingGpdm(s) => s.model_file.as_deref(),
-            Self::GpdmGraph(s) => s.model_file.as_deref(),
-            _ => None,
-        }
-    }
-
     /// Every tracker there is, with its default settings.
     pub fn all() -> [Self; 7] {
         [
@@ -170,6 +161,26 @@ impl TrackerSettings {
             Self::SwitchingGpdm(s) => s.model_file.is_none(),
             Self::GpdmGraph(s) => s.model_file.is_none(),
             _ => false,
+        }
+    }
+
+    /// How its motion model is learned; `None` for trackers without one.
+    pub fn learning(&self) -> Option<GraphSettings> {
+        match self {
+            Self::Gpdm(s) => Some(s.model.learning()),
+            Self::SwitchingGpdm(s) => Some(s.model.learning()),
+            Self::GpdmGraph(s) => Some(s.model.learning()),
+            _ => None,
+        }
+    }
+
+    /// The model file that it reads; `None` for trackers that read none.
+    pub fn model_file(&self) -> Option<&str> {
+        match self {
+            Self::Gpdm(s) => s.model_file.as_deref(),
+            Self::SwitchingGpdm(s) => s.model_file.as_deref(),
+            Self::GpdmGraph(s) => s.model_file.as_deref(),
+            _ => None,
         }
     }
 

@@ -28,10 +28,15 @@ pub(super) fn settings_of<T: DeserializeOwned>(
     tree: Value,
     complain: impl FnOnce(Mistake) -> Complaint,
 ) -> Result<T, Complaint> {
+    settings_or_mistake(tree).map_err(complain)
+}
+
+/// Settings that a tree says, or the first thing that is wrong with it.
+pub(super) fn settings_or_mistake<T: DeserializeOwned>(tree: Value) -> Result<T, Mistake> {
     if let Some((key, expected)) = foreign(&tree) {
-        return Err(complain(Mistake { key, unknown: None, message: expected.to_owned() }));
+        return Err(Mistake { key, unknown: None, message: expected.to_owned() });
     }
-    json_tree::value(tree).map_err(|e| complain(Mistake::new(&e)))
+    json_tree::value(tree).map_err(|e| Mistake::new(&e))
 }
 
 /// The first key with a value that TOML has and a tree has not, and what was expected there.
@@ -57,12 +62,13 @@ fn foreign(tree: &Value) -> Option<(String, &'static str)> {
 const DATE: &str = "$__toml_private_datetime";
 
 /// What settings cannot be read from.
+#[derive(Clone)]
 pub(super) struct Mistake {
     /// Dotted; empty for the whole.
-    key: String,
+    pub(super) key: String,
     /// The word that is unknown there.
-    unknown: Option<String>,
-    message: String,
+    pub(super) unknown: Option<String>,
+    pub(super) message: String,
 }
 
 impl Mistake {

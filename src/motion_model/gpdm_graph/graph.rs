@@ -111,7 +111,7 @@ pub enum GraphError {
     #[error("the segments learned so far do not begin these training motions: learn them anew")]
     OtherSegments,
     /// A model could not be learned.
-    #[error("frames {} to {} of training motion {}: {source}", range.first, range.end, range.motion)]
+    #[error("frames {} to {} (from 0) of training motion {}: {source}", range.first, range.end, range.motion)]
     Model {
         /// Where.
         range: SegmentRange,

@@ -7,6 +7,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::Size;
 use crate::report::ReportError;
+use crate::report::html::GENERATOR;
 
 /// Plotters draws on whole pixels; drawing this many times larger keeps lines smooth.
 pub(super) const FINE: i32 = 8;
@@ -136,7 +137,7 @@ impl Svg {
     /// The same as a file of its own, which follows the reader's light or dark theme.
     pub fn standalone(&self) -> String {
         let style = format!("<style>@media (prefers-color-scheme:dark){{svg{{{}}}}}</style>", css_variables(true));
-        self.0.replacen('>', &format!(">{style}"), 1)
+        self.0.replacen('>', &format!("><metadata>{GENERATOR}</metadata>{style}"), 1)
     }
 }
 

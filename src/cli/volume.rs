@@ -1,0 +1,94 @@
+//! How much a command says besides its result: `--quiet` and `--verbose`, the same for all commands.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+use clap::Args;
+
+use crate::input::plain;
+
+/// How much a command says besides its result.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub(super) struct Volume {
+    /// Results and errors only: no progress, no notes
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+
+    /// Also say how long each stage took and which files were written
+    #[arg(short, long, global = true)]
+    pub(super) verbose: bool,
+}
+
+impl Volume {
+    /// Tells what the user should know, on standard error, unless he wants quiet.
+    pub(super) fn notes(self, notes: &[String]) {
+        if !self.quiet {
+            notes.iter().for_each(|note| note_on_stderr(note));
+        }
+    }
+
+    /// With `--verbose` says which files are at `path` now, with their sizes.
+    pub(super) fn written(self, path: &Path) {
+        if self.verbose {
+            files(path).iter().for_each(|(file, bytes)| note_on_stderr(&format!("wrote {file}, {}", size(*bytes))));
+        }
+    }
+}
+
+/// If nobody listens, there is nothing else to do.
+pub(super) fn note_on_stderr(note: &str) {
+    writeln!(std::io::stderr(), "note: {}", plain(note)).ok();
+}
+
+/// A size in bytes, for people.
+pub(super) fn size(bytes: u64) -> String {
+    let value = bytes as f64;
+    match bytes {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{:.1} kB", value / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", value / 1e6),
+        _ => format!("{:.1} GB", value / 1e9),
+    }
+}
+
+/// The file at `path`, or what a directory holds: its files, and its directories with the size of all that is below.
+fn files(path: &Path) -> Vec<(String, u64)> {
+    if !path.is_dir() {
+        return vec![(path.display().to_string(), bytes_below(path))];
+    }
+    let entries = fs::read_dir(path).into_iter().flatten().flatten();
+    let mut found: Vec<_> = entries.map(|e| (e.path().display().to_string(), bytes_below(&e.path()))).collect();
+    found.sort();
+    found
+}
+
+fn bytes_below(path: &Path) -> u64 {
+    match path.symlink_metadata() {
+        Ok(found) if found.is_dir() => {
+            fs::read_dir(path).into_iter().flatten().flatten().map(|entry| bytes_below(&entry.path())).sum()
+        }
+        Ok(found) => found.len(),
+        Err(_) => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_told_in_units_that_people_read() {
+        assert_eq!([999, 1_500, 2_340_000, 7_100_000_000].map(size), ["999 B", "1.5 kB", "2.3 MB", "7.1 GB"]);
+    }
+
+    #[test]
+    fn a_directory_is_told_by_its_entries_with_all_that_is_below() {
+        let root = tempfile::tempdir().unwrap();
+        fs::create_dir(root.path().join("deep")).unwrap();
+        fs::write(root.path().join("deep/a"), [0; 5]).unwrap();
+        fs::write(root.path().join("b"), [0; 3]).unwrap();
+        let told: Vec<u64> = files(root.path()).into_iter().map(|(_, bytes)| bytes).collect();
+        assert_eq!(told, [3, 5]);
+    }
+}

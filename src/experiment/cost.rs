@@ -1,0 +1,279 @@
+//! What a scenario costs, said before it is run: time by a timed sample, memory and disk by what is held and written.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::learning::Models;
+use super::measuring::Measures;
+use super::scenario::{AnnealedParticleFilterSettings, TrackerSettings};
+use super::staging::Staged;
+use super::tracking::track;
+use super::{ExperimentError, FrozenSettings, ScenarioFile, Unwatched};
+use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
+use crate::body::{Flesh, Motion};
+use crate::observation::Observer;
+use crate::scene::GroundTruth;
+use crate::tracker::{PlausibilitySettings, SilhouetteSettings};
+
+/// How long drawing the sample may take, and how long tracking it with each kind of likelihood, seconds.
+const SAMPLE_S: f64 = 0.25;
+/// Fewest and first particles of a sample.
+const FEW_PARTICLES: usize = 8;
+/// Memory of a run of nothing: the program, its tables, the report.
+const BASE_MEMORY: f64 = 45e6;
+/// Columns of `per_frame.csv`, about, and bytes of a number in text.
+const CSV_COLUMNS: f64 = 60.0;
+const CSV_BYTES: f64 = 17.0;
+/// Size of a report and a contact sheet, about.
+const PAGE_BYTES: f64 = 1.6e6;
+/// Metrics that are kept for every frame of every seed.
+const METRICS: f64 = 60.0;
+
+/// What `run` and `render` need, all of it estimated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cost {
+    /// Seconds to read the files, retarget, settle or simulate: measured, for `check` has done it.
+    pub staging_s: f64,
+    /// Seconds to draw all frames.
+    pub render_s: f64,
+    /// Seconds to track with all methods and seeds; without learning motion models.
+    pub track_s: f64,
+    /// Seconds to measure and report.
+    pub measure_s: f64,
+    /// Seconds of `skiagraph run`, all in all; without learning motion models.
+    pub run_s: f64,
+    /// How many trackers learn a motion model first, which takes seconds to many minutes more.
+    pub models_to_learn: usize,
+    /// Likelihood evaluations of all frames, seeds and methods.
+    pub likelihood_evaluations: u64,
+    /// Greatest memory of `run`, bytes.
+    pub memory_bytes: u64,
+    /// Greatest memory of `render`, bytes; layers are drawn within a bound.
+    pub render_memory_bytes: u64,
+    /// Size of the results of `run`, bytes.
+    pub run_bytes: u64,
+    /// Size of the set of `render`, layers included, bytes.
+    pub set_bytes: u64,
+    /// Threads that the times hold for.
+    pub threads: usize,
+}
+
+/// What the sample told.
+struct Sample {
+    frame_render_s: f64,
+    frame_measure_s: f64,
+    /// Size of the set's files without layers.
+    set_bytes: f64,
+    layer_bytes: f64,
+}
+
+/// Estimates the cost of a scenario whose staging took `staging_s`; takes about a second itself.
+///
+/// # Errors
+/// [`ExperimentError`] where the sample cannot be drawn or tracked.
+pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Result<Cost, ExperimentError> {
+    let scenario = &file.scenario;
+    let (frames, seeds) = (staged.frames() as f64, f64::from(scenario.seeds));
+    let trackers = scenario.trackers();
+    let sample = sample(file, staged)?;
+    let two = set_of(file, staged, 2)?;
+    let mut known: Vec<(SilhouetteSettings, Option<PlausibilitySettings>, Speed)> = Vec::new();
+    let (mut track_s, mut likelihood_evaluations) = (0.0, 0);
+    for (_, tracker) in &trackers {
+        let (Some(filter), Some(likelihood)) = (tracker.filter(), tracker.likelihood()) else { continue };
+        let evaluations = filter.particles as u64 * filter.layers as u64;
+        let plausibility = tracker.plausibility();
+        let speed = match known.iter().find(|(l, p, _)| *l == likelihood && *p == plausibility) {
+            Some((_, _, speed)) => *speed,
+            None => {
+                let speed = Speed::of(&two, likelihood, plausibility, evaluations)?;
+                known.push((likelihood, plausibility, speed));
+                speed
+            }
+        };
+        track_s += frames * seeds * speed.seconds(evaluations);
+        likelihood_evaluations += evaluations * staged.frames() as u64 * u64::from(scenario.seeds);
+    }
+    let methods = trackers.len() as f64;
+    let (render_s, measure_s) =
+        (frames * sample.frame_render_s, frames * sample.frame_measure_s * (seeds + 1.0) * methods);
+    let render_memory = render_memory(file, staged, &sample);
+    Ok(Cost {
+        staging_s,
+        render_s,
+        track_s,
+        measure_s,
+        run_s: staging_s + render_s + track_s + measure_s,
+        models_to_learn: trackers.iter().filter(|(_, tracker)| tracker.learns()).count(),
+        likelihood_evaluations,
+        memory_bytes: (render_memory + tracking_memory(file, staged)) as u64,
+        render_memory_bytes: (render_memory + layers_memory(file, staged)) as u64,
+        run_bytes: run_bytes(file, staged) as u64,
+        set_bytes: (sample.set_bytes + frames * sample.layer_bytes) as u64,
+        threads: rayon::current_num_threads(),
+    })
+}
+
+fn sample(file: &ScenarioFile, staged: &Staged) -> Result<Sample, ExperimentError> {
+    let threads = rayon::current_num_threads().max(1);
+    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    observer.observe(0);
+    let (_, frame_s) = timed(|| observer.observe(0));
+    let fitting = (SAMPLE_S * threads as f64 / frame_s.max(1e-6)) as usize;
+    let frames = fitting.clamp(3, 8 * threads + 3).min(staged.frames());
+    let (set, set_s) = timed(|| set_of(file, staged, frames));
+    let set = set?;
+    let few = set_of(file, staged, 2)?;
+    let growth = (set.bytes() as f64 - few.bytes() as f64) / frames.saturating_sub(2).max(1) as f64;
+    let frozen = TrackerSettings::Frozen(FrozenSettings {});
+    let tracked = track(&set.blind, &frozen, &[0], None, &mut Models::default(), &Unwatched)?;
+    let (_, measure_s) = timed(|| Measures::new(&set, &tracked, &Unwatched).is_ok());
+    Ok(Sample {
+        frame_render_s: if frames < threads { frame_s / threads as f64 } else { set_s / frames as f64 },
+        // this one seed and the floor
+        frame_measure_s: measure_s / (2 * frames) as f64,
+        set_bytes: few.bytes() as f64 + growth * (staged.frames() as f64 - 2.0).max(0.0),
+        layer_bytes: few.layer_bytes(0, &file.scenario.layers)? as f64,
+    })
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let begin = Instant::now();
+    let made = work();
+    (made, begin.elapsed().as_secs_f64())
+}
+
+/// The set of the first `count` frames.
+fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<BenchmarkSet, ExperimentError> {
+    let count = count.min(staged.frames());
+    let whole = &staged.ground_truth;
+    let ground_truth = GroundTruth {
+        actor: whole.actor.clone(),
+        props: whole.props.clone(),
+        frames_per_second: whole.frames_per_second,
+        frames: whole.frames[..count].to_vec(),
+    };
+    let refitted = Motion { poses: staged.refitted.poses[..count].to_vec(), ..staged.refitted };
+    let parts = SetParts {
+        name: &file.scenario.name,
+        rig: &staged.rig,
+        start: &staged.start,
+        ground_truth: &ground_truth,
+        refitted: Some(&refitted),
+        facts: &staged.facts,
+        recording: Some(&staged.source),
+    };
+    let observer = Observer::new(&ground_truth, &staged.rig);
+    Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
+}
+
+/// How fast a likelihood is: a frame costs so much by itself, and each evaluation so much more. Seconds.
+#[derive(Clone, Copy)]
+struct Speed {
+    frame_s: f64,
+    evaluation_s: f64,
+}
+
+impl Speed {
+    /// By tracking two frames with few particles, then with more, as long as the sample may take.
+    fn of(
+        two: &BenchmarkSet,
+        likelihood: SilhouetteSettings,
+        plausibility: Option<PlausibilitySettings>,
+        evaluations: u64,
+    ) -> Result<Self, ExperimentError> {
+        let seconds = |particles: usize| -> Result<f64, ExperimentError> {
+            let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
+                likelihood;
+            let settings = AnnealedParticleFilterSettings {
+                particles,
+                layers: 1,
+                silhouette,
+                contour,
+                contour_weight,
+                contour_reach,
+                limb_side_weight,
+                plausibility,
+                ..AnnealedParticleFilterSettings::default()
+            };
+            let settings = TrackerSettings::AnnealedParticleFilter(settings);
+            let tracked = track(&two.blind, &settings, &[0], None, &mut Models::default(), &Unwatched)?;
+            let seconds = tracked.record.map_or(0.0, |record| record.timing.seconds);
+            Ok(seconds / two.blind.frame_count as f64)
+        };
+        let most = usize::try_from(evaluations).unwrap_or(usize::MAX);
+        let few_s = seconds(FEW_PARTICLES)?;
+        let (mut particles, mut many_s) = (FEW_PARTICLES, few_s);
+        while particles < most && many_s < 0.5 * SAMPLE_S {
+            particles = most.min(4 * particles);
+            many_s = seconds(particles)?;
+        }
+        if particles == FEW_PARTICLES {
+            return Ok(Self { frame_s: 0.0, evaluation_s: few_s / FEW_PARTICLES as f64 });
+        }
+        let evaluation_s = ((many_s - few_s) / particles.abs_diff(FEW_PARTICLES).max(1) as f64).max(0.0);
+        Ok(Self { frame_s: (many_s - particles as f64 * evaluation_s).max(0.0), evaluation_s })
+    }
+
+    fn seconds(self, evaluations: u64) -> f64 {
+        self.frame_s + self.evaluation_s * evaluations as f64
+    }
+}
+
+fn pixels(staged: &Staged) -> impl Iterator<Item = f64> + Clone + '_ {
+    staged.rig.cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
+}
+
+/// Most memory while a set is drawn and held: the truth twice, the files, what cameras need to be ready, and a thread's image.
+fn render_memory(file: &ScenarioFile, staged: &Staged, sample: &Sample) -> f64 {
+    let truth = &staged.ground_truth;
+    let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras.len() as f64);
+    let frame = 90.0 * links + 30.0 * cameras + 16.0 * truth.actor.degrees_of_freedom.len() as f64 + 600.0;
+    let capsules = |flesh: &Flesh| matches!(flesh, Flesh::TaperedCapsule(_));
+    let all_capsules = truth.actor.links.iter().flat_map(|link| &link.flesh).all(capsules);
+    let by_rays = !all_capsules || !file.scenario.prop.is_empty();
+    let distorts = staged.rig.cameras.iter().any(|camera| !camera.distortion.is_none());
+    let rays = if by_rays || distorts { 16.0 * pixels(staged).sum::<f64>() } else { 0.0 };
+    let threads = rayon::current_num_threads() as f64;
+    let largest = pixels(staged).fold(0.0, f64::max);
+    let screens =
+        if file.scenario.prop.is_empty() { 0.0 } else { 8.0 * (pixels(staged).sum::<f64>() + threads * largest) };
+    BASE_MEMORY + 2.0 * frame * staged.frames() as f64 + 1.5 * sample.set_bytes + rays + screens
+}
+
+/// Most memory that layers take while they are written.
+fn layers_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
+    let largest = pixels(staged).fold(0.0, f64::max);
+    let a_thread = 40.0 * largest;
+    let all = a_thread * rayon::current_num_threads() as f64;
+    if file.scenario.layers.is_empty() { 0.0 } else { all.min(a_thread.max(LAYERS_MEMORY_BYTES as f64)) }
+}
+
+/// What tracking and measuring add: observed views, particles, and what is kept of every frame.
+fn tracking_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
+    let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
+    let degrees = staged.start.body.degrees_of_freedom.len() as f64;
+    let trackers = file.scenario.trackers();
+    let filters = trackers.iter().filter_map(|(_, tracker)| tracker.filter());
+    let particles = filters.clone().map(|filter| filter.particles).max().unwrap_or(0) as f64;
+    let layers = filters.map(|filter| filter.layers).max().unwrap_or(0) as f64;
+    let views = 6.0 * pixels(staged).sum::<f64>();
+    let kept = frames * (8.0 * degrees + 56.0 * layers + 16.0 * METRICS + 15.0 * 32.0);
+    let table = frames * CSV_COLUMNS * CSV_BYTES;
+    seeds * (views + particles * (24.0 * degrees + 200.0)) + (seeds + 1.0) * (kept + 2.0 * table)
+}
+
+/// Size of `poses.npz`, `search.npz`, `per_frame.csv`, page and picture, of all methods.
+fn run_bytes(file: &ScenarioFile, staged: &Staged) -> f64 {
+    let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
+    let numbers =
+        |body: &crate::body::Humanoid| (7 + body.degrees_of_freedom.len() + 3 * body.joints.len() + 45) as f64;
+    let poses = 8.0 * frames * (seeds * numbers(&staged.start.body) + numbers(&staged.ground_truth.actor));
+    let of_tracker = |tracker: &TrackerSettings| {
+        let layers = tracker.filter().map_or(0.0, |filter| filter.layers as f64);
+        let search = 8.0 * frames * seeds * (2.0 + 6.0 * layers);
+        poses + search + frames * seeds * (CSV_COLUMNS + layers) * CSV_BYTES + PAGE_BYTES
+    };
+    file.scenario.trackers().iter().map(|(_, tracker)| of_tracker(tracker)).sum()
+}

@@ -1,0 +1,117 @@
+//! What a command reads: never written to, whatever the user asks for.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::clip_file;
+use super::{ExperimentError, ScenarioFile, TrackerSettings};
+
+/// The files and directories that a command reads.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Inputs {
+    paths: Vec<PathBuf>,
+}
+
+impl Inputs {
+    /// Of these paths; those that are not there are left out.
+    pub(super) fn of(paths: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self { paths: paths.into_iter().filter(|path| path.exists()).collect() }
+    }
+
+    /// The paths themselves.
+    pub(super) fn into_paths(self) -> Vec<PathBuf> {
+        self.paths
+    }
+
+    /// Of a scenario: its file, recordings, robots and models.
+    pub(super) fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Self {
+        let scenario = &file.scenario;
+        let training = scenario.training.iter().flat_map(|training| &training.clips);
+        let recordings = training.chain([&scenario.motion]);
+        let recordings = recordings.flat_map(|clip| {
+            clip_file::paths_of(&file.folder, Path::new(&clip.clip), clip, mocap_directory)
+        });
+        let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].map(|robot| file.folder.join(robot));
+        let trackers = scenario.trackers();
+        let models = trackers.iter().filter_map(|(_, tracker)| tracker.model_file()).map(|name| file.folder.join(name));
+        Self::of(file.path.iter().cloned().chain(recordings).chain(robots).chain(models))
+    }
+
+    /// Of a tracker that reads a set.
+    pub(super) fn of_set(set: &Path, settings: &TrackerSettings) -> Self {
+        Self::of(settings.model_file().map(PathBuf::from).into_iter().chain([set.to_owned()]))
+    }
+
+    /// An error if to write `target` would change an input: if it is one, holds one, or lies in a directory that is one.
+    ///
+    /// # Errors
+    /// [`ExperimentError::IsInput`].
+    pub(super) fn keep_from(&self, target: &Path) -> Result<(), ExperimentError> {
+        if target.file_name().is_none() {
+            // a root or `..`: nothing can be written there at all, which is said elsewhere
+            return Ok(());
+        }
+        let place = resolved(target);
+        let changes = |input: &&PathBuf| {
+            let read = resolved(input);
+            read.starts_with(&place) || (read.is_dir() && place.starts_with(&read)) || same_file(target, input)
+        };
+        match self.paths.iter().find(changes) {
+            Some(input) => Err(ExperimentError::IsInput { path: target.to_owned(), input: input.clone() }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The path without links; of what is not there yet, by the nearest directory that is.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(real) = fs::canonicalize(path) {
+        return real;
+    }
+    match (path.parent(), path.file_name()) {
+        (Some(parent), Some(name)) if !parent.as_os_str().is_empty() => resolved(parent).join(name),
+        (_, Some(name)) => resolved(Path::new(".")).join(name),
+        _ => path.to_owned(),
+    }
+}
+
+/// Whether two paths lead to one file, by whatever link.
+#[cfg(unix)]
+fn same_file(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |path| fs::metadata(path).map(|found| (found.dev(), found.ino()));
+    matches!((identity(a), identity(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+#[cfg(not(unix))]
+fn same_file(_: &Path, _: &Path) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_is_kept_whatever_it_is_called() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        fs::create_dir_all(at("data/set")).unwrap();
+        fs::write(at("data/walk.bvh"), "walk").unwrap();
+        fs::write(at("data/set/set.toml"), "set").unwrap();
+        let inputs = Inputs::of([at("data/walk.bvh"), at("data/set"), at("nowhere")]);
+        let mut targets = vec!["data/walk.bvh", "data/../data/walk.bvh", "data", "data/set", "data/set/runs/new"];
+        if cfg!(unix) {
+            #[cfg(unix)]
+            std::os::unix::fs::symlink(at("data"), at("link")).unwrap();
+            fs::hard_link(at("data/walk.bvh"), at("hard.bvh")).unwrap();
+            targets.extend(["link", "link/walk.bvh", "hard.bvh", "link/set/a"]);
+        }
+        for target in targets {
+            assert!(inputs.keep_from(&at(target)).is_err(), "{target}");
+        }
+        for target in ["data/walk.html", "data/set2", "runs/a/b", "nowhere", "data/walk.bvh~"] {
+            inputs.keep_from(&at(target)).unwrap();
+        }
+    }
+}

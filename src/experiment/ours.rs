@@ -1,0 +1,114 @@
+//! What this program wrote, told by its content: only that is replaced without being asked.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+
+use super::model_file::is_model;
+use super::ownership;
+use crate::benchmark_set::{holds_only_a_set, verify_hashes};
+
+/// How much of a file is looked at for the mark of this program.
+const HEAD_BYTES: u64 = 1024;
+
+/// How a manual page of this program begins, its version left out.
+pub const MANUAL_MARK: &str = ".\\\" skiagraph ";
+
+/// Kinds of directories that this program writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A run, of one tracker or of several methods.
+    Run,
+    /// A benchmark set.
+    Set,
+}
+
+/// Whether `path` is a directory that holds nothing but a result of that kind; an empty one is nobody's loss.
+pub(crate) fn is_ours(path: &Path, kind: Kind) -> bool {
+    if path.is_symlink() || !path.is_dir() {
+        return false;
+    }
+    let is_empty = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
+    is_empty
+        || match kind {
+            Kind::Run => ownership::is_signed(path),
+            Kind::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
+        }
+}
+
+/// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, each by its mark.
+pub(crate) fn is_file_of_ours(path: &Path) -> bool {
+    let Some(head) = head(path) else { return false };
+    let text = String::from_utf8_lossy(&head);
+    let marked = match text.trim_start().as_bytes() {
+        [b'{', ..] => schema_of(&text).is_some_and(|schema| schema.starts_with("skiagraph.")),
+        [b'<', ..] => {
+            text.contains("<meta name=\"generator\" content=\"skiagraph ") || text.contains("<metadata>skiagraph ")
+        }
+        [b'.', b'\\', b'"', ..] => text.starts_with(MANUAL_MARK),
+        _ => false,
+    };
+    marked || (head.starts_with(b"PK") && is_model(path))
+}
+
+/// The value of `schema`, the first key of every JSON file of ours.
+fn schema_of(text: &str) -> Option<&str> {
+    let rest = text.trim_start().strip_prefix('{')?.trim_start().strip_prefix("\"schema\"")?;
+    rest.trim_start().strip_prefix(':')?.trim_start().strip_prefix('"')?.split('"').next()
+}
+
+/// The first bytes of a regular file.
+fn head(path: &Path) -> Option<Vec<u8>> {
+    if !path.symlink_metadata().ok()?.is_file() {
+        return None;
+    }
+    let mut head = Vec::new();
+    fs::File::open(path).ok()?.take(HEAD_BYTES).read_to_end(&mut head).ok()?;
+    Some(head)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let root = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = root.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        root
+    }
+
+    #[test]
+    fn a_run_is_ours_once_it_is_listed_and_never_for_its_names() {
+        let run = folder(&[("track.json", "{}"), ("poses.npz", "years of work")]);
+        assert!(!is_ours(run.path(), Kind::Run));
+        ownership::sign(run.path()).unwrap();
+        assert!(is_ours(run.path(), Kind::Run) && !is_ours(run.path(), Kind::Set));
+        assert!(is_ours(folder(&[]).path(), Kind::Run), "an empty directory is nobody's loss");
+    }
+
+    #[test]
+    fn files_are_ours_by_their_mark_and_not_by_their_name() {
+        let root = folder(&[
+            ("page.html", "<!doctype html>\n<meta name=\"generator\" content=\"skiagraph 0.0.1\">"),
+            ("chart.svg", "<svg width=\"9\"><metadata>skiagraph 9.0.0</metadata></svg>"),
+            ("skiagraph.1", ".\\\" skiagraph 0.1.0\n.TH skiagraph 1"),
+            ("run.json", "{\"schema\": \"skiagraph.run/1\"}"),
+            ("thesis.html", "<!doctype html><p>skiagraph is a tool"),
+            ("other.json", "{\"schema\": \"http://json-schema.org\"}"),
+            ("scenario.toml", "schema = \"skiagraph.scenario/1\""),
+            ("walk.model", "PK not really"),
+            ("empty", ""),
+        ]);
+        let ours = |name: &str| is_file_of_ours(&root.path().join(name));
+        for name in ["page.html", "chart.svg", "skiagraph.1", "run.json"] {
+            assert!(ours(name), "{name}");
+        }
+        for name in ["thesis.html", "other.json", "scenario.toml", "walk.model", "empty", "nowhere", "."] {
+            assert!(!ours(name), "{name}");
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! A place that one process alone writes to: a lock beside it, and directories above it that were made for it.
+
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::ExperimentError;
+use super::error::output;
+use super::unfinished;
+
+/// How often a lock is tried whose file the process before removes at that moment.
+const TRIES: usize = 100;
+
+/// A file's or directory's place, which no other process of this program writes to meanwhile.
+#[derive(Debug)]
+pub(super) struct Place {
+    pub(super) path: PathBuf,
+    /// Directories above that were not there before, innermost first.
+    made: Vec<PathBuf>,
+    /// `None` where the file system has no locks.
+    lock: Option<Lock>,
+}
+
+impl Place {
+    /// Makes the directories above `path`, locks the place, and removes what processes that died left beside it.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Busy`] while another process writes there, [`ExperimentError::Output`] if nothing can be written.
+    pub(super) fn take(path: &Path) -> Result<Self, ExperimentError> {
+        let parent = parent_of(path);
+        let made = parent.ancestors().take_while(|a| !a.as_os_str().is_empty() && !a.exists());
+        let made: Vec<PathBuf> = made.map(Path::to_owned).collect();
+        unfinished::made(&made);
+        let mut place = Self { path: path.to_owned(), made, lock: None };
+        fs::create_dir_all(parent).map_err(output(parent, "create the directory"))?;
+        place.lock = Lock::take(path)?;
+        if place.lock.is_some() {
+            place.clear_leftovers();
+        }
+        Ok(place)
+    }
+
+    /// A hidden sibling that only this process uses: `.NAME.PURPOSE-PID`.
+    pub(super) fn beside(&self, purpose: &str) -> PathBuf {
+        hidden_sibling(&self.path, &format!(".{purpose}-{}", std::process::id()))
+    }
+
+    /// Nobody who is alive works here, so all siblings of that kind are leftovers of the dead. What was being replaced when its
+    /// process died goes back to its place if nothing is there.
+    fn clear_leftovers(&self) {
+        for leftover in self.siblings("replaced") {
+            if self.path.symlink_metadata().is_err() {
+                fs::rename(&leftover, &self.path).ok();
+            }
+        }
+        for purpose in ["partial", "replaced", "writing"] {
+            self.siblings(purpose).iter().for_each(|leftover| drop(unfinished::remove(leftover)));
+        }
+    }
+
+    fn siblings(&self, purpose: &str) -> Vec<PathBuf> {
+        let prefix = hidden_sibling(&self.path, &format!(".{purpose}-"));
+        let prefix = prefix.file_name().unwrap_or_default().as_encoded_bytes();
+        let of_a_process = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+            name.strip_prefix(prefix).is_some_and(|pid| !pid.is_empty() && pid.iter().all(u8::is_ascii_digit))
+        };
+        let entries = fs::read_dir(parent_of(&self.path)).into_iter().flatten().flatten();
+        entries.map(|entry| entry.path()).filter(of_a_process).collect()
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.lock.take();
+        unfinished::remove_empty(&self.made);
+    }
+}
+
+/// A locked file `.NAME.lock`, removed when dropped. The system frees the lock when the process ends, however it ends.
+#[derive(Debug)]
+struct Lock {
+    path: PathBuf,
+    file: File,
+}
+
+impl Lock {
+    fn take(target: &Path) -> Result<Option<Self>, ExperimentError> {
+        let path = hidden_sibling(target, ".lock");
+        for _ in 0..TRIES {
+            let file = File::options().create(true).write(true).truncate(false).open(&path);
+            let file = file.map_err(output(parent_of(target), "write into the directory"))?;
+            match file.try_lock() {
+                Ok(()) if same_file(&file, &path) => {
+                    unfinished::begin(&path);
+                    return Ok(Some(Self { path, file }));
+                }
+                // whoever had the lock has removed its file meanwhile
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => return Err(ExperimentError::Busy { path: target.to_owned() }),
+                Err(TryLockError::Error(_)) => {
+                    fs::remove_file(&path).ok();
+                    return Ok(None);
+                }
+            }
+        }
+        Err(ExperimentError::Busy { path: target.to_owned() })
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Removed while it is locked: nobody else can hold a lock on this file.
+        fs::remove_file(&self.path).ok();
+        unfinished::end(&self.path);
+        self.file.unlock().ok();
+    }
+}
+
+/// Whether an open file is still the one at `path`.
+#[cfg(unix)]
+fn same_file(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |found: fs::Metadata| (found.dev(), found.ino());
+    let both = (file.metadata().map(identity), fs::metadata(path).map(identity));
+    matches!(both, (Ok(open), Ok(there)) if open == there)
+}
+
+/// Elsewhere an open file cannot be removed.
+#[cfg(not(unix))]
+fn same_file(_: &File, _: &Path) -> bool {
+    true
+}
+
+/// Exchanges what is at two paths in one step; `false` where system or file system cannot.
+#[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+pub(super) fn exchange(a: &Path, b: &Path) -> io::Result<bool> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    use rustix::io::Errno;
+    match renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE) {
+        Ok(()) => Ok(true),
+        Err(Errno::NOSYS | Errno::INVAL | Errno::NOTSUP) => Ok(false),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Exchanges what is at two paths in one step; `false` where system or file system cannot.
+#[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
+pub(super) fn exchange(_: &Path, _: &Path) -> io::Result<bool> {
+    Ok(false)
+}
+
+/// Puts `new` in the place of `old` and gives the path where `old` is now: that of `new` after an exchange, else `aside`.
+///
+/// # Errors
+/// [`ExperimentError::Output`]; then `old` stands where it stood.
+pub(super) fn replace(new: &Path, old: &Path, aside: &Path) -> Result<PathBuf, ExperimentError> {
+    if exchange(new, old).map_err(output(old, "replace"))? {
+        return Ok(new.to_owned());
+    }
+    fs::rename(old, aside).map_err(output(old, "move aside"))?;
+    if let Err(source) = fs::rename(new, old) {
+        fs::rename(aside, old).ok();
+        return Err(output(old, "move the finished result here")(source));
+    }
+    Ok(aside.to_owned())
+}
+
+/// `NAME~`, which must be free.
+///
+/// # Errors
+/// [`ExperimentError::Occupied`] if something is there.
+pub(super) fn backup_of(path: &Path) -> Result<PathBuf, ExperimentError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push("~");
+    let aside = path.with_file_name(name);
+    if aside.symlink_metadata().is_ok() { Err(ExperimentError::Occupied { path: aside }) } else { Ok(aside) }
+}
+
+/// Makes sure that a renamed entry is on the disk.
+pub(super) fn sync_parent(path: &Path) {
+    if let Ok(parent) = File::open(parent_of(path)) {
+        parent.sync_all().ok();
+    }
+}
+
+pub(super) fn parent_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A hidden sibling, on the same file system.
+fn hidden_sibling(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(suffix);
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_place_is_taken_once_at_a_time_and_leaves_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("deep/er/a");
+        let first = Place::take(&path).unwrap();
+        let refused = Place::take(&path).unwrap_err();
+        assert!(matches!(refused, ExperimentError::Busy { .. }) && refused.exit_code() == 75, "{refused}");
+        // another place beside it is free
+        drop(Place::take(&root.path().join("deep/er/b")).unwrap());
+        drop(first);
+        assert!(names(root.path()).is_empty());
+        drop(Place::take(&path).unwrap());
+    }
+
+    #[test]
+    fn the_lock_of_a_process_that_died_is_free() {
+        let root = tempfile::tempdir().unwrap();
+        fs::write(root.path().join(".a.lock"), "").unwrap();
+        drop(Place::take(&root.path().join("a")).unwrap());
+        assert!(names(root.path()).is_empty());
+    }
+
+    #[test]
+    fn leftovers_of_the_dead_are_removed_and_those_of_the_living_kept() {
+        let root = tempfile::tempdir().unwrap();
+        for name in [".a.partial-17", ".a.replaced-17", ".b.partial-18", ".a.partial-mine", "a"] {
+            fs::create_dir(root.path().join(name)).unwrap();
+            fs::write(root.path().join(name).join("x"), name).unwrap();
+        }
+        fs::write(root.path().join(".a.writing-17"), "").unwrap();
+        let living = Place::take(&root.path().join("b")).unwrap();
+        fs::create_dir(root.path().join(".b.partial-19")).unwrap();
+        drop(Place::take(&root.path().join("a")).unwrap());
+        assert!(Place::take(&root.path().join("b")).is_err());
+        assert_eq!(names(root.path()), [".a.partial-mine", ".b.lock", ".b.partial-19", "a"]);
+        drop(living);
+    }
+
+    #[test]
+    fn what_was_moved_aside_when_its_process_died_goes_back() {
+        let root = tempfile::tempdir().unwrap();
+        fs::create_dir(root.path().join(".a.replaced-17")).unwrap();
+        fs::write(root.path().join(".a.replaced-17/run.json"), "old").unwrap();
+        drop(Place::take(&root.path().join("a")).unwrap());
+        assert_eq!(fs::read_to_string(root.path().join("a/run.json")).unwrap(), "old");
+        assert_eq!(names(root.path()), ["a"]);
+    }
+
+    #[test]
+    fn directories_are_exchanged_in_one_step_where_the_system_can() {
+        let root = tempfile::tempdir().unwrap();
+        let [a, b] = ["a", "b"].map(|name| root.path().join(name));
+        for path in [&a, &b] {
+            fs::create_dir(path).unwrap();
+            fs::write(path.join("name"), path.file_name().unwrap().as_encoded_bytes()).unwrap();
+        }
+        let now_at = replace(&a, &b, &root.path().join("aside")).unwrap();
+        assert_eq!(fs::read_to_string(b.join("name")).unwrap(), "a");
+        assert_eq!(fs::read_to_string(now_at.join("name")).unwrap(), "b");
+        if cfg!(target_os = "linux") {
+            assert!(exchange(&a, &b).unwrap(), "no file system of a Linux that runs tests lacks it");
+            assert_eq!(fs::read_to_string(a.join("name")).unwrap(), "a");
+        }
+    }
+}

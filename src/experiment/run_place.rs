@@ -1,0 +1,108 @@
+//! Where the results of `skiagraph run` go.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::ours::{Kind, is_ours};
+use super::run::{SCENARIO_FILE, scenario_text};
+use super::{ExperimentError, ScenarioFile};
+
+/// Where results go, and what a user should know of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunPlace {
+    /// The directory.
+    pub path: PathBuf,
+    /// That results of another scenario, or of other settings, are replaced or avoided.
+    pub note: Option<String>,
+}
+
+/// What is at a place, for somebody who wants to run a scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Found {
+    Nothing,
+    /// A run of the same scenario with the same settings.
+    Same,
+    /// A run of another scenario, or with other settings, or one of `skiagraph track`.
+    OtherRun,
+    NotOurs,
+}
+
+impl RunPlace {
+    /// The place that the user `asked` for; else `runs/NAME`, or the first of `runs/NAME-2`, `runs/NAME-3` and so on where nothing is
+    /// or the results of the same scenario with the same settings.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if the scenario cannot be written down.
+    pub fn of(file: &ScenarioFile, asked: Option<&Path>) -> Result<Self, ExperimentError> {
+        let text = scenario_text(&file.scenario)?;
+        if let Some(path) = asked {
+            let note = (found_at(path, &text) == Found::OtherRun)
+                .then(|| format!("{} held results of another scenario or of other settings: replaced", path.display()));
+            return Ok(Self { path: path.to_owned(), note });
+        }
+        Ok(Self::first_free(&Path::new("runs").join(&file.scenario.name), &text))
+    }
+
+    fn first_free(first: &Path, text: &str) -> Self {
+        let usable = |path: &Path| matches!(found_at(path, text), Found::Nothing | Found::Same);
+        if usable(first) {
+            return Self { path: first.to_owned(), note: None };
+        }
+        let numbered = |number: u32| {
+            let mut name = first.file_name().unwrap_or_default().to_owned();
+            name.push(format!("-{number}"));
+            first.with_file_name(name)
+        };
+        let path = (2..).map(numbered).find(|path| usable(path)).unwrap_or_else(|| first.to_owned());
+        let note = format!(
+            "{} holds something else than results of this scenario with these settings: written to {}",
+            first.display(),
+            path.display()
+        );
+        Self { path, note: Some(note) }
+    }
+}
+
+fn found_at(path: &Path, text: &str) -> Found {
+    if path.symlink_metadata().is_err() {
+        return Found::Nothing;
+    }
+    if !is_ours(path, Kind::Run) {
+        return Found::NotOurs;
+    }
+    match fs::read_to_string(path.join(SCENARIO_FILE)) {
+        Ok(there) if there == text => Found::Same,
+        Err(_) if fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none()) => Found::Nothing,
+        _ => Found::OtherRun,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_go_where_the_same_scenario_is_or_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let run = |name: &str, scenario: &str| {
+            fs::create_dir(root.path().join(name)).unwrap();
+            fs::write(root.path().join(name).join("track.json"), "{\"schema\": \"skiagraph.track/1\"}").unwrap();
+            fs::write(root.path().join(name).join(SCENARIO_FILE), scenario).unwrap();
+        };
+        let place = |text: &str| {
+            let place = RunPlace::first_free(&root.path().join("walk"), text);
+            (place.path.file_name().unwrap().to_str().unwrap().to_owned(), place.note)
+        };
+        assert_eq!(place("one"), ("walk".to_owned(), None));
+        run("walk", "one");
+        assert_eq!(place("one"), ("walk".to_owned(), None));
+        let (name, note) = place("two");
+        assert!(name == "walk-2" && note.as_ref().unwrap().contains("walk holds something else"), "{note:?}");
+        fs::create_dir(root.path().join("walk-2")).unwrap();
+        assert_eq!(place("two").0, "walk-2", "an empty directory is free");
+        fs::write(root.path().join("walk-2/thesis.tex"), "years of work").unwrap();
+        run("walk-3", "two");
+        assert_eq!(place("two").0, "walk-3");
+        assert_eq!(place("three").0, "walk-4");
+    }
+}

@@ -1,0 +1,211 @@
+//! What of a scene can be said before it is drawn: what is refused, where the actor goes, and how the cameras see it.
+
+use nalgebra::{Point3, Vector3};
+use serde::Serialize;
+
+use super::staging::Staged;
+use super::{ExperimentError, ScenarioError, ScenarioFile};
+use crate::body::{Flesh, LinkFrames, Ray};
+use crate::contact::{ContactRule, PropContacts};
+use crate::observation::{Observation, Observer};
+use crate::parallel;
+
+/// At most so many frames are drawn to say how the cameras see the actor.
+const FRAMES_LOOKED_AT: usize = 120;
+
+/// No part of a body is farther from its root, metres: cameras beyond are outside it.
+const BODY_REACH: f64 = 3.0;
+
+/// A body that enters a prop by less is told nothing: feet stand on plates, hands lie on tables. Metres.
+const PROP_DEPTH_TOLD: f64 = 0.02;
+
+/// Where the actor's root goes, along the ground; metres.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ActorPath {
+    /// Where it begins, x and y.
+    pub start_m: [f64; 2],
+    /// Where it ends.
+    pub end_m: [f64; 2],
+    /// Length of the path, frame by frame.
+    pub length_m: f64,
+    /// Least x and y.
+    pub least_m: [f64; 2],
+    /// Greatest x and y.
+    pub greatest_m: [f64; 2],
+}
+
+/// How one camera sees the actor.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CameraView {
+    /// The camera's name.
+    pub camera: String,
+    /// How many frames were drawn, at equal distances from the first to the last.
+    pub frames_looked_at: usize,
+    /// Share of them in which at least a pixel of the actor is seen.
+    pub in_view: f64,
+    /// Share of them in which the figure touches the image's border.
+    pub at_border: f64,
+    /// Height of what is seen of the figure, pixels: least, median, greatest; `null` where nothing is.
+    pub height_px: Option<[u32; 3]>,
+}
+
+impl ActorPath {
+    pub(super) fn of(staged: &Staged) -> Self {
+        let roots = staged.ground_truth.frames.iter().map(|frame| frame.pose.world_from_root.translation.vector.xy());
+        let roots: Vec<_> = roots.collect();
+        let [start, end] = [roots.first(), roots.last()].map(|root| root.copied().unwrap_or_default());
+        let (least, greatest) = roots.iter().fold((start, start), |(low, high), p| (low.inf(p), high.sup(p)));
+        Self {
+            start_m: start.into(),
+            end_m: end.into(),
+            length_m: roots.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum(),
+            least_m: least.into(),
+            greatest_m: greatest.into(),
+        }
+    }
+}
+
+/// What `run` and `render` refuse before they draw: cameras inside the actor.
+pub(super) fn refusals(file: &ScenarioFile, staged: &Staged) -> Vec<ExperimentError> {
+    let refused = staged.rig.cameras.iter().enumerate().filter_map(|(index, camera)| {
+        let (frame, link) = first_inside(staged, &camera.centre())?;
+        let message = format!(
+            "expected a camera outside the actor, found `{}` inside its `{link}` in set frame {frame} (from 0); move the camera or the \
+             motion",
+            camera.name
+        );
+        let on_ring = file.scenario.rig.ring.as_ref().map_or(0, |ring| ring.count as usize);
+        let key = if index < on_ring { "rig.ring".to_owned() } else { format!("rig.camera[{}]", index - on_ring) };
+        Some(ScenarioError::from(file.complaint(&key, message)).into())
+    });
+    refused.collect()
+}
+
+/// The first frame in which a point is inside the actor's flesh, and the link.
+fn first_inside<'s>(staged: &'s Staged, point: &Point3<f64>) -> Option<(usize, &'s str)> {
+    let truth = &staged.ground_truth;
+    let within = |index: usize| {
+        let frame = &truth.frames[index];
+        if (frame.pose.world_from_root.translation.vector - point.coords).norm() > BODY_REACH {
+            return None;
+        }
+        let holds = |(link, world_from_link): (usize, &nalgebra::Isometry3<f64>)| {
+            let at = world_from_link.inverse_transform_point(point);
+            truth.actor.links[link].flesh.iter().any(|flesh| is_inside(flesh, at)).then_some(link)
+        };
+        frame.link_frames.0.iter().enumerate().find_map(holds)
+    };
+    let found =
+        parallel::map(truth.frames.len(), within).into_iter().enumerate().find_map(|(i, link)| Some((i, link?)));
+    found.map(|(frame, link)| (frame, truth.actor.links[link].name.as_str()))
+}
+
+/// Whether a solid holds a point of its link's frame; a mesh has no inside.
+fn is_inside(flesh: &Flesh, origin: Point3<f64>) -> bool {
+    let convex = !matches!(flesh, Flesh::Mesh { .. });
+    convex && flesh.ray_entry(&Ray { origin, direction: Vector3::z() }) == Some(0.0)
+}
+
+/// What a user should know of props and cameras: props that the actor enters, cameras inside a prop.
+pub(super) fn doubts(staged: &Staged) -> Vec<String> {
+    let truth = &staged.ground_truth;
+    let looked_at = frames_to_look_at(staged.frames());
+    let frames: Vec<LinkFrames> = looked_at.iter().map(|frame| truth.frames[*frame].link_frames.clone()).collect();
+    let contacts =
+        PropContacts::of_frames(&truth.actor, &truth.props, &frames, truth.frames_per_second, &ContactRule::default());
+    let tracks = contacts.map(|contacts| contacts.tracks).unwrap_or_default();
+    let mut doubts = Vec::new();
+    for (index, prop) in truth.props.iter().enumerate() {
+        let deepest = |frame: usize| {
+            let of_prop = tracks.iter().filter(|track| track.prop == index);
+            of_prop.map(|track| track.frames[frame].penetration_m()).fold(0.0, f64::max)
+        };
+        let depths: Vec<f64> = (0..frames.len()).map(deepest).collect();
+        let entered = depths.iter().filter(|depth| **depth > PROP_DEPTH_TOLD).count();
+        if entered > 0 {
+            doubts.push(format!(
+                "the actor is inside the prop `{}` by up to {:.0} mm, by more than {:.0} mm in {entered} of {} frames looked at",
+                prop.name,
+                1000.0 * depths.iter().copied().fold(0.0, f64::max),
+                1000.0 * PROP_DEPTH_TOLD,
+                frames.len(),
+            ));
+        }
+        for camera in staged.rig.cameras.iter().filter(|camera| is_inside(&prop.solid, camera.centre())) {
+            doubts
+                .push(format!("the camera `{}` is inside the prop `{}` and sees nothing else", camera.name, prop.name));
+        }
+    }
+    doubts
+}
+
+/// How every camera sees the actor.
+pub(super) fn views(staged: &Staged) -> Vec<CameraView> {
+    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let frames = frames_to_look_at(staged.frames());
+    let seen: Vec<Observation> = parallel::map(frames.len(), |i| observer.observe(frames[i]));
+    let view = |(index, camera): (usize, &crate::camera::Camera)| {
+        let bounds: Vec<_> = seen.iter().map(|o| o.silhouettes[index].bounds()).filter(|b| !b.is_empty()).collect();
+        let (width, height) = (camera.pinhole.width, camera.pinhole.height);
+        let at_border = bounds.iter().filter(|b| b.left == 0 || b.top == 0 || b.right == width || b.bottom == height);
+        let mut heights: Vec<u32> = bounds.iter().map(|b| b.bottom - b.top).collect();
+        heights.sort_unstable();
+        let share = |count: usize| count as f64 / frames.len().max(1) as f64;
+        CameraView {
+            camera: camera.name.clone(),
+            frames_looked_at: frames.len(),
+            in_view: share(bounds.len()),
+            at_border: share(at_border.count()),
+            height_px: heights.first().zip(heights.last()).map(|(low, high)| [*low, heights[heights.len() / 2], *high]),
+        }
+    };
+    staged.rig.cameras.iter().enumerate().map(view).collect()
+}
+
+/// What `run` refuses once it has drawn everything: not a pixel of the actor in any frame of any camera.
+pub(super) fn unseen(file: &ScenarioFile, staged: &Staged, views: &[CameraView]) -> Option<ExperimentError> {
+    if views.iter().any(|view| view.height_px.is_some()) {
+        return None;
+    }
+    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let is_seen = |frame: &usize| observer.observe(*frame).silhouettes.iter().any(|silhouette| !silhouette.is_empty());
+    (0..staged.frames()).find(is_seen).is_none().then(|| unseen_in(file, staged.frames()))
+}
+
+/// That nobody sees the actor in any of so many frames.
+pub(super) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
+    let message = format!(
+        "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the cameras are \
+         too far away"
+    );
+    ScenarioError::from(file.complaint("rig", message)).into()
+}
+
+/// Set frames at equal distances, the first and the last among them.
+fn frames_to_look_at(frames: usize) -> Vec<usize> {
+    let count = frames.min(FRAMES_LOOKED_AT);
+    (0..count).map(|i| if count < 2 { 0 } else { i * (frames - 1) / (count - 1) }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_that_are_looked_at_begin_with_the_first_and_end_with_the_last() {
+        assert_eq!(frames_to_look_at(0), Vec::<usize>::new());
+        assert_eq!(frames_to_look_at(1), [0]);
+        assert_eq!(frames_to_look_at(4), [0, 1, 2, 3]);
+        let many = frames_to_look_at(1001);
+        assert_eq!((many.len(), many[0], many[119]), (FRAMES_LOOKED_AT, 0, 1000));
+        assert!(many.windows(2).all(|pair| (8..=9).contains(&(pair[1] - pair[0]))));
+    }
+
+    #[test]
+    fn a_point_is_inside_a_solid_that_holds_it() {
+        let place = nalgebra::Isometry3::translation(1.0, 0.0, 0.0);
+        let solid = Flesh::Box { link_from_box: place, half_extents: [0.1, 0.1, 0.1] };
+        assert!(is_inside(&solid, Point3::new(1.05, 0.0, -0.05)));
+        assert!(!is_inside(&solid, Point3::new(1.0, 0.0, -0.2)), "below, and the ray upwards meets it");
+    }
+}
