@@ -42,7 +42,9 @@ pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;
 pub use npy::{Array, Values};
 pub use npz::Npz;
-pub use recording_file::{SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz};
+pub use recording_file::{
+    SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
+};
 pub use set::{
     BenchmarkSet, LAYERS_MEMORY_BYTES, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes,
 };

@@ -47,8 +47,8 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(volume);
     let (out, force) = (arguments.out.as_deref(), arguments.force);
-    let done = evaluate_run(&arguments.set, &arguments.run, out, force, &progress)
-        .map_err(|e| e.about(&arguments.run))?;
+    let done =
+        evaluate_run(&arguments.set, &arguments.run, out, force, &progress).map_err(|e| e.about(&arguments.run))?;
     drop(progress);
     volume.notes(&done.notes);
     volume.written(&done.place);

@@ -42,10 +42,7 @@ pub(super) fn table(record: &RunRecord) -> String {
             let frozen = record.frozen.get(metric.name).map_or_else(|| "-".to_owned(), |value| number(*value));
             let (mean, coverage) = (number(summary.mean), coverage(summary.coverage));
             let mark = if is_worse(metric.name) { '▼' } else { ' ' };
-            lines.push(format!(
-                "  {title:<37} {mean:>9} {mark} {:^20}  {coverage:>8}  {frozen:>9}",
-                interval(summary)
-            ));
+            lines.push(format!("  {title:<37} {mean:>9} {mark} {:^20}  {coverage:>8}  {frozen:>9}", interval(summary)));
         }
     }
     let absent = SHOWN.iter().filter_map(|name| Some((name, record.summary.absent.get(*name)?)));
@@ -95,7 +92,8 @@ pub(super) fn methods(comparison: &Comparison) -> String {
         lines.push("  ▼ worse than an answer that never moves".to_owned());
     }
     lines.extend(comparison.methods.values().next().map(|method| format!("  {}", method.summary.interval)));
-    let mut learned: Vec<&str> = comparison.methods.values().flat_map(|m| &m.learned_from).map(String::as_str).collect();
+    let mut learned: Vec<&str> =
+        comparison.methods.values().flat_map(|m| &m.learned_from).map(String::as_str).collect();
     learned.sort_unstable();
     learned.dedup();
     if !learned.is_empty() {

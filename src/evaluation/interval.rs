@@ -154,8 +154,7 @@ fn freedom(squared_errors: &[f64], clips: &[Vec<f64>]) -> f64 {
 
 /// Degrees of freedom of the mean of the clips' means; `None` where nothing varies.
 pub(super) fn freedom_of_mean(clips: &[Vec<f64>]) -> Option<f64> {
-    let errors: Vec<f64> =
-        clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
+    let errors: Vec<f64> = clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
     (errors.iter().sum::<f64>() > 0.0).then(|| freedom(&errors, clips))
 }
 
@@ -181,7 +180,9 @@ mod tests {
 
     #[test]
     fn quantiles_of_student_agree_with_tables() {
-        for (freedom, t) in [(1.0, 12.706_205), (2.0, 4.302_653), (4.0, 2.776_445), (9.0, 2.262_157), (1000.0, 1.962_339)] {
+        for (freedom, t) in
+            [(1.0, 12.706_205), (2.0, 4.302_653), (4.0, 2.776_445), (9.0, 2.262_157), (1000.0, 1.962_339)]
+        {
             assert!((student_quantile(freedom).unwrap() - t).abs() < 1e-6, "{freedom}");
         }
         assert!(student_quantile(1.5).unwrap() > 4.302_653 && student_quantile(1.5).unwrap() < 12.706_205);
@@ -251,7 +252,8 @@ mod tests {
         for n in [3, 10] {
             let covered = (0..400).filter(|trial| {
                 let mut rng = stream(*trial, Purpose::Oracle, 0, 0, n);
-                let normal = || -> f64 { 40.0 + 4.0 * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut rng) };
+                let normal =
+                    || -> f64 { 40.0 + 4.0 * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut rng) };
                 let runs: Vec<f64> = std::iter::repeat_with(normal).take(n as usize).collect();
                 let [low, high] = ends(&[runs], ValueRange::NonNegative);
                 low <= 40.0 && 40.0 <= high

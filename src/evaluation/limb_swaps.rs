@@ -37,7 +37,9 @@ fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
 fn is_swapped(truth: &Markers, estimate: &Markers, limbs: &Limbs) -> Option<bool> {
     let (mut as_is, mut exchanged) = (0.0, 0.0);
     for [left, right] in limbs {
-        let places = |markers: &Markers| -> Option<[Point3<f64>; 2]> { Some([markers[*left as usize]?, markers[*right as usize]?]) };
+        let places = |markers: &Markers| -> Option<[Point3<f64>; 2]> {
+            Some([markers[*left as usize]?, markers[*right as usize]?])
+        };
         let ([a, b], [x, y]) = (places(truth)?, places(estimate)?);
         as_is += (x - a).norm() + (y - b).norm();
         exchanged += (y - a).norm() + (x - b).norm();

@@ -57,7 +57,10 @@ pub(super) fn missing(
         return embedded(name).err().map(|message| unsound("clip", message)).into_iter().collect();
     }
     let places = Places { folder: &file.folder, mocap_directory };
-    let clip = places.find(Path::new(&settings.clip), settings.sha256.as_deref()).is_none().then_some(("clip", &settings.clip));
+    let clip = places
+        .find(Path::new(&settings.clip), settings.sha256.as_deref())
+        .is_none()
+        .then_some(("clip", &settings.clip));
     let skeleton = settings.skeleton.as_ref().filter(|name| places.find(Path::new(name), None).is_none());
     let missing = clip.into_iter().chain(skeleton.map(|name| ("skeleton", name)));
     missing.map(|(key, name)| unsound(key, places.missing(name, settings))).collect()
@@ -126,8 +129,7 @@ pub(super) fn read_part(
     if let Some(duration) = settings.loop_to_s {
         clip = clip.looped(duration).map_err(|e| unsound("loop_to_s", e.to_string()))?;
     }
-    let clip =
-        clip.resampled(settings.frames_per_second).map_err(|e| unsound("frames_per_second", e.to_string()))?;
+    let clip = clip.resampled(settings.frames_per_second).map_err(|e| unsound("frames_per_second", e.to_string()))?;
     Ok(Recording { clip, source })
 }
 

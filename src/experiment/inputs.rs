@@ -28,9 +28,8 @@ impl Inputs {
         let scenario = &file.scenario;
         let training = scenario.training.iter().flat_map(|training| &training.clips);
         let recordings = training.chain([&scenario.motion]);
-        let recordings = recordings.flat_map(|clip| {
-            clip_file::paths_of(&file.folder, Path::new(&clip.clip), clip, mocap_directory)
-        });
+        let recordings =
+            recordings.flat_map(|clip| clip_file::paths_of(&file.folder, Path::new(&clip.clip), clip, mocap_directory));
         let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].map(|robot| file.folder.join(robot));
         let trackers = scenario.trackers();
         let models = trackers.iter().filter_map(|(_, tracker)| tracker.model_file()).map(|name| file.folder.join(name));

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::watch::{Stage, Watch};
 use super::{
-    ExperimentError, LatentKind, LatentTrackerSettings, LearnedModel, ModelFacts, RootMode, ScenarioFile, TrackerSettings,
+    ExperimentError, LatentKind, LatentTrackerSettings, LearnedModel, ModelFacts, RootMode, ScenarioFile,
+    TrackerSettings,
 };
 use crate::benchmark_set::{BlindSet, SourceRecording, Training};
 use crate::body::{Humanoid, Motion};

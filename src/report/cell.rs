@@ -3,9 +3,9 @@
 use nalgebra::Point2;
 use tiny_skia::{Color, FilterQuality, Pixmap, PixmapPaint, Transform};
 
-use crate::evaluation::intersection_over_union;
 use crate::body::Markers;
 use crate::camera::Camera;
+use crate::evaluation::intersection_over_union;
 use crate::raster::{Mask, PixelBounds};
 
 use super::ReportError;

@@ -75,7 +75,8 @@ pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<Cell>>, ReportError> {
 /// The view of a frame in which the silhouettes agree least, and its camera's index; `None` without a camera.
 pub(super) fn worst_cell(sheet: &Sheet<'_>, frame: &SheetFrame) -> Result<Option<(usize, Cell)>, ReportError> {
     let views = views(sheet, frame)?;
-    let found = views.iter().map(View::overlap).enumerate().min_by(|a, b| a.1.unwrap_or(1.0).total_cmp(&b.1.unwrap_or(1.0)));
+    let found =
+        views.iter().map(View::overlap).enumerate().min_by(|a, b| a.1.unwrap_or(1.0).total_cmp(&b.1.unwrap_or(1.0)));
     let Some((camera, overlap)) = found else { return Ok(None) };
     let bounds = views[camera].bounds();
     let picture = views[camera].draw(&bounds, span(&bounds).max(1.0))?;

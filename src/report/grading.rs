@@ -108,14 +108,8 @@ const LIMITS: [Limits; 5] = [
 ];
 
 /// Measures of place and pose that an answer that never moves should not win.
-const FLOORS: [&str; 6] = [
-    "humaneva_mm",
-    "humaneva_relative_mm",
-    "pa_mpjpe_mm",
-    "body_orientation_deg",
-    "silhouette_iou",
-    "pck150",
-];
+const FLOORS: [&str; 6] =
+    ["humaneva_mm", "humaneva_relative_mm", "pa_mpjpe_mm", "body_orientation_deg", "silhouette_iou", "pck150"];
 
 /// Everything that is graded, where it was measured.
 pub(super) fn criteria(input: &ReportInput<'_>) -> Vec<Criterion> {
@@ -203,14 +197,10 @@ mod tests {
         let base = of(&Story { wander: 0.0, beside_m: 0.1, ..Story::default() }, "humaneva_mm");
         assert!((base.value - 100.0).abs() < 1e-6, "{}", base.value);
         let at = |metres: f64| of(&Story { wander: 0.0, beside_m: metres, ..Story::default() }, "humaneva_mm").grade;
-        assert_eq!([0.0499, 0.0501, 0.0999, 0.1001, 0.1499, 0.1501].map(at), [
-            Grade::Good,
-            Grade::Usable,
-            Grade::Usable,
-            Grade::Poor,
-            Grade::Poor,
-            Grade::Lost
-        ]);
+        assert_eq!(
+            [0.0499, 0.0501, 0.0999, 0.1001, 0.1499, 0.1501].map(at),
+            [Grade::Good, Grade::Usable, Grade::Usable, Grade::Poor, Grade::Poor, Grade::Lost]
+        );
     }
 
     #[test]

@@ -66,8 +66,7 @@ pub(super) fn named_end(parts: &RigidParts<'_>, limb: Limb, side: Side) -> Optio
 
 /// The joints of a limb. `path` leads from the trunk's end to the limb's.
 pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Option<[Place; 3]> {
-    let path: Vec<usize> =
-        path.iter().copied().filter(|&p| parts.parts[p].part != Some(Part::Clavicle)).collect();
+    let path: Vec<usize> = path.iter().copied().filter(|&p| parts.parts[p].part != Some(Part::Clavicle)).collect();
     let origin = |i: usize| parts.parts[path[i]].origin;
     let is = |i: usize, name: Part| parts.parts[path[i]].part == Some(name);
     let (first, last) = (0, path.len().checked_sub(1)?);

@@ -70,7 +70,8 @@ pub(super) fn told(name: &str) -> (Option<Side>, Option<Part>) {
     if let Some(found) = joined.iter().find_map(|word| glued(word)) {
         return (Some(found.0), Some(found.1));
     }
-    let has = |known: &str| joined.iter().any(|w| w.as_str() == known || ENDINGS.iter().any(|e| *w == format!("{known}{e}")));
+    let has =
+        |known: &str| joined.iter().any(|w| w.as_str() == known || ENDINGS.iter().any(|e| *w == format!("{known}{e}")));
     let middle = [("head", Part::Head), ("skull", Part::Head), ("neck", Part::Neck), ("upperneck", Part::Neck)];
     (None, middle.into_iter().find(|(word, _)| has(word)).map(|(_, part)| part))
 }
@@ -200,7 +201,13 @@ mod tests {
                 assert_eq!(told(&mirrored), (Some(Side::Right), Some(expected)), "{mirrored}");
             }
         }
-        let middle = [("head_link", Head), ("HeadYaw_link", Head), ("head2", Head), ("upperNeckPitchLink", Neck), ("Neck_f1", Neck)];
+        let middle = [
+            ("head_link", Head),
+            ("HeadYaw_link", Head),
+            ("head2", Head),
+            ("upperNeckPitchLink", Neck),
+            ("Neck_f1", Neck),
+        ];
         for (name, expected) in middle {
             assert_eq!(told(name), (None, Some(expected)), "{name}");
         }
@@ -208,7 +215,18 @@ mod tests {
 
     #[test]
     fn trunks_frames_and_other_words_tell_nothing() {
-        for name in ["pelvis", "Hips", "torso_link", "base_link", "middle_pelvis", "root", "LINK", "l_foot_ft_sensor", "imu", ""] {
+        for name in [
+            "pelvis",
+            "Hips",
+            "torso_link",
+            "base_link",
+            "middle_pelvis",
+            "root",
+            "LINK",
+            "l_foot_ft_sensor",
+            "imu",
+            "",
+        ] {
             assert_eq!(told(name).1, None, "{name}");
         }
     }
