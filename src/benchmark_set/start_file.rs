@@ -84,7 +84,7 @@ mod tests {
         let (path, training) = start.training_file().unwrap();
         let body = body_file::to_json(BODY_PATH, body).unwrap();
         let files = [(PATH, start.to_json().unwrap()), (BODY_PATH, body), (path, training)];
-        SetFiles::in_memory(files.map(|(path, bytes)| (path.to_owned(), bytes)).into())
+        SetFiles::in_memory(files.map(|(path, bytes)| (path.to_owned(), bytes)).into(), &|| false).unwrap()
     }
 
     #[test]

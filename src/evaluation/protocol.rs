@@ -18,6 +18,7 @@ pub(super) fn of(metric: &Metric, sequence: &Sequence<'_>) -> String {
 mod tests {
     use super::super::contact_fixture::contacts;
     use super::super::fixture::standing;
+    use super::super::sequence::Touching;
     use super::super::{ContactPair, METRICS, find_metric};
     use super::*;
     use crate::contact::ContactRule;
@@ -27,14 +28,9 @@ mod tests {
         flat.rule = rule;
         let markers = vec![standing(); 3];
         let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
-        sequence.contacts = Some(ContactPair {
-            truth: &flat,
-            estimate: &flat,
-            truth_self_depth_m: &[0.0; 3],
-            estimate_self_depth_m: &[0.0; 3],
-            prop_depth_m: None,
-            dynamics: None,
-        });
+        let touching =
+            Touching { ground: &flat, self_depth_m: &[0.0; 3], prop_depth_m: None, dynamics: None, known: None };
+        sequence.contacts = Some(ContactPair { truth: touching, estimate: Some(touching) });
         names.iter().map(|name| of(find_metric(name).unwrap(), &sequence)).collect()
     }
 

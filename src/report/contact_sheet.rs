@@ -155,7 +155,8 @@ mod tests {
         let rig = crate::report::fixture::rig(3);
         let mut sheet = walking_sheet(&rig, &[20]);
         let observed = &sheet.frames[0].observed[1];
-        sheet.frames[0].estimated[1] = crate::raster::Mask::new(observed.width(), observed.height());
+        let nothing = crate::raster::Mask::new(observed.width(), observed.height());
+        sheet.frames[0].estimated.as_mut().unwrap()[1] = nothing;
         let (camera, cell) = worst_cell(&sheet, &sheet.frames[0]).unwrap().unwrap();
         assert_eq!((camera, cell.overlap), (1, Some(0.0)));
         assert_eq!([cell.picture.width(), cell.picture.height()], [CELL_WIDTH, CELL_HEIGHT]);
