@@ -12,6 +12,7 @@
 
 mod amc;
 mod asf;
+mod body_length;
 mod bvh;
 mod bvh_hierarchy;
 mod clip;

@@ -5,8 +5,9 @@
 //! are together. The up axis is told from the rest pose where the motion agrees with it; else the body stands along the
 //! axis on which its lowest point stays at one level.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
+use super::body_length::{Body, bounds, quantile, sampled};
 use super::read::UpAxis;
 use super::{Clip, MocapError};
 
@@ -30,22 +31,11 @@ const UNITS: [(&str, f64); 7] = [
     ("CMU's inch/0.45", 0.0254 / 0.45),
 ];
 
-/// The longest way along a human skeleton's bones, from a hand to a foot, in statures: 1.48 to 1.62 in six recordings of four
-/// conventions.
-const LONGEST_WAY: f64 = 1.55;
-
-/// How far a body's reach in its frames may lie from what its bones say: less where it never stands, more where the arms
-/// are raised.
-const REACH_TOLERANCE: f64 = 0.1;
-
 /// How much longer the up axis must be than the other for the rest pose alone to decide.
 const DECISIVE: f64 = 1.5;
 
 /// How much steadier the lowest point must be along the up axis than along the other for the floor to decide.
 const STEADIER: f64 = 3.0;
-
-/// Frames that are measured, spread over the clip.
-const SAMPLES: usize = 101;
 
 /// A skeleton's measures, file units.
 pub(super) struct Stature {
@@ -148,92 +138,8 @@ impl Stature {
     }
 }
 
-impl Clip {
-    /// About how tall the body is that was recorded, standing or not, from its reach and its bones; metres. 0 for a skeleton
-    /// without length.
-    pub fn stature(&self) -> f64 {
-        Body::of(self).length(self)
-    }
-}
-
 fn longer(extent: &Vector3<f64>) -> UpAxis {
     if extent.y >= extent.z { UpAxis::Y } else { UpAxis::Z }
-}
-
-fn sampled(clip: &Clip) -> impl Iterator<Item = &Vec<Isometry3<f64>>> {
-    clip.frames.iter().step_by(clip.frames.len().div_ceil(SAMPLES).max(1))
-}
-
-/// The value that a share of the values do not exceed; 0 of none.
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let index = (share * values.len() as f64) as usize;
-    values.get(index.min(values.len().saturating_sub(1))).copied().unwrap_or(0.0)
-}
-
-/// The joints that are the body: from the first joint on which several hang. What comes before it says where the body is.
-struct Body {
-    is_part: Vec<bool>,
-    top: usize,
-}
-
-impl Body {
-    fn of(clip: &Clip) -> Self {
-        let joints = &clip.skeleton.joints;
-        let mut children = vec![0_usize; joints.len()];
-        joints.iter().filter_map(|joint| joint.parent).for_each(|parent| children[parent] += 1);
-        let is_top = |joint: &usize| children[*joint] != 1 || joints[*joint].tip.is_some();
-        let top = (0..joints.len()).find(is_top).unwrap_or(0);
-        let mut is_part = vec![false; joints.len()];
-        for (index, joint) in joints.iter().enumerate() {
-            is_part[index] = index == top || joint.parent.is_some_and(|parent| is_part[parent]);
-        }
-        Self { is_part, top }
-    }
-
-    /// Where all joints and tips are.
-    fn points(&self, clip: &Clip, frame: &[Isometry3<f64>]) -> Vec<Point3<f64>> {
-        let world = clip.skeleton.joint_frames(frame);
-        let joints = clip.skeleton.joints.iter().zip(&world).zip(&self.is_part).filter(|(_, is_part)| **is_part);
-        let of = joints.flat_map(|((joint, at), _)| {
-            [Some(Point3::origin()), joint.tip.map(Point3::from)].into_iter().flatten().map(move |point| at * point)
-        });
-        of.collect()
-    }
-
-    /// How long the body is: its greatest reach in the frames, as far as its bones allow.
-    fn length(&self, clip: &Clip) -> f64 {
-        let reaches: Vec<f64> = sampled(clip).map(|frame| reach(&self.points(clip, frame))).collect();
-        let by_bones = self.longest_way(clip) / LONGEST_WAY;
-        quantile(reaches, 0.75).clamp((1.0 - REACH_TOLERANCE) * by_bones, (1.0 + REACH_TOLERANCE) * by_bones)
-    }
-
-    /// The longest way along bones from one end of the body to another. A bone is as long as in the median frame.
-    fn longest_way(&self, clip: &Clip) -> f64 {
-        let joints = &clip.skeleton.joints;
-        // the longest way down from each joint
-        let mut down: Vec<f64> = joints.iter().map(|joint| joint.tip.map_or(0.0, |tip| tip.norm())).collect();
-        let mut longest = down[self.top.min(down.len().saturating_sub(1))..].first().copied().unwrap_or(0.0);
-        for index in (self.top + 1..joints.len()).rev().filter(|index| self.is_part[*index]) {
-            let Some(parent) = joints[index].parent else { continue };
-            let bone = quantile(sampled(clip).map(|frame| frame[index].translation.vector.norm()).collect(), 0.5);
-            longest = longest.max(down[parent] + bone + down[index]);
-            down[parent] = down[parent].max(bone + down[index]);
-        }
-        longest
-    }
-}
-
-fn bounds(points: &[Point3<f64>]) -> (Vector3<f64>, Vector3<f64>) {
-    let none = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    points.iter().fold(none, |(low, high), p| (low.inf(&p.coords), high.sup(&p.coords)))
-}
-
-/// The greatest distance between two points.
-fn reach(points: &[Point3<f64>]) -> f64 {
-    let pairs =
-        points.iter().enumerate().flat_map(|(i, a)| points[i + 1..].iter().map(move |b| (a - b).norm_squared()));
-    pairs.fold(0.0, f64::max).sqrt()
 }
 
 #[cfg(test)]
