@@ -1,6 +1,6 @@
 //! The bias-corrected and accelerated bootstrap of a mean over clips, stratified by clip.
 
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Interval;
@@ -21,7 +21,8 @@ pub(super) const RESAMPLES: usize = 10_000;
 pub(super) fn bca(clips: &[Vec<f64>]) -> Option<Interval> {
     let centre = mean_of_means(clips)?;
     let Some(reach) = reach(clips) else { return Some(Interval { low: centre, high: centre }) };
-    let mut means: Vec<f64> = (0..RESAMPLES as u64).map(|replicate| resampled_mean(clips, replicate)).collect();
+    let mut rng = stream(0, Purpose::Bootstrap, 0, 0, 0);
+    let mut means: Vec<f64> = (0..RESAMPLES).map(|_| resampled_mean(clips, &mut rng)).collect();
     means.sort_by(f64::total_cmp);
     let normal = Normal::standard();
     let bias = normal.inverse_cdf(share_below(&means, centre));
@@ -66,8 +67,7 @@ fn share_below(sorted: &[f64], value: f64) -> f64 {
     (0.5 * (below + not_above) as f64 / sorted.len() as f64).clamp(half, 1.0 - half)
 }
 
-fn resampled_mean(clips: &[Vec<f64>], replicate: u64) -> f64 {
-    let mut rng = stream(0, Purpose::Bootstrap, 0, 0, replicate);
+fn resampled_mean(clips: &[Vec<f64>], rng: &mut impl Rng) -> f64 {
     let clip_means = clips.iter().map(|runs| {
         let sum: f64 = (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).sum();
         sum / runs.len() as f64

@@ -38,7 +38,6 @@ pub struct Criterion {
     /// [`crate::evaluation::Metric::name`], `floors` for the comparison with an answer that never moves.
     pub metric: &'static str,
     /// Name for people.
-    #[serde(skip)]
     pub title: &'static str,
     /// The run's value; of `floors` how many of the measures that are compared are worse.
     pub value: f64,
@@ -47,13 +46,10 @@ pub struct Criterion {
     /// The limits of good, usable and poor, which themselves still have that grade; `None` where any value has it.
     pub limits: [Option<f64>; 3],
     /// The value in words.
-    #[serde(skip)]
     pub finding: String,
     /// The limits in words.
-    #[serde(skip)]
     pub limits_in_words: [String; 3],
     /// Why these limits.
-    #[serde(skip)]
     pub why: &'static str,
 }
 
