@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::clip_file;
 use super::{ExperimentError, ScenarioFile, TrackerSettings};
+use crate::benchmark_set::is_set;
 
 /// The files and directories that a command reads.
 #[derive(Clone, Debug, Default)]
@@ -41,7 +42,7 @@ impl Inputs {
         Self::of(settings.model_file().map(PathBuf::from).into_iter().chain([set.to_owned()]))
     }
 
-    /// An error if to write `target` would change an input: if it is one, holds one, or lies in a directory that is one.
+    /// An error if to write `target` would change an input: if it is one, holds one, or lies in a set that is one.
     ///
     /// # Errors
     /// [`ExperimentError::IsInput`].
@@ -53,7 +54,7 @@ impl Inputs {
         let place = resolved(target);
         let changes = |input: &&PathBuf| {
             let read = resolved(input);
-            read.starts_with(&place) || (read.is_dir() && place.starts_with(&read)) || same_file(target, input)
+            read.starts_with(&place) || (is_set(&read) && place.starts_with(&read)) || same_file(target, input)
         };
         match self.paths.iter().find(changes) {
             Some(input) => Err(ExperimentError::IsInput { path: target.to_owned(), input: input.clone() }),
@@ -97,7 +98,7 @@ mod tests {
         let at = |name: &str| root.path().join(name);
         fs::create_dir_all(at("data/set")).unwrap();
         fs::write(at("data/walk.bvh"), "walk").unwrap();
-        fs::write(at("data/set/set.toml"), "set").unwrap();
+        fs::write(at("data/set/files.sha256"), "set").unwrap();
         let inputs = Inputs::of([at("data/walk.bvh"), at("data/set"), at("nowhere")]);
         let mut targets = vec!["data/walk.bvh", "data/../data/walk.bvh", "data", "data/set", "data/set/runs/new"];
         if cfg!(unix) {

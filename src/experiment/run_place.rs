@@ -28,8 +28,8 @@ enum Found {
 }
 
 impl RunPlace {
-    /// The place that the user `asked` for; else `runs/NAME`, or the first of `runs/NAME-2`, `runs/NAME-3` and so on where nothing is
-    /// or the results of the same scenario with the same settings.
+    /// The place that the user `asked` for; else `runs/NAME`, or where that holds another run the first of `runs/NAME-2`, `runs/NAME-3`
+    /// and so on where nothing is or the results of the same scenario with the same settings.
     ///
     /// # Errors
     /// [`ExperimentError`] if the scenario cannot be written down.
@@ -45,7 +45,8 @@ impl RunPlace {
 
     fn first_free(first: &Path, text: &str) -> Self {
         let usable = |path: &Path| matches!(found_at(path, text), Found::Nothing | Found::Same);
-        if usable(first) {
+        // what is not ours is refused, or with --force moved aside, as anywhere
+        if usable(first) || found_at(first, text) == Found::NotOurs {
             return Self { path: first.to_owned(), note: None };
         }
         let numbered = |number: u32| {
@@ -55,7 +56,7 @@ impl RunPlace {
         };
         let path = (2..).map(numbered).find(|path| usable(path)).unwrap_or_else(|| first.to_owned());
         let note = format!(
-            "{} holds something else than results of this scenario with these settings: written to {}",
+            "{} holds results of another scenario or of other settings: written to {}",
             first.display(),
             path.display()
         );
@@ -97,7 +98,10 @@ mod tests {
         run("walk", "one");
         assert_eq!(place("one"), ("walk".to_owned(), None));
         let (name, note) = place("two");
-        assert!(name == "walk-2" && note.as_ref().unwrap().contains("walk holds something else"), "{note:?}");
+        assert!(
+            name == "walk-2" && note.as_ref().unwrap().contains("walk holds results of another scenario"),
+            "{note:?}"
+        );
         fs::create_dir(root.path().join("walk-2")).unwrap();
         assert_eq!(place("two").0, "walk-2", "an empty directory is free");
         fs::write(root.path().join("walk-2/thesis.tex"), "years of work").unwrap();

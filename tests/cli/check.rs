@@ -145,12 +145,12 @@ fn all_errors_are_told_each_where_it_stands_missing_files_too() {
     assert_eq!((answer.code, answer.stdout.as_str()), (2, ""));
     let errors: Vec<&str> = answer.stderr.lines().filter(|line| line.starts_with("error: ")).collect();
     let expected = [
-        "error: tiny.toml:14: rig.ring.count: expected 1 to 64, found 0",
-        "error: tiny.toml:15: rig.ring.raduis_m: unknown key",
-        "error: tiny.toml:20: tracker.annealed_particle_filter.particles: ",
+        "error: tiny.toml:13: rig.ring.count: expected 1 to 64, found 0",
+        "error: tiny.toml:14: rig.ring.raduis_m: unknown key",
+        "error: tiny.toml:19: tracker.annealed_particle_filter.particles: ",
         "error: override seeds=0: seeds: expected 1 to",
         "error: tiny.toml:7: motion.clip: `gone.bvh` is not in",
-        "error: tiny.toml:12: actor.robot: `gone.urdf` is neither",
+        "error: tiny.toml:11: actor.robot: `gone.urdf` is neither",
     ];
     assert_eq!(errors.len(), expected.len(), "{}", answer.stderr);
     for (error, expected) in errors.iter().zip(expected) {
@@ -161,7 +161,7 @@ fn all_errors_are_told_each_where_it_stands_missing_files_too() {
     assert_eq!((answer.code, said["sound"].as_bool(), answer.stderr.as_str()), (2, Some(false), ""));
     let errors = said["errors"].as_array().unwrap();
     assert_eq!(errors.len(), expected.len());
-    assert_eq!((errors[1]["line"].as_u64(), errors[1]["column"].as_u64()), (Some(15), Some(1)));
+    assert_eq!((errors[1]["line"].as_u64(), errors[1]["column"].as_u64()), (Some(14), Some(1)));
     assert_eq!((errors[3]["key"].as_str(), &errors[3]["line"]), (Some("seeds"), &Value::Null));
     // whoever runs it hears of the first
     let run = room.skiagraph(["run", "tiny.toml"]);
