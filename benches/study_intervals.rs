@@ -113,7 +113,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut study = Study { trials, one_clip: vec![], several_clips: vec![] };
     for (index, (name, errors)) in (0..).zip(DISTRIBUTIONS) {
         for seeds in SEEDS {
-            let coverage = |rule: fn(&[Vec<f64>]) -> Option<Interval>| coverage(trials, rule, index, |_| errors, 1, seeds);
+            let coverage =
+                |rule: fn(&[Vec<f64>]) -> Option<Interval>| coverage(trials, rule, index, |_| errors, 1, seeds);
             let row = Row { distribution: name.to_owned(), seeds, before: coverage(before), now: coverage(now) };
             eprintln!("{name}, {seeds} seeds: {:?} before, {:?} now", row.before.covered, row.now.covered);
             study.one_clip.push(row);
@@ -143,9 +144,7 @@ fn before(clips: &[Vec<f64>]) -> Option<Interval> {
     let t = StudentsT::new(0.0, 1.0, n - 1.0).ok()?.inverse_cdf(0.975);
     let tail = Normal::standard().cdf(-t * (n / (n - 1.0)).sqrt());
     let mut rng = stream(0, Purpose::Bootstrap, 0, 0, 0);
-    let mut resampled = |_| {
-        (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).sum::<f64>() / n
-    };
+    let mut resampled = |_| (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).sum::<f64>() / n;
     let mut means: Vec<f64> = (0..RESAMPLES).map(&mut resampled).collect();
     means.sort_by(f64::total_cmp);
     Some(Interval { low: quantile(&means, tail)?, high: quantile(&means, 1.0 - tail)? })

@@ -205,7 +205,8 @@ mod tests {
 
     #[test]
     fn facts_of_the_truth_are_read_from_their_file_and_from_older_sets() {
-        let files = |path: &str, bytes: Vec<u8>| SetFiles::in_memory([(path.to_owned(), bytes)].into(), &|| false).unwrap();
+        let files =
+            |path: &str, bytes: Vec<u8>| SetFiles::in_memory([(path.to_owned(), bytes)].into(), &|| false).unwrap();
         let without = TruthFacts { motion: "made up".into(), mismatch: "girths +10 %".into(), ..TruthFacts::default() };
         let text = facts_to_toml(&without).unwrap();
         let words = String::from_utf8(text.clone()).unwrap();
