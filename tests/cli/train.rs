@@ -118,13 +118,13 @@ impl Watch for Onlooker {
 fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_does_not() {
     let room = Room::new();
     let options = ClipOptions {
-        robot: "tracker25".to_owned(),
+        robot: "tracker25".into(),
         frames_per_second: 60.0,
         first_frame: None,
         last_frame: None,
         metres_per_unit: None,
     };
-    let input = TrainingInput::of_clips(&["embedded:walk".to_owned()], &options, None).unwrap();
+    let input = TrainingInput::of_clips(&["embedded:walk".into()], &options, None).unwrap();
     let settings = GraphSettings { threshold_per_joint: 1e-6, ..GraphSettings::default() };
     let learn = |name: &str, settings: &GraphSettings, patience: usize| {
         let onlooker = Onlooker::new(patience);
