@@ -88,6 +88,8 @@ struct WorstRow {
 #[derive(Serialize)]
 struct SheetOnPage<'a> {
     seed: u64,
+    /// Whether any frame has a silhouette of the estimate.
+    outlined: bool,
     colours: SheetColours,
     columns: Vec<SheetColumn<'a>>,
 }
@@ -254,7 +256,8 @@ fn sheet_on_page<'a>(input: &ReportInput<'_>, sheet: &'a Sheet<'a>) -> Result<Sh
         truth: hex(overlay::Whose::Truth.colour()),
         estimate: hex(overlay::Whose::Estimate.colour()),
     };
-    Ok(SheetOnPage { seed: sheet.seed, colours, columns })
+    let outlined = sheet.frames.iter().any(|frame| frame.estimated.is_some());
+    Ok(SheetOnPage { seed: sheet.seed, outlined, colours, columns })
 }
 
 /// A value for people: shares as percentages, the rest with a sensible number of decimals.

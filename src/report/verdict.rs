@@ -22,8 +22,10 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
     let lost = mean("track_loss").unwrap_or(0.0);
     let still = input.frozen.and_then(|frozen| frozen.metrics.get("humaneva_mm")).map(|metric| metric.mean);
     let useless = still.is_some_and(|still| error >= still);
+    let without = mean("lost_frames").unwrap_or(0.0);
     let level = match lost {
         _ if useless => "bad",
+        0.0 if without > 0.0 => "fair",
         share if share > 0.05 => "bad",
         share if share > 0.0 => "fair",
         _ => "good",
@@ -32,10 +34,14 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
         "The tracker is no better than one that never moves".to_owned()
     } else if lost > 0.0 {
         format!("The tracker loses the body in {} of the frames", percent(lost))
+    } else if without > 0.0 {
+        "The tracker follows the body where it has an estimate".to_owned()
     } else {
         "The tracker follows the body through the whole clip".to_owned()
     };
-    let line = format!("{what}; its markers are {error:.0} mm off on average{}.", certainty(input));
+    let gaps =
+        if without > 0.0 { format!("; {} of the frames have no estimate", percent(without)) } else { String::new() };
+    let line = format!("{what}; its markers are {error:.0} mm off on average{}{gaps}.", certainty(input));
     Verdict { level, line, cause: cause(input) }
 }
 
