@@ -92,7 +92,8 @@ fn markers_with_frames_of_nan_get_the_errors_that_numpy_works_out_by_hand() {
         "coverage",
         "Frames without an estimate",
         "no silhouette_iou: needs poses of the tracker's body",
-        "frames have no estimate",
+        "frames of all runs have no estimate",
+        "% of the frames have no estimate",
     ] {
         assert!(table.contains(words), "{words}: {table}");
     }
@@ -207,6 +208,8 @@ fn poses_with_lost_frames_are_measured_where_they_are() {
     room.succeed("evaluate set whole.npz");
     room.succeed("evaluate set gaps.npz");
     let [whole, gaps] = ["whole-evaluation", "gaps-evaluation"].map(|folder| record(&room, folder));
+    let verdict = gaps["verdict"]["line"].as_str().unwrap();
+    assert!(verdict.contains("of the frames have no estimate") && !verdict.contains("whole clip"), "{verdict}");
     assert!((mean(&gaps, "lost_frames") - 2.0 / (frames - 1) as f64).abs() < 1e-12);
     assert!((mean(&gaps, "coverage") - mean(&whole, "coverage") * (1.0 - mean(&gaps, "lost_frames"))).abs() < 1e-12);
     for metric in
@@ -323,11 +326,19 @@ fn a_file_that_holds_no_estimate_is_refused() {
     let short = (vec![1, 2, 7], values[..14].to_vec());
     let two = (vec![1, 2, angles.0[2]], angles.1[..2 * angles.0[2]].to_vec());
     room.write("short.npz", of_poses([short, two]));
+    let at_rate = |fps: f64| {
+        let (root, angles) = (poses(&room), ["estimate_root", "estimate_angles"]);
+        let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![fps])), ("seeds", Array::new(&[1], vec![5_i64]))]);
+        root.into_iter().zip(angles).for_each(|((shape, values), name)| npz.push(name, Array::new(&shape, values)));
+        npz.to_bytes("theirs.npz").unwrap()
+    };
+    room.write("rate.npz", at_rate(NAN));
     room.write("empty.npz", estimate(vec![]));
     room.write("text.npz", "no archive");
     for (file, words) in [
         ("nan.npz", "every frame of every seed is NaN"),
         ("short.npz", "it has 2 frames, the set"),
+        ("rate.npz", "its poses are NaN a second"),
         ("empty.npz", "empty.npz: holds no estimate; expected estimate_root"),
         ("text.npz", "text.npz: not a whole .npz archive"),
         ("nowhere.npz", "nowhere.npz"),

@@ -54,6 +54,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "experiment",
             "cli",
             "motion_model/model_file",
+            "test_data",
         ],
     ),
     ("std::time", &["experiment", "cli", "main.rs"]),

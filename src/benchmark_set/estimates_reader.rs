@@ -155,17 +155,17 @@ impl Reader<'_> {
         roots: &[Option<Isometry3<f64>>],
         angles: Vec<Option<DVector<f64>>>,
     ) -> Result<Vec<Option<Pose>>, SetError> {
-        let pose =
-            |(row, (root, angles)): (usize, (&Option<Isometry3<f64>>, Option<DVector<f64>>))| match (*root, angles) {
-                (Some(world_from_root), Some(joint_angles)) => Ok(Some(Pose { world_from_root, joint_angles })),
-                (None, None) => Ok(None),
-                _ => Err(self.refuse_row(
-                    "estimate_root",
-                    row,
-                    "one of root and angles is NaN and the other is not; a frame without an estimate has neither",
-                )),
-            };
-        roots.iter().zip(angles).enumerate().map(pose).collect()
+        let both = roots.iter().zip(angles).enumerate();
+        let pose = both.map(|(row, (root, angles))| match (*root, angles) {
+            (Some(world_from_root), Some(joint_angles)) => Ok(Some(Pose { world_from_root, joint_angles })),
+            (None, None) => Ok(None),
+            _ => Err(self.refuse_row(
+                "estimate_root",
+                row,
+                "one of root and angles is NaN and the other is not; a frame without an estimate has neither",
+            )),
+        });
+        pose.collect()
     }
 
     /// The places of an array whose columns have names.
@@ -494,7 +494,12 @@ mod tests {
             assert!(found.is_none_or(|found| (found - truth.unwrap()).norm() < 1e-12));
         }
         let with_root = read(&[&arrays[..], &[("estimate_root", root_rows())]].concat()).unwrap();
-        assert_eq!(has(&with_root), [&["thorax", "pelvis"], &on_joints[..]].concat());
+        let on_root = ["thorax", "pelvis", "head_top"];
+        assert_eq!(
+            has(&with_root),
+            [&on_root[..2], &on_joints[..], &on_root[2..]].concat(),
+            "the head is fixed to the torso"
+        );
         assert_eq!(with_root.sequences[0].roots(), expected().roots());
     }
 

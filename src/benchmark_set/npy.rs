@@ -106,7 +106,7 @@ impl Array {
         let Header { element, fortran_order, shape } = parse_header(header)?;
         let count = element_count(&shape).ok_or_else(|| "the shape is too large".to_string())?;
         let values = element.values(count, body)?;
-        let values = if fortran_order { values.from_fortran_order(&shape) } else { values };
+        let values = if fortran_order { values.in_c_order(&shape) } else { values };
         Ok(Self { shape, values })
     }
 }
@@ -200,7 +200,8 @@ impl Values {
         }
     }
 
-    fn from_fortran_order(self, shape: &[usize]) -> Self {
+    /// Values in Fortran order, put into C order.
+    fn in_c_order(self, shape: &[usize]) -> Self {
         match self {
             Self::F64(v) => Self::F64(in_c_order(&v, shape)),
             Self::F32(v) => Self::F32(in_c_order(&v, shape)),

@@ -72,7 +72,6 @@ mod tests {
         assert_eq!(evaluation.coverage, mean("coverage"));
         assert!((mean("humaneva_mm") - 20.0).abs() < 1e-9 && evaluation.metrics["humaneva_mm"].frames == 8);
         assert!((mean("pck150") - mean("coverage")).abs() < 1e-12, "a marker without an estimate is wrong");
-        assert!(evaluation.metrics["mpjpe_mm"].protocol.ends_with("2 of 10 frames have no estimate"));
     }
 
     #[test]

@@ -109,14 +109,10 @@ fn value_of(metric: &Metric, measurement: Measurement, sequence: &Sequence<'_>, 
 fn span(sequence: &Sequence<'_>) -> String {
     let (frames, fps) = (sequence.frames(), sequence.frames_per_second);
     let last = frames - 1;
-    let span = match sequence.first_scored {
+    match sequence.first_scored {
         0 => format!("frames 0 to {last} at {fps} fps"),
         1 => format!("frames 1 to {last} at {fps} fps, frame 0 (the start pose) left out"),
         first => format!("frames {first} to {last} at {fps} fps, the first {first} left out"),
-    };
-    match sequence.scored().filter(|frame| sequence.is_lost(*frame)).count() {
-        0 => span,
-        lost => format!("{span}; {lost} of {} frames have no estimate", sequence.scored().len()),
     }
 }
 

@@ -123,7 +123,7 @@ fn metric_summary(runs: &[Run<'_>], name: &str) -> Option<MetricSummary> {
         std_between_runs: standard_deviation(&means),
         coverage: mean(&runs.iter().map(|run| run.evaluation.coverage).collect::<Vec<_>>())?,
         per_run,
-        protocol: present.first()?.protocol.clone(),
+        protocol: format!("{}{}", present.first()?.protocol, lost_in_words(runs)),
     })
 }
 
@@ -149,6 +149,16 @@ fn joint_summary(runs: &[Run<'_>], joint: &str) -> Option<JointSummary> {
     };
     let coverage = mean(&runs.iter().map(share).collect::<Vec<_>>())?;
     Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_of_means(&clips)?, ci95, coverage })
+}
+
+/// How many frames of all runs have no estimate, to follow a protocol; nothing where all have one.
+fn lost_in_words(runs: &[Run<'_>]) -> String {
+    let of_run = |run: &Run<'_>| run.evaluation.metrics.get("lost_frames").map(|lost| (lost.mean, lost.frames));
+    let counts = runs.iter().filter_map(of_run);
+    let (lost, all) = counts.fold((0, 0), |(lost, all), (share, frames)| {
+        (lost + libm::round(share * frames as f64) as usize, all + frames)
+    });
+    if lost == 0 { String::new() } else { format!("; {lost} of {all} frames of all runs have no estimate") }
 }
 
 /// The values of the runs that have one, clip by clip.
@@ -216,6 +226,7 @@ mod tests {
         let error = &summary.metrics["humaneva_mm"];
         assert_eq!((error.mean, error.coverage, error.per_run.clone()), (0.0, 0.25, vec![None, Some(0.0)]));
         assert_eq!(summary.metrics["lost_frames"].mean, 0.75);
+        assert!(error.protocol.ends_with("left out; 3 of 4 frames of all runs have no estimate"), "{}", error.protocol);
         assert!(summary.absent.contains_key("lag_ms") && !summary.absent.contains_key("humaneva_mm"));
         assert_eq!((summary.per_joint.len(), summary.per_joint[0].coverage), (15, 0.25));
     }

@@ -89,7 +89,10 @@ impl View<'_> {
         let mut picture = new_picture(width, height)?;
         let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         for (pixel, (x, y)) in picture.pixels_mut().iter_mut().zip(positions) {
-            let tone = match (self.observed.get(x, y), self.estimated.is_some_and(|mask| mask.get(x, y))) {
+            let observed = self.observed.get(x, y);
+            // without an estimated silhouette nothing is missed
+            let estimated = self.estimated.map_or(observed, |mask| mask.get(x, y));
+            let tone = match (observed, estimated) {
                 (true, true) => BOTH,
                 (true, false) => ONLY_OBSERVED,
                 (false, true) => ONLY_ESTIMATED,

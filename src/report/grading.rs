@@ -63,7 +63,7 @@ struct Limits {
     why: &'static str,
 }
 
-const LIMITS: [Limits; 5] = [
+const LIMITS: [Limits; 6] = [
     Limits {
         metric: "humaneva_mm",
         title: "Mean error of the markers",
@@ -86,6 +86,13 @@ const LIMITS: [Limits; 5] = [
         limits: [Some(0.0), Some(0.05), Some(0.5)],
         finding: "{} of the frames lost",
         why: "a frame is lost in a run of 15 or more with errors above 150 mm",
+    },
+    Limits {
+        metric: "lost_frames",
+        title: "Frames without an estimate",
+        limits: [Some(0.0), Some(0.05), Some(0.5)],
+        finding: "no estimate in {} of the frames",
+        why: "frames without an estimate are left out of the mean error, which could otherwise be bought by leaving out the hard ones",
     },
     Limits {
         metric: "limb_swaps",

@@ -95,6 +95,8 @@ struct WorstRow<'a> {
 
 #[derive(Serialize)]
 struct SheetOnPage<'a> {
+    /// Whether any frame has a silhouette of the estimate.
+    outlined: bool,
     colours: SheetColours,
     columns: Vec<SheetColumn<'a>>,
 }
@@ -263,7 +265,8 @@ fn sheet_on_page<'a>(runs: &[Run<'_>], sheet: &'a Sheet<'a>) -> Result<SheetOnPa
         truth: hex(overlay::Whose::Truth.colour()),
         estimate: hex(overlay::Whose::Estimate.colour()),
     };
-    Ok(SheetOnPage { colours, columns })
+    let outlined = sheet.frames.iter().any(|frame| frame.estimated.is_some());
+    Ok(SheetOnPage { outlined, colours, columns })
 }
 
 /// A value for people: shares as percentages, the rest with a sensible number of decimals.
