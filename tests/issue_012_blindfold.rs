@@ -1,12 +1,16 @@
 //! Issue 12: `render` wrote the poses of the test where trackers may read, and the guard against learning from the test knew files by
 //! their names alone.
 
+mod support;
+
 use std::fs;
 use std::path::PathBuf;
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use serde_json::Value;
 use skiagraph::benchmark_set::{Array, BenchmarkSet, BlindSet, Npz, Training, Values, find_leaks};
+use skiagraph::body::retarget::MotionFingerprint;
+use skiagraph::mocap::{Clip, ReadOptions, read};
 
 struct Room(tempfile::TempDir);
 
@@ -141,6 +145,31 @@ fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
     }
     room.write("other.toml", test_of_jumps("other.bvh"));
     room.succeed("check other.toml");
+}
+
+#[test]
+fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one_take_are_not() {
+    let Some(folder) = support::test_data("mocap") else { return };
+    let mut files: Vec<PathBuf> =
+        fs::read_dir(folder.join("cmu_asf_amc")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|e| e == "amc"));
+    files.sort();
+    let clips: Vec<Clip> = files.iter().map(|path| read(path, &ReadOptions::default()).unwrap()).collect();
+    let of = |clip: &Clip| MotionFingerprint::of(clip).unwrap();
+    let takes: Vec<MotionFingerprint> = clips.iter().map(of).collect();
+    for (i, a) in takes.iter().enumerate() {
+        for (j, b) in takes.iter().enumerate().skip(i) {
+            assert_eq!(a.shared_with(b).is_some(), i == j, "{} and {}", files[i].display(), files[j].display());
+        }
+        let (clip, middle) = (&clips[i], clips[i].frames.len() / 2);
+        let half = |frames| of(&clip.clone().crop(frames).unwrap());
+        let shared = half(0..middle).shared_with(&half(middle..clip.frames.len()));
+        assert_eq!(shared, None, "halves of {}", files[i].display());
+    }
+    let bvh = of(&read(&folder.join("bvh/cmu_mb_01_01.bvh"), &ReadOptions::default()).unwrap());
+    let amc = files.iter().position(|path| path.ends_with("01_01_f0001-0700.amc")).unwrap();
+    let shared = takes[amc].shared_with(&bvh).expect("one take in two formats");
+    assert!(shared.own.0.abs_diff(shared.other.0) <= 1, "the BVH's first frame is a rest pose: {shared:?}");
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //!
 //! The rest pose of a file need not be a standing one: it may lie, or be no pose at all (bones along their own axes). So
 //! the unit is told from what does not change with it: how far the body reaches in the recorded frames, and how long its bones
-//! are together. The up axis is told from the rest pose where the motion agrees with it; else the body stands along the
-//! axis on which its lowest point stays at one level.
+//! are together. The up axis is the one along which the body is longer in the frames; where the rest pose says another, that is
+//! taken only if the lowest point stays at one level along it and leaves its place along the longer one: somebody lies there.
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -37,6 +37,9 @@ const DECISIVE: f64 = 1.5;
 /// How much steadier the lowest point must be along the up axis than along the other for the floor to decide.
 const STEADIER: f64 = 3.0;
 
+/// Along an axis on which the lowest point moves by more than this share of the body's length nobody stands.
+const WANDERING: f64 = 0.1;
+
 /// A skeleton's measures, file units.
 pub(super) struct Stature {
     /// Extents along the axes with every joint unrotated.
@@ -55,14 +58,14 @@ impl Stature {
         let rest: Vec<_> = rest_offsets.iter().map(|o| Isometry3::translation(o.x, o.y, o.z)).collect();
         let (low, high) = bounds(&body.points(clip, &rest));
         let boxes: Vec<_> = sampled(clip).map(|frame| bounds(&body.points(clip, frame))).collect();
-        let along = |of: &dyn Fn(&(Vector3<f64>, Vector3<f64>), usize) -> f64, share: f64| {
+        let quantiles = |of: &dyn Fn(&(Vector3<f64>, Vector3<f64>), usize) -> f64, share: f64| {
             Vector3::from_fn(|axis, _| quantile(boxes.iter().map(|b| of(b, axis)).collect(), share))
         };
         let lowest = |b: &(Vector3<f64>, Vector3<f64>), axis: usize| b.0[axis];
         Self {
             rest: high - low,
-            moved: along(&|b, axis| b.1[axis] - b.0[axis], 0.75),
-            floor: along(&lowest, 0.9) - along(&lowest, 0.1),
+            moved: quantiles(&|b, axis| b.1[axis] - b.0[axis], 0.75),
+            floor: quantiles(&lowest, 0.9) - quantiles(&lowest, 0.1),
             length: body.length(clip),
         }
     }
@@ -75,7 +78,9 @@ impl Stature {
             notes.push(format!("up axis guessed: {by_motion:?}"));
             return by_motion;
         };
-        let guess = self.steadier().unwrap_or(by_motion);
+        // a walk along a straight line is steady sideways too: whoever lies must also leave their place
+        let leaves_place = along(&self.floor, by_motion) > WANDERING * self.length;
+        let guess = if leaves_place && self.steadier() == Some(by_rest) { by_rest } else { by_motion };
         notes.push(format!("up axis guessed: {guess:?}"));
         notes.push(match guess == by_motion {
             true => {
@@ -135,6 +140,13 @@ impl Stature {
     fn steadier(&self) -> Option<UpAxis> {
         let [y, z] = [self.floor.y, self.floor.z];
         (y > STEADIER * z || z > STEADIER * y).then_some(if y < z { UpAxis::Y } else { UpAxis::Z })
+    }
+}
+
+fn along(extent: &Vector3<f64>, axis: UpAxis) -> f64 {
+    match axis {
+        UpAxis::Y => extent.y,
+        UpAxis::Z => extent.z,
     }
 }
 
@@ -208,6 +220,13 @@ mod tests {
         assert!(notes[1].contains("lying down"), "{notes:?}");
         let standing = Stature { floor: Vector3::new(0.5, 0.4, 0.01), ..lying };
         assert_eq!(standing.guess_up(&mut Vec::new()), UpAxis::Z);
+    }
+
+    #[test]
+    fn a_walk_along_a_line_is_not_lying_though_it_is_steady_sideways() {
+        let (rest, moved) = (Vector3::new(1.7, 1.8, 0.3), Vector3::new(0.8, 0.6, 1.7));
+        let walk = Stature { rest, moved, floor: Vector3::new(3.0, 0.005, 0.06), length: 1.7 };
+        assert_eq!(walk.guess_up(&mut Vec::new()), UpAxis::Z);
     }
 
     #[test]
