@@ -30,7 +30,10 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
     assert!(page.contains("at most 50 mm") && page.contains("at most 150 mm"), "the limits are on the page");
     // its silhouettes overlap less than those of an answer that never moves
     let worse = record["verdict"]["worse_than_frozen"].as_array().unwrap();
-    assert!(worse.contains(&Value::from("silhouette_iou")) && !worse.contains(&Value::from("humaneva_mm")), "{worse:?}");
+    assert!(
+        worse.contains(&Value::from("silhouette_iou")) && !worse.contains(&Value::from("humaneva_mm")),
+        "{worse:?}"
+    );
     assert!(page.contains("class=\"worse\""));
 }
 
@@ -76,7 +79,10 @@ fn the_worst_frames_of_two_seeds_have_pictures_of_their_own() {
         let cells: Vec<&str> = row.split("<td class=\"n\">").collect();
         let number = |cell: usize| cells[cell].split('<').next().unwrap();
         let (frame, seed) = (number(1), number(3));
-        assert!(row.contains(&format!("seed {seed}, frame {frame}")) && row.contains("data:image/png"), "{seed} {frame}");
+        assert!(
+            row.contains(&format!("seed {seed}, frame {frame}")) && row.contains("data:image/png"),
+            "{seed} {frame}"
+        );
     }
     assert!([0, 1].iter().all(|seed| table.contains(&format!("seed {seed}, frame"))), "both seeds");
 }

@@ -11,8 +11,8 @@ pub(super) const UNBALANCED: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     protocol: "share of the frames in which the tracker's body stands and presses on the ground with more than a fifth of its \
-               weight (gravity {gravity}) where its zero-moment point lies outside the convex hull of what touches it (flesh yields by 10 mm); rates and accelerations from \
-               parabolas over 1/15 s either way",
+               weight (gravity {gravity}) where its zero-moment point lies outside the convex hull of what touches it (flesh \
+               yields by 10 mm); rates and accelerations from parabolas over 1/15 s either way",
     measure: |sequence| unbalanced(sequence, ESTIMATE),
 };
 
@@ -32,9 +32,9 @@ pub(super) const RESIDUAL: Metric = Metric {
     title: "Residual root wrench",
     unit: Unit::BodyWeight,
     direction: Direction::LowerIsBetter,
-    protocol: "wrench that the motion of the tracker's body needs and no forces within the friction cones ({friction}) of what touches the \
-               ground explain: norm of its force and of its moment about the centre of mass over the centre's height, over the body's \
-               weight (gravity {gravity}); mean over frames",
+    protocol: "wrench that the motion of the tracker's body needs and no forces within the friction cones ({friction}) of what \
+               touches the ground explain: norm of its force and of its moment about the centre of mass over the centre's \
+               height, over the body's weight (gravity {gravity}); mean over frames",
     measure: |sequence| residual(sequence, ESTIMATE),
 };
 

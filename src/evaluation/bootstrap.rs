@@ -3,9 +3,9 @@
 use rand::{Rng, RngExt};
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::Interval;
 use super::interval::{freedom_of_mean, mean_of_means, student_quantile};
 use super::statistics::{mean, quantile};
-use super::Interval;
 use crate::rng::{Purpose, stream};
 
 /// Resamples behind every interval.
@@ -84,7 +84,10 @@ mod tests {
         // deviations -1, -1, 2: squares 6, cubes 6
         let by_hand = 6.0 / (6.0 * 6.0 * 6.0_f64.sqrt());
         assert!((acceleration(&[vec![0.0, 0.0, 3.0]]) - by_hand).abs() < 1e-12);
-        assert!((acceleration(&[vec![7.0, 7.0, 10.0], vec![3.0; 5]]) - by_hand).abs() < 1e-12, "a constant adds nothing");
+        assert!(
+            (acceleration(&[vec![7.0, 7.0, 10.0], vec![3.0; 5]]) - by_hand).abs() < 1e-12,
+            "a constant adds nothing"
+        );
         assert_eq!(acceleration(&[vec![1.0, 2.0, 3.0]]), 0.0);
     }
 

@@ -9,8 +9,8 @@ pub(super) const F1: Metric = Metric {
     title: "Foot contact, F1",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
-    protocol: "2 TP / (2 TP + FP + FN) over frames and feet, labels of actor and estimate each from their own solids by one rule: \
-               {contact_rule}; absent where neither ever stands",
+    protocol: "2 TP / (2 TP + FP + FN) over frames and feet, labels of actor and estimate each from their own solids by one \
+               rule: {contact_rule}; absent where neither ever stands",
     measure: f1,
 };
 

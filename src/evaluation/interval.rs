@@ -4,7 +4,8 @@
 //! be several times too narrow. Seeds vary within their clip; the clips themselves are taken as given, so that the interval
 //! speaks of these clips.
 //!
-//! Which rule holds where was decided by a simulation of coverage (`cargo bench --bench study_intervals`, `results/intervals.md`).
+//! Which rule holds where was decided by a simulation of coverage (`cargo bench --bench study_intervals`,
+//! `results/intervals.md`).
 
 use std::fmt;
 
@@ -119,8 +120,8 @@ fn student(clips: &[Vec<f64>]) -> Option<Interval> {
     Some(Interval { low: centre - half, high: centre + half })
 }
 
-/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (Olsson 2005);
-/// of several clips the `se^2` of the clips' means add up.
+/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (Olsson
+/// 2005); of several clips the `se^2` of the clips' means add up.
 fn student_on_logs(clips: &[Vec<f64>]) -> Option<Interval> {
     let centre = mean_of_means(clips)?;
     let half = half_width(clips, |runs| {
@@ -154,8 +155,7 @@ fn freedom(squared_errors: &[f64], clips: &[Vec<f64>]) -> f64 {
 
 /// Degrees of freedom of the mean of the clips' means; `None` where nothing varies.
 pub(super) fn freedom_of_mean(clips: &[Vec<f64>]) -> Option<f64> {
-    let errors: Vec<f64> =
-        clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
+    let errors: Vec<f64> = clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
     (errors.iter().sum::<f64>() > 0.0).then(|| freedom(&errors, clips))
 }
 
@@ -181,7 +181,9 @@ mod tests {
 
     #[test]
     fn quantiles_of_student_agree_with_tables() {
-        for (freedom, t) in [(1.0, 12.706_205), (2.0, 4.302_653), (4.0, 2.776_445), (9.0, 2.262_157), (1000.0, 1.962_339)] {
+        for (freedom, t) in
+            [(1.0, 12.706_205), (2.0, 4.302_653), (4.0, 2.776_445), (9.0, 2.262_157), (1000.0, 1.962_339)]
+        {
             assert!((student_quantile(freedom).unwrap() - t).abs() < 1e-6, "{freedom}");
         }
         assert!(student_quantile(1.5).unwrap() > 4.302_653 && student_quantile(1.5).unwrap() < 12.706_205);
@@ -251,7 +253,8 @@ mod tests {
         for n in [3, 10] {
             let covered = (0..400).filter(|trial| {
                 let mut rng = stream(*trial, Purpose::Oracle, 0, 0, n);
-                let normal = || -> f64 { 40.0 + 4.0 * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut rng) };
+                let normal =
+                    || -> f64 { 40.0 + 4.0 * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut rng) };
                 let runs: Vec<f64> = std::iter::repeat_with(normal).take(n as usize).collect();
                 let [low, high] = ends(&[runs], ValueRange::NonNegative);
                 low <= 40.0 && 40.0 <= high

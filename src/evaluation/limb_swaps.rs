@@ -12,9 +12,10 @@ pub(super) const SHARE: Metric = Metric {
     title: "Frames with left and right exchanged",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
-    protocol: "share of the frames in which exchanging left and right of the estimate's legs (knee and ankle) or of its arms (elbow and \
-               wrist) lowers the sum of these markers' distances from the truth, no alignment; legs and arms are judged apart, one of \
-               them is enough; limbs that miss one of their markers in truth or estimate are skipped, frames without any left out",
+    protocol: "share of the frames in which exchanging left and right of the estimate's legs (knee and ankle) or of its arms \
+               (elbow and wrist) lowers the sum of these markers' distances from the truth, no alignment; legs and arms are \
+               judged apart, one of them is enough; limbs that miss one of their markers in truth or estimate are skipped, \
+               frames without any left out",
     measure: share,
 };
 
@@ -36,7 +37,9 @@ fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
 fn is_swapped(truth: &Markers, estimate: &Markers, limbs: &Limbs) -> Option<bool> {
     let (mut as_is, mut exchanged) = (0.0, 0.0);
     for [left, right] in limbs {
-        let places = |markers: &Markers| -> Option<[Point3<f64>; 2]> { Some([markers[*left as usize]?, markers[*right as usize]?]) };
+        let places = |markers: &Markers| -> Option<[Point3<f64>; 2]> {
+            Some([markers[*left as usize]?, markers[*right as usize]?])
+        };
         let ([a, b], [x, y]) = (places(truth)?, places(estimate)?);
         as_is += (x - a).norm() + (y - b).norm();
         exchanged += (y - a).norm() + (x - b).norm();

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Sequence, ValueRange, balance, contact_f1, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, limb_swaps, mpjpe, orientation,
-    pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
+    Sequence, ValueRange, balance, contact_f1, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag,
+    limb_swaps, mpjpe, orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
 };
 
 /// One way to compare an estimate with the truth.

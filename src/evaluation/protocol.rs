@@ -50,7 +50,8 @@ mod tests {
     fn the_contact_rule_is_told_by_its_own_thresholds() {
         let default = &protocols(ContactRule::default(), &["contact_f1"])[0];
         assert!(default.contains("comes at most 20 mm high and 0.25 m/s fast"), "{default}");
-        let other = ContactRule { enter_gap_m: 0.0125, leave_speed_m_per_s: 0.6, shortest_s: 0.1, ..ContactRule::default() };
+        let other =
+            ContactRule { enter_gap_m: 0.0125, leave_speed_m_per_s: 0.6, shortest_s: 0.1, ..ContactRule::default() };
         let told = &protocols(other, &["contact_f1"])[0];
         for words in ["at most 12.5 mm", "above 40 mm or 0.6 m/s", "100 ms"] {
             assert!(told.contains(words), "{words}: {told}");

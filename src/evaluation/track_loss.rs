@@ -29,8 +29,8 @@ pub(super) const TIME_TO_LOSS: Metric = Metric {
     title: "Time until the track is lost",
     unit: Unit::Second,
     direction: Direction::HigherIsBetter,
-    protocol: "seconds from the first scored frame to the first run of at least 15 frames (all frames of a shorter sequence) with an \
-               error above 150 mm; absent where the track is never lost",
+    protocol: "seconds from the first scored frame to the first run of at least 15 frames (all frames of a shorter sequence) \
+               with an error above 150 mm; absent where the track is never lost",
     measure: time_to_loss,
 };
 

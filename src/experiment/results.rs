@@ -10,8 +10,8 @@ use crate::benchmark_set::{BenchmarkSet, ContactFacts};
 use crate::body::Prop;
 use crate::evaluation::Summary;
 use crate::report::{
-    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render, verdict,
-    worst_frames,
+    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render,
+    verdict, worst_frames,
 };
 use crate::tracker::{LayerRecord, ModelOccupancy};
 

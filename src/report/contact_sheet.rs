@@ -36,8 +36,13 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     let mut picture = new_picture(width, HEAD + down * (CELL_HEIGHT + GAP))?;
     picture.fill(colour(PAPER));
     for ((column, frame), left) in columns.iter().zip(&sheet.frames).zip((GAP..).step_by((CELL_WIDTH + GAP) as usize)) {
-        let head =
-            format!("SEED {} FRAME {}  {:.2} S{}", frame.seed, frame.frame, seconds(sheet, frame), error_in_words(frame));
+        let head = format!(
+            "SEED {} FRAME {}  {:.2} S{}",
+            frame.seed,
+            frame.frame,
+            seconds(sheet, frame),
+            error_in_words(frame)
+        );
         draw_text(&mut picture, &head, [left as f32 + 4.0, 13.0], fitting_height(&head), WORDS);
         for ((cell, camera), top) in
             column.iter().zip(&sheet.rig.cameras).zip((HEAD..).step_by((CELL_HEIGHT + GAP) as usize))

@@ -132,10 +132,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         tracker: input.tracker,
         matched: input.matched,
         seeds: input.runs.len(),
-        headlines: HEADLINES
-            .iter()
-            .filter_map(|(name, meaning)| headline(input, name, meaning, worse(name)))
-            .collect(),
+        headlines: HEADLINES.iter().filter_map(|(name, meaning)| headline(input, name, meaning, worse(name))).collect(),
         sheet: input.sheet.map(|sheet| sheet_on_page(&runs, sheet)).transpose()?,
         figures: figures(input, typical)?,
         metrics: METRICS.iter().filter_map(|metric| metric_row(input, metric, worse(metric.name))).collect(),
@@ -287,7 +284,11 @@ mod tests {
         }
         assert!(html.starts_with("<!doctype html>") && html.trim_end().ends_with("</html>"));
         assert!(html.contains("Walk &lt;&amp; talk&gt;") && !html.contains("Walk <&"));
-        assert_eq!(html.matches("data:image/png;base64,").count(), 7 * 4 + 10, "six frames and the worst in four cameras, ten more of the worst in one each");
+        assert_eq!(
+            html.matches("data:image/png;base64,").count(),
+            7 * 4 + 10,
+            "six frames and the worst in four cameras, ten more of the worst in one each"
+        );
         let outside = html.replace("http://www.w3.org/2000/svg", "");
         for reference in ["http:", "https:", "src=\"/", "@import", "<link"] {
             assert!(!outside.contains(reference), "the page refers to {reference}");
@@ -336,7 +337,9 @@ mod tests {
 
     #[test]
     fn a_metric_of_the_whole_clip_has_a_mean_and_no_spread() {
-        let row = told(&Story::default(), |input| metric_row(input, crate::evaluation::find_metric("lag_ms").unwrap(), false));
+        let row = told(&Story::default(), |input| {
+            metric_row(input, crate::evaluation::find_metric("lag_ms").unwrap(), false)
+        });
         let row = row.unwrap();
         assert_eq!((row.median, row.p90, row.max), (None, None, None));
     }
