@@ -1,7 +1,7 @@
 //! How often intervals of a mean over seeds hold it: regenerates `results/intervals.md` and `results/intervals.json`.
 //!
-//! `cargo bench --bench study_intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than [`TRIALS`]. Every trial draws the
-//! errors of `n` seeds from a distribution whose mean is known and asks two rules for a 95 % interval: the rule in use
+//! `cargo bench --bench study_intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than [`TRIALS`]. Every trial draws
+//! the errors of `n` seeds from a distribution whose mean is known and asks two rules for a 95 % interval: the rule in use
 //! (`evaluation::mean_interval`) and the one before it, a bootstrap of percentiles.
 
 use std::collections::BTreeMap;
@@ -179,15 +179,17 @@ fn coverage(
 fn page(study: &Study) -> Result<String, std::fmt::Error> {
     let mut page = format!(
         "# How often intervals hold the mean\n\n\
-         Made by `cargo bench --bench study_intervals`; all digits are in `intervals.json`. Every trial draws the errors of n seeds of one \
-         clip from a distribution whose mean is known and asks for a 95 % interval of that mean: {} trials a cell, so that a share is \
-         known to within {:.1} points. In brackets the median width of the intervals, in % of the mean.\n\n\
-         *Before*: percentiles of a bootstrap, expanded (Hesterberg 2015), from two seeds on. *Now* (`src/evaluation/interval.rs`): below \
-         three seeds none; below ten Student's t, for errors above 0 on a logarithmic scale (the modified Cox interval, Olsson 2005, about \
-         the arithmetic mean, the variance of the logarithms taken as 1 at most); from ten on the BCa bootstrap (Efron 1987), expanded.\n\n\
-         *Normal*: mean 40, standard deviation 4. *Log-normal*: median 40, standard deviation of the logarithms 0.5 or 1 (between seeds \
-         of this project's runs it is 0.06 to 0.4 for the HumanEva error). *Lost*: log-normal about 40 (0.1), but one seed in ten or five \
-         about 300 (0.3), as where some seeds lose the body.\n\n\
+         Made by `cargo bench --bench study_intervals`; all digits are in `intervals.json`. Every trial draws the errors of n \
+         seeds of one clip from a distribution whose mean is known and asks for a 95 % interval of that mean: {} trials a \
+         cell, so that a share is known to within {:.1} points. In brackets the median width of the intervals, in % of the \
+         mean.\n\n\
+         *Before*: percentiles of a bootstrap, expanded (Hesterberg 2015), from two seeds on. *Now* \
+         (`src/evaluation/interval.rs`): below three seeds none; below ten Student's t, for errors above 0 on a logarithmic \
+         scale (the modified Cox interval, Olsson 2005, about the arithmetic mean, the variance of the logarithms taken as 1 \
+         at most); from ten on the BCa bootstrap (Efron 1987), expanded.\n\n\
+         *Normal*: mean 40, standard deviation 4. *Log-normal*: median 40, standard deviation of the logarithms 0.5 or 1 \
+         (between seeds of this project's runs it is 0.06 to 0.4 for the HumanEva error). *Lost*: log-normal about 40 (0.1), \
+         but one seed in ten or five about 300 (0.3), as where some seeds lose the body.\n\n\
          | errors | seeds | before | now |\n|---|---|---|---|\n",
         study.trials,
         196.0 * (0.95 * 0.05 / study.trials as f64).sqrt(),
@@ -196,19 +198,19 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
         writeln!(page, "| {} | {} | {} | {} |", row.distribution, row.seeds, cell(&row.before), cell(&row.now))?;
     }
     page += "\n## What it says\n\n\
-             - With normal and moderately skewed errors the intervals in use hold the mean as often as they say, or nearly. Those before \
-             did not with few seeds.\n\
-             - With heavily skewed errors (log-normal, 1) they hold it with few seeds too, at the price of width; from ten seeds on the \
-             bootstrap falls short.\n\
-             - Where some seeds lose the body and others do not, no rule can tell from three to ten seeds: if none of them was lost, \
-             nothing in them says that others will be. The shortfall is said wherever intervals are printed. What helps is more seeds, \
-             and to read the share of frames lost.\n\
-             - Why not exponents of a t interval of the logarithms: they bound the median of log-normal errors, not the mean, and hold it less \
-             and less often the more seeds there are.\n\n\
+             - With normal and moderately skewed errors the intervals in use hold the mean as often as they say, or nearly. \
+             Those before did not with few seeds.\n\
+             - With heavily skewed errors (log-normal, 1) they hold it with few seeds too, at the price of width; from ten \
+             seeds on the bootstrap falls short.\n\
+             - Where some seeds lose the body and others do not, no rule can tell from three to ten seeds: if none of them was \
+             lost, nothing in them says that others will be. The shortfall is said wherever intervals are printed. What helps \
+             is more seeds, and to read the share of frames lost.\n\
+             - Why not exponents of a t interval of the logarithms: they bound the median of log-normal errors, not the mean, \
+             and hold it less and less often the more seeds there are.\n\n\
              ## Several clips\n\n\
-             The mean over clips of each clip's mean; every clip's errors are half as large again as the one's before. Below ten seeds a clip \
-             Student's t with the degrees of freedom of Welch and Satterthwaite, from ten on the bootstrap within each clip (with fewer it \
-             holds the mean of five clips of two seeds 80 to 87 % of the time).\n\n";
+             The mean over clips of each clip's mean; every clip's errors are half as large again as the one's before. Below \
+             ten seeds a clip Student's t with the degrees of freedom of Welch and Satterthwaite, from ten on the bootstrap \
+             within each clip (with fewer it holds the mean of five clips of two seeds 80 to 87 % of the time).\n\n";
     let names = DISTRIBUTIONS.map(|(name, _)| name);
     writeln!(page, "| clips x seeds | {} |\n|---|{}", names.join(" | "), "---|".repeat(names.len()))?;
     for row in &study.several_clips {

@@ -77,8 +77,8 @@ impl ContactRule {
         let [shortest, window] = [self.shortest_s, self.speed_window_s].map(thousandths);
         let hindsight = if self.looks_ahead { "" } else { ", told frame by frame without looking ahead" };
         format!(
-            "contact comes at most {enter_gap} mm high and {} m/s fast for at least {shortest} ms, ends above {leave_gap} mm or {} m/s \
-             for at least {shortest} ms (speeds are means over {window} ms){hindsight}",
+            "contact comes at most {enter_gap} mm high and {} m/s fast for at least {shortest} ms, ends above {leave_gap} mm \
+             or {} m/s for at least {shortest} ms (speeds are means over {window} ms){hindsight}",
             self.enter_speed_m_per_s, self.leave_speed_m_per_s
         )
     }

@@ -16,8 +16,8 @@ pub(super) const UNBALANCED: Metric = Metric {
     direction: Direction::LowerIsBetter,
     needs: DYNAMICS,
     protocol: "share of the frames in which the tracker's body stands and presses on the ground with more than a fifth of its \
-               weight (gravity {gravity}) where its zero-moment point lies outside the convex hull of what touches it (flesh yields by 10 mm); rates and accelerations from \
-               parabolas over 1/15 s either way",
+               weight (gravity {gravity}) where its zero-moment point lies outside the convex hull of what touches it (flesh \
+               yields by 10 mm); rates and accelerations from parabolas over 1/15 s either way",
     measure: |sequence| unbalanced(sequence, sequence.contacts?.estimate?),
 };
 
@@ -39,9 +39,9 @@ pub(super) const RESIDUAL: Metric = Metric {
     unit: Unit::BodyWeight,
     direction: Direction::LowerIsBetter,
     needs: DYNAMICS,
-    protocol: "wrench that the motion of the tracker's body needs and no forces within the friction cones ({friction}) of what touches the \
-               ground explain: norm of its force and of its moment about the centre of mass over the centre's height, over the body's \
-               weight (gravity {gravity}); mean over frames",
+    protocol: "wrench that the motion of the tracker's body needs and no forces within the friction cones ({friction}) of what \
+               touches the ground explain: norm of its force and of its moment about the centre of mass over the centre's \
+               height, over the body's weight (gravity {gravity}); mean over frames",
     measure: |sequence| residual(sequence, sequence.contacts?.estimate?),
 };
 

@@ -40,9 +40,9 @@ pub(super) const SLIP: Metric = Metric {
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
-    protocol: "horizontal speed of the material point of the estimate's foot that is lowest (central difference over one frame either \
-               way), summed over the frames of a stance of the actor's foot (exact contact truth) times the time between frames; \
-               mean over the stances of both feet",
+    protocol: "horizontal speed of the material point of the estimate's foot that is lowest (central difference over one frame \
+               either way), summed over the frames of a stance of the actor's foot (exact contact truth) times the time \
+               between frames; mean over the stances of both feet",
     measure: |sequence| slip(sequence, |pair| pair.estimate),
 };
 

@@ -4,7 +4,8 @@
 //! be several times too narrow. Seeds vary within their clip; the clips themselves are taken as given, so that the interval
 //! speaks of these clips.
 //!
-//! Which rule holds where was decided by a simulation of coverage (`cargo bench --bench study_intervals`, `results/intervals.md`).
+//! Which rule holds where was decided by a simulation of coverage (`cargo bench --bench study_intervals`,
+//! `results/intervals.md`).
 
 use std::fmt;
 
@@ -119,8 +120,8 @@ fn student(clips: &[Vec<f64>]) -> Option<Interval> {
     Some(Interval { low: centre - half, high: centre + half })
 }
 
-/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (Olsson 2005);
-/// of several clips the `se^2` of the clips' means add up.
+/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (Olsson
+/// 2005); of several clips the `se^2` of the clips' means add up.
 fn student_on_logs(clips: &[Vec<f64>]) -> Option<Interval> {
     let centre = mean_of_means(clips)?;
     let half = half_width(clips, |runs| {

@@ -33,8 +33,8 @@ pub(super) fn of_runs(clips: &[Vec<f64>]) -> String {
     let coverage: Vec<String> =
         COVERAGE_WITH_LOST_TRACKS.iter().map(|(seeds, percent)| format!("{percent} % at {seeds} seeds")).collect();
     format!(
-        "95 % intervals of the mean over {}, never over frames: {rule}. Where some seeds lose the body and others do not, they hold \
-         the mean far less often than they say: with one lost in ten {} (results/intervals.md)",
+        "95 % intervals of the mean over {}, never over frames: {rule}. Where some seeds lose the body and others do not, they \
+         hold the mean far less often than they say: with one lost in ten {} (results/intervals.md)",
         counted(clips, runs),
         coverage.join(", "),
     )

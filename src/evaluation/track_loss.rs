@@ -31,8 +31,8 @@ pub(super) const TIME_TO_LOSS: Metric = Metric {
     unit: Unit::Second,
     direction: Direction::HigherIsBetter,
     needs: "a track that is lost",
-    protocol: "seconds from the first scored frame to the first run of at least 15 frames (all frames of a shorter sequence) with an \
-               error above 150 mm or without an estimate; absent where the track is never lost",
+    protocol: "seconds from the first scored frame to the first run of at least 15 frames (all frames of a shorter sequence) \
+               with an error above 150 mm or without an estimate; absent where the track is never lost",
     measure: time_to_loss,
 };
 

@@ -230,8 +230,8 @@ fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         ],
         ..LinePlot::default()
     };
-    let how = "Search or model? Where the dashed line runs below the other, the images prefer a wrong pose: likelihood \
-               or body are at fault; where it runs above, the search missed a better pose that was there.";
+    let how = "Search or model? Where the dashed line runs below the other, the images prefer a wrong pose: likelihood or body \
+               are at fault; where it runs above, the search missed a better pose that was there.";
     lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), Span::Whole, &plot)
 }
 

@@ -69,16 +69,16 @@ const LIMITS: [Limits; 6] = [
         title: "Mean error of the markers",
         limits: [Some(50.0), Some(100.0), Some(150.0)],
         finding: "a mean error of {}",
-        why: "50 mm is the radius of an adult's upper arm or lower leg, 100 mm its thickness, so that the estimated bone lies inside the \
-              true limb or at least beside it; a frame that is more than 150 mm off counts as lost",
+        why: "50 mm is the radius of an adult's upper arm or lower leg, 100 mm its thickness, so that the estimated bone lies \
+              inside the true limb or at least beside it; a frame that is more than 150 mm off counts as lost",
     },
     Limits {
         metric: "pck150",
         title: "Markers within 150 mm",
         limits: [Some(0.95), Some(0.85), Some(0.5)],
         finding: "only {} of the markers within 150 mm",
-        why: "one of fifteen markers is 7 %: a hand or a foot that is astray all the time is still usable, a whole limb of two or three \
-              markers is not",
+        why: "one of fifteen markers is 7 %: a hand or a foot that is astray all the time is still usable, an arm or a leg with its \
+              three markers is not",
     },
     Limits {
         metric: "track_loss",
@@ -99,20 +99,22 @@ const LIMITS: [Limits; 6] = [
         title: "Frames with left and right exchanged",
         limits: [Some(0.05), Some(0.2), None],
         finding: "left and right exchanged in {} of the frames",
-        why: "when feet pass each other a frame or two are judged exchanged by chance; a gait with legs exchanged is another gait",
+        why: "when feet pass each other a frame or two are judged exchanged by chance; a gait with legs exchanged is another \
+              gait",
     },
     Limits {
         metric: "silhouette_iou",
         title: "Overlap of the silhouettes",
-        limits: [Some(0.8), Some(0.65), Some(0.4)],
+        limits: [Some(0.8), Some(0.65), Some(0.45)],
         finding: "silhouettes that overlap by {}",
-        why: "a body with slightly wrong measures in the true pose overlaps by 85 to 90 %, one moved by a limb's thickness by 40 to 50 %",
+        why: "in the default scenario the tracker's body, whose measures are a little wrong, overlaps by 88 % in the pose that fits the \
+              truth best, by 67 % when it is moved by 50 mm and by 46 % when it is moved by 100 mm",
     },
 ];
 
-/// Measures of place and pose that an answer that never moves should not win.
-const FLOORS: [&str; 6] =
-    ["humaneva_mm", "humaneva_relative_mm", "pa_mpjpe_mm", "body_orientation_deg", "silhouette_iou", "pck150"];
+/// Measures of place and pose that an answer that never moves should not win. The orientation of the trunk is not among them:
+/// two bodies in the same pose differ in it by some degrees.
+const FLOORS: [&str; 5] = ["humaneva_mm", "humaneva_relative_mm", "pa_mpjpe_mm", "silhouette_iou", "pck150"];
 
 /// Everything that is graded, where it was measured.
 pub(super) fn criteria(input: &ReportInput<'_>) -> Vec<Criterion> {
@@ -170,7 +172,7 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
             false => format!("no better than an answer that never moves in: {}", titles.join(", ")),
         },
         limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
-        why: "errors of place, pose, trunk and overlap; whoever looks at no image at all gets the floor",
+        why: "errors of place and pose, and the overlap: whoever looks at no image at all gets the floor",
     })
 }
 

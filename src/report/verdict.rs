@@ -65,14 +65,14 @@ fn cause(input: &ReportInput<'_>) -> Option<String> {
     let share = (!gaps.is_empty()).then(|| preferred as f64 / gaps.len() as f64)?;
     Some(if share >= 0.5 {
         format!(
-            "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's body): there the \
-             likelihood and the body prefer a wrong pose.",
+            "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's body): there \
+             the likelihood and the body prefer a wrong pose.",
             percent(share)
         )
     } else {
         format!(
-            "In {} of the frames the images fit the true pose (refitted to the tracker's body) better than the estimate: there the \
-             search missed a better pose.",
+            "In {} of the frames the images fit the true pose (refitted to the tracker's body) better than the estimate: there \
+             the search missed a better pose.",
             percent(1.0 - share)
         )
     })
