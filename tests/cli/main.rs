@@ -4,6 +4,7 @@ mod bad_input;
 mod contact;
 mod inspect;
 mod props;
+mod robots;
 mod rooms;
 mod same_numbers;
 mod scenarios;

@@ -31,7 +31,8 @@ pub(super) fn read(
 ) -> Result<Axes, UrdfError> {
     let mut axes = Axes { kinds: vec![None; robot.joints.len()], degrees_of_freedom: Vec::new() };
     let in_order: Vec<usize> = tree.links.iter().filter_map(|&l| tree.joint_above[l]).collect();
-    let mimics = |index: usize| robot.joints[index].mimic.is_some() && robot.joints[index].joint_type != JointType::Fixed;
+    let mimics =
+        |index: usize| robot.joints[index].mimic.is_some() && robot.joints[index].joint_type != JointType::Fixed;
     for &index in in_order.iter().filter(|&&i| !mimics(i)) {
         let (joint, node) = (&robot.joints[index], document.joint(index));
         let first = axes.degrees_of_freedom.len();

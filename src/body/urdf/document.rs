@@ -180,7 +180,8 @@ impl<'t> Document<'t> {
             let numbers: Vec<Option<f64>> = value.split_whitespace().map(|w| w.parse().ok()).collect();
             let sound = |n: &Option<f64>| n.is_some_and(|n| n.abs() <= MAX_NUMBER || (infinite && !n.is_nan()));
             if numbers.len() != count || !numbers.iter().all(sound) {
-                let xacro = if value.contains("${") { "; expand the macros first: `xacro FILE > robot.urdf`" } else { "" };
+                let xacro =
+                    if value.contains("${") { "; expand the macros first: `xacro FILE > robot.urdf`" } else { "" };
                 return Err(self.refuse(
                     node,
                     format!(

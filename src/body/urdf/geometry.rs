@@ -109,11 +109,7 @@ pub(super) fn flesh(
 }
 
 /// The flesh of solids, with the ends of tapered capsules joined.
-fn joined(
-    document: &Document<'_>,
-    solids: &[Solid<'_, '_>],
-    meshes: &mut Meshes<'_>,
-) -> Result<Vec<Flesh>, UrdfError> {
+fn joined(document: &Document<'_>, solids: &[Solid<'_, '_>], meshes: &mut Meshes<'_>) -> Result<Vec<Flesh>, UrdfError> {
     let mut flesh = Vec::with_capacity(solids.len());
     let mut ends: Vec<End<'_, '_>> = Vec::new();
     for solid in solids {

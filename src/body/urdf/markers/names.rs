@@ -70,8 +70,9 @@ pub(super) fn told(name: &str) -> (Option<Side>, Option<Part>) {
     if let Some(found) = joined.iter().find_map(|word| glued(word)) {
         return (Some(found.0), Some(found.1));
     }
-    let has = |known: &str| joined.iter().any(|w| w.as_str() == known || ENDINGS.iter().any(|e| *w == format!("{known}{e}")));
-    let middle = [("head", Part::Head), ("skull", Part::Head), ("neck", Part::Neck), ("upperneck", Part::Neck)];
+    let has =
+        |known: &str| joined.iter().any(|w| w.as_str() == known || ENDINGS.iter().any(|e| *w == format!("{known}{e}")));
+    let middle = [("head", Part::Head), ("skull", Part::Head), ("neck", Part::Neck)];
     (None, middle.into_iter().find(|(word, _)| has(word)).map(|(_, part)| part))
 }
 
@@ -130,7 +131,7 @@ fn words(name: &str) -> Vec<String> {
 fn joined(words: &[String]) -> Vec<String> {
     let mut joined: Vec<String> = Vec::with_capacity(words.len());
     for (i, word) in words.iter().enumerate() {
-        if i > 0 && BEFORE.contains(&words[i - 1].as_str()) && ["leg", "arm", "neck"].contains(&word.as_str()) {
+        if i > 0 && BEFORE.contains(&words[i - 1].as_str()) && ["leg", "arm"].contains(&word.as_str()) {
             joined.pop();
             joined.push(format!("{}{word}", words[i - 1]));
         } else {
@@ -200,7 +201,13 @@ mod tests {
                 assert_eq!(told(&mirrored), (Some(Side::Right), Some(expected)), "{mirrored}");
             }
         }
-        let middle = [("head_link", Head), ("HeadYaw_link", Head), ("head2", Head), ("upperNeckPitchLink", Neck), ("Neck_f1", Neck)];
+        let middle = [
+            ("head_link", Head),
+            ("HeadYaw_link", Head),
+            ("head2", Head),
+            ("upperNeckPitchLink", Neck),
+            ("Neck_f1", Neck),
+        ];
         for (name, expected) in middle {
             assert_eq!(told(name), (None, Some(expected)), "{name}");
         }
@@ -208,7 +215,18 @@ mod tests {
 
     #[test]
     fn trunks_frames_and_other_words_tell_nothing() {
-        for name in ["pelvis", "Hips", "torso_link", "base_link", "middle_pelvis", "root", "LINK", "l_foot_ft_sensor", "imu", ""] {
+        for name in [
+            "pelvis",
+            "Hips",
+            "torso_link",
+            "base_link",
+            "middle_pelvis",
+            "root",
+            "LINK",
+            "l_foot_ft_sensor",
+            "imu",
+            "",
+        ] {
             assert_eq!(told(name).1, None, "{name}");
         }
     }
