@@ -168,7 +168,9 @@ fn place(body: &Humanoid, pose: &Pose, frames: &LinkFrames, feet: &[Vec<usize>; 
     }
     let stay = |&target: &f64| AngleGoal { target, metres_per_unit: ANGLE_WEIGHT };
     let angles = pose.joint_angles.iter().map(stay).collect();
-    Solver::new(body).solve(&Goals { points, orientations: vec![upright], angles }, pose, MAX_ITERATIONS).pose
+    Solver::new(body)
+        .solve(&Goals { points, orientations: vec![upright], angles, ..Goals::default() }, pose, MAX_ITERATIONS)
+        .pose
 }
 
 /// Goals that hold a link where it is, but for a shift.

@@ -6,6 +6,7 @@ mod contact;
 mod inspect;
 mod options;
 mod props;
+mod robots;
 mod rooms;
 mod same_numbers;
 mod scenarios;

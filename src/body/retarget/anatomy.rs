@@ -151,6 +151,18 @@ impl Anatomy {
         self.gap.map(|(_, bone)| bone.norm())
     }
 
+    /// The joints that move what is observed: all on which a landmark, a segment or the toes hang.
+    pub(super) fn joints(&self) -> Vec<usize> {
+        let sites = self.landmarks.iter().chain(&self.toes).flatten().map(|site| site.joint());
+        let own: Vec<usize> = sites.chain(self.segments.iter().flatten().copied()).collect();
+        let mut moves = vec![false; self.skeleton_parents.len()];
+        for joint in own {
+            let up = std::iter::successors(Some(joint), |&j| self.skeleton_parents[j]);
+            up.for_each(|j| moves[j] = true);
+        }
+        (0..moves.len()).filter(|&joint| moves[joint]).collect()
+    }
+
     /// What frame `frame` of the clip says.
     pub(super) fn observe(&self, clip: &Clip, frame: usize) -> SubjectFrame {
         let mut frames = clip.joint_frames(frame);

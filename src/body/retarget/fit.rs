@@ -2,8 +2,9 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::continuity::follow;
+use super::continuity::{Waypoint, follow};
 use super::solver::{AngleGoal, Goals, PointGoal, Solution, Solver};
+use super::spine::equal_shares;
 use crate::body::upright::from_axes;
 use crate::body::{Humanoid, Landmark, Markers, Pose};
 
@@ -43,16 +44,17 @@ pub struct Fit {
 /// markers do not determine stay at `start`'s; `start`, a pose of this humanoid, may be far away.
 pub fn fit_to_markers(humanoid: &Humanoid, targets: &Markers, start: &Pose, options: &FitOptions) -> Fit {
     let mut solver = Solver::new(humanoid);
-    let goals = marker_goals(humanoid, targets, stay(start, options.stay_m_per_rad));
+    let goals = marker_goals(humanoid, targets, priors(humanoid, start, options));
     let solution = solve_from_afar(&mut solver, humanoid, &goals, targets, start, options.max_iterations);
     measured(humanoid, targets, solution)
 }
 
 /// [`fit_to_markers`] for every frame of a sequence, each from the frame before and held near it.
 pub fn fit_motion_to_markers(humanoid: &Humanoid, targets: &[Markers], start: &Pose, options: &FitOptions) -> Vec<Fit> {
-    let rest = stay(start, options.stay_m_per_rad);
-    let goals: Vec<Goals> = targets.iter().map(|markers| marker_goals(humanoid, markers, rest.clone())).collect();
-    let solutions = follow(&mut Solver::new(humanoid), humanoid, goals.iter().zip(targets), start, options);
+    let priors = priors(humanoid, start, options);
+    let goals: Vec<Goals> = targets.iter().map(|markers| marker_goals(humanoid, markers, priors.clone())).collect();
+    let waypoints = goals.iter().zip(targets).map(|(goals, markers)| Waypoint { goals, markers, most: f64::INFINITY });
+    let solutions = follow(&mut Solver::new(humanoid), humanoid, waypoints, start, options);
     targets.iter().zip(solutions).map(|(markers, solution)| measured(humanoid, markers, solution)).collect()
 }
 
@@ -61,14 +63,20 @@ pub(super) fn stay(pose: &Pose, metres_per_unit: f64) -> Vec<AngleGoal> {
     pose.joint_angles.iter().map(|&target| AngleGoal { target, metres_per_unit }).collect()
 }
 
-/// Every marker that both sides have shall be where it is wanted.
-pub(super) fn marker_goals(humanoid: &Humanoid, targets: &Markers, angles: Vec<AngleGoal>) -> Goals {
+/// What decides where markers do not: angles stay at a pose's, and the joints of the spine share its bend.
+pub(super) fn priors(humanoid: &Humanoid, pose: &Pose, options: &FitOptions) -> Goals {
+    let angles = stay(pose, options.stay_m_per_rad);
+    Goals { angles, differences: equal_shares(humanoid), ..Goals::default() }
+}
+
+/// Every marker that both sides have shall be where it is wanted; `priors` beside that.
+pub(super) fn marker_goals(humanoid: &Humanoid, targets: &Markers, priors: Goals) -> Goals {
     let points = humanoid
         .markers
         .iter()
         .zip(targets)
         .filter_map(|(on, target)| Some(PointGoal { on: (*on)?, target: (*target)?, weight: 1.0 }));
-    Goals { points: points.collect(), orientations: Vec::new(), angles }
+    Goals { points: points.collect(), ..priors }
 }
 
 /// The best of several starts: the pose given, and the body set upright on the trunk's markers with its joints at the start's

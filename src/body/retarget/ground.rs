@@ -41,6 +41,22 @@ pub(super) struct Grounding {
     pub(super) levelled: f64,
 }
 
+/// A shift smaller than this is not worth a note, metres.
+const NOTED: f64 = 0.01;
+
+impl Grounding {
+    /// A note on a motion that was shifted by a centimetre or more.
+    pub(super) fn note(&self) -> Option<String> {
+        let way = if self.raised > 0.0 { "raised" } else { "lowered" };
+        (self.raised.abs() >= NOTED).then(|| {
+            format!(
+                "the motion was {way} by {:.0} mm, so that feet that stand touch the ground",
+                1000.0 * self.raised.abs()
+            )
+        })
+    }
+}
+
 /// Moves a motion so that its ground is z = 0: raised, and turned level where soles tell a tilt and `level` says so.
 pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: bool) -> Grounding {
     let Some(ground) = Plane::beneath(&soles(humanoid, motion)) else { return Grounding::default() };

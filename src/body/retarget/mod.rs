@@ -17,6 +17,8 @@
 mod anatomy;
 mod calibration;
 mod continuity;
+#[cfg(test)]
+mod crops;
 mod fingerprint;
 mod fit;
 mod ground;
@@ -26,6 +28,8 @@ mod planted;
 mod residuals;
 mod shape_fit;
 mod solver;
+mod spine;
+mod turning;
 
 use std::collections::BTreeMap;
 
@@ -127,7 +131,11 @@ pub enum RetargetError {
     #[error("clip `{}` has no frames", excerpt(.0))]
     EmptyClip(String),
     /// The humanoid does not say where its markers are.
-    #[error("humanoid `{}` has no marker for: {missing}; add links named marker_NAME to its URDF", excerpt(humanoid))]
+    #[error(
+        "humanoid `{}` has no marker for: {missing}, and neither names nor shape of its links tell where they are; add to its URDF for \
+         each an empty link marker_NAME on a fixed joint",
+        excerpt(humanoid)
+    )]
     MissingMarkers {
         /// Its name.
         humanoid: String,
@@ -155,11 +163,14 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     let calibration = Calibration::new(&humanoid, &subject, &posed);
     let hold = options.fit.continuity_m_per_rad * libm::sqrt(clip.frames_per_second / 120.0);
     let fit = FitOptions { continuity_m_per_rad: hold, ..options.fit };
-    let poses = continuity::pose_all(&humanoid, &subject, &calibration, &posed, &fit);
+    let recorded = turning::recorded_turns(clip, &anatomy.joints());
+    let turns: Vec<f64> = recorded.iter().map(|turn| turn + turning::MARGIN / clip.frames_per_second).collect();
+    let poses = continuity::pose_all(&humanoid, &subject, &calibration, &posed, &turns, &fit);
     let mut motion = Motion { frames_per_second: clip.frames_per_second, poses }.made_continuous(&humanoid);
     let mut report = RetargetReport::new(&humanoid, &subject, &motion, lengths);
     report.notes.extend(clip.notes.iter().cloned());
     report.notes.extend(residuals::leaps(&subject, clip.frames_per_second));
+    report.notes.extend(turning::note(&humanoid, &motion, &recorded));
     if let Some(bone) = anatomy.restored_bone_m() {
         report.notes.push(format!(
             "the recording lacks the bone between the thorax joint and what hangs on it; {bone:.4} m restored"
@@ -168,6 +179,7 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     if options.stand_on_ground {
         let grounding = ground::stand_on_ground(&humanoid, &mut motion, options.level_ground);
         report.ground_shift_m = grounding.raised;
+        report.notes.extend(grounding.note());
         report.ground_levelled_deg = grounding.levelled.to_degrees();
     }
     if options.centre_path {

@@ -48,6 +48,21 @@ impl AngleGoal {
     }
 }
 
+/// Two degrees of freedom shall be equal (`sign` 1) or opposite (-1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct DifferenceGoal {
+    pub(crate) of: [usize; 2],
+    pub(crate) sign: f64,
+    /// The distance in metres that one radian (or metre) of difference amounts to.
+    pub(crate) metres_per_unit: f64,
+}
+
+impl DifferenceGoal {
+    fn residual(&self, pose: &Pose) -> f64 {
+        self.sign * pose.joint_angles[self.of[1]] - pose.joint_angles[self.of[0]]
+    }
+}
+
 /// All that a pose shall meet.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Goals {
@@ -55,6 +70,7 @@ pub(crate) struct Goals {
     pub(crate) orientations: Vec<OrientationGoal>,
     /// One per degree of freedom.
     pub(crate) angles: Vec<AngleGoal>,
+    pub(crate) differences: Vec<DifferenceGoal>,
 }
 
 /// The best pose found.
@@ -154,6 +170,9 @@ impl<'a> Solver<'a> {
         for (goal, angle) in goals.angles.iter().zip(pose.joint_angles.iter()) {
             sum += square(goal.metres_per_unit * (goal.target - angle));
         }
+        for goal in &goals.differences {
+            sum += square(goal.metres_per_unit * goal.residual(pose));
+        }
         sum
     }
 
@@ -178,6 +197,15 @@ impl<'a> Solver<'a> {
             let square = goal.metres_per_unit * goal.metres_per_unit;
             self.normal[(6 + i) * size + 6 + i] += square;
             self.gradient[6 + i] += square * (goal.target - angle);
+        }
+        for goal in &goals.differences {
+            let square = goal.metres_per_unit * goal.metres_per_unit;
+            let [a, b] = goal.of.map(|dof| 6 + dof);
+            self.normal[a * size + a] += square;
+            self.normal[b * size + b] += square;
+            self.normal[a.max(b) * size + a.min(b)] -= goal.sign * square;
+            self.gradient[a] += square * goal.residual(pose);
+            self.gradient[b] -= goal.sign * square * goal.residual(pose);
         }
     }
 

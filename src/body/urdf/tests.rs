@@ -74,7 +74,15 @@ fn every_fault_of_a_urdf_is_refused_with_its_line_and_element() {
         (elbow("<limit lower=\"0\" upper=\"1\" effort=\"1\"/>"), "<limit> needs `velocity`"),
         (elbow(&bad_mimic("j")), "mimics itself"),
         (elbow(&bad_mimic("q")), "mimics joint `q`, which does not exist"),
-        (elbow("").replace("revolute", "planar"), "joint `j`: planar joints are not supported"),
+        (
+            robot(&[link("a"), link("b"), link("c"), hinge("i", "a", "b", LIMIT), hinge("j", "b", "c", "")])
+                .replace("\"j\" type=\"revolute\"", "\"j\" type=\"planar\""),
+            "joint `j`: planar joints are only supported between a root without geometry and the body",
+        ),
+        (
+            elbow(&format!("<origin xyz=\"0 ${{length}} 0\"/>{LIMIT}")),
+            "expected 3 numbers, finite and at most 1000000; expand the macros first",
+        ),
         (elbow("").replace("revolute", "screw"), "unknown joint type `screw`; expected revolute"),
         (elbow("").replace("<child link=\"b\"/>", ""), "needs <child link"),
         (elbow("").replace(" type=\"revolute\"", ""), "<joint> needs the attribute `type`"),
@@ -84,11 +92,16 @@ fn every_fault_of_a_urdf_is_refused_with_its_line_and_element() {
         (block("<visual><geometry/></visual>"), "<visual> needs a <geometry> with one of sphere"),
         (
             block("<visual><geometry><mesh filename=\"gone.stl\"/></geometry></visual>"),
-            "mesh `gone.stl`: cannot be read",
+            "mesh `gone.stl`: cannot be read: no meshes here; nothing else of this body can be drawn",
+        ),
+        (
+            block("<visual><geometry><mesh filename=\"gone.glb\"/></geometry></visual>"),
+            "mesh `gone.glb`: ending `.glb` is not supported; convert it to .stl, .obj or .dae",
         ),
         (mass("-1"), "test.urdf:2: link `a`: a mass of -1 kg"),
         (mass("NaN"), "<mass value=\"NaN\">"),
         (mass("1e6"), "a mass of 1000000 kg"),
+        (mass("1").replace("izz=\"1\"", "izz=\"-1e-6\""), "test.urdf:2: link `a`: a negative moment of inertia"),
         (taper("taper:arm:a"), "taper:arm:a stands alone"),
         (taper("taper:arm"), "expected taper:NAME:a or taper:NAME:b"),
         ("<robot name=\"r\"><link name=\"a\">".into(), "test.urdf:1: not well-formed XML"),
@@ -108,6 +121,70 @@ fn every_fault_of_a_urdf_is_refused_with_its_line_and_element() {
 fn marks_around_the_text_and_windows_line_ends_are_accepted() {
     let text = format!("\u{feff}{}\n\0\0", elbow(LIMIT)).replace('\n', "\r\n");
     assert_eq!(parse(&text).unwrap().degrees_of_freedom[0].name, "j");
+}
+
+#[test]
+fn what_no_body_needs_may_be_wrong() {
+    let inside = format!(
+        "{LIMIT}<safety_controller soft_lower_limit=\"x\"/><dynamics damping=\"${{d}}\"/><calibration rising=\"?\"/>"
+    );
+    let extras = "<material name=\"\"><texture/></material><gazebo><controller:plugin x=\"1\"/></gazebo>\
+                  <transmission><mechanicalReduction>?</mechanicalReduction></transmission><xacro:macro name=\"m\"/>";
+    let visual = "<visual><geometry><sphere radius=\"1\"/></geometry><material><texture/><color/></material></visual>";
+    let text = elbow(&inside).replace("</robot>", &format!("{extras}</robot>"));
+    let text =
+        text.replace("<link name=\"a\"/>", &format!("<link name=\"a\">{visual}<sensor/><collision_checking/></link>"));
+    let body = parse(&text).unwrap();
+    assert_eq!((body.links.len(), body.links[0].flesh.len(), body.degrees_of_freedom[0].upper), (2, 1, 2.0));
+    // lines stay what they were
+    let broken = text.replace("upper=\"2\"", "upper=\"-2\"");
+    assert!(parse(&broken).unwrap_err().to_string().starts_with("test.urdf:4: joint `j`: lower limit -1 is above"));
+}
+
+#[test]
+fn inertia_that_rounding_made_negative_is_none() {
+    let inertia = "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"-5e-20\"/>";
+    let body = parse(&block(&format!("<inertial><mass value=\"1\"/>{inertia}</inertial>"))).unwrap();
+    assert_eq!(body.links[0].inertia.as_ref().unwrap().tensor[(2, 2)], 0.0);
+}
+
+#[test]
+fn mimic_on_a_fixed_joint_is_ignored_with_a_note() {
+    let text = elbow("<mimic joint=\"other\"/>").replace("revolute", "fixed");
+    let body = parse(&text).unwrap();
+    assert_eq!(body.joints[0].kind, JointKind::Fixed);
+    assert!(body.notes[0].contains("joint `j`: fixed, so <mimic joint=\"other\"> is ignored"), "{:?}", body.notes);
+}
+
+#[test]
+fn an_empty_root_on_which_the_body_floats_is_left_out_with_a_note() {
+    let parts = [link("world"), link("a"), link("b"), hinge("free", "world", "a", ""), hinge("j", "a", "b", LIMIT)];
+    for kind in ["floating", "planar"] {
+        let text = robot(&parts).replace("\"free\" type=\"revolute\"", &format!("\"free\" type=\"{kind}\""));
+        let body = parse(&text).unwrap();
+        assert_eq!((body.links.len(), body.links[0].name.as_str(), body.degrees_of_freedom.len()), (2, "a", 1));
+        assert!(body.notes[0].contains("link `world` and joint `free` are left out"), "{:?}", body.notes);
+    }
+}
+
+#[test]
+fn missing_meshes_are_left_out_with_a_note_and_collision_solids_take_their_place() {
+    let visual = |shape: &str| format!("<visual><geometry>{shape}</geometry></visual>");
+    let gone = visual("<mesh filename=\"package://r/gone.dae\"/>");
+    let other = visual("<mesh filename=\"other.ply\"/>");
+    let ball = "<collision><geometry><sphere radius=\"0.5\"/></geometry></collision>";
+    let text = robot(&[
+        format!("<link name=\"a\">{gone}{gone}{ball}</link>"),
+        format!("<link name=\"b\">{other}{}</link>", visual("<sphere radius=\"1\"/>")),
+        format!("<link name=\"c\">{other}</link>"),
+        hinge("j", "a", "b", LIMIT),
+        hinge("k", "b", "c", LIMIT),
+    ]);
+    let body = parse(&text).unwrap();
+    let flesh: Vec<usize> = body.links.iter().map(|link| link.flesh.len()).collect();
+    assert_eq!(flesh, [1, 1, 0]);
+    let note = "2 of the meshes cannot be read and are left out: package://r/gone.dae, other.ply; the body lacks";
+    assert!(body.notes.iter().any(|n| n.starts_with(note)), "{:?}", body.notes);
 }
 
 #[test]
@@ -192,11 +269,11 @@ fn a_marker_with_mass_or_on_a_moving_joint_is_refused() {
 #[test]
 fn foreign_robots_load_with_their_meshes_and_recognised_markers() {
     let robots = [
-        ("pybullet_humanoid/humanoid.urdf", 16, 28, 14),
-        ("gepetto_human/human_description/robots/human.urdf", 37, 36, 14),
-        ("gepetto_simple_humanoid/simple_humanoid_description/urdf/simple_humanoid.urdf", 31, 29, 0),
-        ("human_gazebo/humanSubject01_48dof.urdf", 51, 48, 14),
-        ("human_gazebo/humanSubject01_66dof.urdf", 69, 66, 14),
+        ("pybullet_humanoid/humanoid.urdf", 16, 28, 15),
+        ("gepetto_human/human_description/robots/human.urdf", 37, 36, 15),
+        ("gepetto_simple_humanoid/simple_humanoid_description/urdf/simple_humanoid.urdf", 31, 29, 15),
+        ("human_gazebo/humanSubject01_48dof.urdf", 51, 48, 15),
+        ("human_gazebo/humanSubject01_66dof.urdf", 69, 66, 15),
     ];
     for (file, links, freedoms, markers) in robots {
         let Some(path) = test_data::path(&format!("robots/{file}")) else { return };

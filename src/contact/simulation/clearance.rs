@@ -60,7 +60,7 @@ fn lifted(body: &Humanoid, pose: &Pose, frames: &LinkFrames, feet: [(&[usize], f
     }
     let stay = |&target: &f64| AngleGoal { target, metres_per_unit: ANGLE_WEIGHT };
     let angles = pose.joint_angles.iter().map(stay).collect();
-    Solver::new(body).solve(&Goals { points, orientations: Vec::new(), angles }, pose, MAX_ITERATIONS).pose
+    Solver::new(body).solve(&Goals { points, angles, ..Goals::default() }, pose, MAX_ITERATIONS).pose
 }
 
 /// Goals that hold a link where it is, but for a lift.

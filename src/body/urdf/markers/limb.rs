@@ -64,42 +64,52 @@ pub(super) fn named_end(parts: &RigidParts<'_>, limb: Limb, side: Side) -> Optio
     None
 }
 
+/// Most joints that make up a hip, shoulder, ankle or wrist.
+const MOST_HINGES: usize = 3;
+/// Joints of a wrist or ankle are nearer to its first than this share of the segment above.
+const NEAR: f64 = 0.3;
+
 /// The joints of a limb. `path` leads from the trunk's end to the limb's.
 pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Option<[Place; 3]> {
-    let path: Vec<usize> = path.iter().copied().filter(|&p| parts.parts[p].part != Some(Part::Clavicle)).collect();
-    let origin = |i: usize| parts.parts[path[i]].origin;
+    let apart = |a: usize, b: usize| (parts.parts[path[a]].origin - parts.parts[path[b]].origin).norm();
     let is = |i: usize, name: Part| parts.parts[path[i]].part == Some(name);
-    let (first, last) = (0, path.len().checked_sub(1)?);
-    let named_middle = (first..=last).find(|&i| is(i, limb.middle()));
-    let named_lower = (first..=last).find(|&i| is(i, limb.lower()));
+    let last = path.len().checked_sub(1)?;
+    let first = (0..last).find(|&i| !is(i, Part::Clavicle)).unwrap_or(0);
+    let named_middle = (first + 1..=last).find(|&i| is(i, limb.middle()));
+    let named_lower = (first + 1..=last).find(|&i| is(i, limb.lower()));
     let end = named_lower.unwrap_or(last);
     // the middle joint is the one that is farthest from both ends
-    let apart = |i: &usize| (origin(*i) - origin(first)).norm().min((origin(*i) - origin(end)).norm());
-    let farthest = || (first + 1..=end).max_by(|a, b| apart(a).total_cmp(&apart(b)));
-    let middle = named_middle.filter(|&i| i > first).or_else(farthest)?;
-    let lower = named_lower.filter(|&i| i > middle).or_else(|| {
-        let nearer = |&i: &usize| (origin(i) - origin(last)).norm() < (origin(i) - origin(middle)).norm();
-        (middle + 1..=last).find(nearer)
+    let from_ends = |i: usize| apart(i, first).min(apart(i, end));
+    let farthest = || (first + 1..=end).max_by(|&a, &b| from_ends(a).total_cmp(&from_ends(b)));
+    let middle = named_middle.or_else(farthest)?;
+    let is_near_end = |&i: &usize| named_lower.is_some_and(|lower| i >= lower) || apart(i, end) < apart(i, middle);
+    let lower = (middle + 1..=last).find(is_near_end);
+    let uppers = upper_hinges(parts, &path[..middle]);
+    let middles = (middle..lower.unwrap_or(last + 1)).filter(|&i| i == middle || is(i, limb.middle()));
+    let middles: Vec<usize> = middles.map(|i| path[i]).collect();
+    let lowers: Vec<usize> = lower.map_or(Vec::new(), |lower| {
+        let near = |i: &usize| apart(*i, lower) <= NEAR * apart(lower, middle);
+        (lower..=last).take_while(near).take(MOST_HINGES).map(|i| path[i]).collect()
     });
-    let upper = path[middle.saturating_sub(3)..middle].to_vec();
-    let middles: Vec<usize> = match named_middle {
-        Some(_) => (middle..lower.unwrap_or(last + 1)).filter(|&i| i == middle || is(i, limb.middle())).collect(),
-        None => vec![middle],
+    // all that lies between two markers must be between the links that carry them: the bone may be on any link of a joint
+    let place = |of: &[usize], carrier: Option<&usize>, named: bool| {
+        Some(Place { link: parts.parts[*carrier?].links[0], point: joint_centre(parts, of)?, named })
     };
-    let centre = |of: &[usize]| joint_centre(parts, of);
-    let link = |part: usize| parts.parts[part].links[0];
-    let chosen: Vec<usize> = middles.iter().map(|&i| path[i]).collect();
-    let upper_joint = Place { link: link(*upper.last()?), point: centre(&upper)?, named: named_middle.is_some() };
-    let carrier = lower.map_or(last, |lower| lower - 1);
-    let middle_joint = Place { link: link(path[carrier]), point: centre(&chosen)?, named: named_middle.is_some() };
-    let lower_joint = match lower {
-        Some(lower) => {
-            let lowers: Vec<usize> = path[lower..].to_vec();
-            Place { link: link(*lowers.last()?), point: centre(&lowers)?, named: named_lower.is_some() }
-        }
-        None => tip(parts, limb, path[last], &upper_joint, &middle_joint),
-    };
+    let upper_joint = place(&uppers, uppers.first(), named_middle.is_some())?;
+    let middle_joint = place(&middles, middles.first(), named_middle.is_some())?;
+    let lower_joint = place(&lowers, lowers.last(), named_lower.is_some());
+    let lower_joint = lower_joint.unwrap_or_else(|| tip(parts, limb, path[last], &upper_joint, &middle_joint));
     Some([upper_joint, middle_joint, lower_joint])
+}
+
+/// The hinges of a hip or shoulder: the last before the middle joint. A collar bone's are only among them where there are no
+/// others to make a shoulder of.
+fn upper_hinges(parts: &RigidParts<'_>, above: &[usize]) -> Vec<usize> {
+    let hinges = &above[above.len().saturating_sub(MOST_HINGES)..];
+    let is_shoulder = |part: &&usize| parts.parts[**part].part != Some(Part::Clavicle);
+    let own: Vec<usize> = hinges.iter().filter(is_shoulder).copied().collect();
+    let is_enough = own.len() > 1 || own.iter().any(|&part| parts.parts[part].axis.is_none());
+    if is_enough { own } else { hinges.to_vec() }
 }
 
 /// The lower joint of a limb that has none: where a fixed link of that name is, else as far as people's limbs reach.

@@ -9,6 +9,8 @@ mod limb;
 mod names;
 mod proposal;
 mod rigid_part;
+#[cfg(test)]
+mod tests;
 
 use roxmltree::Node;
 

@@ -72,7 +72,7 @@ pub(super) fn told(name: &str) -> (Option<Side>, Option<Part>) {
     }
     let has =
         |known: &str| joined.iter().any(|w| w.as_str() == known || ENDINGS.iter().any(|e| *w == format!("{known}{e}")));
-    let middle = [("head", Part::Head), ("skull", Part::Head), ("neck", Part::Neck), ("upperneck", Part::Neck)];
+    let middle = [("head", Part::Head), ("skull", Part::Head), ("neck", Part::Neck)];
     (None, middle.into_iter().find(|(word, _)| has(word)).map(|(_, part)| part))
 }
 
@@ -131,7 +131,7 @@ fn words(name: &str) -> Vec<String> {
 fn joined(words: &[String]) -> Vec<String> {
     let mut joined: Vec<String> = Vec::with_capacity(words.len());
     for (i, word) in words.iter().enumerate() {
-        if i > 0 && BEFORE.contains(&words[i - 1].as_str()) && ["leg", "arm", "neck"].contains(&word.as_str()) {
+        if i > 0 && BEFORE.contains(&words[i - 1].as_str()) && ["leg", "arm"].contains(&word.as_str()) {
             joined.pop();
             joined.push(format!("{}{word}", words[i - 1]));
         } else {

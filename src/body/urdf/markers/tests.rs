@@ -1,0 +1,354 @@
+//! One small robot under the names that many robots have, upright and with other axes.
+
+use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+
+use crate::body::{Humanoid, LANDMARKS, Landmark};
+
+/// The joints of one side: a leg's three hip, one knee and two ankle joints, and an arm's three shoulder, one elbow and two wrist
+/// joints; places in the parent's frame (X forward, Y left, Z up), and axes.
+const LEG: [([f64; 3], [u8; 3]); 6] = [
+    ([0.0, 0.09, 0.0], [0, 0, 1]),
+    ([0.0, 0.0, 0.0], [1, 0, 0]),
+    ([0.0, 0.0, 0.0], [0, 1, 0]),
+    ([0.0, 0.0, -0.4], [0, 1, 0]),
+    ([0.0, 0.0, -0.38], [0, 1, 0]),
+    ([0.0, 0.0, 0.0], [1, 0, 0]),
+];
+/// The upper arm's own rotation has its frame half-way down the arm, as Unitree's have.
+const ARM: [([f64; 3], [u8; 3]); 6] = [
+    ([0.0, 0.18, 0.4], [0, 1, 0]),
+    ([0.0, 0.0, 0.0], [1, 0, 0]),
+    ([0.0, 0.0, -0.12], [0, 0, 1]),
+    ([0.0, 0.0, -0.16], [0, 1, 0]),
+    ([0.0, 0.0, -0.24], [0, 0, 1]),
+    ([0.0, 0.0, 0.0], [0, 1, 0]),
+];
+
+/// How a robot calls its links. `{}` is the side; joints are called as the links that they move, or nothing at all.
+struct Style {
+    sides: [&'static str; 2],
+    leg: [&'static str; 6],
+    arm: [&'static str; 6],
+    /// Pelvis, trunk, neck, head.
+    trunk: [&'static str; 4],
+    finger: &'static str,
+}
+
+const STYLES: [Style; 9] = [
+    // Unitree H1 and G1
+    Style {
+        sides: ["left", "right"],
+        leg: [
+            "{}_hip_yaw_link",
+            "{}_hip_roll_link",
+            "{}_hip_pitch_link",
+            "{}_knee_link",
+            "{}_ankle_pitch_link",
+            "{}_ankle_roll_link",
+        ],
+        arm: [
+            "{}_shoulder_pitch_link",
+            "{}_shoulder_roll_link",
+            "{}_shoulder_yaw_link",
+            "{}_elbow_link",
+            "{}_wrist_roll_link",
+            "{}_wrist_pitch_link",
+        ],
+        trunk: ["pelvis", "torso_link", "neck_link", "head_link"],
+        finger: "{}_hand_middle_",
+    },
+    // Talos
+    Style {
+        sides: ["left", "right"],
+        leg: ["leg_{}_1_link", "leg_{}_2_link", "leg_{}_3_link", "leg_{}_4_link", "leg_{}_5_link", "leg_{}_6_link"],
+        arm: ["arm_{}_1_link", "arm_{}_2_link", "arm_{}_3_link", "arm_{}_4_link", "arm_{}_5_link", "arm_{}_6_link"],
+        trunk: ["base_link", "torso_1_link", "head_1_link", "head_2_link"],
+        finger: "gripper_{}_fingertip_",
+    },
+    // Atlas
+    Style {
+        sides: ["l", "r"],
+        leg: ["{}_uglut", "{}_lglut", "{}_uleg", "{}_lleg", "{}_talus", "{}_foot"],
+        arm: ["{}_clav", "{}_scap", "{}_uarm", "{}_larm", "{}_farm", "{}_hand"],
+        trunk: ["pelvis", "utorso", "neck_ry", "head"],
+        finger: "{}_f0_",
+    },
+    // iCub, ergoCub
+    Style {
+        sides: ["l", "r"],
+        leg: ["{}_hip_1", "{}_hip_2", "{}_upper_leg", "{}_lower_leg", "{}_ankle_1", "{}_foot"],
+        arm: ["{}_shoulder_1", "{}_shoulder_2", "{}_upper_arm", "{}_elbow_1", "{}_wrist_1", "{}_hand"],
+        trunk: ["root_link", "chest", "neck_1", "head"],
+        finger: "{}_hand_thumb_",
+    },
+    // Valkyrie
+    Style {
+        sides: ["left", "right"],
+        leg: ["{}HipYawLink", "{}HipRollLink", "{}HipPitchLink", "{}KneePitchLink", "{}AnklePitchLink", "{}Foot"],
+        arm: [
+            "{}ShoulderPitchLink",
+            "{}ShoulderRollLink",
+            "{}ShoulderYawLink",
+            "{}ElbowPitchLink",
+            "{}WristRollLink",
+            "{}Palm",
+        ],
+        trunk: ["pelvis", "torso", "lowerNeckPitchLink", "head"],
+        finger: "{}ThumbPitch",
+    },
+    // NAO, Romeo
+    Style {
+        sides: ["L", "R"],
+        leg: ["{}HipYawPitch", "{}HipRoll", "{}Thigh", "{}Tibia", "{}AnklePitch", "{}Foot"],
+        arm: ["{}ShoulderPitch", "{}ShoulderRoll", "{}Bicep", "{}ForeArm", "{}WristYaw", "{}Hand"],
+        trunk: ["base_link", "torso", "HeadYaw_link", "HeadPitch_link"],
+        finger: "{}Finger",
+    },
+    // SMPL
+    Style {
+        sides: ["L", "R"],
+        leg: ["{}_Hip_x", "{}_Hip_y", "{}_Hip", "{}_Knee", "{}_Ankle_x", "{}_Ankle"],
+        arm: ["{}_Shoulder_x", "{}_Shoulder_y", "{}_Shoulder", "{}_Elbow", "{}_Wrist", "{}_Hand"],
+        trunk: ["Pelvis", "Chest", "Neck", "Head"],
+        finger: "{}_Index",
+    },
+    // Mixamo: LeftArm is the upper arm, LeftLeg the shank
+    Style {
+        sides: ["Left", "Right"],
+        leg: ["{}UpLeg_x", "{}UpLeg_y", "{}UpLeg", "{}Leg", "{}Foot_x", "{}Foot"],
+        arm: ["{}Arm_x", "{}Arm_y", "{}Arm", "{}ForeArm", "{}Hand_x", "{}Hand"],
+        trunk: ["Hips", "Spine2", "Neck", "Head"],
+        finger: "{}HandIndex",
+    },
+    // MakeHuman
+    Style {
+        sides: ["L", "R"],
+        leg: ["upperleg01.{}", "upperleg02.{}", "upperleg03.{}", "lowerleg01.{}", "foot_x.{}", "foot.{}"],
+        arm: ["upperarm01.{}", "upperarm02.{}", "upperarm03.{}", "lowerarm01.{}", "wrist_x.{}", "wrist.{}"],
+        trunk: ["root", "spine01", "neck01", "head"],
+        finger: "finger1-.{}",
+    },
+];
+
+/// What a robot is built like.
+#[derive(Clone, Copy)]
+struct Build {
+    root_from_body: UnitQuaternion<f64>,
+    head: bool,
+    wrists: bool,
+    fingers: bool,
+}
+
+impl Build {
+    fn whole() -> Self {
+        Self { root_from_body: UnitQuaternion::identity(), head: true, wrists: true, fingers: false }
+    }
+}
+
+struct Writer {
+    text: String,
+    turn: UnitQuaternion<f64>,
+}
+
+impl Writer {
+    fn link(&mut self, name: &str, shape: Option<(&str, [f64; 3])>) {
+        let visual = shape.map_or(String::new(), |(shape, at)| {
+            let [x, y, z] = self.turned(at);
+            format!("<visual><origin xyz=\"{x} {y} {z}\"/><geometry>{shape}</geometry></visual>")
+        });
+        self.text += &format!("<link name=\"{name}\">{visual}</link>\n");
+    }
+
+    fn joint(&mut self, parent: &str, child: &str, at: [f64; 3], axis: [f64; 3]) {
+        let ([x, y, z], [a, b, c]) = (self.turned(at), self.turned(axis));
+        self.text += &format!(
+            "<joint name=\"{child}_joint\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+             <origin xyz=\"{x} {y} {z}\"/><axis xyz=\"{a} {b} {c}\"/><limit lower=\"-2\" upper=\"2\" effort=\"9\" velocity=\"9\"/></joint>\n"
+        );
+    }
+
+    /// A vector of the body's axes in the root's.
+    fn turned(&self, v: [f64; 3]) -> [f64; 3] {
+        (self.turn * Vector3::from(v)).into()
+    }
+}
+
+/// The robot's text; `name` says what a link is called whose style name is given.
+fn urdf(style: &Style, build: &Build, name: &dyn Fn(&str) -> String) -> String {
+    let mut w = Writer { text: "<robot name=\"r\">\n".to_owned(), turn: build.root_from_body };
+    let [pelvis, trunk, neck, head] = style.trunk.map(name);
+    let ball = |radius: f64| format!("<sphere radius=\"{radius}\"/>");
+    w.link(&pelvis, Some((&ball(0.1), [0.0, 0.0, 0.05])));
+    w.link(&trunk, Some((&ball(0.15), [0.0, 0.0, 0.25])));
+    w.joint(&pelvis, &trunk, [0.0, 0.0, 0.1], [0.0, 0.0, 1.0]);
+    for (side, sign) in style.sides.into_iter().zip([1.0, -1.0]) {
+        let own = |pattern: &str| name(&pattern.replace("{}", side));
+        let arm = if build.wrists { &ARM[..] } else { &ARM[..4] };
+        for (joints, names, root) in [(&LEG[..], style.leg, &pelvis), (arm, style.arm, &trunk)] {
+            let mut parent = root.clone();
+            for (i, ((at, axis), pattern)) in joints.iter().zip(names).enumerate() {
+                let link = own(pattern);
+                // flesh along the bone below the joint, and on hands and feet
+                let shape = match i {
+                    3 if i + 1 == joints.len() => Some((ball(0.05), [0.0, 0.0, -0.25])),
+                    3 => Some((ball(0.04), [0.0, 0.0, -0.12])),
+                    5 => Some((ball(0.04), [0.03, 0.0, -0.04])),
+                    _ => None,
+                };
+                w.link(&link, shape.as_ref().map(|(shape, at)| (shape.as_str(), *at)));
+                w.joint(&parent, &link, [at[0], at[1] * sign, at[2]], axis.map(f64::from));
+                parent = link;
+            }
+            if build.fingers && root == &trunk && build.wrists {
+                for finger in 0..3 {
+                    let mut knuckle = parent.clone();
+                    for bone in 0..2 {
+                        let link = own(&format!("{}{finger}_{bone}", style.finger));
+                        w.link(&link, Some((&ball(0.01), [0.0; 3])));
+                        w.joint(&knuckle, &link, [0.02 * f64::from(finger), 0.0, -0.05], [0.0, 1.0, 0.0]);
+                        knuckle = link;
+                    }
+                }
+            }
+        }
+    }
+    if build.head {
+        w.link(&neck, None);
+        w.joint(&trunk, &neck, [0.0, 0.0, 0.45], [0.0, 0.0, 1.0]);
+        w.link(&head, Some((&ball(0.1), [0.02, 0.0, 0.12])));
+        w.joint(&neck, &head, [0.0, 0.0, 0.03], [0.0, 1.0, 0.0]);
+    }
+    w.text + "</robot>"
+}
+
+fn load(text: &str) -> Humanoid {
+    Humanoid::from_urdf(text, "style.urdf", &|_| Err(std::io::ErrorKind::NotFound.into())).unwrap()
+}
+
+/// Where the markers of the robot are by construction, in the body's axes.
+fn expected(landmark: Landmark) -> Point3<f64> {
+    use Landmark as L;
+    let sided = |left: bool, y: f64, z: f64| Point3::new(0.0, if left { y } else { -y }, z);
+    match landmark {
+        L::Pelvis => Point3::origin(),
+        L::Thorax => Point3::new(0.0, 0.0, 0.55),
+        L::HeadTop => Point3::new(0.0, 0.0, 0.80),
+        L::LeftHip | L::RightHip => sided(landmark == L::LeftHip, 0.09, 0.0),
+        L::LeftKnee | L::RightKnee => sided(landmark == L::LeftKnee, 0.09, -0.4),
+        L::LeftAnkle | L::RightAnkle => sided(landmark == L::LeftAnkle, 0.09, -0.78),
+        L::LeftShoulder | L::RightShoulder => sided(landmark == L::LeftShoulder, 0.18, 0.5),
+        L::LeftElbow | L::RightElbow => sided(landmark == L::LeftElbow, 0.18, 0.22),
+        L::LeftWrist | L::RightWrist => sided(landmark == L::LeftWrist, 0.18, -0.02),
+    }
+}
+
+/// Checks every marker to 5 mm, and the body's axes. Landmarks that proportions tell may be 6 cm off: people differ by as much.
+fn check(what: &str, body: &Humanoid, build: &Build, told_by_proportions: &[Landmark]) {
+    let markers = body.markers(&body.link_frames(&body.zero_pose()));
+    for landmark in LANDMARKS {
+        let name = landmark.name();
+        let place = markers[landmark as usize].unwrap_or_else(|| panic!("{what}: no {name}; {:?}", body.notes));
+        let in_body = build.root_from_body.inverse() * place;
+        let off = (in_body - expected(landmark)).norm();
+        let most = if told_by_proportions.contains(&landmark) { 0.06 } else { 0.005 };
+        assert!(off < most, "{what}: {name} at {in_body}, {off:.3} m off; {:?}", body.notes);
+    }
+    let angle = body.root_from_body().angle_to(&build.root_from_body);
+    assert!(angle < 1e-6, "{what}: axes {angle} rad off");
+}
+
+/// X forward and Z up; Z forward and Y up (SMPL, Blender); X forward and Y up (Gepetto); Y forward and Z up.
+fn axes() -> [UnitQuaternion<f64>; 4] {
+    let columns = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
+        [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
+        [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+    ];
+    columns.map(|[x, y]| {
+        let (x, y) = (Vector3::from(x), Vector3::from(y));
+        let matrix = Matrix3::from_columns(&[x, y, x.cross(&y)]);
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix))
+    })
+}
+
+#[test]
+fn markers_and_axes_are_told_by_the_names_of_many_robots() {
+    for style in &STYLES {
+        for root_from_body in axes() {
+            let build = Build { root_from_body, ..Build::whole() };
+            check(style.leg[2], &load(&urdf(style, &build, &str::to_owned)), &build, &[]);
+        }
+    }
+}
+
+#[test]
+fn fingers_are_no_wrists() {
+    for style in &STYLES {
+        let build = Build { fingers: true, ..Build::whole() };
+        check(style.finger, &load(&urdf(style, &build, &str::to_owned)), &build, &[]);
+    }
+}
+
+#[test]
+fn a_robot_without_a_head_or_without_wrists_gets_both_where_a_persons_would_be() {
+    let trunk = [Landmark::Thorax, Landmark::HeadTop];
+    let wrists = [Landmark::LeftWrist, Landmark::RightWrist];
+    for style in &STYLES {
+        let headless = Build { head: false, ..Build::whole() };
+        check(style.trunk[3], &load(&urdf(style, &headless, &str::to_owned)), &headless, &trunk);
+    }
+    let armless = Build { wrists: false, ..Build::whole() };
+    check("no wrists", &load(&urdf(&STYLES[0], &armless, &str::to_owned)), &armless, &wrists);
+}
+
+#[test]
+fn shape_alone_tells_the_limbs_of_a_robot_whose_names_tell_nothing() {
+    let style = &STYLES[0];
+    let numbered = |name: &str| {
+        let sum = name.bytes().fold(7_u64, |sum, b| sum.wrapping_mul(31).wrapping_add(u64::from(b)));
+        format!("part_{sum}")
+    };
+    // the first joint of a finger may be one of the wrist's
+    let unknown = [Landmark::Thorax, Landmark::HeadTop, Landmark::LeftWrist, Landmark::RightWrist];
+    for (build, what) in [
+        (Build::whole(), "Z up"),
+        (Build { root_from_body: axes()[1], ..Build::whole() }, "Y up"),
+        (Build { fingers: true, ..Build::whole() }, "with fingers"),
+    ] {
+        let body = load(&urdf(style, &build, &numbered));
+        check(what, &body, &build, &unknown);
+        assert!(body.notes.iter().any(|note| note.contains("proposed from shape")), "{:?}", body.notes);
+    }
+}
+
+#[test]
+fn one_marker_of_the_files_own_overrides_one_proposal() {
+    let text = urdf(&STYLES[3], &Build::whole(), &str::to_owned);
+    let marker = "<link name=\"marker_head_top\"/><joint name=\"m\" type=\"fixed\"><parent link=\"head\"/>\
+                  <child link=\"marker_head_top\"/><origin xyz=\"0 0 0.5\"/></joint></robot>";
+    let (plain, own) = (load(&text), load(&text.replace("</robot>", marker)));
+    let places = |body: &Humanoid| body.markers(&body.link_frames(&body.zero_pose())).map(Option::unwrap);
+    for ((before, after), landmark) in places(&plain).into_iter().zip(places(&own)).zip(LANDMARKS) {
+        let expected = if landmark == Landmark::HeadTop { Point3::new(0.0, 0.0, 1.08) } else { before };
+        assert!((after - expected).norm() < 1e-12, "{}: {after}", landmark.name());
+    }
+    let note = own.notes.join("; ");
+    assert!(note.contains("left_knee on `l_lower_leg`") && note.contains("marker_NAME overrides one"), "{note}");
+    assert!(!note.contains("head_top"), "{note}");
+}
+
+#[test]
+fn a_robot_arm_is_no_humanoid() {
+    let joints = (0..6).map(|i| {
+        format!(
+            "<joint name=\"j{i}\" type=\"revolute\"><parent link=\"l{i}\"/><child link=\"l{}\"/><origin xyz=\"0 0 0.2\"/>\
+             <axis xyz=\"0 1 0\"/></joint>",
+            i + 1
+        )
+    });
+    let links = (0..7).map(|i| format!("<link name=\"l{i}\"/>"));
+    let body = load(&format!("<robot name=\"r\">{}</robot>", links.chain(joints).collect::<String>()));
+    assert!(body.markers.iter().all(Option::is_none));
+    assert!(!body.notes.iter().any(|note| note.contains("marker")), "{:?}", body.notes);
+}

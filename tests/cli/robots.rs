@@ -1,0 +1,72 @@
+//! Robots of other projects as actors and as trackers' bodies.
+
+use std::path::PathBuf;
+
+use serde_json::Value;
+
+use super::rooms::{Room, shipped};
+use crate::support::test_data;
+
+/// File, and the greatest distance of its landmarks from the recorded ones, millimetres. The simple humanoid's limits are those of
+/// other joints (its left knee bends from -120 to 40 degrees), so it cannot walk as recorded.
+const ROBOTS: [(&str, f64); 5] = [
+    ("pybullet_humanoid/humanoid.urdf", 2.0),
+    ("gepetto_human/human_description/robots/human.urdf", 8.0),
+    ("gepetto_simple_humanoid/simple_humanoid_description/urdf/simple_humanoid.urdf", 60.0),
+    ("human_gazebo/humanSubject01_48dof.urdf", 12.0),
+    ("human_gazebo/humanSubject01_66dof.urdf", 8.0),
+];
+
+fn robots() -> impl Iterator<Item = (PathBuf, f64)> {
+    ROBOTS.into_iter().filter_map(|(file, most)| Some((test_data(&format!("robots/{file}"))?, most)))
+}
+
+/// Runs the frozen smoke scenario with settings, and returns its record.
+fn frozen(room: &Room, settings: &str) -> Value {
+    let scenario = shipped("scenarios/smoke/frozen.toml").display().to_string();
+    let command = format!("run {scenario} rig.ring.size_px=[80,60] {settings} --quiet --force --out run");
+    room.succeed(&command);
+    serde_json::from_slice(&room.read("run/run.json")).unwrap()
+}
+
+fn mean(record: &Value, metric: &str) -> f64 {
+    record["metrics"][metric]["mean"].as_f64().unwrap_or_else(|| panic!("no {metric}: {}", record["metrics"]))
+}
+
+#[test]
+fn robots_of_other_projects_are_inspected_with_all_markers() {
+    let room = Room::new();
+    for (robot, _) in robots() {
+        let said = room.succeed(&format!("inspect {} --json", robot.display())).stdout;
+        let summary: Value = serde_json::from_str(&said).unwrap();
+        assert_eq!(summary["missing_markers"].as_array().unwrap().len(), 0, "{summary}");
+        let notes = summary["notes"].to_string();
+        assert!(notes.contains("markers proposed") && notes.contains("marker_NAME overrides one"), "{notes}");
+    }
+}
+
+#[test]
+fn robots_of_other_projects_walk_as_actors_upright_and_facing_ahead() {
+    let room = Room::new();
+    for (robot, most) in robots() {
+        let name = robot.display();
+        let said = room
+            .succeed(&format!("check {} actor.robot={name} --json", shipped("scenarios/smoke/frozen.toml").display()));
+        let said: Value = serde_json::from_str(&said.stdout).unwrap();
+        assert!(said["retarget_residual_mm"].as_f64().unwrap() < most, "{name}: {said}");
+        let record = frozen(&room, &format!("actor.robot={name}"));
+        let (body, heading) = (mean(&record, "body_orientation_deg"), mean(&record, "heading_deg"));
+        assert!(body < 20.0 && heading < 20.0, "{name}: frozen is {body} degrees off, {heading} about the vertical");
+    }
+}
+
+#[test]
+fn robots_of_other_projects_are_trackers_bodies_whose_axes_are_understood() {
+    let room = Room::new();
+    for (robot, _) in robots() {
+        let name = robot.display();
+        let record = frozen(&room, &format!("tracker_body.robot={name} tracker_body.mismatch=none"));
+        let body = mean(&record, "body_orientation_deg");
+        assert!(body < 25.0, "{name}: frozen is {body} degrees off");
+    }
+}
