@@ -45,6 +45,9 @@ pub struct SimulationFacts {
     /// When the body fell, seconds; absent where it stayed up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fell_at_s: Option<f64>,
+    /// The frame of the set, from 0, at that instant: from it on the truth is a fall; absent where it stayed up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fell_at_frame: Option<usize>,
     /// What hit the body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pushes: Vec<PushFacts>,
@@ -96,6 +99,7 @@ impl ContactFacts {
                 root_wrench_used: [report.root_wrench_mean, report.root_wrench_most],
                 duration_s: report.duration_s,
                 fell_at_s: report.fell_at_s,
+                fell_at_frame: report.fell_at_frame,
                 pushes: settings.pushes.iter().map(push).collect(),
             }),
             ..Self::new("simulate", report.to_string(), &report.quality)

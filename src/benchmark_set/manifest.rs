@@ -182,6 +182,7 @@ mod tests {
                 root_wrench_used: [0.05, 0.2],
                 duration_s: 2.5,
                 fell_at_s: Some(0.8),
+                fell_at_frame: Some(48),
                 pushes: vec![push],
             }),
         }

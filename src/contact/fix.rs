@@ -1,29 +1,18 @@
 //! A motion settled on the ground: standing feet planted, nothing under it, the rest moved as little as that takes.
 
-use std::fmt;
+use nalgebra::Vector3;
 
-use nalgebra::{Point3, Vector3};
-
+use super::fix_report::{FixReport, report};
 use super::foot_paths::{planted, planted_in_recorded_stances};
 use super::ground_contacts::{Clip, link_frames};
-use super::{ContactError, ContactRule, ContactTrack, GroundContacts, GroundQuality};
-use crate::body::retarget::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
-use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
+use super::out_of_ground::{LinkLifts, lift_whole_body};
+use super::placing::{Held, Hold, Recorded};
+use super::{ContactError, ContactRule, ContactTrack, GroundContacts};
+use crate::body::{Humanoid, JointKind, Landmark, LinkFrames, LinkPoint, Motion, Pose};
 use crate::parallel;
 
-/// Greatest change of any angle from the recorded motion, radians (metres where prismatic).
-const GREATEST_CHANGE: f64 = 0.35;
-/// Weight of feet on their paths against that of the root where it was.
-const FOOT_WEIGHT: f64 = 30.0;
-const ROOT_WEIGHT: f64 = 1.0;
-/// What a radian by which the root is turned amounts to, metres: the head is that far from it, and all that hangs on the root is
-/// swung when it tilts.
-const UPRIGHT: f64 = 0.7;
-/// What a radian away from the angle before amounts to, metres.
-const ANGLE_WEIGHT: f64 = 0.1;
-/// A link is held in place and orientation by its origin and points this far along its axes, metres.
-const HOLD: f64 = 0.1;
-const MAX_ITERATIONS: usize = 20;
+/// How often links that sink are lifted further, at most.
+const PASSES: usize = 3;
 
 /// A settled motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,55 +21,6 @@ pub struct Fixed {
     pub motion: Motion,
     /// What that changed.
     pub report: FixReport,
-}
-
-/// What settling changed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FixReport {
-    /// How the motion stood.
-    pub before: GroundQuality,
-    /// How it stands, in stances told anew of the settled motion.
-    pub after: GroundQuality,
-    /// The same in the stances of the motion as it was.
-    pub after_in_old_stances: GroundQuality,
-    /// By how much the whole motion was raised first, mm; 0 for a motion that was not underground.
-    pub raised_mm: f64,
-    /// Mean distance by which joints were moved beyond that, over all joints and frames, mm.
-    pub moved_mm: f64,
-    /// Greatest distance by which a joint was moved beyond that.
-    pub moved_most: MostMoved,
-    /// Greatest change of each degree of freedom, radians (metres where prismatic), in the body's order; at most 0.35.
-    pub angle_changes: Vec<f64>,
-}
-
-/// What was moved most.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MostMoved {
-    /// How far, mm.
-    pub mm: f64,
-    /// Which link.
-    pub link: String,
-    /// In which frame.
-    pub frame: usize,
-}
-
-impl fmt::Display for FixReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.raised_mm > 0.0 {
-            write!(f, "the motion was underground and is raised by {:.0} mm as a whole; ", self.raised_mm)?;
-        }
-        let greatest = self.angle_changes.iter().copied().fold(0.0, f64::max);
-        let MostMoved { mm, link, frame } = &self.moved_most;
-        write!(
-            f,
-            "before: {}; fixed: {}; joints moved by {:.1} mm on average, {mm:.1} mm at most ({link}, frame {frame} from 0), angles by {:.1} \
-             degrees at most",
-            self.before,
-            self.after,
-            self.moved_mm,
-            greatest.to_degrees()
-        )
-    }
 }
 
 /// Settles a motion on the ground z = 0: feet that stand by `rule`, now or once settled, are planted, nothing sinks; every frame is a
@@ -114,18 +54,114 @@ fn settle(
     let depth = depth_of_feet(&before);
     let raised_m = if depth > rule.enter_gap_m { depth } else { 0.0 };
     let old = raised(motion, raised_m);
-    let old_frames = link_frames(body, &old)?;
-    let contacts = GroundContacts::of_frames(body, body, &old_frames, motion.frames_per_second, rule)?;
-    let feet = contacts.feet.each_ref().map(|foot| foot.links.clone());
-    let clip = Clip { surface: body, frames: &old_frames, frames_per_second: motion.frames_per_second, rule };
+    let frames = link_frames(body, &old)?;
+    let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, rule)?;
+    let clip = Clip { surface: body, frames: &frames, frames_per_second: motion.frames_per_second, rule };
     let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
-    let poses = parallel::map(old_frames.len(), |frame| {
-        let shifts = [paths[0][frame], paths[1][frame]];
-        place(&bounded(body, &old.poses[frame]), &old.poses[frame], &old_frames[frame], &feet, shifts)
-    });
-    let settled = Motion { poses, ..old.clone() }.made_continuous(body);
-    let report = report(body, [&old, &settled], [&before, &contacts], raised_m, rule)?;
+    let mut settled = Settling { body, old: &old, frames: &frames, feet: feet(body), paths }.settled();
+    let lifts = lift_whole_body(body, &mut settled);
+    let report = report(body, [&old, &settled], [&before, &contacts], raised_m, &lifts, rule)?;
     Ok(Fixed { motion: settled, report })
+}
+
+/// A motion whose feet are to follow their paths.
+struct Settling<'a> {
+    body: &'a Humanoid,
+    old: &'a Motion,
+    frames: &'a [LinkFrames],
+    feet: [Foot; 2],
+    paths: [Vec<Vector3<f64>>; 2],
+}
+
+/// A foot, and how its links are held.
+struct Foot {
+    links: Vec<usize>,
+    by: Hold,
+}
+
+impl Settling<'_> {
+    /// The motion with its feet on their paths and all that sinks, as far as joints allow, out of the ground.
+    fn settled(&self) -> Motion {
+        let mut lifts = LinkLifts::new(self.body, self.frames.len());
+        let planted = self.motion(parallel::map(self.frames.len(), |frame| {
+            self.recorded(frame).placed(self.held_feet(frame, &lifts), &self.old.poses[frame])
+        }));
+        let mut lifted = planted.clone();
+        for _ in 0..PASSES {
+            if !lifts.raise(self.body, &lifted) {
+                break;
+            }
+            let pose = |frame: usize| self.lifted(frame, &planted.poses[frame], &lifts);
+            lifted = self.motion(parallel::map(self.frames.len(), pose));
+        }
+        lifted
+    }
+
+    /// A frame with its links lifted from where they are once the feet are planted.
+    fn lifted(&self, frame: usize, planted: &Pose, lifts: &LinkLifts) -> Pose {
+        if !lifts.any(frame) {
+            return planted.clone();
+        }
+        let frames = self.body.link_frames(planted);
+        let is_foot = |link: usize| self.feet.iter().any(|foot| foot.links.contains(&link));
+        let sinks = |&link: &usize| !is_foot(link) && lifts.firmness(link, frame) > 0.0;
+        let held = |link: usize| Held {
+            link,
+            by: Hold::Whole,
+            frames: &frames,
+            shift: lifts.shift(link, frame),
+            firmness: lifts.firmness(link, frame),
+        };
+        let links = (0..self.body.links.len()).filter(sinks).map(held);
+        self.recorded(frame).placed(self.held_feet(frame, lifts).chain(links), planted)
+    }
+
+    fn recorded(&self, frame: usize) -> Recorded<'_> {
+        Recorded { body: self.body, pose: &self.old.poses[frame], frames: &self.frames[frame] }
+    }
+
+    /// The feet on their paths, lifted where they sink all the same.
+    fn held_feet(&self, frame: usize, lifts: &LinkLifts) -> impl Iterator<Item = Held<'_>> {
+        self.feet.iter().zip(&self.paths).flat_map(move |(foot, path)| {
+            let lift = foot.links.iter().map(|&link| lifts.shift(link, frame)).fold(Vector3::zeros(), |a, b| a.sup(&b));
+            let (frames, shift) = (&self.frames[frame], path[frame] + lift);
+            foot.links.iter().map(move |&link| Held { link, by: foot.by, frames, shift, firmness: 1.0 })
+        })
+    }
+
+    fn motion(&self, poses: Vec<Pose>) -> Motion {
+        Motion { frames_per_second: self.old.frames_per_second, poses }.made_continuous(self.body)
+    }
+}
+
+/// The feet of a body. A leg that cannot choose place and orientation of its foot, as one without an ankle, is held by the ankle.
+fn feet(body: &Humanoid) -> [Foot; 2] {
+    let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle].map(|ankle| body.markers[ankle as usize]);
+    let mut links = body.foot_links().into_iter();
+    ankles.map(|ankle| {
+        let links = links.next().unwrap_or_default();
+        match ankle {
+            Some(LinkPoint { link, point_in_link }) if freedom_above(body, link) < 6 => {
+                Foot { links: vec![link], by: Hold::Point(point_in_link) }
+            }
+            _ => Foot { links, by: Hold::Whole },
+        }
+    })
+}
+
+/// How many degrees of freedom move a link in relation to the root.
+fn freedom_above(body: &Humanoid, mut link: usize) -> usize {
+    let mut found = 0;
+    while let Some(parent) = body.parent(link) {
+        found += match &body.joints[link - 1].kind {
+            JointKind::Fixed => 0,
+            JointKind::Revolute { .. } | JointKind::Prismatic { .. } => 1,
+            JointKind::Spherical { .. } => 3,
+            JointKind::Floating { .. } => 6,
+        };
+        link = parent;
+    }
+    found
 }
 
 /// Median depth of standing feet under the ground, or of the lower foot where none ever stands, metres; negative above.
@@ -147,87 +183,9 @@ fn raised(motion: &Motion, by_m: f64) -> Motion {
     raised
 }
 
-/// The body without flesh, its limits narrowed to what may be changed of `pose`.
-fn bounded(body: &Humanoid, pose: &Pose) -> Humanoid {
-    let mut bounded = Humanoid { markers: body.markers, notes: Vec::new(), ..body.clone() };
-    bounded.links.iter_mut().for_each(|link| link.flesh.clear());
-    for (limits, angle) in bounded.degrees_of_freedom.iter_mut().zip(pose.joint_angles.iter()) {
-        let angle = angle.max(limits.lower).min(limits.upper);
-        limits.lower = limits.lower.max(angle - GREATEST_CHANGE);
-        limits.upper = limits.upper.min(angle + GREATEST_CHANGE);
-    }
-    bounded
-}
-
-/// The pose nearest `pose` whose feet are shifted.
-fn place(body: &Humanoid, pose: &Pose, frames: &LinkFrames, feet: &[Vec<usize>; 2], shifts: [Vector3<f64>; 2]) -> Pose {
-    let mut points = vec![stay_at(frames, 0, Vector3::zeros(), ROOT_WEIGHT, &Vector3::zeros())];
-    let upright = OrientationGoal { link: 0, world_from_link: frames[0].rotation, metres_per_radian: UPRIGHT };
-    for (links, shift) in feet.iter().zip(&shifts) {
-        points.extend(links.iter().flat_map(|&link| hold(frames, link, FOOT_WEIGHT, shift)));
-    }
-    let stay = |&target: &f64| AngleGoal { target, metres_per_unit: ANGLE_WEIGHT };
-    let angles = pose.joint_angles.iter().map(stay).collect();
-    Solver::new(body)
-        .solve(&Goals { points, orientations: vec![upright], angles, ..Goals::default() }, pose, MAX_ITERATIONS)
-        .pose
-}
-
-/// Goals that hold a link where it is, but for a shift.
-fn hold(frames: &LinkFrames, link: usize, weight: f64, shift: &Vector3<f64>) -> Vec<PointGoal> {
-    let places = [Vector3::zeros(), Vector3::x() * HOLD, Vector3::y() * HOLD];
-    places.into_iter().map(|place| stay_at(frames, link, place, weight, shift)).collect()
-}
-
-/// A goal that holds a point of a link where it is, but for a shift.
-fn stay_at(frames: &LinkFrames, link: usize, place: Vector3<f64>, weight: f64, shift: &Vector3<f64>) -> PointGoal {
-    let point_in_link = Point3::from(place);
-    PointGoal { on: LinkPoint { link, point_in_link }, target: frames[link] * point_in_link + shift, weight }
-}
-
-/// `contacts` are those of the motion as it was, and once raised.
-fn report(
-    body: &Humanoid,
-    [old, settled]: [&Motion; 2],
-    [before, on_ground]: [&GroundContacts; 2],
-    raised_m: f64,
-    rule: &ContactRule,
-) -> Result<FixReport, ContactError> {
-    let mut after = GroundContacts::of_motion(body, settled, rule)?;
-    let own = GroundQuality::of(&after);
-    for (foot, as_was) in after.feet.iter_mut().zip(&on_ground.feet) {
-        foot.frames.iter_mut().zip(&as_was.frames).for_each(|(frame, as_was)| frame.in_contact = as_was.in_contact);
-    }
-    let (mut sum, mut count, mut most) = (0.0, 0_usize, MostMoved::default());
-    let pairs = link_frames(body, old)?.into_iter().zip(link_frames(body, settled)?);
-    for (frame, (old, new)) in pairs.enumerate() {
-        for (link, (a, b)) in old.0.iter().zip(&new.0).enumerate() {
-            let mm = 1000.0 * (a.translation.vector - b.translation.vector).norm();
-            (sum, count) = (sum + mm, count + 1);
-            if mm > most.mm {
-                most = MostMoved { mm, link: body.links[link].name.clone(), frame };
-            }
-        }
-    }
-    let mut angle_changes = vec![0.0_f64; body.degrees_of_freedom.len()];
-    for (old, new) in old.poses.iter().zip(&settled.poses) {
-        for (change, (a, b)) in angle_changes.iter_mut().zip(old.joint_angles.iter().zip(&new.joint_angles)) {
-            *change = change.max((a - b).abs());
-        }
-    }
-    Ok(FixReport {
-        before: GroundQuality::of(before),
-        after: own,
-        after_in_old_stances: GroundQuality::of(&after),
-        raised_mm: 1000.0 * raised_m,
-        moved_mm: sum / count.max(1) as f64,
-        moved_most: most,
-        angle_changes,
-    })
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::placing::GREATEST_CHANGE;
     use super::*;
     use crate::body::shipped;
     use nalgebra::Isometry3;

@@ -8,8 +8,9 @@ use crate::body::{Humanoid, ROOT_STEP, rotation_vector};
 use crate::contact::dynamics::{Ground, support_points};
 use crate::contact::inverse_dynamics;
 
-/// Angular frequency of the root's return to the motion, rad/s; it is critically damped.
-const FREQUENCY: f64 = 6.0;
+/// Angular frequencies of the root's return to the motion, rad/s, both critically damped: of its place and of its orientation. A body that
+/// leans is turned upright sooner than it is moved back, or its feet strike the ground where the motion does not have them.
+const FREQUENCIES: [f64; 2] = [6.0, 12.0];
 
 /// What follows the motion.
 #[derive(Clone)]
@@ -28,28 +29,26 @@ pub(super) struct Balance<'a> {
     body: &'a Humanoid,
     mass: f64,
     friction: f64,
+    /// The links of both feet.
+    feet: Vec<usize>,
 }
 
 impl<'a> Balance<'a> {
     pub(super) fn new(body: &'a Humanoid, friction: f64) -> Self {
-        Self { body, mass: body.total_mass(), friction }
+        Self { body, mass: body.total_mass(), friction, feet: body.foot_links().concat() }
     }
 
-    /// Of a body that moves as `now` and should move as `wanted`, with these accelerations and these links on the ground.
-    pub(super) fn at(
-        &self,
-        now: &Moving,
-        wanted: &Moving,
-        accelerations: Vec<f64>,
-        touching: impl Iterator<Item = usize>,
-    ) -> Balanced {
+    /// Of a body that moves as `now` and should move as `wanted`, with these accelerations and these links on the ground in the motion.
+    /// What is high above the ground carries nothing; a foot that is down carries, whether the motion has it down yet or not.
+    pub(super) fn at(&self, now: &Moving, wanted: &Moving, accelerations: Vec<f64>, touching: &[usize]) -> Balanced {
         let accelerations = returning(now, wanted, accelerations);
         let efforts = |ground: &[_]| inverse_dynamics(self.body, &now.frames, &now.rates, &accelerations, ground);
         let needed = efforts(&[]);
         let root = &now.pose.world_from_root;
         let moment = needed.root_moment + (root.translation.vector - now.centre.coords).cross(&needed.root_force);
-        // the body is where it is: what is high above the ground carries nothing
-        let points = support_points(self.body, &now.frames, touching.map(|link| (link, 0.0)));
+        let feet = self.feet.iter().filter(|foot| !touching.contains(foot));
+        let carries = touching.iter().chain(feet).map(|&link| (link, 0.0));
+        let points = support_points(self.body, &now.frames, carries);
         let weight = self.mass * GRAVITY;
         let ground = Ground { points: &points, friction: self.friction, weight };
         let share = ground.share(&now.centre, &[needed.root_force, moment]);
@@ -71,7 +70,8 @@ fn returning(now: &Moving, wanted: &Moving, mut accelerations: Vec<f64>) -> Vec<
     let away = apart.iter().chain(turned.iter());
     for (i, away) in away.enumerate().take(ROOT_STEP) {
         let faster = wanted.rates[i] - now.rates[i];
-        accelerations[i] += FREQUENCY * FREQUENCY * away + 2.0 * FREQUENCY * faster;
+        let frequency = FREQUENCIES[usize::from(i >= 3)];
+        accelerations[i] += frequency * frequency * away + 2.0 * frequency * faster;
     }
     accelerations
 }

@@ -11,9 +11,9 @@ use super::stepping::Stepping;
 use crate::body::{DegreeOfFreedom, Humanoid, ROOT_STEP};
 
 /// A joint's spring yields this much under the greatest effort of its joint, radians (metres).
-const YIELD: f64 = 0.15;
+const YIELD: f64 = 0.08;
 /// Dampers are this many seconds of the springs.
-const DAMPING_S: f64 = 0.05;
+const DAMPING_S: f64 = 0.03;
 /// Efforts beyond what a strong adult's hip gives are none that a body would hold with, N m per kg of body.
 const GREATEST_EFFORT: f64 = 4.0;
 /// How often balance is looked after, about, Hz.
@@ -70,7 +70,7 @@ impl<'a> Control<'a> {
             let touching = reference.touching(step);
             let seconds = every as f64 / reference.steps_per_second();
             self.stepping.update(&now, &wanted, touching, seconds);
-            self.balanced = self.balance.at(&now, &wanted, reference.acceleration(step), touching.iter().copied());
+            self.balanced = self.balance.at(&now, &wanted, reference.acceleration(step), touching);
         }
         let (target, target_rates) = (reference.pose(step), reference.rate(step));
         for (dof, spring) in self.springs.iter().enumerate() {

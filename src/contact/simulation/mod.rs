@@ -49,9 +49,9 @@ const FALLEN: f64 = 0.75;
 /// first 1/15 s. The same bits on any number of threads.
 ///
 /// It keeps its balance: 120 times a second, inverse dynamics of the body as it is says which wrench would bring its root back to
-/// the motion and which part of it the ground can give where the motion touches it; the joints add what these forces ask of them, and the
-/// wrench at the root is the rest, as far as it is allowed. Feet that swing are steered below the centre of mass where that is. It
-/// knows nothing of pushes beforehand.
+/// the motion and which part of it the ground can give where the body touches it with its feet, or the motion with other links; the
+/// joints add what these forces ask of them, and the wrench at the root is the rest, as far as it is allowed. Feet that swing are
+/// steered below the centre of mass where that is. It knows nothing of pushes beforehand.
 ///
 /// # Errors
 /// [`ContactError`] for settings that make no sense, a motion that is empty, belongs to another body, is not finite or starts
@@ -83,16 +83,23 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
         let height = body.centre_of_mass(&body.link_frames(pose)).map_or(0.0, |centre| centre.z);
         height < FALLEN * reference.height(frame * reference.steps_per_frame)
     };
-    let fell_at_s = poses.iter().enumerate().find(fell).map(|(frame, _)| frame as f64 / motion.frames_per_second);
+    let fell_at_frame = poses.iter().enumerate().find(fell).map(|(frame, _)| frame);
     let simulated = Motion { frames_per_second: motion.frames_per_second, poses };
     let (moved_mm, moved_most_mm) = distances_mm(body, motion, &simulated)?;
+    let upright = Motion {
+        poses: simulated.poses[..fell_at_frame.unwrap_or(simulated.poses.len()).max(1)].to_vec(),
+        ..simulated
+    };
+    let (moved_until_fall_mm, _) = distances_mm(body, motion, &upright)?;
     let contacts = GroundContacts::of_motion(body, &simulated, &ContactRule::default())?;
     let report = SimulationReport {
         duration_s: motion.duration_s(),
-        fell_at_s,
+        fell_at_s: fell_at_frame.map(|frame| frame as f64 / motion.frames_per_second),
+        fell_at_frame,
         root_wrench_mean: run.wrenches.iter().sum::<f64>() / run.wrenches.len().max(1) as f64,
         root_wrench_most: run.wrenches.iter().copied().fold(0.0, f64::max),
         moved_mm,
+        moved_until_fall_mm,
         moved_most_mm,
         quality: GroundQuality::of(&contacts),
     };
@@ -115,7 +122,7 @@ fn check_props(body: &Humanoid, frames: &LinkFrames, props: &[Prop]) -> Result<(
     }
 }
 
-/// Mean and greatest distance of joints between two motions, mm.
+/// Mean and greatest distance of joints between two motions, over the frames that both have, mm.
 fn distances_mm(body: &Humanoid, recorded: &Motion, simulated: &Motion) -> Result<(f64, f64), ContactError> {
     let (mut sum, mut most, mut count) = (0.0, 0.0_f64, 0_usize);
     for (a, b) in link_frames(body, recorded)?.iter().zip(&link_frames(body, simulated)?) {

@@ -22,6 +22,8 @@ pub struct SimulationReport {
     /// When the body fell: its centre of mass was, for the first time, lower than three quarters of the motion's at that
     /// instant, seconds. `None` if it stayed up.
     pub fell_at_s: Option<f64>,
+    /// The frame of the motion, from 0, at that instant: the last one in which it was up is the one before.
+    pub fell_at_frame: Option<usize>,
     /// Mean size of the residual wrench at the root, in body weights: the norm of its force, at the root link's centre of mass,
     /// and of its moment over the height that the body's centre of mass has at the start, over the body's weight.
     pub root_wrench_mean: f64,
@@ -29,6 +31,8 @@ pub struct SimulationReport {
     pub root_wrench_most: f64,
     /// Mean distance of joints from where the recorded motion has them, over all joints and frames, mm.
     pub moved_mm: f64,
+    /// The same over the frames before the fall, mm; equal to `moved_mm` if it stayed up.
+    pub moved_until_fall_mm: f64,
     /// Greatest such distance, mm.
     pub moved_most_mm: f64,
     /// How the feet stand.
@@ -37,8 +41,13 @@ pub struct SimulationReport {
 
 impl fmt::Display for SimulationReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.fell_at_s {
-            Some(at) => write!(f, "the body FELL after {at:.2} s of {:.2} s; ", self.duration_s)?,
+        match self.fell_at_s.zip(self.fell_at_frame) {
+            Some((at, frame)) => write!(
+                f,
+                "the body FELL after {at:.2} s of {:.2} s (frame {frame}, from 0): from there on the truth is a fall, not the recorded \
+                 motion, whose joints it had within {:.1} mm on average until then; allow more root_wrench or cut the clip; ",
+                self.duration_s, self.moved_until_fall_mm
+            )?,
             None => write!(f, "the body stayed up for {:.2} s; ", self.duration_s)?,
         }
         write!(

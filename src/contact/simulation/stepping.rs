@@ -7,9 +7,9 @@ use super::simulated_body::GRAVITY;
 use crate::body::{Humanoid, JointKind, LinkFrames, Pose, ROOT_STEP, rotation_vector};
 
 /// Share of the way to the capture point, where a step would bring the body's surplus of speed to rest.
-const CAPTURE: f64 = 0.5;
+const CAPTURE: f64 = 0.15;
 /// Legs follow with this time constant, seconds.
-const FOLLOW_S: f64 = 0.05;
+const FOLLOW_S: f64 = 0.03;
 /// What a radian of a foot's orientation amounts to, metres.
 const LEVER: f64 = 0.1;
 /// Damping of the least squares, metres: keeps stretched legs from running away.

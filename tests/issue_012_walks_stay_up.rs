@@ -1,0 +1,46 @@
+//! Recordings that fell over in `simulate` within a second with a fifth of their weight as help, and stay up; `benches/study_simulation.rs`
+//! measures all.
+
+mod support;
+
+use skiagraph::body::retarget::{RetargetOptions, retarget};
+use skiagraph::body::shipped;
+use skiagraph::contact::{SimulationReport, SimulationSettings, simulate};
+use skiagraph::mocap::{ReadOptions, read};
+
+/// A clip on a robot at 60 Hz as a scenario has it: first resampled, then retargeted.
+fn simulated(clip: &str, robot: &str, root_wrench: f64) -> Option<SimulationReport> {
+    let path = support::test_data("mocap/cmu_asf_amc")?.join(format!("{clip}.amc"));
+    let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose().resampled(60.0).unwrap();
+    let performed = retarget(&clip, &shipped(robot).unwrap(), &RetargetOptions::default()).unwrap();
+    let settings = SimulationSettings { root_wrench, ..SimulationSettings::default() };
+    Some(simulate(&performed.humanoid, &performed.motion, &settings).unwrap().report)
+}
+
+/// It fell after 0.90 s.
+#[test]
+fn a_walk_of_another_subject_stays_up_on_a_body_without_ankles() {
+    let Some(report) = simulated("02_01", "tracker25", 0.2) else { return };
+    assert_eq!((report.fell_at_s, report.fell_at_frame), (None, None), "{report}");
+    assert!(report.moved_mm < 100.0, "{report}");
+}
+
+/// It fell after 0.85 s.
+#[test]
+fn a_run_that_stops_stays_up() {
+    let Some(report) = simulated("16_57", "actor", 0.2) else { return };
+    assert_eq!(report.fell_at_s, None, "{report}");
+    assert!(report.moved_mm < 100.0, "{report}");
+}
+
+#[test]
+fn a_fall_is_told_with_its_time_its_frame_and_what_it_means() {
+    let Some(report) = simulated("16_45", "actor", 0.0) else { return };
+    let (at, frame) = (report.fell_at_s.unwrap(), report.fell_at_frame.unwrap());
+    assert_eq!(frame as f64 / 60.0, at);
+    let words = report.to_string();
+    let expected =
+        format!("the body FELL after {at:.2} s of 1.12 s (frame {frame}, from 0): from there on the truth is a fall");
+    assert!(words.starts_with(&expected), "{words}");
+    assert!(report.moved_until_fall_mm < report.moved_mm, "{words}");
+}
