@@ -16,6 +16,8 @@ mod exr_layers;
 mod files;
 #[cfg(test)]
 mod fixture;
+#[doc(hidden)]
+pub mod fuzzing;
 mod json;
 mod leaks;
 mod manifest;

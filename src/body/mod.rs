@@ -42,3 +42,5 @@ pub use silhouette::{DepthImage, SilhouettePainter, capsules_in_camera, draw_sil
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;
 pub use urdf::UrdfError;
+#[doc(hidden)]
+pub use urdf::mesh_from_bytes;

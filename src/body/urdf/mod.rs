@@ -107,6 +107,15 @@ impl Humanoid {
     }
 }
 
+/// The vertices and triangles of a mesh file of that name, or what is wrong with it; for `fuzz/`.
+///
+/// # Errors
+/// What is wrong, for a message that already names the mesh.
+#[doc(hidden)]
+pub fn mesh_from_bytes(name: &str, bytes: &[u8]) -> Result<(Vec<nalgebra::Point3<f64>>, Vec<[u32; 3]>), String> {
+    mesh::read(name, bytes)
+}
+
 /// A URDF `<origin>`: fixed-axis roll, pitch, yaw and a translation.
 fn isometry(origin: &urdf_rs::Pose) -> Isometry3<f64> {
     let [roll, pitch, yaw] = origin.rpy.0;

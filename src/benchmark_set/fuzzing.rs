@@ -1,0 +1,39 @@
+//! Readers of single files of a set, for `fuzz/`: in a set they stand behind checksums, which no random change gets past.
+
+use super::manifest::BlindManifest;
+use super::{SetError, Training, cameras_file, manifest, props_file};
+use crate::body::Prop;
+use crate::camera::CameraRig;
+
+/// Reads a `set.toml`, both sides of it.
+///
+/// # Errors
+/// [`SetError`] that says what is wrong.
+pub fn manifest(bytes: &[u8]) -> Result<(), SetError> {
+    BlindManifest::from_toml(bytes)?;
+    manifest::truth_facts(bytes).map(drop)
+}
+
+/// Reads a `cameras.json`.
+///
+/// # Errors
+/// As [`manifest()`].
+pub fn cameras(bytes: &[u8]) -> Result<CameraRig, SetError> {
+    cameras_file::from_json(bytes)
+}
+
+/// Reads a `truth/props.json`.
+///
+/// # Errors
+/// As [`manifest()`].
+pub fn props(bytes: &[u8]) -> Result<Vec<Prop>, SetError> {
+    props_file::from_json(bytes)
+}
+
+/// Reads a `start/training.npz` for a body of `degrees` degrees of freedom.
+///
+/// # Errors
+/// As [`manifest()`].
+pub fn training(bytes: &[u8], degrees: usize) -> Result<Training, SetError> {
+    Training::from_npz(bytes, degrees)
+}

@@ -1,0 +1,162 @@
+//! What the mutator starts from: files that ship, files of the shared recordings and robots where they are, and a set and a model
+//! made on the spot. Recordings are cut to a few frames.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use skiagraph::body::{Humanoid, Motion};
+use skiagraph::experiment::{
+    Destination, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, ScenarioFile, TrackerSettings,
+    Unwatched, render, track_set,
+};
+use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
+
+use super::support::test_data;
+use super::targets::DIVIDER;
+
+const SKELETON: &str = ":version 1.10\n:units\n mass 1.0\n length 0.45\n angle deg\n:root\n order TX TY TZ RX RY RZ\n axis XYZ\n \
+    position 0 0 0\n orientation 0 0 0\n:bonedata\n begin\n id 1\n name femur\n direction 0 -1 0\n length 7.1\n \
+    axis 0 0 20 XYZ\n dof rx ry rz\n end\n:hierarchy\n begin\n root femur\n end\n";
+const MOTION: &str =
+    ":DEGREES\n1\nroot 9.3 17.8 -17.3 -2 -7.5 -3.2\nfemur 1 2 3\n2\nroot 9 17 -17 -2 -7 -3\nfemur 1 2 4\n";
+const OBJ: &str = "# a quad\nv 0 0 0\nv 1 0 0\nv 1 1 0.5\nvn 0 0 1\nv 0 1 0.5\nf 1/1/1 2//1 3 -1\n";
+const STL: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 .5\nendloop\nendfacet\nendsolid s\n";
+
+/// The seeds of a target: at least one, none longer than 64 KiB but models.
+pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
+    let shared = |folder: &str, endings: &[&str]| match test_data(folder) {
+        Some(folder) => files_below(&folder, endings),
+        None => Vec::new(),
+    };
+    let ours =
+        |folder: &str, endings: &[&str]| files_below(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), endings);
+    let seeds: Vec<Vec<u8>> = match target {
+        "bvh" => [ours("scenarios/motions", &["bvh"]), shared("mocap/bvh", &["bvh"])]
+            .concat()
+            .iter()
+            .map(short_bvh)
+            .collect(),
+        "asf" => [vec![SKELETON.into()], shared("mocap/cmu_asf_amc", &["asf"])].concat(),
+        "amc" => {
+            let skeletons = [vec![SKELETON.into()], shared("mocap/cmu_asf_amc", &["asf"])].concat();
+            let motions = shared("mocap/cmu_asf_amc", &["amc"]);
+            let motions =
+                [vec![MOTION.into()], motions.iter().map(|motion| first_lines(motion, 100)).collect()].concat();
+            // every skeleton of the CMU has the same bones
+            motions
+                .iter()
+                .enumerate()
+                .map(|(i, m)| [&skeletons[usize::from(i > 0)], &[DIVIDER][..], m].concat())
+                .collect()
+        }
+        "deepmimic" => ours("scenarios/motions", &["txt"]).iter().map(short_deepmimic).collect(),
+        "urdf" => [ours("robots", &["urdf"]), shared("robots", &["urdf"])].concat(),
+        "obj" => vec![OBJ.into()],
+        "stl" => vec![STL.into(), [&[0_u8; 80][..], &[1, 0, 0, 0], &[7; 50]].concat()],
+        "scenario" => {
+            let overrides = b"\xffseed=3\nrig.ring.count=2\ntracker.frozen={}\nparticles=7\nkernel.min={factor=1.0}\n";
+            ours("scenarios", &["toml"]).into_iter().map(|text| [text.as_slice(), overrides].concat()).collect()
+        }
+        "manifest" => made(&["set/set.toml"]),
+        "cameras" => made(&["set/cameras.json", "set/truth/props.json"]),
+        "body" => made(&["set/start/body.json", "set/truth/actor.json"]),
+        "npz" => made(&["set/start/training.npz", "set/truth/truth.npz", "run/search.npz"]),
+        "poses" => made(&["run/poses.npz"]),
+        "model" => made(&["a.model"]),
+        other => panic!("no seeds for {other}"),
+    };
+    assert!(!seeds.is_empty(), "{target}");
+    seeds
+}
+
+/// The bytes of all files below a folder with one of these endings, as far as 64 KiB, in order of their paths.
+fn files_below(folder: &Path, endings: &[&str]) -> Vec<Vec<u8>> {
+    let mut waiting = vec![folder.to_owned()];
+    let mut found: Vec<PathBuf> = Vec::new();
+    while let Some(folder) = waiting.pop() {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            match path.extension().and_then(|e| e.to_str()) {
+                _ if path.is_dir() => waiting.push(path),
+                Some(ending) if endings.contains(&ending.to_ascii_lowercase().as_str()) => found.push(path),
+                _ => {}
+            }
+        }
+    }
+    found.sort();
+    let read = |path: &PathBuf| fs::read(path).unwrap();
+    found.iter().map(read).map(|bytes| bytes.into_iter().take(1 << 16).collect()).collect()
+}
+
+fn first_lines(text: &Vec<u8>, count: usize) -> Vec<u8> {
+    text.split_inclusive(|byte| *byte == b'\n').take(count).flatten().copied().collect()
+}
+
+/// The skeleton and three frames of a BVH file, its header told so.
+fn short_bvh(bytes: &Vec<u8>) -> Vec<u8> {
+    let text = String::from_utf8_lossy(bytes);
+    let lines: Vec<&str> = text.lines().collect();
+    let Some(motion) = lines.iter().position(|line| line.trim() == "MOTION") else { return bytes.clone() };
+    let kept = lines.iter().take(motion + 6).map(|line| if line.starts_with("Frames:") { "Frames: 3" } else { line });
+    kept.collect::<Vec<_>>().join("\n").into_bytes()
+}
+
+/// Five frames of a DeepMimic clip.
+fn short_deepmimic(bytes: &Vec<u8>) -> Vec<u8> {
+    let text = String::from_utf8_lossy(bytes);
+    let rows: Vec<&str> = text.lines().take(9).collect();
+    format!("{}\n]}}", rows.join("\n").trim_end_matches(',')).into_bytes()
+}
+
+/// Files of a set, a run and a model that are made once.
+fn made(files: &[&str]) -> Vec<Vec<u8>> {
+    static PLACE: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let place = PLACE.get_or_init(|| {
+        let place = tempfile::tempdir().unwrap();
+        let text = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 3\n[[prop]]\n\
+                    name = \"p\"\nshape = { sphere = { radius_m = 0.1 } }\nplace_m = [2, 2, 0.1]\n[rig.ring]\ncount = 2\nsize_px = [80, 60]\n";
+        let scenario = ScenarioFile::parse(text, "a.toml", PathBuf::new(), &[]).unwrap();
+        let to = |name: &str| place.path().join(name);
+        let (set, run) = (to("set"), to("run"));
+        render(&scenario, None, Destination { path: &set, force: false }, &Unwatched).unwrap();
+        let tracker =
+            TrackerSettings::default().overridden(&["particles=4".to_owned(), "layers=2".to_owned()]).unwrap();
+        track_set(&set, &tracker, &[0, 1], Destination { path: &run, force: false }, &Unwatched).unwrap();
+        fs::write(to("a.model"), small_model()).unwrap();
+        place
+    });
+    files.iter().map(|file| fs::read(place.path().join(file)).unwrap()).collect()
+}
+
+/// Two short motions of a robot, learned in haste.
+fn small_model() -> Vec<u8> {
+    let body = Humanoid::tracker25().unwrap();
+    let pose = |t: usize, phase: f64| {
+        let mut pose = body.zero_pose();
+        let angles = pose.joint_angles.iter_mut().enumerate();
+        angles.for_each(|(i, a)| *a = 0.2 * (0.3 * t as f64 + i as f64 + phase).sin());
+        pose
+    };
+    let motion = |phase| Motion { frames_per_second: 60.0, poses: (0..36).map(|t| pose(t, phase)).collect() };
+    let mut settings = GraphSettings { clip_s: 0.2, threshold_per_joint: 1e-9, ..GraphSettings::default() };
+    settings.training.rounds = 1;
+    let graph = GpdmGraph::learn(&body, &[motion(0.0), motion(1.0)], &settings, |_, _| ()).unwrap();
+    let from = |clip: &str| LearnedFrom {
+        clip: clip.to_owned(),
+        sha256: None,
+        first_frame: Some(3),
+        last_frame: None,
+        frames: 36,
+        poses_sha256: String::new(),
+    };
+    let facts = ModelFacts {
+        schema: MODEL_SCHEMA.to_owned(),
+        program: "skiagraph".to_owned(),
+        whole: true,
+        robot: RobotFacts::of(&body),
+        frames_per_second: 60.0,
+        learned_from: vec![from("one"), from("two")],
+        settings,
+    };
+    LearnedModel { facts, body, graph }.to_bytes().unwrap()
+}

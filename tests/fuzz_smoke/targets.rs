@@ -1,0 +1,213 @@
+//! One function for every parser: whatever the bytes, it returns a value that keeps its promises or an error that is fit to be
+//! shown. `fuzz/` runs them under libFuzzer, `main.rs` beside this file under a mutator of its own.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use skiagraph::benchmark_set::{Npz, RunPoses, body_from_json, fuzzing};
+use skiagraph::body::{Humanoid, mesh_from_bytes};
+use skiagraph::experiment::{LearnedModel, ScenarioFile, TrackerSettings};
+use skiagraph::mocap::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+
+/// What a target is handed.
+pub type Target = fn(&[u8]);
+
+/// Every target by its name, which is that of its file in `fuzz/fuzz_targets/`.
+pub const TARGETS: [(&str, Target); 14] = [
+    ("bvh", bvh),
+    ("asf", asf),
+    ("amc", amc),
+    ("deepmimic", deepmimic),
+    ("urdf", urdf),
+    ("obj", obj),
+    ("stl", stl),
+    ("scenario", scenario),
+    ("manifest", manifest),
+    ("cameras", cameras),
+    ("body", body),
+    ("npz", npz),
+    ("poses", poses),
+    ("model", model),
+];
+
+/// Parts of an input that hands over two texts: this byte, which no UTF-8 has, stands between them.
+pub const DIVIDER: u8 = 0xff;
+
+/// Errors name the file `f`, are no longer than a screen and steer no terminal.
+fn assert_tame(error: &dyn Display) {
+    let said = error.to_string();
+    assert!(said.chars().count() < 3000, "{} characters", said.len());
+    assert!(!said.contains(|c: char| c.is_control() && c != '\n'), "{said:?}");
+}
+
+fn assert_clip(read: Result<Clip, MocapError>) {
+    let clip = match read {
+        Ok(clip) => clip,
+        Err(error) => return assert_tame(&error),
+    };
+    assert!(clip.frames.len() >= 2 && clip.frames_per_second > 0.0);
+    for transform in clip.frames.iter().flatten() {
+        assert!(transform.translation.vector.iter().all(|number| number.is_finite()));
+        assert!((transform.rotation.norm() - 1.0).abs() < 1e-9);
+    }
+    let frames = clip.frames.len();
+    for changed in [clip.resampled(60.0), clip.looped(2.0), clip.crop(0..frames.min(2))] {
+        changed.map_or_else(|error| assert_tame(&error), drop);
+    }
+}
+
+fn text(data: &[u8]) -> String {
+    String::from_utf8_lossy(data).into_owned()
+}
+
+fn in_two(data: &[u8]) -> (String, String) {
+    let mut parts = data.splitn(2, |byte| *byte == DIVIDER).map(text);
+    (parts.next().unwrap_or_default(), parts.next().unwrap_or_default())
+}
+
+/// A BVH file.
+pub fn bvh(data: &[u8]) {
+    assert_clip(parse_bvh(&text(data), "f", &ReadOptions::default()));
+}
+
+/// An Acclaim skeleton.
+pub fn asf(data: &[u8]) {
+    parse_asf(&text(data), "f").map_or_else(|error| assert_tame(&error), drop);
+}
+
+/// An Acclaim skeleton and, behind the divider, its motion.
+pub fn amc(data: &[u8]) {
+    let (skeleton, motion) = in_two(data);
+    if let Ok(skeleton) = parse_asf(&skeleton, "f") {
+        assert_clip(parse_amc(&motion, "f", &skeleton, &ReadOptions::default()));
+    }
+}
+
+/// A DeepMimic clip.
+pub fn deepmimic(data: &[u8]) {
+    assert_clip(parse_deepmimic(&text(data), "f", &ReadOptions::default()));
+}
+
+fn assert_body(body: &Humanoid) {
+    assert_eq!(body.links.len(), body.joints.len() + 1);
+    let frames = body.link_frames(&body.zero_pose());
+    assert!(frames.0.iter().all(|frame| frame.translation.vector.iter().all(|x| x.is_finite())), "a link nowhere");
+    assert!(body.total_mass().is_finite());
+}
+
+/// A URDF; its meshes are one triangle.
+pub fn urdf(data: &[u8]) {
+    let mesh = |_: &str| Ok(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec());
+    match Humanoid::from_urdf(&text(data), "f", &mesh) {
+        Ok(body) => assert_body(&body),
+        Err(error) => assert_tame(&error),
+    }
+}
+
+fn mesh(name: &str, data: &[u8]) {
+    match mesh_from_bytes(name, data) {
+        Ok((vertices, triangles)) => {
+            assert!(triangles.as_flattened().iter().all(|v| (*v as usize) < vertices.len()));
+            assert!(vertices.iter().all(|v| v.iter().all(|x| x.is_finite())));
+        }
+        Err(error) => assert_tame(&error),
+    }
+}
+
+/// A Wavefront mesh.
+pub fn obj(data: &[u8]) {
+    mesh("f.obj", data);
+}
+
+/// An STL mesh, text or binary.
+pub fn stl(data: &[u8]) {
+    mesh("f.stl", data);
+}
+
+/// A scenario and, behind the divider, one override a line.
+pub fn scenario(data: &[u8]) {
+    let (text, overrides) = in_two(data);
+    let overrides: Vec<String> = overrides.lines().map(str::to_owned).collect();
+    match ScenarioFile::parse(&text, "f", PathBuf::new(), &overrides) {
+        Ok(file) => assert!(file.scenario.seeds > 0 && !file.scenario.name.is_empty()),
+        Err(error) => assert_tame(&error),
+    }
+    TrackerSettings::default().overridden(&overrides).map_or_else(|error| assert_tame(&error), drop);
+}
+
+/// A set's `set.toml`.
+pub fn manifest(data: &[u8]) {
+    fuzzing::manifest(data).map_or_else(|error| assert_tame(&error), drop);
+}
+
+/// A set's `cameras.json`, or `truth/props.json`.
+pub fn cameras(data: &[u8]) {
+    match fuzzing::cameras(data) {
+        Ok(rig) => assert!(rig.cameras.iter().all(|camera| camera.validate().is_ok())),
+        Err(error) => assert_tame(&error),
+    }
+    fuzzing::props(data).map_or_else(|error| assert_tame(&error), drop);
+}
+
+/// A body of a set.
+pub fn body(data: &[u8]) {
+    match body_from_json("f", data) {
+        Ok(body) => assert_body(&body),
+        Err(error) => assert_tame(&error),
+    }
+}
+
+/// An archive of arrays, as it is and with the checksums that its bytes have.
+pub fn npz(data: &[u8]) {
+    for bytes in [data.to_vec(), with_right_checksums(data)] {
+        match Npz::from_bytes("f", &bytes) {
+            Ok(npz) => {
+                let written =
+                    npz.to_bytes("f").unwrap_or_else(|error| panic!("what was read cannot be written: {error}"));
+                let again = Npz::from_bytes("f", &written).and_then(|npz| npz.to_bytes("f"));
+                assert!(again.is_ok_and(|again| again == written), "it is not read back as it was written");
+            }
+            Err(error) => assert_tame(&error),
+        }
+        fuzzing::training(&bytes, 19).map_or_else(|error| assert_tame(&error), drop);
+    }
+}
+
+/// A run's estimates.
+pub fn poses(data: &[u8]) {
+    match RunPoses::from_bytes("f", &with_right_checksums(data)) {
+        Ok(run) => assert_eq!(run.seeds.len(), run.estimates.len()),
+        Err(error) => assert_tame(&error),
+    }
+}
+
+/// A learned model.
+pub fn model(data: &[u8]) {
+    match LearnedModel::from_bytes(Path::new("f"), &with_right_checksums(data)) {
+        Ok(model) => {
+            assert_body(&model.body);
+            assert!(model.to_bytes().is_ok());
+        }
+        Err(error) => assert_tame(&error),
+    }
+}
+
+/// The archive with every entry's checksum set to that of its bytes: else no changed byte gets past the first check.
+fn with_right_checksums(data: &[u8]) -> Vec<u8> {
+    let mut bytes = data.to_vec();
+    let half = |bytes: &[u8], at: usize| Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
+    let word = |bytes: &[u8], at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
+    let places: Vec<usize> =
+        bytes.windows(4).enumerate().filter(|(_, w)| *w == b"PK\x01\x02").map(|(at, _)| at).collect();
+    for at in places {
+        let entry = || {
+            let (offset, size) = (word(&bytes, at + 42)?, word(&bytes, at + 24)?);
+            let start = offset + 30 + half(&bytes, offset + 26)? + half(&bytes, offset + 28)?;
+            bytes.get(start..)?.get(..size).map(crc32fast::hash)
+        };
+        if let Some(checksum) = entry() {
+            bytes[at + 16..at + 20].copy_from_slice(&checksum.to_le_bytes());
+        }
+    }
+    bytes
+}
