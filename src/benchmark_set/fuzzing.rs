@@ -1,17 +1,17 @@
 //! Readers of single files of a set, for `fuzz/`: in a set they stand behind checksums, which no random change gets past.
 
 use super::manifest::BlindManifest;
-use super::{SetError, Training, cameras_file, manifest, props_file};
+use super::{SetError, TrainingMotions, cameras_file, manifest, props_file};
 use crate::body::Prop;
 use crate::camera::CameraRig;
 
-/// Reads a `set.toml`, both sides of it.
+/// Reads a `set.toml`, and the same bytes as a `truth/facts.toml`.
 ///
 /// # Errors
 /// [`SetError`] that says what is wrong.
 pub fn manifest(bytes: &[u8]) -> Result<(), SetError> {
     BlindManifest::from_toml(bytes)?;
-    manifest::truth_facts(bytes).map(drop)
+    manifest::facts_from_toml(manifest::FACTS_PATH, bytes).map(drop)
 }
 
 /// Reads a `cameras.json`.
@@ -34,6 +34,6 @@ pub fn props(bytes: &[u8]) -> Result<Vec<Prop>, SetError> {
 ///
 /// # Errors
 /// As [`manifest()`].
-pub fn training(bytes: &[u8], degrees: usize) -> Result<Training, SetError> {
-    Training::from_npz(bytes, degrees)
+pub fn training(bytes: &[u8], degrees: usize) -> Result<TrainingMotions, SetError> {
+    TrainingMotions::from_npz(bytes, degrees)
 }

@@ -139,7 +139,12 @@ pub(super) fn facts_to_toml(truth: &TruthFacts) -> Result<Vec<u8>, SetError> {
 /// The facts of a set; sets that were made before have them in `set.toml`.
 pub(super) fn truth_facts(files: &SetFiles) -> Result<TruthFacts, SetError> {
     let path = if files.has(FACTS_PATH) { FACTS_PATH } else { PATH };
-    parse::<TruthPart>(path, &files.read(path)?).map(|part| part.truth)
+    facts_from_toml(path, &files.read(path)?)
+}
+
+/// The facts of one file.
+pub(super) fn facts_from_toml(path: &str, bytes: &[u8]) -> Result<TruthFacts, SetError> {
+    parse::<TruthPart>(path, bytes).map(|part| part.truth)
 }
 
 #[derive(Serialize, Deserialize)]

@@ -251,8 +251,8 @@ mod tests {
         assert!(with_header("{'descr': '|O', 'fortran_order': False, 'shape': (1,)}").contains("pickled"));
         assert!(with_header("{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': ()}").contains("structured"));
         assert!(with_header("{'descr': '<f8', 'fortran_order': Maybe, 'shape': (1,)}").contains("'fortran_order'"));
-        let huge = "{'descr': '<f8', 'fortran_order': True, 'shape': (999999999999999,)}";
-        assert!(with_header(huge).contains("expected 999999999999999 elements"));
+        let huge = "{'descr': '<f8', 'fortran_order': True, 'shape': (999999999,)}";
+        assert!(with_header(huge).contains("expected 999999999 elements"));
         assert!(with_header("{}").contains("'descr'"));
     }
 

@@ -57,7 +57,7 @@ impl Recorded<'_> {
         let upright = OrientationGoal { link: 0, world_from_link: self.frames[0].rotation, metres_per_radian: UPRIGHT };
         let stay = |&target: &f64| AngleGoal { target, metres_per_unit: ANGLE_WEIGHT };
         let angles = self.pose.joint_angles.iter().map(stay).collect();
-        let goals = Goals { points, orientations: vec![upright], angles };
+        let goals = Goals { points, orientations: vec![upright], angles, ..Goals::default() };
         Solver::new(&bounded(self.body, self.pose)).solve(&goals, start, MAX_ITERATIONS).pose
     }
 }

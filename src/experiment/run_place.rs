@@ -80,6 +80,7 @@ fn found_at(path: &Path, text: &str) -> Found {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ownership;
     use super::*;
 
     #[test]
@@ -89,6 +90,7 @@ mod tests {
             fs::create_dir(root.path().join(name)).unwrap();
             fs::write(root.path().join(name).join("track.json"), "{\"schema\": \"skiagraph.track/1\"}").unwrap();
             fs::write(root.path().join(name).join(SCENARIO_FILE), scenario).unwrap();
+            ownership::sign(&root.path().join(name)).unwrap();
         };
         let place = |text: &str| {
             let place = RunPlace::first_free(&root.path().join("walk"), text);
