@@ -158,5 +158,5 @@ fn small_model() -> Vec<u8> {
         learned_from: vec![from("one"), from("two")],
         settings,
     };
-    LearnedModel { facts, body, graph }.to_bytes().unwrap()
+    LearnedModel { facts, body, graph, fingerprints: vec![] }.to_bytes().unwrap()
 }

@@ -188,7 +188,8 @@ mod tests {
         let lines: Vec<&str> = shown.lines().collect();
         let caret = lines[2].find('^').unwrap();
         assert_eq!(&lines[1][caret..caret + 2], "1,");
-        let place = Place::of(&text, &locate(&text, "b").unwrap().value);
+        let value = text.find("\"\u{1b}").unwrap();
+        let place = Place::of(&text, &(value..text.len() - 1));
         let shown =
             Complaint { origin: "f".into(), place: Some(place), key: "b".into(), message: "bad".into() }.to_string();
         assert!(shown.chars().count() < 500 && !shown.contains('\u{1b}'), "{shown}");
