@@ -6,7 +6,7 @@ use super::interval::{BOOTSTRAP_RUNS, FEWEST_RUNS};
 
 /// Simulated coverage of the mean's 95 % interval where one seed in ten loses the body, %, by number of seeds: from
 /// `results/intervals.json`.
-const COVERAGE_WITH_LOST_TRACKS: [(usize, u32); 4] = [(3, 0), (5, 0), (10, 0), (20, 0)];
+const COVERAGE_WITH_LOST_TRACKS: [(usize, u32); 4] = [(3, 29), (5, 39), (10, 65), (20, 87)];
 
 /// How the interval of one metric was made, or why there is none. `clips` holds the values of the runs that have the metric,
 /// `of` is the number of all runs.
@@ -57,5 +57,49 @@ fn counted(clips: &[Vec<f64>], of: usize) -> String {
     match clips.len() {
         0 | 1 => format!("{number} seed{plural}"),
         several => format!("{number} run{plural} of {several} clips"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_coverage_that_is_told_is_the_one_that_was_simulated() {
+        let study: serde_json::Value = serde_json::from_str(include_str!("../../results/intervals.json")).unwrap();
+        let rows = study["one_clip"].as_array().unwrap();
+        for (seeds, percent) in COVERAGE_WITH_LOST_TRACKS {
+            let is_it = |row: &&serde_json::Value| row["distribution"] == "one in ten lost" && row["seeds"] == seeds;
+            let covered = rows.iter().find(is_it).unwrap()["now"]["covered"].as_f64().unwrap();
+            assert_eq!((100.0 * covered).round(), f64::from(percent), "{seeds} seeds");
+        }
+    }
+
+    #[test]
+    fn what_was_simulated_covers_92_percent_on_normal_and_log_normal_errors_from_three_seeds_on_and_says_none_at_two() {
+        let study: serde_json::Value = serde_json::from_str(include_str!("../../results/intervals.json")).unwrap();
+        let rows = study["one_clip"].as_array().unwrap().iter();
+        let rows = rows.filter(|row| row["distribution"] == "normal" || row["distribution"] == "log-normal, 0.5");
+        let mut seen = 0;
+        for row in rows {
+            match row["seeds"].as_u64().unwrap() {
+                2 => assert!(row["now"]["covered"].is_null(), "{row}"),
+                _ => assert!(row["now"]["covered"].as_f64().unwrap() >= 0.92, "{row}"),
+            }
+            seen += 1;
+        }
+        assert_eq!(seen, 10);
+    }
+
+    #[test]
+    fn several_clips_are_counted_in_runs() {
+        let clips = vec![vec![0.0; 3], vec![0.0; 4]];
+        assert!(
+            of_runs(&clips).starts_with("95 % intervals of the mean over 7 runs of 2 clips"),
+            "{}",
+            of_runs(&clips)
+        );
+        assert_eq!(of_runs(&[vec![0.0]]), "1 seed: no interval: an interval takes 3 seeds or more");
+        assert_eq!(of_metric(&[], 5, None), "0 of 5 seeds: no interval");
     }
 }

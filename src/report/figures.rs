@@ -187,6 +187,9 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     if input.summary.per_joint.iter().any(|joint| joint.ci95.is_some()) {
         how += " The thin line is the 95 % interval over seeds.";
     }
+    if plot.cuts_off() {
+        how += " Where it ends at the right edge it goes on.";
+    }
     Ok(Some(Figure { id: "joints", title: "Error of every joint", how_to_read: how, broad: None, wide, narrow }))
 }
 

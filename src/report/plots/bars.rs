@@ -40,6 +40,8 @@ pub struct Bar {
     pub colour: Colour,
 }
 
+/// How far, in lengths of the longest bar, an interval may stretch the plot.
+const FURTHEST: f64 = 2.0;
 /// Lengths in CSS pixels.
 const BAR: i32 = 11;
 const BETWEEN_GROUPS: i32 = 11;
@@ -87,7 +89,7 @@ impl BarPlot {
                 let middle = bars_top + group.bars.len() as i32 * BAR / 2;
                 canvas.draw_text(&group.name, &name_style, ((NAME_WIDTH - 8) * FINE, middle * FINE)).map_err(failed)?;
                 for (bar, bar_top) in group.bars.iter().zip((bars_top..).step_by(BAR as usize)) {
-                    bar.draw(canvas, &mut chart, f64::from(bar_top))?;
+                    bar.draw(canvas, &mut chart, f64::from(bar_top), self.greatest())?;
                 }
                 top += group.bars.len() as i32 * BAR + BETWEEN_GROUPS;
             }
@@ -95,21 +97,30 @@ impl BarPlot {
         })
     }
 
+    /// The value at the right edge: an interval that goes further than twice the longest bar is cut off there.
     fn greatest(&self) -> f64 {
-        let bars = self.groups.iter().flat_map(|group| &group.bars);
-        let ends = bars.map(|bar| bar.interval.map_or(bar.value, |[_, high]| high.max(bar.value)));
-        let greatest = ends.filter(|v| v.is_finite()).fold(0.0, f64::max);
+        let bars = || self.groups.iter().flat_map(|group| &group.bars);
+        let longest = bars().map(|bar| bar.value).filter(|v| v.is_finite()).fold(0.0, f64::max);
+        let ends = bars().filter_map(|bar| bar.interval).map(|[_, high]| high);
+        let greatest = ends.filter(|v| v.is_finite()).fold(longest, f64::max).min(FURTHEST * longest);
         if greatest > 0.0 { 1.04 * greatest } else { 1.0 }
+    }
+
+    /// Whether an interval leaves the plot.
+    pub fn cuts_off(&self) -> bool {
+        let edge = self.greatest();
+        self.groups.iter().flat_map(|group| &group.bars).any(|bar| bar.interval.is_some_and(|[_, high]| high > edge))
     }
 }
 
 impl Bar {
-    fn draw(&self, canvas: &Canvas<'_>, chart: &mut Chart<'_, '_>, top: f64) -> Result<(), ReportError> {
+    fn draw(&self, canvas: &Canvas<'_>, chart: &mut Chart<'_, '_>, top: f64, edge: f64) -> Result<(), ReportError> {
         let corners = [(0.0, top + 0.5), (self.value, top + f64::from(BAR) - 0.5)];
         chart.draw_series([Rectangle::new(corners, self.colour.rgb().filled())]).map_err(failed)?;
         let middle = top + 0.5 * f64::from(BAR);
         let mut end = self.value;
         if let Some([low, high]) = self.interval {
+            let high = high.min(edge);
             let whisker = [(low.max(0.0), middle), (high, middle)];
             chart.draw_series(LineSeries::new(whisker, Stroke::solid(Colour::Ink).shape(1.5))).map_err(failed)?;
             end = end.max(high);
@@ -146,6 +157,15 @@ mod tests {
             .collect();
         assert_eq!(widths.len(), 4);
         assert!((widths[1] / widths[0] - 2.0).abs() < 0.01, "{widths:?}");
+    }
+
+    #[test]
+    fn an_interval_far_beyond_the_bars_is_cut_off_and_said_to_be() {
+        let mut plot = plot();
+        assert!(!plot.cuts_off() && (plot.greatest() - 1.04 * 23.0).abs() < 1e-9);
+        plot.groups[0].bars[0].interval = Some([1.0, 2000.0]);
+        assert!(plot.cuts_off() && (plot.greatest() - 1.04 * FURTHEST * 20.0).abs() < 1e-9);
+        assert!(plot.svg(600).is_ok());
     }
 
     #[test]
