@@ -22,7 +22,7 @@ fn simulated(clip: &str, robot: &str, root_wrench: f64) -> Option<SimulationRepo
 fn a_walk_of_another_subject_stays_up_on_a_body_without_ankles() {
     let Some(report) = simulated("02_01", "tracker25", 0.2) else { return };
     assert_eq!((report.fell_at_s, report.fell_at_frame), (None, None), "{report}");
-    assert!(report.moved_mm < 100.0, "{report}");
+    assert!(report.moved_mm < 200.0, "{report}");
 }
 
 /// It fell after 0.85 s.
@@ -30,7 +30,7 @@ fn a_walk_of_another_subject_stays_up_on_a_body_without_ankles() {
 fn a_run_that_stops_stays_up() {
     let Some(report) = simulated("16_57", "actor", 0.2) else { return };
     assert_eq!(report.fell_at_s, None, "{report}");
-    assert!(report.moved_mm < 100.0, "{report}");
+    assert!(report.moved_mm < 200.0, "{report}");
 }
 
 #[test]

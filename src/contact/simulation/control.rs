@@ -1,19 +1,18 @@
 //! What moves the simulated body: springs in its joints, what balance asks of them, and a bounded wrench at its root.
 
-use nalgebra::Vector3;
-
 use super::balance::{Balance, Balanced};
 use super::moving::Moving;
 use super::reference::Reference;
 use super::settings::SimulationSettings;
 use super::simulated_body::{GRAVITY, SimulatedBody};
 use super::stepping::Stepping;
+use super::wrench::Wrench;
 use crate::body::{DegreeOfFreedom, Humanoid, ROOT_STEP};
 
 /// A joint's spring yields this much under the greatest effort of its joint, radians (metres).
 const YIELD: f64 = 0.08;
 /// Dampers are this many seconds of the springs.
-const DAMPING_S: f64 = 0.03;
+const DAMPING_S: f64 = 0.05;
 /// Efforts beyond what a strong adult's hip gives are none that a body would hold with, N m per kg of body.
 const GREATEST_EFFORT: f64 = 4.0;
 /// How often balance is looked after, about, Hz.
@@ -53,7 +52,11 @@ impl<'a> Control<'a> {
             springs: body.degrees_of_freedom.iter().map(spring).collect(),
             balance: Balance::new(body, settings.friction),
             stepping: Stepping::new(body),
-            balanced: Balanced { efforts: vec![0.0; body.degrees_of_freedom.len()], missing: [Vector3::zeros(); 2] },
+            balanced: Balanced {
+                efforts: vec![0.0; body.degrees_of_freedom.len()],
+                missing: Wrench::zero(),
+                catching: Wrench::zero(),
+            },
             mass,
             lever: reference.height(0).max(0.1),
             bound: settings.root_wrench * mass * GRAVITY,
@@ -86,13 +89,16 @@ impl<'a> Control<'a> {
         self.help(simulated)
     }
 
-    /// Gives the root what the ground cannot, up to the bound.
+    /// Gives the root what the ground cannot, and with what is left of the bound brings it back within its margins.
     fn help(&self, simulated: &mut SimulatedBody) -> f64 {
-        let [force, moment] = self.balanced.missing;
-        let size = libm::hypot(force.norm(), moment.norm() / self.lever);
-        let share = if size > self.bound { self.bound / size } else { 1.0 };
-        simulated.add_wrench(0, &(force * share), &(moment * share));
-        share * size / (self.mass * GRAVITY)
+        let Balanced { missing, catching, .. } = &self.balanced;
+        let size = missing.size(self.lever);
+        let help = match size > self.bound {
+            true => missing.scaled(self.bound / size),
+            false => missing.and(&catching.scaled(missing.room(catching, self.lever, self.bound))),
+        };
+        simulated.add_wrench(0, &help.force, &help.moment);
+        help.size(self.lever) / (self.mass * GRAVITY)
     }
 }
 

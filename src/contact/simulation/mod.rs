@@ -18,6 +18,7 @@ mod solids;
 mod stepping;
 #[cfg(test)]
 pub(super) mod tests;
+mod wrench;
 
 pub use report::{Simulated, SimulationReport};
 pub use settings::{Push, SimulationSettings};
