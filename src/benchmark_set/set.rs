@@ -299,7 +299,7 @@ mod tests {
             broken[whole.len() / 2] ^= 1;
             fs::write(&path, broken).unwrap();
             let error = verify_hashes(directory.path()).unwrap_err().to_string();
-            assert!(error.starts_with(&format!("{file} was changed or cut short")), "{error}");
+            assert!(error.starts_with(&format!("{} was changed or cut short", path.display())), "{error}");
             fs::write(&path, &whole[..whole.len() - 1]).unwrap();
             assert!(verify_hashes(directory.path()).is_err());
             fs::write(&path, whole).unwrap();
