@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn of_a_line_of_a_million_characters_the_part_around_the_mark_is_shown() {
         let text = format!("a = [{}]\nb = \"\u{1b}[2J{}\"\n", "1, ".repeat(300_000), "x".repeat(1_000_000));
-        let span = text.find(" 1]").or(text.rfind("1, ]")).unwrap();
+        let span = text.rfind("1, ]").unwrap();
         let place = Place::of(&text, &(span..span + 1));
         let shown =
             Complaint { origin: "f".into(), place: Some(place), key: "a".into(), message: "bad".into() }.to_string();
@@ -188,8 +188,8 @@ mod tests {
         let lines: Vec<&str> = shown.lines().collect();
         let caret = lines[2].find('^').unwrap();
         assert_eq!(&lines[1][caret..caret + 2], "1,");
-        let value = text.find("\"\u{1b}").unwrap();
-        let place = Place::of(&text, &(value..text.len() - 1));
+        let start = text.find("b = ").unwrap() + 4;
+        let place = Place::of(&text, &(start..text.len() - 1));
         let shown =
             Complaint { origin: "f".into(), place: Some(place), key: "b".into(), message: "bad".into() }.to_string();
         assert!(shown.chars().count() < 500 && !shown.contains('\u{1b}'), "{shown}");
