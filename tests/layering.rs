@@ -41,6 +41,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("clap", &["cli", "main.rs"]),
     ("tiny_skia", &["report"]),
     ("faer", &["motion_model"]),
+    ("rustix", &["experiment/place.rs"]),
     (
         "std::fs",
         &[

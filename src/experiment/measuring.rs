@@ -79,6 +79,9 @@ impl Measures {
         let overlaps = |answer: usize| per_frame.iter().map(|f| f[answer].clone()).collect::<Vec<_>>();
         let mut seeds = Vec::new();
         for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
+            if watch.interrupted() {
+                return Err(ExperimentError::Interrupted);
+            }
             let energy = tracked.search.get(index).map(|records| energies(records)).unwrap_or_default();
             let answer = Answer { sequence: answers[index], overlaps: &overlaps(index), energy: &energy };
             let (evaluation, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;

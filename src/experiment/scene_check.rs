@@ -6,12 +6,17 @@ use serde::Serialize;
 use super::staging::Staged;
 use super::{ExperimentError, ScenarioError, ScenarioFile};
 use crate::body::{Flesh, LinkFrames, Ray};
+use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
 use crate::observation::{Observation, Observer};
 use crate::parallel;
 
-/// At most so many frames are drawn to say how the cameras see the actor.
+/// At most so many frames are drawn to say how the cameras see the actor,
 const FRAMES_LOOKED_AT: usize = 120;
+/// and at most so many pixels, unless a few frames have more.
+const PIXELS_LOOKED_AT: usize = 1 << 30;
+/// The fewest frames.
+const FEWEST_LOOKED_AT: usize = 3;
 
 /// No part of a body is farther from its root, metres: cameras beyond are outside it.
 const BODY_REACH: f64 = 3.0;
@@ -109,7 +114,7 @@ fn is_inside(flesh: &Flesh, origin: Point3<f64>) -> bool {
 /// What a user should know of props and cameras: props that the actor enters, cameras inside a prop.
 pub(super) fn doubts(staged: &Staged) -> Vec<String> {
     let truth = &staged.ground_truth;
-    let looked_at = frames_to_look_at(staged.frames());
+    let looked_at = frames_to_look_at(staged.frames(), FRAMES_LOOKED_AT);
     let frames: Vec<LinkFrames> = looked_at.iter().map(|frame| truth.frames[*frame].link_frames.clone()).collect();
     let contacts =
         PropContacts::of_frames(&truth.actor, &truth.props, &frames, truth.frames_per_second, &ContactRule::default());
@@ -142,9 +147,12 @@ pub(super) fn doubts(staged: &Staged) -> Vec<String> {
 /// How every camera sees the actor.
 pub(super) fn views(staged: &Staged) -> Vec<CameraView> {
     let observer = Observer::new(&staged.ground_truth, &staged.rig);
-    let frames = frames_to_look_at(staged.frames());
+    let pixels = |camera: &Camera| camera.pinhole.width as usize * camera.pinhole.height as usize;
+    let a_frame = staged.rig.cameras.iter().map(pixels).sum::<usize>().max(1);
+    let frames =
+        frames_to_look_at(staged.frames(), (PIXELS_LOOKED_AT / a_frame).clamp(FEWEST_LOOKED_AT, FRAMES_LOOKED_AT));
     let seen: Vec<Observation> = parallel::map(frames.len(), |i| observer.observe(frames[i]));
-    let view = |(index, camera): (usize, &crate::camera::Camera)| {
+    let view = |(index, camera): (usize, &Camera)| {
         let bounds: Vec<_> = seen.iter().map(|o| o.silhouettes[index].bounds()).filter(|b| !b.is_empty()).collect();
         let (width, height) = (camera.pinhole.width, camera.pinhole.height);
         let at_border = bounds.iter().filter(|b| b.left == 0 || b.top == 0 || b.right == width || b.bottom == height);
@@ -181,9 +189,9 @@ pub(super) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
     ScenarioError::from(file.complaint("rig", message)).into()
 }
 
-/// Set frames at equal distances, the first and the last among them.
-fn frames_to_look_at(frames: usize) -> Vec<usize> {
-    let count = frames.min(FRAMES_LOOKED_AT);
+/// At most `most` set frames at equal distances, the first and the last among them.
+fn frames_to_look_at(frames: usize, most: usize) -> Vec<usize> {
+    let count = frames.min(most);
     (0..count).map(|i| if count < 2 { 0 } else { i * (frames - 1) / (count - 1) }).collect()
 }
 
@@ -193,11 +201,12 @@ mod tests {
 
     #[test]
     fn frames_that_are_looked_at_begin_with_the_first_and_end_with_the_last() {
-        assert_eq!(frames_to_look_at(0), Vec::<usize>::new());
-        assert_eq!(frames_to_look_at(1), [0]);
-        assert_eq!(frames_to_look_at(4), [0, 1, 2, 3]);
-        let many = frames_to_look_at(1001);
-        assert_eq!((many.len(), many[0], many[119]), (FRAMES_LOOKED_AT, 0, 1000));
+        assert_eq!(frames_to_look_at(0, 120), Vec::<usize>::new());
+        assert_eq!(frames_to_look_at(1, 120), [0]);
+        assert_eq!(frames_to_look_at(4, 120), [0, 1, 2, 3]);
+        assert_eq!(frames_to_look_at(11, 3), [0, 5, 10]);
+        let many = frames_to_look_at(1001, 120);
+        assert_eq!((many.len(), many[0], many[119]), (120, 0, 1000));
         assert!(many.windows(2).all(|pair| (8..=9).contains(&(pair[1] - pair[0]))));
     }
 
