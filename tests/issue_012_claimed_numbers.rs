@@ -191,9 +191,10 @@ fn archives_with_shared_bytes_many_names_or_axes_without_end() {
     }
     // what a large archive may hold is still read: nothing of it is shared
     fs::write(folder.path().join("run/poses.npz"), archive(&named(900), false)).unwrap();
-    assert_refused(folder.path(), &["evaluate", "set", "run"], &["run/poses.npz: ", "seeds"]);
+    assert_refused(folder.path(), &["evaluate", "set", "run"], &["run/poses.npz: has no array \"fps\""]);
 }
 
+#[cfg(unix)]
 #[test]
 fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
     let folder = tempfile::tempdir().unwrap();
@@ -205,6 +206,7 @@ fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
         obj.push_str(&format!("f {at} {} {}\nf {at} {} {}\n", at + 1, at + side + 2, at + side + 2, at + side + 1));
     }
     fs::write(folder.path().join("m.obj"), obj).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero.stl")).unwrap();
     let visual = "<visual><geometry><mesh filename=\"m.obj\"/></geometry></visual>";
     let robot = |inside: &str| format!("<robot name=\"r\">\n<link name=\"a\">{inside}</link></robot>");
     let ball = "<visual><geometry><sphere radius=\"0.1\"/></geometry></visual>";
@@ -221,7 +223,7 @@ fn robots_with_a_thousand_copies_of_a_mesh_or_of_an_attribute() {
             robot("").replace("\"a\"", &format!("\"{}\"", "a".repeat(100_000))),
             "`name` has 100000 characters; expected at most 200",
         ),
-        (robot("<visual><geometry><mesh filename=\"/dev/zero\"/></geometry></visual>"), "expected a regular file"),
+        (robot("<visual><geometry><mesh filename=\"zero.stl\"/></geometry></visual>"), "expected a regular file"),
     ] {
         fs::write(folder.path().join("r.urdf"), text).unwrap();
         assert_refused(folder.path(), &["inspect", "r.urdf"], &["r.urdf:", words]);

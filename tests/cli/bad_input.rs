@@ -103,7 +103,16 @@ fn robots_that_cannot_be_used() {
     let with_mesh = format!(
         r#"<link name="hat">{mesh}</link><joint name="hat_on" type="fixed"><parent link="head"/><child link="hat"/></joint></robot>"#
     );
-    refused(&urdf.replace("</robot>", &with_mesh), &["robot.urdf:", "gone.stl"]);
+    // a missing mesh is left out with a note where the body has other solids, and refused where it has none
+    room.write("robot.urdf", urdf.replace("</robot>", &with_mesh));
+    let noted = room.succeed("check tiny.toml actor.robot=robot.urdf");
+    assert!(
+        noted.stderr.contains("actor.robot: 1 of the meshes cannot be read and are left out: gone.stl"),
+        "{}",
+        noted.stderr
+    );
+    let alone = format!(r#"<robot name="hat"><link name="hat">{mesh}</link></robot>"#);
+    refused(&alone, &["robot.urdf:", "gone.stl", "nothing else of this body can be drawn"]);
     room.write("robot.urdf", format!("{urdf}\0"));
     room.succeed("check tiny.toml actor.robot=robot.urdf");
 }

@@ -70,7 +70,7 @@ fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
         (&["nothing.bvh", "--out", "x.model"], "error: CLIP: `nothing.bvh` is not in"),
         (
             &["embedded:walk", "--out", "x.model", "--last-frame", "999"],
-            "error: --last-frame: expected a frame of the clip",
+            "error: --last-frame: embedded:walk: expected a frame of the clip",
         ),
         (&["embedded:walk", "--out", "x.model", "--fps", "0"], "found 0"),
         (&["embedded:walk", "--out", "x.model", "--robot", "r2d2"], "neither a robot that ships"),

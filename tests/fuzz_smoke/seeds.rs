@@ -61,7 +61,7 @@ pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
         "manifest" => made(&["set/set.toml"]),
         "cameras" => made(&["set/cameras.json", "set/truth/props.json"]),
         "body" => made(&["set/start/body.json", "set/truth/actor.json"]),
-        "npz" => made(&["set/start/training.npz", "set/truth/truth.npz", "run/search.npz"]),
+        "npz" => made(&["set/start/spread.npz", "set/truth/truth.npz", "run/search.npz"]),
         "poses" => made(&["run/poses.npz"]),
         "model" => made(&["a.model"]),
         other => panic!("no seeds for {other}"),

@@ -12,13 +12,17 @@ pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
 /// Why a mesh of that name cannot be read, if so.
 pub(super) fn unsupported(name: &str) -> Option<String> {
-    let ending = ending(name);
+    let Some(ending) = ending(name) else {
+        return Some("the name has no ending that tells the format; expected .stl, .obj or .dae".to_owned());
+    };
     let known = ["stl", "obj", "dae"].contains(&ending.as_str());
-    (!known).then(|| format!("ending `.{ending}` is not supported; convert it to .stl, .obj or .dae"))
+    (!known).then(|| format!("ending `.{}` is not supported; convert it to .stl, .obj or .dae", excerpt(&ending)))
 }
 
-fn ending(name: &str) -> String {
-    name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase()
+/// What stands behind the last dot of a file's name, in lower case.
+fn ending(name: &str) -> Option<String> {
+    let file = name.rsplit(['/', '\\']).next()?;
+    file.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase())
 }
 
 /// Reads a mesh by the ending of its name.
@@ -30,7 +34,7 @@ pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
         return Err(reason);
     }
     let text = || String::from_utf8_lossy(bytes);
-    let mesh = match ending(name).as_str() {
+    let mesh = match ending(name).unwrap_or_default().as_str() {
         "stl" => stl(bytes)?,
         "dae" => collada::read(&text())?,
         _ => obj(&text())?,

@@ -18,7 +18,7 @@ pub(in crate::contact) struct SupportPoint {
 }
 
 /// The points on which links stand that touch the ground, given with their heights: of what is low enough the lowest points of
-/// the balls of a tapered capsule, the corners of a box, eight points of each rim of a cylinder, the vertices of a mesh.
+/// the balls of a tapered capsule, the corners of a box, eight points of each rim of a cylinder, of a mesh those vertices that lie furthest out in sixteen directions.
 pub(in crate::contact) fn support_points(
     body: &Humanoid,
     frames: &LinkFrames,
@@ -28,10 +28,25 @@ pub(in crate::contact) fn support_points(
     for (link, gap) in touching {
         for flesh in &body.links[link].flesh {
             let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= carried(gap));
-            found.extend(low.map(|point| SupportPoint { link, point }));
+            let low = if matches!(flesh, Flesh::Mesh { .. }) { outermost(low.collect()) } else { low.collect() };
+            found.extend(low.into_iter().map(|point| SupportPoint { link, point }));
         }
     }
     found
+}
+
+/// Those points that lie furthest out in [`AROUND`] horizontal directions, each once: forces inside their hull are sums of forces
+/// at them. A sole of thousands of vertices would otherwise take minutes a frame to share its load.
+fn outermost(points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
+    let furthest = |index: usize| {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * index as f64 / AROUND as f64);
+        let reach = |point: &Point3<f64>| cos * point.x + sin * point.y;
+        (0..points.len()).max_by(|a, b| reach(&points[*a]).total_cmp(&reach(&points[*b])))
+    };
+    let mut chosen: Vec<usize> = (0..AROUND).filter_map(furthest).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen.into_iter().map(|index| points[index]).collect()
 }
 
 /// Up to which height a link with this gap to the ground carries, metres.
@@ -145,6 +160,26 @@ pub(super) fn margin(hull: &[Point2<f64>], point: &Point2<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sole_of_thousands_of_vertices_stands_on_sixteen_that_reach_as_far() {
+        let around = |index: u32| {
+            let angle = std::f64::consts::TAU * f64::from(index) / 5000.0;
+            Point3::new(0.05 * angle.cos(), 0.12 * angle.sin(), 0.0)
+        };
+        let sole: Vec<Point3<f64>> = (0..5000).map(around).collect();
+        let kept = outermost(sole.clone());
+        assert!(kept.len() == AROUND && kept.iter().all(|point| sole.contains(point)), "{}", kept.len());
+        let area = |points: &[Point3<f64>]| {
+            let hull = convex_hull(points.iter().map(Point3::xy).collect());
+            let pairs = hull.iter().zip(hull.iter().cycle().skip(1));
+            0.5 * pairs.map(|(a, b)| a.coords.perp(&b.coords)).sum::<f64>()
+        };
+        // the area of a regular 16-gon over that of its circle, which a stretch does not change
+        let expected = 8.0 / std::f64::consts::PI * (std::f64::consts::TAU / 16.0).sin();
+        assert!(area(&kept) / area(&sole) > expected - 0.03, "{} {}", area(&kept), area(&sole));
+        assert!(outermost(Vec::new()).is_empty());
+    }
 
     #[test]
     fn margins_are_those_of_a_square_worked_out_by_hand() {
