@@ -117,7 +117,8 @@ fn recordings_are_named_whatever_is_wrong_with_them() {
         MOTION\nFrames: 3\nFrame Time: 0.01\n0 0 0 0 0 0 0 0 0\n0 0 1 0 0 0 0 0 0\n0 0 2 0 0 0 0 0 0\n";
     room.write("pole.bvh", nobody);
     room.all_blame(&OF_RECORDINGS[1..], "pole.bvh");
-    room.blames("check tiny.toml motion.clip=pole.bvh motion.loop_to_s=9", "override motion.loop_to_s=9");
+    let loops = "check tiny.toml motion.clip=pole.bvh motion.metres_per_unit=20 motion.loop_to_s=9";
+    room.blames(loops, "override motion.loop_to_s=9");
     room.blames("train embedded:walk --first-frame 39 --last-frame 39 --model gpdm --out m", "embedded:walk");
     room.blames("train embedded:walk --last-frame 4000 --model gpdm --out m", "embedded:walk");
     room.blames("train embedded:walk --last-frame 3 --model gpdm-graph --out m", "embedded:walk");
@@ -144,9 +145,9 @@ fn robots_are_named_whatever_is_wrong_with_them() {
     room.all_blame(&OF_ROBOTS[1..2], "bare.urdf");
     room.blames(&OF_ROBOTS[3].replace("FILE", "bare.urdf"), "bare.urdf");
     // what is wrong only for what the scenario wants is told of the scenario
-    let footless = urdf.replace("marker_left_ankle", "left_ankle_gone");
-    room.write("footless.urdf", footless);
-    room.blames("check tiny.toml actor.robot=footless.urdf actor.contact=fix", "footless.urdf");
+    let ball = "<robot name=\"ball\"><link name=\"a\"><visual><geometry><sphere radius=\"0.1\"/></geometry></visual></link></robot>";
+    room.write("ball.urdf", ball);
+    room.blames("check tiny.toml actor.robot=ball.urdf actor.contact=fix", "ball.urdf");
     room.write("fix.toml", TINY.replace("[rig.ring]", "[actor]\nrobot = \"bare.urdf\"\ncontact = \"fix\"\n[rig.ring]"));
     room.blames("check fix.toml", "fix.toml:7: actor.robot: bare.urdf");
 }
@@ -196,7 +197,7 @@ fn files_of_sets_and_runs_are_named_by_where_they_lie() {
         ("cameras.json", &blind),
         ("start/start.json", &blind),
         ("start/body.json", &blind),
-        ("start/training.npz", &blind),
+        ("start/spread.npz", &blind),
         ("truth/truth.npz", &blind[1..]),
         ("truth/actor.json", &blind[1..]),
         ("observations/cam01/silhouette/000001.png", &blind[..1]),
@@ -330,8 +331,8 @@ fn messages_quote_little_and_steer_no_terminal() {
 #[test]
 fn what_is_printed_of_a_sound_file_steers_no_terminal_either() {
     let room = Room::new();
-    let bvh = "HIERARCHY\nROOT \u{1b}[31mhip\u{7}\n{\n OFFSET 0 0 0\n CHANNELS 3 Xposition Yposition Zposition\n}\n\
-        MOTION\nFrames: 2\nFrame Time: 0.01\n0 1 0\n0 1 1\n";
+    let bvh = "HIERARCHY\nROOT \u{1b}[31mhip\u{7}\n{\n OFFSET 0 0 0\n CHANNELS 3 Xposition Yposition Zposition\n \
+        End Site\n {\n OFFSET 0 1.75 0\n }\n}\nMOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n0 0 0.01\n";
     room.write("red.bvh", bvh);
     let (code, stdout, stderr) = room.run(["inspect", "red.bvh"]);
     assert_eq!(code, 0, "{stderr}");

@@ -23,10 +23,15 @@ pub struct Fixed {
     pub report: FixReport,
 }
 
-/// Settles a motion on the ground z = 0: feet that stand by `rule`, now or once settled, are planted, nothing sinks; every frame is a
+/// Settles a motion on the ground z = 0: feet that stand by `rule`, now or once settled, are planted, and nothing sinks. Every frame is a
 /// least squares problem with the body's joint limits, in which feet follow their planted paths with the orientation that they
 /// have, and the root and all angles stay near where they were. No angle changes by more than 0.35 rad. A motion whose standing
-/// feet are underground, further than contact begins above it, is first raised as a whole.
+/// feet are underground, further than contact begins above it, is first raised as a whole. The feet of a leg with fewer than six
+/// degrees of freedom, as one without an ankle, follow their paths with the ankle's place alone.
+///
+/// What sinks all the same, hands, knees or the back, is lifted by the joints, which begins 0.2 s before it is needed and ends as long
+/// after; and where joints do not reach, the whole body is lifted, feet and all, just as smoothly. That is the last thing done: in no
+/// frame of any motion is any part of the body under the ground by more than rounding (a test asks for 0.1 mm).
 ///
 /// # Errors
 /// As [`GroundContacts::of_motion`].

@@ -189,11 +189,12 @@ fn a_shove_is_balanced_without_help() {
         let push = Push { at_s: 0.1, link: thorax, impulse_ns, direction: Vector3::x_axis() };
         simulate(&body, &motion, &SimulationSettings { pushes: vec![push], ..SimulationSettings::default() }).unwrap()
     };
-    let found = shoved(15.0);
+    let (found, left_alone) = (shoved(15.0), shoved(0.0));
     assert_eq!(found.report.fell_at_s, None, "{}", found.report);
     let centre =
         |motion: &Motion, frame: usize| body.centre_of_mass(&body.link_frames(&motion.poses[frame])).unwrap().x;
-    let ahead: Vec<f64> = (0..90).map(|frame| centre(&found.motion, frame) - centre(&motion, frame)).collect();
+    let ahead: Vec<f64> =
+        (0..90).map(|frame| centre(&found.motion, frame) - centre(&left_alone.motion, frame)).collect();
     let furthest = ahead.iter().copied().fold(0.0, f64::max);
     // critically damped, it goes as far as its speed over e times the frequency of the return
     let expected = 15.0 / body.total_mass() / (std::f64::consts::E * 6.0);
