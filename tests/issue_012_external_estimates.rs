@@ -148,7 +148,8 @@ fn an_estimate_is_measured_beside_and_stays_as_it_was() {
     for out in ["theirs", ".", "set"] {
         let refused = room.skiagraph(["evaluate", "set", "theirs", "--force", "--out", out]);
         assert!(
-            refused.code == 2 && refused.stderr.contains("which this --out would replace or change; choose another --out"),
+            refused.code == 2
+                && refused.stderr.contains("which this --out would replace or change; choose another --out"),
             "{}",
             refused.stderr
         );

@@ -357,7 +357,7 @@ fn paths_need_not_be_utf_8() {
     fs::write(room.path(odd("w@.txt")), &walk).unwrap();
     fs::write(room.path(odd("r@.urdf")), shipped("robots/tracker25.urdf")).unwrap();
     fs::write(room.path(odd("@@_01.amc")), ":DEGREES\n1\nroot 0 18 0 0 0 0\n2\nroot 0 18 0 0 0 1\n").unwrap();
-    let skeleton = ":units\nlength 0.45\n:root\norder TX TY TZ RX RY RZ\n:bonedata\n:hierarchy\n";
+    let skeleton = ":units\nlength 0.45\n:root\norder TX TY TZ RX RY RZ\n:bonedata\nbegin\nid 1\nname up\ndirection 0 1 0\nlength 31\naxis 0 0 0 XYZ\nend\n:hierarchy\nbegin\nroot up\nend\n";
     fs::write(room.path(odd("@@.asf")), skeleton).unwrap();
     fs::write(room.path("other.asf"), "broken").unwrap();
     for arguments in [
