@@ -46,7 +46,8 @@ impl Element {
         };
         known().ok_or_else(|| {
             format!(
-                "element type {descr:?} is not read; expected floats of 4 or 8 bytes, whole numbers, booleans or texts (no pickled objects)"
+                "element type {descr:?} is not read; expected floats of 4 or 8 bytes, whole numbers, booleans or \
+                 texts (no pickled objects)"
             )
         })
     }
