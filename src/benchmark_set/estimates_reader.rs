@@ -302,8 +302,8 @@ impl Reader<'_> {
             None => Ok(false),
             Some(column) => {
                 let detail = format!(
-                    "expected finite numbers, or NaN throughout for a frame without an estimate; column {column} is {} among NaN or \
-                     infinite ones",
+                    "expected finite numbers, or NaN throughout for a frame without an estimate; column {column} is {} among NaN \
+                     or infinite ones",
                     numbers[column]
                 );
                 Err(self.refuse_row(name, row, &detail))

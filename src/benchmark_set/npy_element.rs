@@ -47,7 +47,8 @@ impl Element {
         };
         known().ok_or_else(|| {
             format!(
-                "element type {:?} is not read; expected floats of 4 or 8 bytes, whole numbers, booleans or texts (no pickled objects)",
+                "element type {:?} is not read; expected floats of 4 or 8 bytes, whole numbers, booleans or \
+                 texts (no pickled objects)",
                 excerpt(descr)
             )
         })
