@@ -12,7 +12,7 @@ use crate::rng::{Purpose, stream};
 pub(super) const RESAMPLES: usize = 10_000;
 
 /// Interval of the mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip `c`'s runs. Seeds are
-/// drawn again within their clip.
+/// drawn again within their clip, and must not be equal in all of them.
 ///
 /// BCa percentiles (Efron 1987): the share of resampled means below the mean corrects the bias, the skewness of the values the
 /// percentiles. They are taken further out than 2.5 %, by the ratio of Student's t to the normal deviate and by the bootstrap's
@@ -20,7 +20,7 @@ pub(super) const RESAMPLES: usize = 10_000;
 /// 90 % of the time with ten runs.
 pub(super) fn bca(clips: &[Vec<f64>]) -> Option<Interval> {
     let centre = mean_of_means(clips)?;
-    let Some(reach) = reach(clips) else { return Some(Interval { low: centre, high: centre }) };
+    let reach = reach(clips)?;
     let mut rng = stream(0, Purpose::Bootstrap, 0, 0, 0);
     let mut means: Vec<f64> = (0..RESAMPLES).map(|_| resampled_mean(clips, &mut rng)).collect();
     means.sort_by(f64::total_cmp);
@@ -36,7 +36,7 @@ pub(super) fn bca(clips: &[Vec<f64>]) -> Option<Interval> {
 }
 
 /// The normal deviate that gives a normal sample the width of Student's interval: `t sqrt(n / (n - 1))`; over several clips the
-/// ratio is that of the variances of the mean. `None` where nothing varies.
+/// ratio is that of the variances of the mean. Something must vary.
 fn reach(clips: &[Vec<f64>]) -> Option<f64> {
     let t = student_quantile(freedom_of_mean(clips)?)?;
     let squares = |runs: &Vec<f64>| influences(runs, clips.len()).map(|i| i * i).sum::<f64>();

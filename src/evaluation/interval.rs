@@ -82,15 +82,16 @@ impl fmt::Display for IntervalRule {
 }
 
 /// 95 % interval of the mean over clips of each clip's mean over seeds, and the rule that made it; `clips[c]` holds the values
-/// of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, and where a clip has a single run: one seed says nothing
-/// about the next.
+/// of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, where a clip has a single run (one seed says nothing about
+/// the next), and where the runs of every clip are equal: an interval of no width would promise what three seeds without a lost
+/// frame do not show.
 ///
 /// From [`BOOTSTRAP_RUNS`] runs a clip on it is a bootstrap; with fewer Student's t, on a logarithmic scale for errors that are
 /// all above 0.
 pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval, IntervalRule)> {
     let fewest = clips.iter().map(Vec::len).min()?;
     let runs: usize = clips.iter().map(Vec::len).sum();
-    if fewest < 2 || runs < FEWEST_RUNS {
+    if fewest < 2 || runs < FEWEST_RUNS || are_equal(clips) {
         return None;
     }
     let is_error = range == ValueRange::NonNegative && clips.iter().flatten().all(|value| *value > 0.0);
@@ -139,9 +140,6 @@ fn student_on_logs(clips: &[Vec<f64>]) -> Option<Interval> {
 fn half_width(clips: &[Vec<f64>], squared_error: impl Fn(&[f64]) -> Option<f64>) -> Option<f64> {
     let errors: Vec<f64> = clips.iter().map(|runs| squared_error(runs)).collect::<Option<_>>()?;
     let sum: f64 = errors.iter().sum();
-    if sum == 0.0 {
-        return Some(0.0);
-    }
     let t = student_quantile(freedom(&errors, clips))?;
     Some(t * sum.sqrt() / clips.len() as f64)
 }
@@ -153,10 +151,15 @@ fn freedom(squared_errors: &[f64], clips: &[Vec<f64>]) -> f64 {
     1.0 / parts.sum::<f64>()
 }
 
-/// Degrees of freedom of the mean of the clips' means; `None` where nothing varies.
+/// Whether the runs of every clip have one value.
+pub(super) fn are_equal(clips: &[Vec<f64>]) -> bool {
+    clips.iter().all(|runs| runs.windows(2).all(|pair| pair[0] == pair[1]))
+}
+
+/// Degrees of freedom of the mean of the clips' means.
 pub(super) fn freedom_of_mean(clips: &[Vec<f64>]) -> Option<f64> {
     let errors: Vec<f64> = clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
-    (errors.iter().sum::<f64>() > 0.0).then(|| freedom(&errors, clips))
+    Some(freedom(&errors, clips))
 }
 
 /// The 97.5 % quantile of Student's t.
@@ -234,11 +237,23 @@ mod tests {
     }
 
     #[test]
-    fn equal_runs_give_an_interval_of_no_width_and_clips_weigh_alike_however_many_seeds_they_have() {
-        for range in [ValueRange::Any, ValueRange::NonNegative] {
-            for few in [2, 12] {
-                assert_eq!(ends(&[vec![10.0; 13], vec![20.0; few]], range), [15.0, 15.0]);
-            }
+    fn runs_that_are_equal_in_every_clip_have_no_interval() {
+        assert_eq!(
+            mean_interval(&[vec![0.0; 5]], ValueRange::Share),
+            None,
+            "no lost frame in five seeds is not none for sure"
+        );
+        assert_eq!(mean_interval(&[vec![10.0; 13], vec![20.0; 12]], ValueRange::NonNegative), None);
+        assert!(mean_interval(&[vec![10.0; 3], vec![20.0, 21.0]], ValueRange::NonNegative).is_some());
+    }
+
+    #[test]
+    fn clips_weigh_alike_however_many_seeds_they_have() {
+        for few in [2, 10] {
+            let mut clips = [vec![10.0; 13], vec![20.0; few]];
+            clips[1][0] += 1e-6;
+            let [low, high] = ends(&clips, ValueRange::NonNegative);
+            assert!((low - 15.0).abs() < 1e-4 && (high - 15.0).abs() < 1e-4, "{low} {high}");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::IntervalRule;
 use super::bootstrap::RESAMPLES;
-use super::interval::{BOOTSTRAP_RUNS, FEWEST_RUNS};
+use super::interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, are_equal};
 
 /// Simulated coverage of the mean's 95 % interval where one seed in ten loses the body, %, by number of seeds: from
 /// `results/intervals.json`.
@@ -40,8 +40,12 @@ pub(super) fn of_runs(clips: &[Vec<f64>]) -> String {
     )
 }
 
-/// `2 seeds: no interval`
+/// `2 seeds: no interval`, `5 seeds: all equal`
 fn none(clips: &[Vec<f64>], of: usize) -> String {
+    let fewest = clips.iter().map(Vec::len).min().unwrap_or(0);
+    if fewest >= 2 && clips.iter().map(Vec::len).sum::<usize>() >= FEWEST_RUNS && are_equal(clips) {
+        return format!("{}: all equal", counted(clips, of));
+    }
     match clips.len() {
         0 | 1 => format!("{}: no interval", counted(clips, of)),
         _ if clips.iter().any(|runs| runs.len() == 1) => "a clip with 1 seed: no interval".to_owned(),
@@ -101,5 +105,7 @@ mod tests {
         );
         assert_eq!(of_runs(&[vec![0.0]]), "1 seed: no interval: an interval takes 3 seeds or more");
         assert_eq!(of_metric(&[], 5, None), "0 of 5 seeds: no interval");
+        assert_eq!(of_metric(&[vec![0.0; 5]], 5, None), "5 seeds: all equal");
+        assert_eq!(of_metric(&[vec![0.0; 2]], 2, None), "2 seeds: no interval");
     }
 }

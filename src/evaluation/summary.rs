@@ -59,7 +59,7 @@ pub struct MetricSummary {
     /// over runs. `max`: of all frames of all runs.
     #[serde(flatten)]
     pub spread: Option<Spread>,
-    /// 95 % interval of the mean; `None` for fewer than three runs and where a clip has one seed.
+    /// 95 % interval of the mean; `None` for fewer than three runs, where a clip has one seed and where all are equal.
     pub ci95: Option<Interval>,
     /// How the interval was made, or why there is none.
     pub interval: String,
@@ -242,7 +242,9 @@ mod tests {
         let of_three = summarise(&[run(0, &a), run(1, &b), run(2, &c)]).unwrap();
         assert!(of_three.metrics["humaneva_mm"].ci95.is_some());
         assert_eq!(of_three.metrics["humaneva_mm"].interval, "Student's t on log errors over 3 seeds");
-        assert_eq!(of_three.metrics["pck150"].interval, "Student's t over 3 seeds");
+        assert_eq!(of_three.metrics["auc150"].interval, "Student's t over 3 seeds");
+        assert_eq!(of_three.metrics["pck150"].interval, "3 seeds: all equal");
+        assert_eq!(of_three.metrics["pck150"].ci95, None);
     }
 
     #[test]
