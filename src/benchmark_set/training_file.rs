@@ -2,6 +2,7 @@
 //! of all motions one after another; `lengths`, frames of every motion, where there are several; and `of_the_test` where the
 //! motion is that of the test itself.
 
+use super::manifest::check_rate;
 use super::truth_file::{push_poses, read_poses};
 use super::{Array, Npz, SetError, Values};
 use crate::body::{Humanoid, Motion};
@@ -55,6 +56,7 @@ impl Training {
         let npz = Npz::from_bytes(PATH, bytes)?;
         let mut poses = read_poses(&npz, PATH, "", Some(degrees))?;
         let frames_per_second = npz.f64s(PATH, "fps", &[])?[0];
+        check_rate(frames_per_second).map_err(|e| SetError::malformed(PATH, format!("fps: {e}")))?;
         let lengths = match npz.get("lengths").map(|array| &array.values) {
             None => vec![poses.len()],
             Some(Values::I64(lengths)) => lengths.iter().filter_map(|n| usize::try_from(*n).ok()).collect(),
