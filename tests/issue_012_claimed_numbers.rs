@@ -353,3 +353,33 @@ fn devices_pipes_directories_and_files_without_end_as_any_input() {
     fs::create_dir(path("walk.bvh")).unwrap();
     assert_refused(folder.path(), &["train", "walk.bvh", "--model", "gpdm", "--out", "new.model"], &["walk.bvh"]);
 }
+
+#[test]
+fn a_rate_of_the_truth_that_no_clock_has() {
+    let folder = with_set();
+    for file in ["truth/truth.npz", "start/training.npz"] {
+        let sound = fs::read(folder.path().join("set").join(file)).unwrap();
+        for rate in [1e300, -60.0, f64::NAN] {
+            // `fps` is the archive's first array; its checksum stands in the local header and in the directory
+            forge(folder.path(), file, |bytes| with_first_array(&bytes, &npy("", &[rate])));
+            let named = format!("set/{file}: fps: expected 0.001 to 100000 frames a second");
+            assert_refused(folder.path(), &["inspect", "set", "--contacts"], &[&named]);
+        }
+        forge(folder.path(), file, |_| sound);
+    }
+}
+
+/// An archive of ours with other bytes in the place of its first array.
+fn with_first_array(bytes: &[u8], first: &[u8]) -> Vec<u8> {
+    let half = |at: usize| u16::from_le_bytes(*bytes[at..].first_chunk().unwrap()) as usize;
+    let word = |at: usize| u32::from_le_bytes(*bytes[at..].first_chunk().unwrap()) as usize;
+    let (mut entries, mut at) = (Vec::new(), 0);
+    while word(at) == 0x0403_4b50 {
+        let start = at + 30 + half(at + 26);
+        let name = String::from_utf8(bytes[at + 30..start].to_vec()).unwrap();
+        at = start + word(at + 18);
+        entries.push((name, &bytes[start..at]));
+    }
+    entries[0].1 = first;
+    archive(&entries, false)
+}

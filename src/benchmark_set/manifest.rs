@@ -51,14 +51,19 @@ impl Sequence {
         if !(1..=MOST_FRAMES).contains(&frames) {
             return Err(format!("sequence.frames: expected 1 to {MOST_FRAMES}, found {frames}"));
         }
-        if !(LEAST_RATE..=GREATEST_RATE).contains(&frames_per_second) {
-            let found = frames_per_second;
-            return Err(format!("sequence.frames_per_second: expected {LEAST_RATE} to {GREATEST_RATE}, found {found}"));
-        }
+        check_rate(frames_per_second).map_err(|e| format!("sequence.frames_per_second: {e}"))?;
         if !(1..=MOST_CAMERAS).contains(&cameras) {
             return Err(format!("sequence.cameras: expected 1 to {MOST_CAMERAS}, found {cameras}"));
         }
         Ok(())
+    }
+}
+
+/// What is wrong with a rate of frames, of whatever file of a set.
+pub(super) fn check_rate(found: f64) -> Result<(), String> {
+    match (LEAST_RATE..=GREATEST_RATE).contains(&found) {
+        true => Ok(()),
+        false => Err(format!("expected {LEAST_RATE} to {GREATEST_RATE} frames a second, found {found}")),
     }
 }
 

@@ -2,6 +2,7 @@
 //! `angle_names`, the frames of all motions one after another; `lengths`, frames of every motion, where there are several; and
 //! `sources`, which recordings they are, in words. Sets without such motions have [`super::StepSpread`] in its place.
 
+use super::manifest::check_rate;
 use super::truth_file::{push_poses, read_poses};
 use super::{Array, Npz, SetError, StepSpread, Values};
 use crate::body::{Humanoid, Motion};
@@ -93,6 +94,7 @@ impl TrainingMotions {
         }
         let mut poses = read_poses(&npz, PATH, "", Some(degrees))?;
         let frames_per_second = npz.f64s(PATH, "fps", &[])?[0];
+        check_rate(frames_per_second).map_err(|e| SetError::malformed(PATH, format!("fps: {e}")))?;
         let lengths = match npz.get("lengths").map(|array| &array.values) {
             None => vec![poses.len()],
             Some(Values::I64(lengths)) => lengths.iter().filter_map(|n| usize::try_from(*n).ok()).collect(),

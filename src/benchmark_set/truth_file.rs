@@ -15,6 +15,7 @@
 
 use nalgebra::{DVector, Point3};
 
+use super::manifest::check_rate;
 use super::rigid;
 use super::{Array, Npz, SetError};
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
@@ -62,6 +63,7 @@ pub(super) fn from_npz(
 ) -> Result<(GroundTruth, Option<Motion>), SetError> {
     let links = actor.links.len();
     let fps = npz.f64s(PATH, "fps", &[])?[0];
+    check_rate(fps).map_err(|e| SetError::malformed(PATH, format!("fps: {e}")))?;
     let poses = read_poses(npz, PATH, "", Some(actor.degrees_of_freedom.len()))?;
     let count = Some(poses.len());
     let link_frames = npz.f64s(PATH, "link_frames", &[count, Some(links), Some(7)])?;

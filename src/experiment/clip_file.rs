@@ -18,6 +18,9 @@ pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
     ("jump", include_str!("../../scenarios/motions/humanoid3d_jump.txt")),
 ];
 
+/// The longest motion that anything is done with, seconds.
+const LONGEST_MOTION_S: f64 = 3600.0;
+
 /// Below a folder of recordings no path is this deep, unless links make a circle.
 const GREATEST_DEPTH: usize = 12;
 
@@ -128,6 +131,10 @@ pub(super) fn read_part(
     };
     if let Some(duration) = settings.loop_to_s {
         clip = clip.looped(duration).map_err(|e| unsound("loop_to_s", e.to_string()))?;
+    }
+    if clip.duration() > LONGEST_MOTION_S {
+        let found = clip.duration();
+        return Err(unsound("last_frame", format!("expected a part of at most {LONGEST_MOTION_S} s, found {found} s")));
     }
     let clip = clip.resampled(settings.frames_per_second).map_err(|e| unsound("frames_per_second", e.to_string()))?;
     Ok(Recording { clip, source })

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::bvh_hierarchy::{Channel, Hierarchy, parse_hierarchy};
 use super::read::{ReadOptions, clip_name};
-use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording, rate_from_frame_time};
+use super::recording::{GREATEST_RATE, LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, rate_from_frame_time};
 use super::text_cursor::{TextCursor, finite_number};
 use super::{Clip, MocapError};
 
@@ -42,8 +42,9 @@ fn parse_motion(
     cursor.keyword("Time:")?;
     let word = cursor.word_in_line();
     let shortest = 1.0 / GREATEST_RATE;
-    let Some(frame_time) = word.and_then(finite_number).filter(|seconds| (shortest..=1e3).contains(seconds)) else {
-        return Err(cursor.unexpected("the seconds between two frames, > 0", word));
+    let Some(frame_time) = word.and_then(finite_number).filter(|seconds| (shortest..=LONGEST_FRAME).contains(seconds))
+    else {
+        return Err(cursor.unexpected("the seconds between two frames, > 0 and at most 10", word));
     };
     let frames_per_second = options.frames_per_second.unwrap_or_else(|| rate_from_frame_time(frame_time, &mut notes));
     let (frames, empty_frames) = parse_rows(cursor, &hierarchy)?;
@@ -212,7 +213,11 @@ Frame Time: 0.02
             ("End Site", "Ende", "tiny.bvh:10: expected OFFSET, CHANNELS, JOINT, End Site or `}`, found `Ende`"),
             ("}\nMOTION", "MOTION", "tiny.bvh:15: expected OFFSET, CHANNELS, JOINT, End Site or `}`, found `MOTION`"),
             ("Frames: 2", "Frames: two", "tiny.bvh:17: expected the number of frames, found `two`"),
-            ("Time: 0.02", "Time: 0", "tiny.bvh:18: expected the seconds between two frames, > 0, found `0`"),
+            (
+                "Time: 0.02",
+                "Time: 0",
+                "tiny.bvh:18: expected the seconds between two frames, > 0 and at most 10, found `0`",
+            ),
             (
                 "60 0.5\n1",
                 "60\n1",

@@ -9,7 +9,9 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use super::read::{ReadOptions, UpAxis, clip_name};
-use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording, pose_between, rate_from_frame_time};
+use super::recording::{
+    GREATEST_RATE, LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, pose_between, rate_from_frame_time,
+};
 use super::rotation::Axis;
 use super::text_cursor::is_sane;
 use super::{Clip, MocapError, Skeleton, SkeletonJoint};
@@ -143,10 +145,10 @@ impl Row<'_> {
 
     fn duration(&self) -> Result<f64, MocapError> {
         let seconds = self.numbers[0];
-        if (1.0 / GREATEST_RATE..=1e3).contains(&seconds) {
+        if (1.0 / GREATEST_RATE..=LONGEST_FRAME).contains(&seconds) {
             return Ok(seconds);
         }
-        Err(self.error("seconds to the next frame, > 0, in column 1", seconds))
+        Err(self.error("seconds to the next frame, > 0 and at most 10, in column 1", seconds))
     }
 
     /// Whether all but the duration is zero.
@@ -326,7 +328,7 @@ mod tests {
         assert_eq!(broken(|r| r[1].truncate(43)), "clip.txt: frame 2 (from 1): expected 44 numbers, found 43");
         assert_eq!(
             broken(|r| r[1][0] = 0.0),
-            "clip.txt: frame 2 (from 1): expected seconds to the next frame, > 0, in column 1, found 0"
+            "clip.txt: frame 2 (from 1): expected seconds to the next frame, > 0 and at most 10, in column 1, found 0"
         );
         assert_eq!(
             broken(|r| r[2][6] = 1e300),

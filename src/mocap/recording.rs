@@ -16,6 +16,9 @@ pub(super) const MOST_JOINT_FRAMES: usize = 20_000_000;
 /// Joints that a skeleton may have; a hand has about twenty.
 pub(super) const MOST_JOINTS: usize = 1_000;
 
+/// Nobody records at fewer frames than one in this time, seconds: with longer ones a small file claims hours.
+pub(super) const LONGEST_FRAME: f64 = 10.0;
+
 /// A rate that nobody records at.
 pub(super) const GREATEST_RATE: f64 = 1e5;
 
