@@ -79,7 +79,7 @@ fn is_comparison(path: &Path, entries: &BTreeMap<String, bool>) -> bool {
     entries.iter().all(known)
 }
 
-/// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, each by its mark.
+/// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, by its mark.
 pub(crate) fn is_file_of_ours(path: &Path) -> bool {
     let Some(head) = head(path) else { return false };
     let text = String::from_utf8_lossy(&head);
@@ -120,7 +120,7 @@ fn entries_of_directory(path: &Path) -> Option<BTreeMap<String, bool>> {
     if path.is_symlink() { None } else { entries(path) }
 }
 
-/// Names of all entries, and whether each is a directory; `None` if one cannot be read or named, or is neither file nor directory.
+/// Names of all entries, and whether each is a directory; `None` if one cannot be read or named, or is neither that nor a file.
 fn entries(path: &Path) -> Option<BTreeMap<String, bool>> {
     let entry = |entry: std::io::Result<fs::DirEntry>| {
         let entry = entry.ok()?;

@@ -10,7 +10,7 @@ use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::Kind;
 use super::partial_directory::PartialDirectory;
 use super::results::{Results, RunRecord, tracker_in_words};
-use super::scene_check::{refusals, unseen_in};
+use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::tracking::{Tracked, track};
 use super::watch::{Stage, Watch};
@@ -48,7 +48,8 @@ pub fn draw(
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     let staged = Staged::new(file, mocap_directory)?;
-    if let Some(refused) = refusals(file, &staged).into_iter().next() {
+    let inside = CamerasInside::of(file, &staged);
+    if let Some(refused) = inside.refused.into_iter().next() {
         return Err(refused);
     }
     watch.begin(Stage::Render, staged.frames());
@@ -76,7 +77,7 @@ pub fn draw(
     if !seen.into_inner() {
         return Err(unseen_in(file, staged.frames()));
     }
-    Ok((set, staged.notes))
+    Ok((set, [staged.notes, inside.told].concat()))
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set; returns its hash and notes for the user.

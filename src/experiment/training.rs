@@ -38,7 +38,8 @@ pub(super) fn load(
         if let Some((first, last)) = shared_frames(clip, test) {
             let last = if last == usize::MAX { "the last".to_owned() } else { last.to_string() };
             let message = format!(
-                "frames {first} to {last} (of the file, from 1) of `{}` are frames of [motion] too; learn from other frames than those of the test",
+                "frames {first} to {last} (of the file, from 1) of `{}` are frames of [motion] too; learn from other frames than \
+                 those of the test",
                 clip.clip
             );
             return Err(unsound("clip", message));
