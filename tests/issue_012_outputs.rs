@@ -149,7 +149,7 @@ mod signals {
         let big = ["rig.ring.size_px=[1920,1080]", "rig.ring.count=8"];
         let large_render = [&["render", "tiny.toml", "layers=[\"depth\"]"], &big[..], &["--out", "set"]].concat();
         let run = vec!["run", "tiny.toml", "particles=200000", "--out", "run"];
-        let train = vec!["train", "embedded:walk", "--model", "gpdm", "--fps", "300", "--out", "a.model"];
+        let train = vec!["train", "embedded:walk", "--model", "gpdm", "--fps", "1000", "--out", "a.model"];
         let fixed = [&["run", "tiny.toml", "motion.last_frame=39", "actor.contact=simulate"], &LONG[..]].concat();
         // what a command has put on the disk when it has got so far, and how long it works before it is interrupted
         for (arguments, begun, inside, millis) in [

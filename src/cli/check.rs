@@ -15,8 +15,8 @@ use crate::experiment::{
 
 /// Say whether a scenario is sound, all that is wrong with it, and what it costs to run
 ///
-/// Reads every file that the scenario names, sets the scene, looks at it through the cameras, and tracks a sample of a second or so for
-/// the estimate of time.
+/// Reads every file that the scenario names, sets the scene, looks at it through the cameras, and tracks a sample of a second
+/// or so for the estimate of time.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph check scenarios/walk.toml\n  \
                         skiagraph check scenarios/cmu/walk4.toml --mocap-dir ~/cmu\n  \
@@ -91,7 +91,8 @@ fn in_words(origin: &str, s: &Soundness) -> String {
     let ([low_x, low_y], [high_x, high_y]) = (s.path.least_m, s.path.greatest_m);
     let mut text = format!(
         "{origin} is sound\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
-         path     from ({x0:.2}, {y0:.2}) to ({x1:.2}, {y1:.2}) m, {:.2} m long; x {low_x:.2} to {high_x:.2}, y {low_y:.2} to {high_y:.2} m\n  \
+         path     from ({x0:.2}, {y0:.2}) to ({x1:.2}, {y1:.2}) m, {:.2} m long; \
+         x {low_x:.2} to {high_x:.2}, y {low_y:.2} to {high_y:.2} m\n  \
          bodies   actor {}, tracker {}: {model}\n  tracker  {}, {} seed(s){cost}",
         s.clip,
         s.frames,
@@ -133,8 +134,8 @@ fn cost_in_words(cost: &Cost) -> String {
         count => format!(", and the time to learn motion models for {}", output::counted(count, "tracker")),
     };
     format!(
-        "\n  cost     run: about {} on {threads} (reading {}, drawing {}, tracking {}, measuring {}){learning}\n  cost     run: about {} of \
-         memory and {} on the disk; render: {} and {}",
+        "\n  cost     run: about {} on {threads} (reading {}, drawing {}, tracking {}, measuring {}){learning}\n  \
+         cost     run: about {} of memory and {} on the disk; render: {} and {}",
         duration(cost.run_s),
         duration(cost.staging_s),
         duration(cost.render_s),

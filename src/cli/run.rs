@@ -32,8 +32,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     seeds: Option<u32>,
 
-    /// Where the results go; a run of ours that is there is replaced [default: runs/NAME, or runs/NAME-2 and so on where results of
-    /// another scenario or of other settings are]
+    /// Where the results go; a run of ours that is there is replaced [default: runs/NAME, or runs/NAME-2 and so on where
+    /// results of another scenario or of other settings are]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::cost::{Cost, cost};
 use super::learning::Models;
-use super::scene_check::{ActorPath, CameraView, doubts, refusals, unseen, views};
+use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, views};
 use super::staging::{Staged, robot};
 use super::{ExperimentError, LearnedModel, ScenarioFile, Unwatched, clip_file};
 use crate::tracker::FilterSettings;
@@ -65,10 +65,11 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
         return Err(missing);
     }
     let begin = Instant::now();
-    let staged = Staged::new(file, mocap_directory).map_err(|error| vec![error])?;
+    let mut staged = Staged::new(file, mocap_directory).map_err(|error| vec![error])?;
     let staging_s = begin.elapsed().as_secs_f64();
     let views = views(&staged);
-    let mut errors = refusals(file, &staged);
+    let CamerasInside { refused: mut errors, told } = CamerasInside::of(file, &staged);
+    staged.notes.extend(told);
     errors.extend(unseen(file, &staged, &views));
     errors.extend(unfit_models(file, &staged));
     if !errors.is_empty() {
@@ -113,9 +114,6 @@ fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<Ca
 
 /// Everything that is wrong with the files that a scenario names, each looked at by itself: recordings that are not there, robots
 /// and models that cannot be read.
-///
-/// # Errors
-/// None: what is wrong is the answer.
 pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Vec<ExperimentError> {
     let scenario = &file.scenario;
     let mut wrong = Vec::new();

@@ -18,10 +18,11 @@ use crate::tracker::{PlausibilitySettings, SilhouetteSettings};
 
 /// How long drawing the sample may take, and how long tracking it with each kind of likelihood, seconds.
 const SAMPLE_S: f64 = 0.25;
-/// Fewest and first particles of a sample.
+/// Particles that are tried first, and the seconds after which no more are tried.
 const FEW_PARTICLES: usize = 8;
+const SLOW_S: f64 = 1.0;
 /// Memory of a run of nothing: the program, its tables, the report.
-const BASE_MEMORY: f64 = 45e6;
+const BASE_MEMORY: f64 = 55e6;
 /// Columns of `per_frame.csv`, about, and bytes of a number in text.
 const CSV_COLUMNS: f64 = 60.0;
 const CSV_BYTES: f64 = 17.0;
@@ -209,16 +210,20 @@ impl Speed {
             Ok(seconds / two.blind.frame_count as f64)
         };
         let most = usize::try_from(evaluations).unwrap_or(usize::MAX);
-        let few_s = seconds(FEW_PARTICLES)?;
-        let (mut particles, mut many_s) = (FEW_PARTICLES, few_s);
-        while particles < most && many_s < 0.5 * SAMPLE_S {
+        let few = FEW_PARTICLES.min(most);
+        let few_s = seconds(few)?;
+        if few == most {
+            return Ok(Self { frame_s: few_s, evaluation_s: 0.0 });
+        }
+        if few_s > SLOW_S {
+            return Ok(Self { frame_s: 0.0, evaluation_s: few_s / few as f64 });
+        }
+        let (mut particles, mut many_s) = (few, few_s);
+        while particles < most && many_s < few_s + 0.5 * SAMPLE_S && many_s < SLOW_S {
             particles = most.min(4 * particles);
             many_s = seconds(particles)?;
         }
-        if particles == FEW_PARTICLES {
-            return Ok(Self { frame_s: 0.0, evaluation_s: few_s / FEW_PARTICLES as f64 });
-        }
-        let evaluation_s = ((many_s - few_s) / particles.abs_diff(FEW_PARTICLES).max(1) as f64).max(0.0);
+        let evaluation_s = ((many_s - few_s) / (particles - few) as f64).max(0.0);
         Ok(Self { frame_s: (many_s - particles as f64 * evaluation_s).max(0.0), evaluation_s })
     }
 
@@ -264,7 +269,7 @@ fn tracking_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
     let filters = trackers.iter().filter_map(|(_, tracker)| tracker.filter());
     let particles = filters.clone().map(|filter| filter.particles).max().unwrap_or(0) as f64;
     let layers = filters.map(|filter| filter.layers).max().unwrap_or(0) as f64;
-    let views = 6.0 * pixels(staged).sum::<f64>();
+    let views = 4.0 * pixels(staged).sum::<f64>();
     let kept = frames * (8.0 * degrees + 56.0 * layers + 16.0 * METRICS + 15.0 * 32.0);
     let table = frames * CSV_COLUMNS * CSV_BYTES;
     seeds * (views + particles * (24.0 * degrees + 200.0)) + (seeds + 1.0) * (kept + 2.0 * table)

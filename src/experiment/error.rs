@@ -132,7 +132,10 @@ pub enum ExperimentError {
         source: io::Error,
     },
     /// Another process of this program writes to the same place.
-    #[error("{path}: another skiagraph is writing here now; wait until it is done, or choose another --out", path = path.display())]
+    #[error(
+        "{path}: another skiagraph is writing here now; wait until it is done, or choose another --out",
+        path = path.display()
+    )]
     Busy {
         /// The place.
         path: PathBuf,

@@ -24,7 +24,7 @@ pub(super) struct PartialFile {
 }
 
 impl PartialFile {
-    /// Begins what shall become the file `path`. What is there already must be a file of ours, which will be replaced; with `force`
+    /// Begins what shall become the file `path`. What is there already must be a file of ours, which is replaced; with `force`
     /// anything else is moved aside to `path~` instead of refused. Directories above are made.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ impl PartialFile {
     }
 }
 
-/// Writes one file, whole: what is there already is replaced if this program wrote it, else refused or, with `force`, moved aside.
+/// Writes one file, whole: what is there is replaced if this program wrote it, else refused or, with `force`, moved aside.
 ///
 /// # Errors
 /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Output`] if nothing can be written.

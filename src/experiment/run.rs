@@ -11,7 +11,7 @@ use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::results::{Results, RunRecord, tracker_in_words};
-use super::scene_check::{refusals, unseen_in};
+use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
@@ -49,7 +49,8 @@ pub fn draw(
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     let staged = Staged::new(file, mocap_directory)?;
-    if let Some(refused) = refusals(file, &staged).into_iter().next() {
+    let inside = CamerasInside::of(file, &staged);
+    if let Some(refused) = inside.refused.into_iter().next() {
         return Err(refused);
     }
     watch.begin(Stage::Render, staged.frames());
@@ -78,7 +79,7 @@ pub fn draw(
     if !seen.into_inner() {
         return Err(unseen_in(file, staged.frames()));
     }
-    Ok((set, staged.notes))
+    Ok((set, [staged.notes, inside.told].concat()))
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set; returns its hash and notes for the user.

@@ -70,24 +70,45 @@ impl ActorPath {
     }
 }
 
-/// What `run` and `render` refuse before they draw: cameras inside the actor.
-pub(super) fn refusals(file: &ScenarioFile, staged: &Staged) -> Vec<ExperimentError> {
-    let refused = staged.rig.cameras.iter().enumerate().filter_map(|(index, camera)| {
-        let (frame, link) = first_inside(staged, &camera.centre())?;
-        let message = format!(
-            "expected a camera outside the actor, found `{}` inside its `{link}` in set frame {frame} (from 0); move the camera or the \
-             motion",
-            camera.name
-        );
-        let on_ring = file.scenario.rig.ring.as_ref().map_or(0, |ring| ring.count as usize);
-        let key = if index < on_ring { "rig.ring".to_owned() } else { format!("rig.camera[{}]", index - on_ring) };
-        Some(ScenarioError::from(file.complaint(&key, message)).into())
-    });
-    refused.collect()
+/// In how many frames a camera may be inside the actor before the scene is refused: whoever walks on and on passes through a
+/// ring of cameras.
+const SHARE_INSIDE: f64 = 0.01;
+
+/// Cameras inside the actor.
+#[derive(Default)]
+pub(super) struct CamerasInside {
+    /// What `run` and `render` refuse: a camera inside the actor in the first frame, or in more than one of a hundred.
+    pub(super) refused: Vec<ExperimentError>,
+    /// The others, for notes.
+    pub(super) told: Vec<String>,
 }
 
-/// The first frame in which a point is inside the actor's flesh, and the link.
-fn first_inside<'s>(staged: &'s Staged, point: &Point3<f64>) -> Option<(usize, &'s str)> {
+impl CamerasInside {
+    pub(super) fn of(file: &ScenarioFile, staged: &Staged) -> Self {
+        let mut found = Self::default();
+        let on_ring = file.scenario.rig.ring.as_ref().map_or(0, |ring| ring.count as usize);
+        for (index, camera) in staged.rig.cameras.iter().enumerate() {
+            let inside = frames_inside(staged, &camera.centre());
+            let Some((first, link)) = inside.first() else { continue };
+            let (name, link) = (&camera.name, &staged.ground_truth.actor.links[*link].name);
+            let place = format!(
+                "`{name}` inside its `{link}` in set frame {first} (from 0), and in {} frames in all",
+                inside.len()
+            );
+            if *first > 0 && inside.len() as f64 <= SHARE_INSIDE * staged.frames() as f64 {
+                found.told.push(format!("the actor walks through a camera: {place}; what it sees there means nothing"));
+                continue;
+            }
+            let key = if index < on_ring { "rig.ring".to_owned() } else { format!("rig.camera[{}]", index - on_ring) };
+            let message = format!("expected a camera outside the actor, found {place}; move the camera or the motion");
+            found.refused.push(ScenarioError::from(file.complaint(&key, message)).into());
+        }
+        found
+    }
+}
+
+/// The frames in which a point is inside the actor's flesh, each with the link.
+fn frames_inside(staged: &Staged, point: &Point3<f64>) -> Vec<(usize, usize)> {
     let truth = &staged.ground_truth;
     let within = |index: usize| {
         let frame = &truth.frames[index];
@@ -100,9 +121,7 @@ fn first_inside<'s>(staged: &'s Staged, point: &Point3<f64>) -> Option<(usize, &
         };
         frame.link_frames.0.iter().enumerate().find_map(holds)
     };
-    let found =
-        parallel::map(truth.frames.len(), within).into_iter().enumerate().find_map(|(i, link)| Some((i, link?)));
-    found.map(|(frame, link)| (frame, truth.actor.links[link].name.as_str()))
+    parallel::map(truth.frames.len(), within).into_iter().enumerate().filter_map(|(i, link)| Some((i, link?))).collect()
 }
 
 /// Whether a solid holds a point of its link's frame; a mesh has no inside.
@@ -183,8 +202,8 @@ pub(super) fn unseen(file: &ScenarioFile, staged: &Staged, views: &[CameraView])
 /// That nobody sees the actor in any of so many frames.
 pub(super) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
     let message = format!(
-        "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the cameras are \
-         too far away"
+        "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the \
+         cameras are too far away"
     );
     ScenarioError::from(file.complaint("rig", message)).into()
 }

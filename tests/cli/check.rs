@@ -79,6 +79,7 @@ fn what_run_refuses_check_refuses_with_the_same_words() {
     let (tracker, in_the_way) = ("[tracker.frozen]\n", "[[prop]]\nname = \"hood\"\nplace_m = [0, 0, 0]\n");
     let hidden = format!("{TINY}{in_the_way}shape = {{ box = {{ size_m = [4.0, 4.0, 5.0] }} }}\n");
     let inside = format!("{bare}{}{}{tracker}", camera_at(0.0, -3.0, 1.0), camera_at(0.0, 0.0, 0.95));
+    let around = TINY.replace("radius_m = 3.5", "radius_m = 0.1\nheight_m = 1.0");
     let simulated = format!(
         "{TINY}[actor]\ncontact = \"simulate\"\n[[prop]]\nname = \"block\"\nplace_m = [0, 0, 1]\n\
          shape = {{ box = {{ size_m = [3, 3, 2.2] }} }}\n"
@@ -87,6 +88,7 @@ fn what_run_refuses_check_refuses_with_the_same_words() {
     for (scenario, words) in [
         (hidden, "expected a camera that sees the subject, found not one pixel of it"),
         (inside, "rig.camera[1]: expected a camera outside the actor, found `cam01` inside its `"),
+        (around, "rig.ring: expected a camera outside the actor"),
         (simulated, "mm inside the prop \"block\""),
         (on_a_model, "nowhere.model: cannot be read"),
     ] {

@@ -66,6 +66,12 @@ pub(super) fn full_key(key: &str, keys: &[String]) -> Result<String, String> {
     }
 }
 
+/// The other keys that end like a full one: what somebody may have meant who wrote it.
+pub(super) fn others_that_end_so<'k>(key: &str, keys: &'k [String]) -> Vec<&'k str> {
+    let ends = |full: &&str| full.strip_suffix(key).is_some_and(|rest| rest.ends_with('.'));
+    keys.iter().map(String::as_str).filter(ends).collect()
+}
+
 /// Dotted keys of the objects that a part of a schema describes.
 fn keys_below(schema: &Value, part: &Value, depth: usize) -> Vec<String> {
     if depth == 0 {

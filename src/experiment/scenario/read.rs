@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::complaint::{Complaint, Place, locate};
-use super::override_keys::{full_key, keys_of, keys_of_tracker};
+use super::override_keys::{full_key, keys_of, keys_of_tracker, others_that_end_so};
 use super::tree::{settings_of, tree_of};
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, foreign, limits, plain};
@@ -80,7 +80,8 @@ impl ScenarioFile {
         for assignment in overrides {
             let assignment = with_full_key(assignment, &scenario)?;
             set(&mut tree, &assignment)?;
-            scenario = settings_of(tree.clone(), |mistake| mistake.about(&named(&assignment)))?;
+            scenario = settings_of(tree.clone(), |mistake| mistake.about(&named(&assignment)))
+                .map_err(|complaint| with_other_keys(complaint, &assignment, &scenario))?;
             full.push(assignment);
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
@@ -134,6 +135,19 @@ pub(super) fn with_full_key(assignment: &str, scenario: &Scenario) -> Result<Str
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
     let full = full_key(key.trim(), &keys_of(scenario)).map_err(|message| complaint_about(assignment, message))?;
     Ok(format!("{full}={value}"))
+}
+
+/// A complaint about an override, with the other keys that may have been meant: `layers` is the scenario's, and a tracker's.
+fn with_other_keys(complaint: Complaint, assignment: &str, scenario: &Scenario) -> Complaint {
+    let key = assignment.split('=').next().unwrap_or_default();
+    let keys = keys_of(scenario);
+    match others_that_end_so(key, &keys).as_slice() {
+        [] => complaint,
+        others => Complaint {
+            message: format!("{} (or did you mean {}?)", complaint.message, others.join(" or ")),
+            ..complaint
+        },
+    }
 }
 
 /// An override of a tracker with its key as the tracker's own table has it: `tracker.NAME.KEY` and short keys are taken too.
@@ -317,6 +331,8 @@ mod tests {
         assert!(error.starts_with("override tracker.annealed_particle_filter.partciles=3: "), "{error}");
         assert!(error.contains("did you mean `particles`?"), "{error}");
         assert!(parse("", &["seed"]).unwrap_err().contains("expected key=value"));
+        let error = parse("", &["layers=1"]).unwrap_err();
+        assert!(error.contains("or did you mean tracker.annealed_particle_filter.layers?"), "{error}");
         assert!(parse("", &["seed=[1"]).unwrap_err().contains("not TOML"));
     }
 

@@ -1,5 +1,5 @@
-//! Everything that is wrong with a scenario, not the first thing alone: what is wrong is told, left out of the tree (or replaced by
-//! something harmless where a key must be there), and the rest is read again.
+//! Everything that is wrong with a scenario, not the first thing alone: what is wrong is told, left out of the tree (or
+//! replaced by something harmless where a key must be there), and the rest is read again.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,8 @@ const MOST_MISTAKES: usize = 200;
 pub struct Survey {
     /// The scenario without what is wrong with it; `None` where nothing can be made of it.
     pub file: Option<ScenarioFile>,
-    /// All that is wrong, in the order of the file, then what it leaves out and what overrides say; empty for a scenario that is sound by itself.
+    /// All that is wrong, in the order of the file, then what it leaves out and what overrides say; empty where the scenario is
+    /// sound by itself.
     pub complaints: Vec<Complaint>,
 }
 
