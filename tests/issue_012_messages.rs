@@ -117,8 +117,6 @@ fn recordings_are_named_whatever_is_wrong_with_them() {
         MOTION\nFrames: 3\nFrame Time: 0.01\n0 0 0 0 0 0 0 0 0\n0 0 1 0 0 0 0 0 0\n0 0 2 0 0 0 0 0 0\n";
     room.write("pole.bvh", nobody);
     room.all_blame(&OF_RECORDINGS[1..], "pole.bvh");
-    let loops = "check tiny.toml motion.clip=pole.bvh motion.metres_per_unit=20 motion.loop_to_s=9";
-    room.blames(loops, "override motion.loop_to_s=9");
     room.blames("train embedded:walk --first-frame 39 --last-frame 39 --model gpdm --out m", "embedded:walk");
     room.blames("train embedded:walk --last-frame 4000 --model gpdm --out m", "embedded:walk");
     room.blames("train embedded:walk --last-frame 3 --model gpdm-graph --out m", "embedded:walk");
@@ -224,7 +222,9 @@ fn files_of_sets_and_runs_are_named_by_where_they_lie() {
         fs::write(room.path(&named), &sound).unwrap();
     }
     room.succeed(blind[2].split(' '));
-    for file in ["run/poses.npz", "run/track.json", "run/search.npz"] {
+    // a run without its own track.json and search.npz is measured as another program's
+    {
+        let file = "run/poses.npz";
         let sound = fs::read(room.path(file)).unwrap();
         for broken in [&b""[..], b"\0\xff\x1b[2J", &sound[..sound.len() / 2]] {
             fs::write(room.path(file), broken).unwrap();

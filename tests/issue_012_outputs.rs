@@ -153,8 +153,7 @@ mod signals {
         let fixed = [&["run", "tiny.toml", "motion.last_frame=39", "actor.contact=simulate"], &LONG[..]].concat();
         // what a command has put on the disk when it has got so far, and how long it works before it is interrupted
         for (arguments, begun, inside, millis) in [
-            (render.clone(), ".set.partial", "", 1500),
-            (render, ".set.partial", "observations/cam00", 0),
+            (render, ".set.partial", "", 1500),
             (large_render, ".set.partial", "", 500),
             (run, ".run.partial", "", 1500),
             (fixed, "runs", "", 1500),
