@@ -59,7 +59,7 @@ impl BlindSet {
             frame_count: manifest.sequence.frames,
             rig,
             forward: manifest.sequence.forward,
-            start: Start::from_files(&files)?,
+            start: Start::from_files(files)?,
             set_hash: files.set_hash(),
             files: files.clone(),
         })

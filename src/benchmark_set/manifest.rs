@@ -45,7 +45,7 @@ impl Sequence {
     /// What is wrong with these numbers by themselves.
     fn check(&self) -> Result<(), String> {
         let Self { frames, frames_per_second, cameras, forward } = *self;
-        if forward.is_some_and(|forward| forward.iter().any(|x| !(x.abs() <= 1.0))) {
+        if forward.is_some_and(|forward| !forward.iter().all(|x| x.abs() <= 1.0)) {
             return Err("sequence.forward: expected a unit vector".to_owned());
         }
         if !(1..=MOST_FRAMES).contains(&frames) {

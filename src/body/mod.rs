@@ -43,4 +43,4 @@ pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;
 pub use urdf::UrdfError;
 #[doc(hidden)]
-pub use urdf::mesh_from_bytes;
+pub use urdf::{MeshParts, mesh_from_bytes};

@@ -35,7 +35,7 @@ pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
         "bvh" => [ours("scenarios/motions", &["bvh"]), shared("mocap/bvh", &["bvh"])]
             .concat()
             .iter()
-            .map(short_bvh)
+            .map(|bytes| short_bvh(bytes))
             .collect(),
         "asf" => [vec![SKELETON.into()], shared("mocap/cmu_asf_amc", &["asf"])].concat(),
         "amc" => {
@@ -50,7 +50,7 @@ pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
                 .map(|(i, m)| [&skeletons[usize::from(i > 0)], &[DIVIDER][..], m].concat())
                 .collect()
         }
-        "deepmimic" => ours("scenarios/motions", &["txt"]).iter().map(short_deepmimic).collect(),
+        "deepmimic" => ours("scenarios/motions", &["txt"]).iter().map(|bytes| short_deepmimic(bytes)).collect(),
         "urdf" => [ours("robots", &["urdf"]), shared("robots", &["urdf"])].concat(),
         "obj" => vec![OBJ.into()],
         "stl" => vec![STL.into(), [&[0_u8; 80][..], &[1, 0, 0, 0], &[7; 50]].concat()],
@@ -88,21 +88,21 @@ fn files_below(folder: &Path, endings: &[&str]) -> Vec<Vec<u8>> {
     found.iter().map(read).map(|bytes| bytes.into_iter().take(1 << 16).collect()).collect()
 }
 
-fn first_lines(text: &Vec<u8>, count: usize) -> Vec<u8> {
+fn first_lines(text: &[u8], count: usize) -> Vec<u8> {
     text.split_inclusive(|byte| *byte == b'\n').take(count).flatten().copied().collect()
 }
 
 /// The skeleton and three frames of a BVH file, its header told so.
-fn short_bvh(bytes: &Vec<u8>) -> Vec<u8> {
+fn short_bvh(bytes: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<&str> = text.lines().collect();
-    let Some(motion) = lines.iter().position(|line| line.trim() == "MOTION") else { return bytes.clone() };
+    let Some(motion) = lines.iter().position(|line| line.trim() == "MOTION") else { return bytes.to_vec() };
     let kept = lines.iter().take(motion + 6).map(|line| if line.starts_with("Frames:") { "Frames: 3" } else { line });
     kept.collect::<Vec<_>>().join("\n").into_bytes()
 }
 
 /// Five frames of a DeepMimic clip.
-fn short_deepmimic(bytes: &Vec<u8>) -> Vec<u8> {
+fn short_deepmimic(bytes: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(bytes);
     let rows: Vec<&str> = text.lines().take(9).collect();
     format!("{}\n]}}", rows.join("\n").trim_end_matches(',')).into_bytes()

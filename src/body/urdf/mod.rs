@@ -107,12 +107,16 @@ impl Humanoid {
     }
 }
 
+/// Vertices, and triangles that index them.
+#[doc(hidden)]
+pub type MeshParts = (Vec<nalgebra::Point3<f64>>, Vec<[u32; 3]>);
+
 /// The vertices and triangles of a mesh file of that name, or what is wrong with it; for `fuzz/`.
 ///
 /// # Errors
 /// What is wrong, for a message that already names the mesh.
 #[doc(hidden)]
-pub fn mesh_from_bytes(name: &str, bytes: &[u8]) -> Result<(Vec<nalgebra::Point3<f64>>, Vec<[u32; 3]>), String> {
+pub fn mesh_from_bytes(name: &str, bytes: &[u8]) -> Result<MeshParts, String> {
     mesh::read(name, bytes)
 }
 
