@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Matrix4, Point3, Unit, Vector3};
 use roxmltree::{Node, NodeId};
 
+use super::limits::{MOST_MESH_NODES, parse_xml};
 use super::mesh::Mesh;
 use crate::body::rotation_about;
 
@@ -25,7 +26,7 @@ const MAX_ELEMENTS: usize = 1 << 22;
 /// # Errors
 /// What is wrong, for a message that already names the mesh.
 pub(super) fn read(text: &str) -> Result<Mesh, String> {
-    let xml = roxmltree::Document::parse(text).map_err(|e| format!("not well-formed XML: {e}"))?;
+    let xml = parse_xml(text, MOST_MESH_NODES).map_err(|(line, problem)| format!("line {line}: {problem}"))?;
     let root = xml.root_element();
     if !is(&root, "COLLADA") {
         return Err("expected <COLLADA> as the outermost element".to_owned());
@@ -352,6 +353,12 @@ mod tests {
         assert!(message("", NODE, &far).contains("names vertex 4; there are 4"));
         let counts = format!("<polylist>{INPUTS}<vcount>5</vcount><p>0 0 1 1</p></polylist>");
         assert!(message("", NODE, &counts).contains("counts more corners"));
+        let attributes: String = (0..65).map(|i| format!("a{i}=\"\" ")).collect();
+        assert!(
+            read(&format!("<COLLADA>\n<b {attributes}/></COLLADA>")).unwrap_err().contains("line 2: an element of 65")
+        );
+        let nodes = "<p/>".repeat(MOST_MESH_NODES as usize);
+        assert!(read(&format!("<COLLADA>{nodes}</COLLADA>")).unwrap_err().contains("more than 1000000 elements"));
         let ring = "<node id=\"n\"><instance_node url=\"#n\"/></node>";
         assert!(message("", ring, &triangles()).contains("nested deeper"));
         let many = format!("<node>{}</node>", "<instance_geometry url=\"#g\"/>".repeat(MAX_INSTANCES + 1));

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use roxmltree::Node;
 
 use super::UrdfError;
-use super::limits::{LONGEST_NAME, MOST_NODES, check_attributes};
+use super::limits::{LONGEST_NAME, MOST_NODES, parse_xml};
 use crate::body::bounds::MOST_LINKS;
 use crate::input::excerpt;
 
@@ -84,12 +84,7 @@ pub(super) struct Document<'t> {
 impl<'t> Document<'t> {
     pub(super) fn parse(text: &'t str, file: &'t str) -> Result<Self, UrdfError> {
         let not_xml = |line, reason| UrdfError::NotXml { file: file.to_owned(), line, reason };
-        check_attributes(text).map_err(|(line, problem)| not_xml(line, problem))?;
-        let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
-        let xml = roxmltree::Document::parse_with_options(text, options).map_err(|e| match e {
-            roxmltree::Error::NodesLimitReached => not_xml(1, format!("more than {MOST_NODES} elements and texts")),
-            other => not_xml(other.pos().row, other.to_string()),
-        })?;
+        let xml = parse_xml(text, MOST_NODES).map_err(|(line, problem)| not_xml(line, problem))?;
         let robot = xml.root_element();
         let ids = |tag: &str| robot.children().filter(|n| n.has_tag_name(tag)).map(|n| n.id()).collect();
         let (links, joints) = (ids("link"), ids("joint"));

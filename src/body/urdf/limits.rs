@@ -8,12 +8,28 @@ use crate::body::bounds::{MOST_SOLIDS, MOST_TRIANGLES};
 const MOST_ATTRIBUTES: usize = 64;
 /// Elements, comments and stretches of text that a URDF may have.
 pub(super) const MOST_NODES: u32 = 200_000;
+/// The same of a Collada mesh, where every polygon can be an element.
+pub(super) const MOST_MESH_NODES: u32 = 1_000_000;
 /// Characters of a name.
 pub(super) const LONGEST_NAME: usize = 200;
 
+/// Parses XML of at most `most_nodes` elements, comments and texts, without document type definitions (and so without entities of
+/// the file's own).
+///
+/// # Errors
+/// The line and what is wrong.
+pub(super) fn parse_xml(text: &str, most_nodes: u32) -> Result<roxmltree::Document<'_>, (u32, String)> {
+    check_attributes(text)?;
+    let options = roxmltree::ParsingOptions { nodes_limit: most_nodes, ..Default::default() };
+    roxmltree::Document::parse_with_options(text, options).map_err(|error| match error {
+        roxmltree::Error::NodesLimitReached => (1, format!("more than {most_nodes} elements and texts")),
+        other => (other.pos().row, other.to_string()),
+    })
+}
+
 /// The line of the first element with too many attributes and what is wrong, told by a count of `=` inside tags: the XML reader
 /// compares every attribute with every other.
-pub(super) fn check_attributes(text: &str) -> Result<(), (u32, String)> {
+fn check_attributes(text: &str) -> Result<(), (u32, String)> {
     let bytes = text.as_bytes();
     let mut at = 0;
     while let Some(open) = text[at..].find('<').map(|found| at + found) {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Point3;
 
 use super::collada;
-use crate::input::excerpt;
+use crate::input::{excerpt, plain};
 
 /// Vertices, and triangles that index them.
 pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
@@ -35,10 +35,11 @@ pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
     }
     let text = || String::from_utf8_lossy(bytes);
     let mesh = match ending(name).unwrap_or_default().as_str() {
-        "stl" => stl(bytes)?,
-        "dae" => collada::read(&text())?,
-        _ => obj(&text())?,
+        "stl" => stl(bytes),
+        "dae" => collada::read(&text()),
+        _ => obj(&text()),
     };
+    let mesh = mesh.map_err(plain)?;
     if mesh.1.is_empty() {
         return Err("has no triangles".to_owned());
     }
