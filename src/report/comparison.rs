@@ -12,7 +12,8 @@ use crate::evaluation::{METRICS, Metric, Summary, quantile};
 
 const TEMPLATE: &str = include_str!("comparison.html");
 /// Metrics of the table.
-const COLUMNS: [&str; 5] = ["humaneva_mm", "mpjpe_root_mm", "pa_mpjpe_mm", "body_orientation_deg", "track_loss"];
+const COLUMNS: [&str; 6] =
+    ["humaneva_mm", "mpjpe_root_mm", "pa_mpjpe_mm", "body_orientation_deg", "track_loss", "coverage"];
 const COLOURS: [Colour; 7] =
     [Colour::Blue, Colour::Orange, Colour::Green, Colour::Red, Colour::Purple, Colour::Amber, Colour::Ink];
 
