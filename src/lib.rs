@@ -24,11 +24,13 @@ pub mod experiment;
 mod input;
 pub mod mocap;
 pub mod motion_model;
+pub mod npz;
 pub mod observation;
 mod parallel;
 pub mod raster;
 pub mod report;
 pub mod rng;
+pub mod scenario;
 pub mod scene;
 #[cfg(test)]
 mod test_data;

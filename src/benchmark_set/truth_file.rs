@@ -15,11 +15,12 @@
 
 use nalgebra::{DVector, Point3};
 
+use super::SetError;
 use super::manifest::check_rate;
 use super::rigid;
-use super::{Array, Npz, SetError};
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
+use crate::npz::{Array, Npz};
 use crate::scene::{GroundTruth, TruthFrame};
 
 pub(super) const PATH: &str = "truth/truth.npz";

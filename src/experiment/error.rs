@@ -3,7 +3,6 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::ScenarioError;
 use crate::benchmark_set::SetError;
 use crate::body::UrdfError;
 use crate::body::retarget::RetargetError;
@@ -13,7 +12,9 @@ use crate::input::{self, plain};
 use crate::mocap::MocapError;
 use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::GraphError;
+use crate::npz::NpzError;
 use crate::report::ReportError;
+use crate::scenario::ScenarioError;
 use crate::scene::SceneError;
 use crate::tracker::{SettingError, TrackError};
 
@@ -217,6 +218,12 @@ impl ExperimentError {
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
             Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
         }
+    }
+}
+
+impl From<NpzError> for ExperimentError {
+    fn from(error: NpzError) -> Self {
+        Self::Set(error.into())
     }
 }
 

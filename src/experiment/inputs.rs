@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::ExperimentError;
 use super::clip_file;
-use super::{ExperimentError, ScenarioFile, TrackerSettings};
 use crate::benchmark_set::is_set;
+use crate::scenario::{ScenarioFile, TrackerSettings};
 
 /// The files and directories that a command reads.
 #[derive(Clone, Debug, Default)]

@@ -12,14 +12,16 @@ use super::model_file::hex_sha256;
 use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
 use super::unfinished;
-use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
-use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
+use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts};
+use super::{RobotFacts, Stage, Staged, Watch, clip_file};
 use crate::benchmark_set::SourceRecording;
 use crate::body::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::gpdm::GpdmError;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
+use crate::scenario::MotionSettings;
+use crate::scenario::{ScenarioError, ScenarioFile};
 
 /// What a model is learned from.
 #[derive(Clone, Debug)]

@@ -5,8 +5,7 @@ use std::path::Path;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::placement::place;
-use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
-use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
+use super::{ExperimentError, clip_file, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::retarget::{
     FitOptions, RetargetError, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers,
@@ -18,6 +17,8 @@ use crate::contact::{ContactRule, GroundContacts, GroundQuality, Push, Simulatio
 use crate::input::excerpt;
 use crate::mocap::Clip;
 use crate::motion_model::{Prediction, ProposalScales};
+use crate::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
+use crate::scenario::{ContactMode, Mismatch, RingSettings, ScenarioError, ScenarioFile};
 use crate::scene::GroundTruth;
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.

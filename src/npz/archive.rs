@@ -5,18 +5,18 @@
 //! `numpy.savez_compressed` write; encrypted and 64-bit archives (4 GiB and more) are refused with what to do.
 //!
 //! ```
-//! use skiagraph::benchmark_set::{Array, Npz};
+//! use skiagraph::npz::{Array, Npz};
 //! let npz = Npz::from_iter([("fps", Array::new(&[], vec![60.0]))]);
 //! let bytes = npz.to_bytes("truth.npz")?;
 //! assert_eq!(Npz::from_bytes("truth.npz", &bytes)?, npz);
-//! # Ok::<(), skiagraph::benchmark_set::SetError>(())
+//! # Ok::<(), skiagraph::npz::NpzError>(())
 //! ```
 
 use std::borrow::Cow;
 
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 
-use super::{Array, SetError, Values};
+use super::{Array, NpzError, Values};
 use crate::input::excerpt;
 
 const LOCAL: u32 = 0x0403_4b50;
@@ -64,14 +64,13 @@ impl Npz {
     /// The archive's bytes. `file` is what errors call it.
     ///
     /// # Errors
-    /// [`SetError::Malformed`] when values do not fill their shape or an array takes 4 GiB or more.
-    pub fn to_bytes(&self, file: &str) -> Result<Vec<u8>, SetError> {
-        let too_large =
-            |name: &str| SetError::malformed(file, format!("{name}: more than 4 GiB do not fit in an .npz"));
+    /// [`NpzError`] when values do not fill their shape or an array takes 4 GiB or more.
+    pub fn to_bytes(&self, file: &str) -> Result<Vec<u8>, NpzError> {
+        let too_large = |name: &str| NpzError::new(file, format!("{name}: more than 4 GiB do not fit in an .npz"));
         let mut bytes = Vec::new();
         let mut directory = Vec::new();
         for (name, array) in &self.arrays {
-            let npy = array.to_npy().map_err(|e| SetError::malformed(file, format!("{name}: {e}")))?;
+            let npy = array.to_npy().map_err(|e| NpzError::new(file, format!("{name}: {e}")))?;
             let offset = u32::try_from(bytes.len()).map_err(|_| too_large(name))?;
             let size = u32::try_from(npy.len()).map_err(|_| too_large(name))?;
             let entry = entry_fields(name, crc32fast::hash(&npy), size).ok_or_else(|| too_large(name))?;
@@ -86,8 +85,7 @@ impl Npz {
             directory.extend(offset.to_le_bytes());
             directory.extend(format!("{name}.npy").as_bytes());
         }
-        let count =
-            u16::try_from(self.arrays.len()).map_err(|_| SetError::malformed(file, "more than 65535 arrays"))?;
+        let count = u16::try_from(self.arrays.len()).map_err(|_| NpzError::new(file, "more than 65535 arrays"))?;
         let start = u32::try_from(bytes.len()).map_err(|_| too_large("all arrays"))?;
         let length = u32::try_from(directory.len()).map_err(|_| too_large("the directory"))?;
         bytes.extend(directory);
@@ -104,62 +102,62 @@ impl Npz {
     /// The arrays of an archive. `file` is what errors call it.
     ///
     /// # Errors
-    /// [`SetError::Malformed`] for anything but a whole, unpickled `.npz`, and for compressed arrays of more than 256 MiB.
-    pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Self, SetError> {
-        read_archive(bytes).map_err(|detail| SetError::malformed(file, detail))
+    /// [`NpzError`] for anything but a whole, unpickled `.npz`, and for compressed arrays of more than 256 MiB.
+    pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Self, NpzError> {
+        read_archive(bytes).map_err(|detail| NpzError::new(file, detail))
     }
 
     /// The numbers of array `name`, which must have this shape (`None`: any length along that axis).
     ///
     /// # Errors
-    /// [`SetError::Malformed`] that says what was expected.
-    pub fn f64s(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[f64], SetError> {
+    /// [`NpzError`] that says what was expected.
+    pub fn f64s(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[f64], NpzError> {
         match &self.shaped(file, name, shape)?.values {
             Values::F64(values) => Ok(values),
-            _ => Err(SetError::malformed(file, format!("{name}: expected element type <f8"))),
+            _ => Err(NpzError::new(file, format!("{name}: expected element type <f8"))),
         }
     }
 
     /// The numbers of array `name` of whatever type, which must have this shape.
-    pub(super) fn numbers(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<Vec<f64>, SetError> {
+    pub(crate) fn numbers(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<Vec<f64>, NpzError> {
         match &self.shaped(file, name, shape)?.values {
             Values::F64(values) => Ok(values.clone()),
             Values::F32(values) => Ok(values.iter().map(|v| f64::from(*v)).collect()),
             Values::I64(values) => Ok(values.iter().map(|v| *v as f64).collect()),
-            _ => Err(SetError::malformed(file, format!("{name}: expected numbers"))),
+            _ => Err(NpzError::new(file, format!("{name}: expected numbers"))),
         }
     }
 
     /// The whole numbers of array `name`, which must have one axis.
-    pub(super) fn whole_numbers(&self, file: &str, name: &str) -> Result<Vec<i64>, SetError> {
+    pub(crate) fn whole_numbers(&self, file: &str, name: &str) -> Result<Vec<i64>, NpzError> {
         match &self.shaped(file, name, &[None])?.values {
             Values::I64(values) => Ok(values.clone()),
             Values::U8(values) => Ok(values.iter().map(|v| i64::from(*v)).collect()),
-            _ => Err(SetError::malformed(file, format!("{name}: expected whole numbers"))),
+            _ => Err(NpzError::new(file, format!("{name}: expected whole numbers"))),
         }
     }
 
     /// The texts of array `name`, which must have one axis; `None` where there is no such array.
-    pub(super) fn names(&self, file: &str, name: &str) -> Result<Option<&[String]>, SetError> {
+    pub(crate) fn names(&self, file: &str, name: &str) -> Result<Option<&[String]>, NpzError> {
         if self.get(name).is_none() {
             return Ok(None);
         }
         match &self.shaped(file, name, &[None])?.values {
             Values::Text(values) => Ok(Some(values)),
-            _ => Err(SetError::malformed(file, format!("{name}: expected texts"))),
+            _ => Err(NpzError::new(file, format!("{name}: expected texts"))),
         }
     }
 
     /// The booleans of array `name`, which must have this shape.
-    pub(super) fn bools(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[bool], SetError> {
+    pub(crate) fn bools(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[bool], NpzError> {
         match &self.shaped(file, name, shape)?.values {
             Values::Bool(values) => Ok(values),
-            _ => Err(SetError::malformed(file, format!("{name}: expected element type |b1"))),
+            _ => Err(NpzError::new(file, format!("{name}: expected element type |b1"))),
         }
     }
 
-    fn shaped(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&Array, SetError> {
-        let array = self.get(name).ok_or_else(|| SetError::malformed(file, format!("has no array {name:?}")))?;
+    fn shaped(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&Array, NpzError> {
+        let array = self.get(name).ok_or_else(|| NpzError::new(file, format!("has no array {name:?}")))?;
         let fits = array.shape.len() == shape.len()
             && array.shape.iter().zip(shape).all(|(n, expected)| expected.is_none_or(|e| e == *n));
         if fits {
@@ -167,7 +165,7 @@ impl Npz {
         }
         let expected: Vec<String> = shape.iter().map(|n| n.map_or("any".to_string(), |n| n.to_string())).collect();
         let detail = format!("{name}: shape {:?}, expected [{}]", array.shape, expected.join(", "));
-        Err(SetError::malformed(file, detail))
+        Err(NpzError::new(file, detail))
     }
 }
 

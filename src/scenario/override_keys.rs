@@ -94,7 +94,7 @@ fn keys_below(schema: &Value, part: &Value, depth: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::ScenarioFile;
+    use crate::scenario::ScenarioFile;
 
     fn meant(key: &str) -> Result<String, String> {
         full_key(key, &keys_of(&ScenarioFile::built_in(&[]).unwrap().scenario))

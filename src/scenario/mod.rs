@@ -6,6 +6,7 @@
 
 mod bodies;
 mod complaint;
+pub(crate) mod json_tree;
 mod latent;
 mod methods;
 mod motion;

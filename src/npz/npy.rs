@@ -1,9 +1,9 @@
 //! NumPy's array format (NEP 1): a header that is a Python dictionary, then the values.
 //!
 //! Written little-endian and in C order. Read in either byte order and in C or Fortran order, of every plain type that
-//! [`super::npy_element`] knows.
+//! [`super::element`] knows.
 
-use super::npy_element::Element;
+use super::element::Element;
 use crate::input::excerpt;
 
 /// An n-dimensional array in C order (the last index runs fastest).
@@ -94,7 +94,7 @@ impl Array {
     }
 
     /// The array of a `.npy` file, or why it cannot be read.
-    pub(super) fn from_npy(bytes: &[u8]) -> Result<Self, String> {
+    pub(crate) fn from_npy(bytes: &[u8]) -> Result<Self, String> {
         let rest = bytes.strip_prefix(MAGIC).ok_or("not a .npy array: it does not begin with \\x93NUMPY")?;
         let (length, rest) = match rest {
             [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),

@@ -12,7 +12,7 @@ use super::{Scenario, TrackerSettings};
 use crate::input::{self, foreign, limits, plain};
 
 /// The scenario that runs when none is named: `scenarios/walk.toml`.
-pub const DEFAULT_SCENARIO: &str = include_str!("../../../scenarios/walk.toml");
+pub const DEFAULT_SCENARIO: &str = include_str!("../../scenarios/walk.toml");
 
 /// Parts of a dotted key; no setting has more than five.
 const MOST_SEGMENTS: usize = 16;
@@ -230,7 +230,7 @@ fn parse_value(text: &str) -> Result<Value, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::scenario::Mismatch;
+    use crate::scenario::Mismatch;
 
     const SMALL: &str = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n\n[motion]\nclip = \"embedded:walk\"\n";
 

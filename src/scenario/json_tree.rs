@@ -7,15 +7,15 @@ use serde_json::Value;
 use crate::input::foreign;
 
 /// What is wrong with a tree, and at which key.
-pub(super) type Error = serde_path_to_error::Error<serde_json::Error>;
+pub(crate) type Error = serde_path_to_error::Error<serde_json::Error>;
 
 /// The value that a tree says.
-pub(super) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, Error> {
+pub(crate) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, Error> {
     serde_path_to_error::deserialize(tree)
 }
 
 /// The value of a JSON file, or what is wrong with it.
-pub(super) fn value_of_file<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+pub(crate) fn value_of_file<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     let tree = serde_json::from_slice(bytes).map_err(foreign)?;
     value(tree).map_err(foreign)
 }

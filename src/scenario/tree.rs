@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::complaint::{Complaint, Place, did_you_mean, locate};
-use crate::experiment::json_tree;
+use super::json_tree;
 use crate::input::{self, excerpt};
 
 /// What a text says, as a tree.
