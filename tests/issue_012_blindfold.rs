@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use assert_cmd::cargo::cargo_bin_cmd;
 use serde_json::Value;
 use skiagraph::benchmark_set::{BenchmarkSet, BlindSet, Training, find_leaks};
-use skiagraph::body::retarget::MotionFingerprint;
 use skiagraph::mocap::{Clip, ReadOptions, read};
 use skiagraph::npz::{Array, Npz, Values};
+use skiagraph::retarget::MotionFingerprint;
 
 struct Room(tempfile::TempDir);
 

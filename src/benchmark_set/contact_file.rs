@@ -35,12 +35,10 @@
 //! | `mass` | () | of the actor, kg |
 
 use crate::body::LinkFrames;
-use crate::contact::{
-    ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContacts, LinkPair, PropContact,
-    PropContacts, SelfCollision,
-};
+use crate::contact::{ContactRule, ContactTrack, GroundContacts, LinkPair, PropContact, PropContacts, SelfCollision};
 use crate::npz::{Array, Npz};
 use crate::parallel;
+use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::scene::GroundTruth;
 
 pub(super) const PATH: &str = "truth/contact.npz";

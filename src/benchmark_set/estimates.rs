@@ -21,9 +21,8 @@
 
 use nalgebra::{Isometry3, Point3};
 
-use super::SetError;
-use super::rigid;
 use super::truth_file::{marker_numbers, push_poses};
+use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
 use crate::npz::{Array, Npz};
 use crate::scene::GroundTruth;

@@ -13,8 +13,8 @@
 //! | `fingerprint_version` | () | 1 |
 
 use super::SetError;
-use crate::body::retarget::{FINGERPRINT_DISTANCES, MotionFingerprint};
 use crate::npz::{Array, Npz, Values};
+use crate::retarget::{FINGERPRINT_DISTANCES, MotionFingerprint};
 
 pub(super) const PATH: &str = "truth/recording.npz";
 

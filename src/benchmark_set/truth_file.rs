@@ -15,9 +15,8 @@
 
 use nalgebra::{DVector, Point3};
 
-use super::SetError;
 use super::manifest::check_rate;
-use super::rigid;
+use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
 use crate::npz::{Array, Npz};

@@ -12,8 +12,7 @@ use super::{ExperimentError, Unwatched};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
 use crate::body::{Flesh, Motion};
 use crate::observation::Observer;
-use crate::scenario::{AnnealedParticleFilterSettings, TrackerSettings};
-use crate::scenario::{FrozenSettings, ScenarioFile};
+use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::{PlausibilitySettings, SilhouetteSettings};
 

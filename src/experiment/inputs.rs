@@ -3,8 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::ExperimentError;
-use super::clip_file;
+use super::{ExperimentError, clip_file};
 use crate::benchmark_set::is_set;
 use crate::scenario::{ScenarioFile, TrackerSettings};
 

@@ -4,7 +4,8 @@
 //! by way of a benchmark set on disk, with the same numbers.
 //!
 //! ```no_run
-//! use skiagraph::experiment::{Destination, ScenarioFile, Unwatched, run};
+//! use skiagraph::experiment::{Destination, Unwatched, run};
+//! use skiagraph::scenario::ScenarioFile;
 //! let walk = ScenarioFile::built_in(&["tracker.annealed_particle_filter.particles=50".to_owned()])?;
 //! let done = run(&walk, None, Destination { path: "runs/walk".as_ref(), force: false }, &Unwatched)?;
 //! println!("{:.1} mm", done.record.summary.metrics["humaneva_mm"].mean);

@@ -27,8 +27,7 @@ use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::{Diffusion, Prediction, ProposalScales};
 use crate::npz::{Array, Npz, Values};
-use crate::scenario::TrackerSettings;
-use crate::scenario::{LatentKind, LatentTrackerSettings, json_tree};
+use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, json_tree};
 use crate::tracker::{
     AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
     Tracker,

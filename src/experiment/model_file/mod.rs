@@ -35,12 +35,12 @@ use crate::benchmark_set::{
     SetError, SourceRecording, body_from_json, body_to_json, push_fingerprints, read_fingerprints,
 };
 use crate::body::Humanoid;
-use crate::body::retarget::MotionFingerprint;
 use crate::input::{excerpt, limits};
 use crate::motion_model::gpdm::{DynamicsKernel, GpdmParts};
 use crate::motion_model::gpdm_graph::GpdmGraph;
 use crate::motion_model::pose_chart::ROOT_DIMENSIONS;
 use crate::npz::{Array, Npz, Values};
+use crate::retarget::MotionFingerprint;
 use crate::scenario::json_tree;
 
 /// The format's name and version.
