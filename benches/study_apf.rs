@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{Destination, RunRecord, ScenarioFile, Unwatched, run};
+use skiagraph::experiment::{Destination, RunRecord, Unwatched, run};
 use skiagraph::report::plots::{Bar, BarGroup, BarPlot, Colour};
+use skiagraph::scenario::ScenarioFile;
 
 /// Name in the results, scenario file.
 const SCENARIOS: [(&str, &str); 3] = [

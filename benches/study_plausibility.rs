@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{Destination, MethodRecord, ScenarioFile, Unwatched, compare};
+use skiagraph::experiment::{Destination, MethodRecord, Unwatched, compare};
+use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/plausibility/walk.toml";
 /// Name in the results; clip, skeleton, last frame of the test, frames of the training.

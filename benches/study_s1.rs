@@ -14,11 +14,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 use skiagraph::body::{Markers, Pose};
 use skiagraph::evaluation::{Interval, Sequence};
-use skiagraph::experiment::{Compared, Destination, MethodRecord, Models, ScenarioFile, Staged, Unwatched, compare};
+use skiagraph::experiment::{Compared, Destination, MethodRecord, Models, Staged, Unwatched, compare};
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 use skiagraph::motion_model::pose_chart::PlanarRoot;
 use skiagraph::report::error_plot;
 use skiagraph::report::plots::Size;
+use skiagraph::scenario::ScenarioFile;
 
 /// Motion; S1's reconstruction error of the graph over that of the single GPDM (Fig. 3), %; S1's Table 3, mm.
 const MOTIONS: [(&str, f64, [f64; 3]); 3] = [

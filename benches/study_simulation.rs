@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
-use skiagraph::body::retarget::{RetargetOptions, Retargeted, retarget};
 use skiagraph::body::{Motion, shipped};
-use skiagraph::contact::{SimulationSettings, simulate};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::physics::{SimulationSettings, simulate};
+use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 /// What is recorded, its clip, and whether constants of the control were chosen on it.
 const CLIPS: [(&str, &str, bool); 25] = [

@@ -24,11 +24,15 @@ pub mod experiment;
 mod input;
 pub mod mocap;
 pub mod motion_model;
+pub mod npz;
 pub mod observation;
 mod parallel;
+pub mod physics;
 pub mod raster;
 pub mod report;
+pub mod retarget;
 pub mod rng;
+pub mod scenario;
 pub mod scene;
 #[cfg(test)]
 mod test_data;

@@ -2,10 +2,11 @@
 
 mod support;
 
-use skiagraph::body::retarget::{RetargetOptions, Retargeted, retarget};
 use skiagraph::body::shipped;
-use skiagraph::contact::{ContactRule, FixReport, GroundContacts, fix};
+use skiagraph::contact::{ContactRule, GroundContacts};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::physics::{FixReport, fix};
+use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 /// All walks of CMU that the tests have.
 const WALKS: [&str; 8] = ["49_01", "16_15", "16_17", "16_22", "02_01", "35_02", "35_08", "35_34"];

@@ -8,9 +8,10 @@ use std::path::PathBuf;
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use serde_json::Value;
-use skiagraph::benchmark_set::{Array, BenchmarkSet, BlindSet, Npz, Training, Values, find_leaks};
-use skiagraph::body::retarget::MotionFingerprint;
+use skiagraph::benchmark_set::{BenchmarkSet, BlindSet, Training, find_leaks};
 use skiagraph::mocap::{Clip, ReadOptions, read};
+use skiagraph::npz::{Array, Npz, Values};
+use skiagraph::retarget::MotionFingerprint;
 
 struct Room(tempfile::TempDir);
 

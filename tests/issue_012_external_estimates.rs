@@ -6,7 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
-use skiagraph::benchmark_set::{Array, BlindSet, Npz, Values};
+use skiagraph::benchmark_set::BlindSet;
+use skiagraph::npz::{Array, Npz, Values};
 
 #[path = "cli/rooms.rs"]
 #[allow(dead_code, reason = "the command line's tests use the rest")]

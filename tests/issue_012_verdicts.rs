@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use skiagraph::experiment::{Destination, ScenarioFile, Unwatched, check, run};
+use skiagraph::experiment::{Destination, Unwatched, check, run};
 use skiagraph::report::Grade;
+use skiagraph::scenario::ScenarioFile;
 
 fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::input::plain;
+use crate::npz::NpzError;
 
 /// Why a set could not be made, written, read or believed.
 #[derive(Debug, thiserror::Error)]
@@ -90,5 +91,11 @@ impl SetError {
 
     pub(super) fn inconsistent(detail: impl Into<String>) -> Self {
         Self::Inconsistent { detail: detail.into() }
+    }
+}
+
+impl From<NpzError> for SetError {
+    fn from(NpzError { file, detail }: NpzError) -> Self {
+        Self::Malformed { file, detail }
     }
 }

@@ -3,8 +3,9 @@
 use nalgebra::{DVector, Isometry3, Point3};
 
 use super::estimates::{Articulation, EstimatedSequence, Estimates, Place};
-use super::{Npz, SetError, rigid};
+use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
+use crate::npz::Npz;
 
 /// By how much two statements of one place may differ, metres: single precision far from the origin stays below it.
 const AGREEMENT_M: f64 = 0.001;
@@ -290,7 +291,7 @@ impl Reader<'_> {
 
     /// The numbers of an array whose first axes are seeds and frames.
     fn numbers(&self, name: &str, rest: &[Option<usize>]) -> Result<Vec<f64>, SetError> {
-        self.npz.numbers(self.file, name, &[&[Some(self.seeds.len()), Some(self.frames)], rest].concat())
+        Ok(self.npz.numbers(self.file, name, &[&[Some(self.seeds.len()), Some(self.frames)], rest].concat())?)
     }
 
     /// Whether a row holds an estimate: all of it finite, or all of it NaN.
@@ -333,8 +334,8 @@ struct Given<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmark_set::{Array, Values};
     use crate::body::fixture::{person, walk};
+    use crate::npz::{Array, Values};
 
     const NAN: f64 = f64::NAN;
 

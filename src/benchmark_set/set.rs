@@ -9,11 +9,12 @@ use super::files::{self, LISTING, SetFiles, Sink, Stop};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, Npz, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file,
-    recording_file, silhouette_png, truth_file,
+    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file, recording_file,
+    silhouette_png, truth_file,
 };
 use crate::body::Motion;
 use crate::camera::{Camera, CameraRig};
+use crate::npz::Npz;
 use crate::observation::{Observation, Observer};
 use crate::parallel;
 use crate::scene::GroundTruth;

@@ -4,8 +4,9 @@
 
 use super::manifest::check_rate;
 use super::truth_file::{push_poses, read_poses};
-use super::{Array, Npz, SetError, StepSpread, Values};
+use super::{SetError, StepSpread};
 use crate::body::{Humanoid, Motion};
+use crate::npz::{Array, Npz, Values};
 
 pub(super) const PATH: &str = "start/training.npz";
 
@@ -82,7 +83,7 @@ impl TrainingMotions {
         if !self.sources.is_empty() {
             npz.push("sources", Array::names(self.sources.iter().map(String::as_str)));
         }
-        npz.to_bytes(PATH)
+        Ok(npz.to_bytes(PATH)?)
     }
 
     pub(super) fn from_npz(bytes: &[u8], degrees: usize) -> Result<Self, SetError> {

@@ -9,9 +9,8 @@ use serde_json::{Value, json};
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::{Volume, size};
 use super::{CommandError, output};
-use crate::experiment::{
-    CameraView, Cost, ExperimentError, ScenarioError, ScenarioFile, Soundness, Survey, check, unusable_files,
-};
+use crate::experiment::{CameraView, Cost, ExperimentError, Soundness, check, unusable_files};
+use crate::scenario::{ScenarioError, ScenarioFile, Survey};
 
 /// Say whether a scenario is sound, all that is wrong with it, and what it costs to run
 ///

@@ -27,7 +27,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::experiment::{ExperimentError, ScenarioError};
+use crate::experiment::ExperimentError;
+use crate::scenario::ScenarioError;
 
 /// Truth and measure for markerless human motion trackers.
 #[derive(Debug, Parser)]

@@ -10,9 +10,8 @@ use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
-use crate::experiment::{
-    COMPARISON_PAGE, Destination, REPORT_FILE, RunPlace, ScenarioFile, compare, run as run_experiment,
-};
+use crate::experiment::{COMPARISON_PAGE, Destination, REPORT_FILE, RunPlace, compare, run as run_experiment};
+use crate::scenario::ScenarioFile;
 
 /// Render, track, evaluate and report in one go
 #[derive(Args, Debug)]

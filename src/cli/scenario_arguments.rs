@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::experiment::{ExperimentError, ScenarioFile, Survey, survey};
+use crate::experiment::ExperimentError;
+use crate::scenario::{ScenarioFile, Survey, survey};
 
 #[derive(Args, Debug)]
 pub(super) struct ScenarioArguments {

@@ -9,7 +9,8 @@ use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{ScenarioError, TrackerSettings, track_set};
+use crate::experiment::track_set;
+use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Run one tracker over a set, blindfolded
 ///

@@ -9,10 +9,9 @@ use serde_json::json;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{
-    ClipOptions, Destination, ExperimentError, LearnedModel, ScenarioFile, TrainingInput, train as learn,
-};
+use crate::experiment::{ClipOptions, Destination, ExperimentError, LearnedModel, TrainingInput, train as learn};
 use crate::motion_model::gpdm_graph::GraphSettings;
+use crate::scenario::ScenarioFile;
 
 /// Joints of the body over which S1 sums the distance that TH bounds.
 const JOINTS_OF_S1: f64 = 13.0;

@@ -71,7 +71,7 @@ impl ContactTrack {
 impl GroundContacts {
     /// The links that touch the ground in a frame, whether they stand on it or strike it or push off, and the height of their lowest
     /// point, metres.
-    pub(super) fn touching(&self, frame: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub(crate) fn touching(&self, frame: usize) -> impl Iterator<Item = (usize, f64)> {
         let tracks = self.links.iter().map(move |track| (track, &track.frames[frame]));
         let touching = tracks.filter(|(_, contact)| contact.in_contact || contact.gap_m <= TOUCHES);
         touching.flat_map(|(track, contact)| track.links.iter().map(|&link| (link, contact.gap_m)))
@@ -127,7 +127,7 @@ pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
 }
 
 /// Where a motion puts every link, checked.
-pub(super) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
+pub(crate) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
     let (poses, frames_per_second) = (motion.poses.len(), motion.frames_per_second);
     if poses == 0 || !(frames_per_second > 0.0 && frames_per_second.is_finite()) {
         return Err(ContactError::EmptyMotion { poses, frames_per_second });
@@ -151,16 +151,16 @@ pub(super) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFr
 
 /// What tracks are made of.
 #[derive(Clone, Copy)]
-pub(super) struct Clip<'a> {
-    pub(super) surface: &'a dyn Surface,
-    pub(super) frames: &'a [LinkFrames],
-    pub(super) frames_per_second: f64,
-    pub(super) rule: &'a ContactRule,
+pub(crate) struct Clip<'a> {
+    pub(crate) surface: &'a dyn Surface,
+    pub(crate) frames: &'a [LinkFrames],
+    pub(crate) frames_per_second: f64,
+    pub(crate) rule: &'a ContactRule,
 }
 
 impl Clip<'_> {
     /// `None` where the links have no surface.
-    pub(super) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
+    pub(crate) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
         let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
         let lowest = lowest.collect::<Option<Vec<_>>>()?;
         let reach = self.rule.speed_reach(self.frames_per_second);

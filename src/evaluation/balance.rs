@@ -2,7 +2,7 @@
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{Sequence, Touching};
-use crate::contact::{Dynamics, DynamicsFrame};
+use crate::physics::{Dynamics, DynamicsFrame};
 
 const DYNAMICS: &str = "poses of the tracker's body (estimate_root and estimate_angles), of which a stretch spans 1/15 s either way of a frame, \
                         and mass and feet with geometry on that body";
@@ -107,7 +107,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::super::contact_fixture::{contacts, measured_with};
-    use crate::contact::{Dynamics, DynamicsFrame};
+    use crate::physics::{Dynamics, DynamicsFrame};
 
     fn frame(margin_m: Option<f64>, residual: f64, violations: [usize; 2]) -> DynamicsFrame {
         DynamicsFrame {

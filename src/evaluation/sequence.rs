@@ -5,7 +5,8 @@ use std::ops::Range;
 use nalgebra::{Point3, UnitQuaternion};
 
 use crate::body::Markers;
-use crate::contact::{Dynamics, GroundContacts};
+use crate::contact::GroundContacts;
+use crate::physics::Dynamics;
 
 /// Truth and estimate of one clip, frame by frame. All slices have one entry a frame and the same length.
 #[derive(Clone, Copy, Debug)]

@@ -3,12 +3,10 @@
 use std::ops::Range;
 
 use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
-use crate::contact::{
-    ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContact, GroundContacts, PropContacts,
-    SelfCollision,
-};
+use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, PropContacts, SelfCollision};
 use crate::evaluation::Touching;
 use crate::parallel;
+use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use nalgebra::{Point3, Vector3};
 
 /// What of a body touches, frame by frame.

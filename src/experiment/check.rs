@@ -9,7 +9,8 @@ use super::cost::{Cost, cost};
 use super::learning::Models;
 use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, views};
 use super::staging::{Staged, robot};
-use super::{ExperimentError, LearnedModel, ScenarioFile, Unwatched, clip_file};
+use super::{ExperimentError, LearnedModel, Unwatched, clip_file};
+use crate::scenario::ScenarioFile;
 use crate::tracker::FilterSettings;
 
 /// What a sound scenario amounts to.

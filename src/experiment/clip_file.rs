@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::ExperimentError;
 use super::model_file::hex_sha256;
-use super::scenario::did_you_mean;
-use super::{Axis, ExperimentError, MotionSettings, ScenarioError, ScenarioFile};
 use crate::benchmark_set::SourceRecording;
-use crate::body::retarget::MotionFingerprint;
 use crate::input::{self, excerpt, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
+use crate::retarget::MotionFingerprint;
+use crate::scenario::{Axis, MotionSettings, ScenarioError, ScenarioFile, did_you_mean};
 
 /// The clips that are built in, by the name behind `embedded:`.
 pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [

@@ -6,13 +6,13 @@ use serde::Serialize;
 
 use super::learning::Models;
 use super::measuring::Measures;
-use super::scenario::{AnnealedParticleFilterSettings, TrackerSettings};
 use super::staging::Staged;
 use super::tracking::track;
-use super::{ExperimentError, FrozenSettings, ScenarioFile, Unwatched};
+use super::{ExperimentError, Unwatched};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
 use crate::body::{Flesh, Motion};
 use crate::observation::Observer;
+use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::{PlausibilitySettings, SilhouetteSettings};
 

@@ -3,17 +3,19 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::ScenarioError;
 use crate::benchmark_set::SetError;
 use crate::body::UrdfError;
-use crate::body::retarget::RetargetError;
 use crate::contact::ContactError;
 use crate::evaluation::EvaluationError;
 use crate::input::{self, plain};
 use crate::mocap::MocapError;
 use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::GraphError;
+use crate::npz::NpzError;
+use crate::physics::PhysicsError;
 use crate::report::ReportError;
+use crate::retarget::RetargetError;
+use crate::scenario::ScenarioError;
 use crate::scene::SceneError;
 use crate::tracker::{SettingError, TrackError};
 
@@ -35,6 +37,9 @@ pub enum ExperimentError {
     /// A motion cannot be settled on the ground.
     #[error("actor.contact: {0}")]
     Contact(#[from] ContactError),
+    /// A motion cannot be simulated, or its dynamics cannot be told.
+    #[error("actor.contact: {0}")]
+    Physics(#[from] PhysicsError),
     /// There is nothing to see.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -209,7 +214,8 @@ impl ExperimentError {
             Self::Mocap(error) => !matches!(error, MocapError::Setting { .. } | MocapError::NotCyclic { .. }),
             Self::Robot(error) => !matches!(error, UrdfError::NotShipped { .. }),
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
-            Self::Retarget(_) | Self::Contact(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
+            Self::Contact(_) | Self::Physics(_) => false,
+            Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
             Self::Learning(_) | Self::NoTraining | Self::Track(_) | Self::Evaluation(_) | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
             Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
@@ -217,6 +223,12 @@ impl ExperimentError {
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
             Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
         }
+    }
+}
+
+impl From<NpzError> for ExperimentError {
+    fn from(error: NpzError) -> Self {
+        Self::Set(error.into())
     }
 }
 

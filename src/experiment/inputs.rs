@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::clip_file;
-use super::{ExperimentError, ScenarioFile, TrackerSettings};
+use super::{ExperimentError, clip_file};
 use crate::benchmark_set::is_set;
+use crate::scenario::{ScenarioFile, TrackerSettings};
 
 /// The files and directories that a command reads.
 #[derive(Clone, Debug, Default)]

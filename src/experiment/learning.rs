@@ -4,15 +4,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::watch::{Stage, Watch};
-use super::{
-    ExperimentError, LatentKind, LatentTrackerSettings, LearnedModel, ModelFacts, RootMode, ScenarioFile,
-    TrackerSettings,
-};
+use super::{ExperimentError, LearnedModel, ModelFacts};
 use crate::benchmark_set::{BlindSet, SourceRecording, Training};
 use crate::body::{Humanoid, Motion};
 use crate::motion_model::LatentModel;
 use crate::motion_model::gpdm::{GpdmError, Round};
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, SegmentRange};
+use crate::scenario::{LatentKind, LatentTrackerSettings, RootMode, ScenarioFile, TrackerSettings};
 
 /// A start pose farther than this from every training pose is told to the user: rad^2 per joint, half a radian each.
 const FAR_START: f64 = 0.25;

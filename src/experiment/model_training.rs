@@ -11,15 +11,17 @@ use super::learning::{Stopped, grow_all};
 use super::model_file::hex_sha256;
 use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
-use super::unfinished;
-use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
-use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
+use super::{
+    Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, Stage, Staged,
+    Watch, clip_file, unfinished,
+};
 use crate::benchmark_set::SourceRecording;
-use crate::body::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::gpdm::GpdmError;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
+use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
+use crate::scenario::{MotionSettings, ScenarioError, ScenarioFile};
 
 /// What a model is learned from.
 #[derive(Clone, Debug)]

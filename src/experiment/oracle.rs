@@ -3,10 +3,10 @@
 use nalgebra::{Translation3, Vector3};
 use rand_distr::{Distribution, StandardNormal};
 
-use super::OracleSettings;
 use crate::body::Pose;
 use crate::observation::Observation;
 use crate::rng::{Purpose, stream};
+use crate::scenario::OracleSettings;
 use crate::tracker::{Estimate, TrackError, Tracker};
 
 /// Answers every frame with the truth, fitted to the tracker's body, and an error of known size.

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::measuring::{Measures, Painters};
-use super::scenario::TrackerSettings;
 use super::tracking::{POSES_FILE, TrackTiming, Tracked};
 use super::{ExperimentError, Files, per_frame, to_json};
 use crate::benchmark_set::{BenchmarkSet, ContactFacts};
@@ -13,6 +12,7 @@ use crate::report::{
     FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render,
     verdict, worst_frames,
 };
+use crate::scenario::TrackerSettings;
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
 /// The name of a run's summary.

@@ -15,9 +15,10 @@ use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, Files, Models, Scenario, ScenarioFile, TrackerSettings};
+use super::{ExperimentError, Files, Models};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
 use crate::observation::Observer;
+use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
 

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::ExperimentError;
 use super::ours::{Kind, is_ours};
 use super::run::{SCENARIO_FILE, scenario_text};
-use super::{ExperimentError, ScenarioFile};
+use crate::scenario::ScenarioFile;
 
 /// Where results go, and what a user should know of it.
 #[derive(Clone, Debug, PartialEq, Eq)]

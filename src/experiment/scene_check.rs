@@ -3,13 +3,14 @@
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
+use super::ExperimentError;
 use super::staging::Staged;
-use super::{ExperimentError, ScenarioError, ScenarioFile};
 use crate::body::{Flesh, LinkFrames, Ray};
 use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
 use crate::observation::{Observation, Observer};
 use crate::parallel;
+use crate::scenario::{ScenarioError, ScenarioFile};
 
 /// At most so many frames are drawn to say how the cameras see the actor,
 const FRAMES_LOOKED_AT: usize = 120;

@@ -5,19 +5,23 @@ use std::path::Path;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::placement::place;
-use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
-use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
+use super::{ExperimentError, clip_file, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
-use crate::body::retarget::{
-    FitOptions, RetargetError, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers,
-    fit_shape, retarget,
-};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
-use crate::contact::{ContactRule, GroundContacts, GroundQuality, Push, SimulationSettings, check_feet, fix, simulate};
+use crate::contact::{ContactRule, GroundContacts, GroundQuality, check_feet};
 use crate::input::excerpt;
 use crate::mocap::Clip;
 use crate::motion_model::{Prediction, ProposalScales};
+use crate::physics::{Push, SimulationSettings, fix, simulate};
+use crate::retarget::{
+    FitOptions, RetargetError, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers,
+    fit_shape, retarget,
+};
+use crate::scenario::{
+    CameraSettings, ContactMode, Mismatch, PropSettings, PushSettings, RingSettings, ScenarioError, ScenarioFile,
+    did_you_mean,
+};
 use crate::scene::GroundTruth;
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.

@@ -18,16 +18,16 @@ use serde::{Deserialize, Serialize};
 use super::error::read_file;
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
-use super::scenario::TrackerSettings;
 use super::watch::{Stage, Watch, advance};
-use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models, json_tree};
+use super::{ExperimentError, Files, Models};
 use crate::benchmark_set::{
-    Array, BlindSet, EstimatedSequence, Estimates, Npz, SourceRecording, Training, Values, recordings_from_npz,
-    recordings_to_npz,
+    BlindSet, EstimatedSequence, Estimates, SourceRecording, Training, recordings_from_npz, recordings_to_npz,
 };
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::{Diffusion, Prediction, ProposalScales};
+use crate::npz::{Array, Npz, Values};
+use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, json_tree};
 use crate::tracker::{
     AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
     Tracker,

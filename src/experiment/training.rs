@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::placement::place;
 use super::staging::{refit, retargeted, settle};
-use super::{ExperimentError, ScenarioError, ScenarioFile, clip_file};
+use super::{ExperimentError, clip_file};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
 use crate::body::{Humanoid, LinkFrames, Markers, Motion};
+use crate::scenario::{ScenarioError, ScenarioFile};
 
 /// What a scenario's tracker may learn from.
 pub(super) struct Learned {

@@ -1,7 +1,8 @@
 //! What stands about besides the actor: from the scenario to silhouettes, contact truth and report.
 
 use serde_json::Value;
-use skiagraph::benchmark_set::{Array, BenchmarkSet, Npz, Values};
+use skiagraph::benchmark_set::BenchmarkSet;
+use skiagraph::npz::{Array, Npz, Values};
 
 use super::rooms::Room;
 

@@ -7,10 +7,10 @@ use std::sync::OnceLock;
 
 use skiagraph::body::{Humanoid, Motion};
 use skiagraph::experiment::{
-    Destination, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, ScenarioFile, TrackerSettings,
-    Unwatched, render, track_set,
+    Destination, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, Unwatched, render, track_set,
 };
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
+use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
 use super::support::test_data;
 use super::targets::DIVIDER;

@@ -5,10 +5,12 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use skiagraph::benchmark_set::{Estimates, Npz, body_from_json, fuzzing, recordings_from_npz};
+use skiagraph::benchmark_set::{Estimates, body_from_json, fuzzing, recordings_from_npz};
 use skiagraph::body::{Humanoid, mesh_from_bytes, shipped};
-use skiagraph::experiment::{LearnedModel, ScenarioFile, TrackerSettings};
+use skiagraph::experiment::LearnedModel;
 use skiagraph::mocap::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+use skiagraph::npz::Npz;
+use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
 /// What a target is handed.
 pub type Target = fn(&[u8]);

@@ -7,13 +7,11 @@ use serde::Serialize;
 use super::super::{Destination, ExperimentError, clip_file};
 use super::{INSPECT_SCHEMA, place_for};
 use crate::benchmark_set::BenchmarkSet;
-use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion, shipped};
-use crate::contact::{
-    ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContact, GroundContacts, GroundQuality,
-    SelfCollision,
-};
+use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
+use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::report::{ContactChart, FootCourse};
+use crate::retarget::{RetargetOptions, retarget};
 
 /// Contact of a motion in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]

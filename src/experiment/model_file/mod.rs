@@ -30,16 +30,18 @@ use self::arrays::{Arrays, ArraysError};
 pub(super) use self::facts::hex_sha256;
 pub use self::facts::{LearnedFrom, ModelFacts, RobotFacts};
 use super::error::read_file;
-use super::{ExperimentError, json_tree, to_json};
+use super::{ExperimentError, to_json};
 use crate::benchmark_set::{
-    Array, Npz, SetError, SourceRecording, Values, body_from_json, body_to_json, push_fingerprints, read_fingerprints,
+    SetError, SourceRecording, body_from_json, body_to_json, push_fingerprints, read_fingerprints,
 };
 use crate::body::Humanoid;
-use crate::body::retarget::MotionFingerprint;
 use crate::input::{excerpt, limits};
 use crate::motion_model::gpdm::{DynamicsKernel, GpdmParts};
 use crate::motion_model::gpdm_graph::GpdmGraph;
 use crate::motion_model::pose_chart::ROOT_DIMENSIONS;
+use crate::npz::{Array, Npz, Values};
+use crate::retarget::MotionFingerprint;
+use crate::scenario::json_tree;
 
 /// The format's name and version.
 pub const MODEL_SCHEMA: &str = "skiagraph.model/1";
@@ -98,7 +100,7 @@ impl LearnedModel {
         }
         let graph = Arrays { file: &file, npz: &npz }.graph(&facts, &body);
         let graph = graph.map_err(|e| match e {
-            ArraysError::Set(e) => no_model(path, e),
+            ArraysError::Npz(e) => no_model(path, e),
             ArraysError::Parts(e) => malformed(path, e.to_string()),
         })?;
         if graph.segments.iter().any(|s| s.range.motion >= facts.learned_from.len()) {
@@ -197,8 +199,8 @@ fn malformed(path: &Path, detail: impl Into<String>) -> ExperimentError {
 }
 
 /// The archive is none, or is damaged.
-fn no_model(path: &Path, error: SetError) -> ExperimentError {
-    match error {
+fn no_model(path: &Path, error: impl Into<SetError>) -> ExperimentError {
+    match error.into() {
         SetError::Malformed { detail, .. } => malformed(path, format!("{detail} (no whole model of skiagraph)")),
         other => other.into(),
     }
