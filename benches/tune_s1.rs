@@ -5,7 +5,7 @@
 //! `SKIAGRAPH_SEEDS` says. The method `drift` tracks nothing: it says how fast a root drifts that follows the recording's own feet,
 //! and one that follows the velocities of the most similar training frames. The method `depth` tracks nothing either: it says
 //! where along the camera's view the silhouette would have the root of the refitted truth. With `subject_measures` the tracker's body has
-//! the lengths of the actor's (no mismatch).
+//! the lengths of the actor's (no mismatch), with `matched` the actor is the tracker's body itself.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -21,13 +21,23 @@ use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
 /// Name, recording, skeleton, frames learned from and frames tracked, as the files count them.
 type Take = (&'static str, &'static str, &'static str, [usize; 2], [usize; 2]);
-const TAKES: [Take; 6] = [
+const TAKES: [Take; 8] = [
     ("jogA", "14_14_f0401-1100.amc", "14.asf", [90, 245], [246, 390]),
     ("jogB", "14_14_f0401-1100.amc", "14.asf", [236, 390], [90, 235]),
     ("gestureA", "14_24.amc", "14.asf", [1141, 1980], [1981, 2280]),
     ("gestureB", "14_24.amc", "14.asf", [2281, 3120], [3121, 3420]),
+    ("gestureC", "29_22_f1801-2940.amc", "29.asf", [1, 840], [841, 1140]),
+    ("gestureD", "29_07_f0061-1200.amc", "29.asf", [1, 840], [841, 1140]),
     ("walkB", "49_01.amc", "49.asf", [1, 360], [361, 480]),
     ("walkC", "16_15.amc", "16.asf", [1, 340], [341, 471]),
+];
+
+/// The `[actor]` and `[tracker_body]` of a scenario.
+const STANDARD: &str = "[actor]\nrobot = \"actor\"\n[tracker_body]\nrobot = \"tracker25\"\nmismatch = \"standard\"\n";
+/// The same by the argument that asks for it.
+const BODIES: [(&str, &str); 2] = [
+    ("subject_measures", "[actor]\nrobot = \"actor\"\n[tracker_body]\nrobot = \"tracker25\"\nmismatch = \"none\"\n"),
+    ("matched", "[actor]\nrobot = \"tracker25\"\n[tracker_body]\nrobot = \"tracker25\"\nmismatch = \"none\"\n"),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -37,8 +47,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let seeds: u64 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(3), |n| n.parse())?;
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
-    let mismatch = if arguments.iter().any(|a| a == "subject_measures") { "none" } else { "standard" };
-    let arguments: Vec<String> = arguments.into_iter().filter(|a| a != "subject_measures").collect();
+    let bodies =
+        BODIES.iter().find(|(name, _)| arguments.iter().any(|a| a == name)).map_or(STANDARD, |(_, text)| *text);
+    let arguments: Vec<String> = arguments.into_iter().filter(|a| BODIES.iter().all(|(name, _)| a != name)).collect();
     let is_takes = |a: &&String| TAKES.iter().any(|take| a.split(',').any(|name| name == take.0));
     let wanted: Option<&String> = arguments.iter().find(is_takes);
     let takes = TAKES.iter().filter(|take| wanted.is_none_or(|w| w.split(',').any(|name| name == take.0)));
@@ -52,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         println!("|---|---|---|---|---|");
         for take in takes {
-            drift(take, mismatch, &mocap)?;
+            drift(take, bodies, &mocap)?;
         }
         return Ok(());
     }
@@ -62,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         println!("|---|---|---|---|---|---|---|---|---|---|---|");
         for take in takes {
-            depth(take, mismatch, &mocap)?;
+            depth(take, bodies, &mocap)?;
         }
         return Ok(());
     }
@@ -71,18 +82,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for take in takes {
-        run(take, mismatch, &methods, seeds, &mocap)?;
+        run(take, bodies, &methods, seeds, &mocap)?;
     }
     Ok(())
 }
 
-fn run(take: &Take, mismatch: &str, methods: &[&str], seeds: u64, mocap: &Path) -> Result<(), Box<dyn Error>> {
-    let file = ScenarioFile::parse(&scenario(take, mismatch), take.0, PathBuf::new(), &[])?;
+fn run(take: &Take, bodies: &str, methods: &[&str], seeds: u64, mocap: &Path) -> Result<(), Box<dyn Error>> {
+    let file = ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?;
     let (set, _) = draw(&file, Some(mocap), &Unwatched)?;
     let mut models = Models::default();
     for method in methods {
         let (kind, overrides) = method.split_once(',').unwrap_or((method, ""));
-        let text = scenario(take, mismatch) + &format!("[tracker.{kind}]\n");
+        let text = scenario(take, bodies) + &format!("[tracker.{kind}]\n");
         let overrides = overrides.split(',').filter(|o| !o.is_empty());
         let overrides: Vec<String> = overrides.map(|o| format!("tracker.{kind}.{o}")).collect();
         let settings = ScenarioFile::parse(&text, method, PathBuf::new(), &overrides)?.scenario.tracker();
@@ -95,8 +106,8 @@ fn run(take: &Take, mismatch: &str, methods: &[&str], seeds: u64, mocap: &Path) 
 
 /// Where the silhouette has the refitted truth, moved along the view and upwards alone, or leant away from the camera about its ankles
 /// alone: mean and deviation over frames.
-fn depth(take: &Take, mismatch: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
-    let file = ScenarioFile::parse(&scenario(take, mismatch), take.0, PathBuf::new(), &[])?;
+fn depth(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
+    let file = ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?;
     let (set, _) = draw(&file, Some(mocap), &Unwatched)?;
     let Some(refitted) = &set.truth.refitted else { return Ok(()) };
     let body = &set.blind.start.body;
@@ -156,9 +167,8 @@ fn depth(take: &Take, mismatch: &str, mocap: &Path) -> Result<(), Box<dyn Error>
 }
 
 /// Millimetres a second, over the frames tracked.
-fn drift(take: &Take, mismatch: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
-    let staged =
-        Staged::new(&ScenarioFile::parse(&scenario(take, mismatch), take.0, PathBuf::new(), &[])?, Some(mocap))?;
+fn drift(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> {
+    let staged = Staged::new(&ScenarioFile::parse(&scenario(take, bodies), take.0, PathBuf::new(), &[])?, Some(mocap))?;
     let (body, motion) = (&staged.start.body, &staged.refitted);
     let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
     let seconds = (frames.len() - 1) as f64 / motion.frames_per_second;
@@ -212,7 +222,7 @@ fn drift(take: &Take, mismatch: &str, mocap: &Path) -> Result<(), Box<dyn Error>
     Ok(())
 }
 
-fn scenario((name, clip, skeleton, learned, tracked): &Take, mismatch: &str) -> String {
+fn scenario((name, clip, skeleton, learned, tracked): &Take, bodies: &str) -> String {
     let part = |[first, last]: &[usize; 2]| {
         format!(
             "clip = \"{clip}\"\nskeleton = \"{skeleton}\"\nfirst_frame = {first}\nlast_frame = {last}\n\
@@ -220,8 +230,7 @@ fn scenario((name, clip, skeleton, learned, tracked): &Take, mismatch: &str) -> 
         )
     };
     format!(
-        "schema = \"skiagraph.scenario/1\"\nname = \"{name}\"\n[motion]\n{}[[training.clips]]\n{}[actor]\nrobot = \"actor\"\n\
-         [tracker_body]\nrobot = \"tracker25\"\nmismatch = \"{mismatch}\"\n[rig.ring]\ncount = 1\nradius_m = 4.5\nheight_m = 1.6\n\
+        "schema = \"skiagraph.scenario/1\"\nname = \"{name}\"\n[motion]\n{}[[training.clips]]\n{}{bodies}[rig.ring]\ncount = 1\nradius_m = 4.5\nheight_m = 1.6\n\
          field_of_view_deg = 57.4\nsize_px = [640, 480]\n",
         part(tracked),
         part(learned)

@@ -49,8 +49,8 @@ pub struct LatentTrackerSettings<T> {
     /// Factor on the noise of the root's steps (what training leaves open of them, at least 2 mm and 0.3 degrees a frame). Default:
     /// 5, chosen on CMU takes other than those of `scenarios/s1`.
     pub root_noise_scale: f64,
-    /// What tells where the root goes: `"planted"` (feet stay where they are, as firmly as feet of that height did in training; in
-    /// flight the model's velocities) or `"model"` (the model's velocities alone). S1 does not say. Default: `"planted"`.
+    /// What tells where the root goes: `"planted"` (feet are held to footholds that each particle remembers, as firmly as feet of that
+    /// height stood in training; in flight the model's velocities) or `"model"` (the model's velocities alone). S1 does not say. Default: `"planted"`.
     pub root_motion: RootMotion,
     /// Whether particles at the end of what a model learned go on into the next model of the recording, and at the recording's
     /// end to the training frame that moves most alike, if that is near enough for a jump. Default: true.

@@ -42,7 +42,7 @@ pub(super) struct Looseness {
 
 /// The feet of a pose.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Feet([Isometry3<f64>; 2]);
+pub(super) struct Feet(pub(super) [Isometry3<f64>; 2]);
 
 /// What a foot did between two frames.
 #[derive(Clone, Copy, Debug)]

@@ -2,8 +2,10 @@
 //!
 //! Per frame and particle, in S1's order (section 3.3): inter-transition, intra-transition, mapping to a pose. Weighting and
 //! resampling are the filter's. A particle carries, beside its latent point, where the body stands and heads to: S1 does
-//! not say how the root moves, here it follows from the foot that stands and from the velocities that the model maps to.
+//! not say how the root moves, here it follows from the footholds that the particle remembers and from the velocities that the model
+//! maps to.
 
+mod footholds;
 mod footing;
 mod initialisation;
 mod model;

@@ -14,9 +14,9 @@ use super::super::{MotionModel, MotionModelError};
 use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
 use super::residual::{Residual, Unseen, offset_by};
-use super::root::{RootDynamics, Stand};
+use super::root::{Place, RootDynamics, Stand};
 use super::settings::{LatentSettings, RootMotion};
-use super::transition::{Destination, Moving, destinations, jump};
+use super::transition::{Jumps, Moving, jump, training_means};
 use crate::body::{Humanoid, Pose};
 
 /// Latents farther than this many length scales of the map from every training latent are brought back. Out there the map
@@ -33,7 +33,7 @@ pub struct LatentModel {
     body: Humanoid,
     graph: Arc<GpdmGraph>,
     settings: LatentSettings,
-    destinations: Vec<Destination>,
+    jumps: Jumps,
     /// Per segment: the map's mean at every training latent, a row a frame.
     training_means: Vec<Mat<f64>>,
     /// Per segment: spread of the latents per coordinate.
@@ -58,9 +58,9 @@ pub struct LatentParticle {
     mean: Vec<f64>,
     /// What the particle's observation vector has beside that mean.
     offset: Vec<f64>,
-    root: PlanarRoot,
+    place: Place,
     frame: usize,
-    /// The pose at the map's mean and its velocity: what jumps compare.
+    /// The pose at the map's mean, and how fast that moves.
     moving: Moving,
     pose: Pose,
     /// Whether the particle had left the training region in this frame and was brought back.
@@ -113,13 +113,13 @@ impl LatentModel {
         let mut deviations = vec![settings.noise_floor * spread; dimensions];
         deviations.extend(residual.increments());
         deviations.extend(roots.deviations());
-        let destinations = destinations(&graph);
-        let training_means = graph.segments.iter().map(|s| s.gpdm.map_mean(s.gpdm.latents())).collect();
+        let training_means = training_means(&graph);
+        let jumps = Jumps::new(&graph, &training_means);
         Ok(Self {
             body,
             graph,
             settings,
-            destinations,
+            jumps,
             training_means,
             spreads,
             roots,
@@ -155,7 +155,7 @@ impl LatentModel {
     /// what the means of the two models differ by goes into the offset, and dies out from there.
     fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> Departure {
         let at = (state.segment, self.nearest_row(state.segment, &state.latent));
-        match jump(&self.graph, &self.destinations, &self.settings, at, &state.moving, rng) {
+        match jump(&self.graph, &self.jumps, &self.settings, at, &self.compared(state), rng) {
             None => Departure {
                 segment: state.segment,
                 latent: state.latent.clone(),
@@ -165,6 +165,13 @@ impl LatentModel {
             },
             Some(at) => self.depart_from(at, state),
         }
+    }
+
+    /// What jumps compare: the particle's own pose, which an offset may have led far from the map's mean, and the velocity of that
+    /// mean. Offsets are drawn anew every frame, their differences are no velocity.
+    fn compared(&self, state: &LatentParticle) -> Moving {
+        let velocities = state.moving.velocities.clone();
+        Moving { rotations: self.graph.chart.rotations(&state.pose), velocities }
     }
 
     /// A departure from a training frame in the pose of `state`.
@@ -177,7 +184,7 @@ impl LatentModel {
             latent: self.training_latent(at),
             before: self.training_latent(before),
             offset: self.offset_to(&mean, &observation, &state.pose),
-            rotations: self.graph.chart.rotations_of(&mean),
+            rotations: self.jumps.frame(at).rotations.clone(),
         }
     }
 
@@ -218,12 +225,12 @@ impl LatentModel {
             let moving = Moving::between(&journey.departure.rotations, rotations, self.graph.frames_per_second);
             let offset = self.residual.next(&journey.departure.offset, journey.rng);
             let frame = journey.state.frame + 1;
-            let (root, pose) =
-                self.roots.next(&journey.state.pose, &journey.state.root, &self.stand(&mean, &offset), journey.rng);
+            let LatentParticle { pose, place, .. } = journey.state;
+            let (place, pose) = self.roots.next(pose, place, &self.stand(&mean, &offset), journey.rng);
             let pose = self.with_given_root(pose, frame);
             let before = std::mem::take(&mut journey.departure.latent);
             let particle =
-                LatentParticle { segment, latent, before, mean, offset, root, frame, moving, pose, recovered };
+                LatentParticle { segment, latent, before, mean, offset, place, frame, moving, pose, recovered };
             (journey.index, particle)
         };
         journeys.iter_mut().zip(drawn).enumerate().map(arrive).collect()
@@ -282,8 +289,8 @@ impl LatentModel {
         let standing = self.graph.chart.observe_pose(start, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
         let offset = self.offset_to(&mean, &standing, start);
         let pose = self.with_given_root(self.roots.stand(&self.stand(&mean, &offset), &root), 0);
-        let segment = at.segment;
-        LatentParticle { segment, latent, before, mean, offset, root, frame: 0, moving, pose, recovered: false }
+        let (segment, place) = (at.segment, self.roots.place(&self.body, root, &pose));
+        LatentParticle { segment, latent, before, mean, offset, place, frame: 0, moving, pose, recovered: false }
     }
 }
 
@@ -339,10 +346,11 @@ impl MotionModel for LatentModel {
         let step = PlanarStep { forward: root[0], left: root[1], turn: root[2] };
         let mean = self.observation(state.segment, &latent);
         let rotations = self.graph.chart.rotations_of(&mean);
-        let (root, pose) = self.roots.nudged(&state.pose, &state.root, &self.stand(&mean, &offset), &step);
+        let (root, pose) = self.roots.nudged(&state.pose, &state.place.root, &self.stand(&mean, &offset), &step);
         let pose = self.with_given_root(pose, state.frame);
         let moving = Moving { rotations, velocities: state.moving.velocities.clone() };
-        LatentParticle { latent, mean, offset, root, pose, moving, ..state.clone() }
+        let place = Place { root, ..state.place.clone() };
+        LatentParticle { latent, mean, offset, place, pose, moving, ..state.clone() }
     }
 
     fn difference(&self, from: &LatentParticle, to: &LatentParticle, step: &mut [f64]) {
@@ -355,8 +363,8 @@ impl MotionModel for LatentModel {
             *s = if same { b - a } else { 0.0 };
         }
         let still = PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 };
-        let (carried, _) = self.roots.nudged(&from.pose, &from.root, &self.stand(&to.mean, &to.offset), &still);
-        let apart = carried.step_to(&to.root);
+        let (carried, _) = self.roots.nudged(&from.pose, &from.place.root, &self.stand(&to.mean, &to.offset), &still);
+        let apart = carried.step_to(&to.place.root);
         root.copy_from_slice(&[apart.forward, apart.left, apart.turn]);
     }
 

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::gpdm_graph::GpdmGraph;
 use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart};
-use super::footing::{FootStep, Footing, turned_about};
+use super::footing::{Feet, FootStep, Footing, turned_about};
 use super::model::normal;
 use super::residual::{Unseen, offset_by};
 use super::settings::{LatentSettings, RootMotion};
@@ -22,12 +22,12 @@ const LEAST_VARIANCE: f64 = 1e-12;
 /// Where a particle's body stands, and how that changes.
 ///
 /// The models say how fast the root moves, but they learned it of the training's own moments: on motion that was not seen they
-/// err by [`Unseen`]. With [`RootMotion::Planted`] there are two more witnesses. A foot that stands stays where it is, so the poses
-/// before and after tell how the root went from one to the other, to within what feet of that height slid and turned in
-/// training ([`Footing`]). All three are weighed by the inverses of their variances, and what is left is the noise, but for a floor
-/// (firm feet carry a body that stands wrongly into the next frame as it is): in flight the models' velocities stand, on firm feet
-/// what the legs say. Height comes of the feet likewise: the lower foot of a pose off the
-/// manifold is as high as that of the pose on it, up to an offset of its own.
+/// err by [`Unseen`]. With [`RootMotion::Planted`] there are two more witnesses. A foot that stands stays at its foothold, so the
+/// new pose tells where the root is, to within what feet of that height slid and turned in training ([`Footing`]). All three are
+/// weighed by the inverses of their variances, and what is left is the noise, but for a floor: in flight the models' velocities
+/// stand, on firm feet what the legs say. Footholds are remembered ([`Footing::settled`]), so that the noise does not add up over the
+/// frames. Height comes of the feet likewise: the lower foot of a pose off the manifold is as high as that of the pose on it, up to an
+/// offset of its own.
 ///
 /// S1 does not say how the root moves.
 #[derive(Clone, Debug)]
@@ -36,6 +36,14 @@ pub(super) struct RootDynamics {
     /// Deviations of the models' steps.
     noise: PlanarStep,
     scale: f64,
+}
+
+/// Where a particle's body stands.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub(super) root: PlanarRoot,
+    /// Where its feet stood before the frame's own noise; `None` where feet tell nothing.
+    pub(super) footholds: Option<Feet>,
 }
 
 /// Estimates of a change, weighed by the inverses of their variances; the first is that nothing is to change.
@@ -119,34 +127,35 @@ impl RootDynamics {
         Some((here - there) / chart.height_unit())
     }
 
-    /// Root and pose one frame after `before`, which stood at `root`.
-    pub(super) fn next(
-        &self,
-        before: &Pose,
-        root: &PlanarRoot,
-        at: &Stand<'_>,
-        rng: &mut ChaCha8Rng,
-    ) -> (PlanarRoot, Pose) {
+    /// A pose at `root` whose footholds are where its feet are.
+    pub(super) fn place(&self, body: &Humanoid, root: PlanarRoot, pose: &Pose) -> Place {
+        Place { root, footholds: self.footing.as_ref().map(|footing| footing.feet(body, pose)) }
+    }
+
+    /// Place and pose one frame after `before`, which stood at `place`.
+    pub(super) fn next(&self, before: &Pose, place: &Place, at: &Stand<'_>, rng: &mut ChaCha8Rng) -> (Place, Pose) {
         let step = at.chart.planar_step(at.mean);
         let drawn = [0, 1, 2].map(|_| self.scale * normal(rng));
-        match &self.footing {
-            Some(footing) => {
-                let root = root.after(&step);
-                self.held(footing, before, root, self.stand(at, &root), at.body, drawn)
+        match (&self.footing, &place.footholds) {
+            (Some(footing), Some(footholds)) => {
+                let footholds = footing.settled(footholds, &footing.feet(at.body, before));
+                let root = place.root.after(&step);
+                let (root, pose) = self.held(footing, &footholds, root, self.stand(at, &root), at.body, drawn);
+                (Place { root, footholds: Some(footholds) }, pose)
             }
-            None => {
-                let root = root.after(&PlanarStep {
+            _ => {
+                let root = place.root.after(&PlanarStep {
                     forward: step.forward + self.noise.forward * drawn[0],
                     left: step.left + self.noise.left * drawn[1],
                     turn: step.turn + self.noise.turn * drawn[2],
                 });
-                (root, self.stand(at, &root))
+                (Place { root, footholds: None }, self.stand(at, &root))
             }
         }
     }
 
-    /// Root and pose when a nudge within a frame, not time, changed what stands there: feet hold the body as they do between frames
-    /// (where they are loose it stays where it is), then it goes by `step`.
+    /// Root and pose when a nudge within a frame, not time, changed what stands there: feet hold the body where they were before the
+    /// nudge (where they are loose it stays where it is), then it goes by `step`. Footholds do not change within a frame.
     pub(super) fn nudged(
         &self,
         before: &Pose,
@@ -156,24 +165,24 @@ impl RootDynamics {
     ) -> (PlanarRoot, Pose) {
         let pose = self.stand(at, root);
         let (root, pose) = match &self.footing {
-            Some(footing) => self.held(footing, before, *root, pose, at.body, [0.0; 3]),
+            Some(footing) => self.held(footing, &footing.feet(at.body, before), *root, pose, at.body, [0.0; 3]),
             None => (*root, pose),
         };
         let after = root.after(step);
         (after, moved(pose, step.turn, &Vector2::new(after.x - root.x, after.y - root.y)))
     }
 
-    /// A pose that stands where the models' velocities put it, moved to where its feet say.
+    /// A pose that stands where the models' velocities put it, moved so that its feet come to `footholds`.
     fn held(
         &self,
         footing: &Footing,
-        before: &Pose,
+        footholds: &Feet,
         root: PlanarRoot,
         pose: Pose,
         body: &Humanoid,
         drawn: [f64; 3],
     ) -> (PlanarRoot, Pose) {
-        let steps = footing.feet(body, before).steps_to(&footing.feet(body, &pose));
+        let steps = footholds.steps_to(&footing.feet(body, &pose));
         let feet = steps.map(|step| (step, footing.looseness(&step)));
         let turns = feet.iter().map(|(step, loose)| (-step.turned, loose.turn));
         let turn = Fused::of(0.0, self.noise.turn * self.noise.turn, turns);

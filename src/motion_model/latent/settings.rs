@@ -42,8 +42,8 @@ pub struct LatentSettings {
 pub enum RootMotion {
     /// The models' own velocities.
     Model,
-    /// Feet, which stay where they are as firmly as feet of that height did in training; in flight the models' velocities. S1
-    /// does not have it.
+    /// Feet, each held to a foothold that the particle remembers, as firmly as feet of that height stood in training; in flight the
+    /// models' velocities. S1 does not have it.
     #[default]
     Planted,
 }

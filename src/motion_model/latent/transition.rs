@@ -1,5 +1,6 @@
 //! Between models: where a particle may jump to, and how likely (S1 Eq. 7 and step 3 of section 3.3).
 
+use faer::Mat;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -58,27 +59,70 @@ impl Moving {
 }
 
 /// A candidate as a destination.
-#[derive(Clone, Debug)]
-pub(super) struct Destination {
-    pub(super) at: Candidate,
-    moving: Moving,
+#[derive(Clone, Copy, Debug)]
+struct Destination {
+    at: Candidate,
     /// One over the number of candidates of its model.
     share: f64,
 }
 
-/// All destinations of a graph, its natural edges apart.
-pub(super) fn destinations(graph: &GpdmGraph) -> Vec<Destination> {
-    let mut counts = vec![0.0; graph.segments.len()];
-    graph.candidates.iter().for_each(|at| counts[at.segment] += 1.0);
-    let destination =
-        |at: &Candidate| Destination { at: *at, moving: moving_at(graph, *at), share: 1.0 / counts[at.segment] };
-    graph.candidates.iter().map(destination).collect()
+/// What particles may jump to.
+///
+/// A destination's pose is the map's mean at its latent point, as in S1 Eq. 7, not the recorded pose.
+#[derive(Clone, Debug)]
+pub(super) struct Jumps {
+    /// Per segment, every training frame at the map's mean; the velocity of a first frame is that of the second.
+    frames: Vec<Vec<Moving>>,
+    /// All candidates, natural edges apart.
+    destinations: Vec<Destination>,
 }
 
-/// Where a particle in `segment`, nearest to training row `row` there, jumps to; `None` to stay.
+/// Per segment the map's mean at every training latent, a row a frame.
+pub(super) fn training_means(graph: &GpdmGraph) -> Vec<Mat<f64>> {
+    graph.segments.iter().map(|s| s.gpdm.map_mean(s.gpdm.latents())).collect()
+}
+
+impl Jumps {
+    /// Of a graph and its [`training_means`].
+    pub(super) fn new(graph: &GpdmGraph, means: &[Mat<f64>]) -> Self {
+        let mut counts = vec![0.0; graph.segments.len()];
+        graph.candidates.iter().for_each(|at| counts[at.segment] += 1.0);
+        let destination = |at: &Candidate| Destination { at: *at, share: 1.0 / counts[at.segment] };
+        let frames = means.iter().map(|of_segment| frames_of(graph, of_segment)).collect();
+        Self { frames, destinations: graph.candidates.iter().map(destination).collect() }
+    }
+
+    /// The training frame `at`, at the map's mean.
+    pub(super) fn frame(&self, at: Candidate) -> &Moving {
+        &self.frames[at.segment][at.row]
+    }
+
+    /// The training frame of a model whose pose is most similar.
+    fn nearest_row(&self, segment: usize, rotations: &[UnitQuaternion<f64>]) -> Option<usize> {
+        let rows = self.frames[segment].iter().enumerate();
+        let distances = rows.map(|(row, frame)| (row, distance(rotations, &frame.rotations)));
+        distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(row, _)| row)
+    }
+}
+
+/// The frames of one model's means.
+fn frames_of(graph: &GpdmGraph, means: &Mat<f64>) -> Vec<Moving> {
+    let rotations = |row: usize| graph.chart.rotations_of(&means.row(row).iter().copied().collect::<Vec<_>>());
+    let rotations: Vec<_> = (0..means.nrows()).map(rotations).collect();
+    let moving = |row: usize| {
+        let last = row.max(1).min(rotations.len() - 1);
+        let before = &rotations[last.saturating_sub(1)];
+        let velocity = Moving::between(before, rotations[last].clone(), graph.frames_per_second);
+        Moving { rotations: rotations[row].clone(), ..velocity }
+    };
+    (0..rotations.len()).map(moving).collect()
+}
+
+/// Where a particle in `segment`, nearest to training row `row` there, jumps to; `None` to stay. `moving` has the particle's own
+/// pose, offset included (step 3 of S1 section 3.3), and the velocity of the map's mean.
 pub(super) fn jump(
     graph: &GpdmGraph,
-    destinations: &[Destination],
+    jumps: &Jumps,
     settings: &LatentSettings,
     (segment, row): (usize, usize),
     moving: &Moving,
@@ -86,7 +130,7 @@ pub(super) fn jump(
 ) -> Option<Candidate> {
     if settings.natural_edges
         && is_end(graph, segment, row)
-        && let Some(at) = onwards(graph, segment, moving, &settings.transition)
+        && let Some(at) = onwards(graph, jumps, segment, moving, &settings.transition)
     {
         return Some(at);
     }
@@ -99,16 +143,15 @@ pub(super) fn jump(
             }
             let drawn = rng.random_range(0..others);
             let target = if drawn < segment { drawn } else { drawn + 1 };
-            nearest_row(graph, target, &moving.rotations).map(|row| Candidate { segment: target, row })
+            jumps.nearest_row(target, &moving.rotations).map(|row| Candidate { segment: target, row })
         }
         InterTransition::Graph { rule, threshold, width, velocity_weight } => {
             let joints = moving.rotations.len() as f64;
             let limit = threshold * joints;
-            let near: Vec<(&Destination, f64)> = destinations
-                .iter()
-                .filter(|d| d.at.segment != segment)
-                .filter_map(|d| Some((d, d.moving.distance_below(moving, velocity_weight, limit)?)))
-                .collect();
+            let others = jumps.destinations.iter().filter(|d| d.at.segment != segment);
+            let distance =
+                |d: &Destination| Some((*d, jumps.frame(d.at).distance_below(moving, velocity_weight, limit)?));
+            let near: Vec<(Destination, f64)> = others.filter_map(distance).collect();
             choose(&near, rule, width * joints, rng)
         }
     }
@@ -121,7 +164,13 @@ fn is_end(graph: &GpdmGraph, segment: usize, row: usize) -> bool {
 
 /// Where a particle goes at the end of its segment: on into the next segment of the recording, and where the recording ends,
 /// to the training frame that moves most alike, if one does. Who never changes models looks for it in his own.
-fn onwards(graph: &GpdmGraph, segment: usize, moving: &Moving, transition: &InterTransition) -> Option<Candidate> {
+fn onwards(
+    graph: &GpdmGraph,
+    jumps: &Jumps,
+    segment: usize,
+    moving: &Moving,
+    transition: &InterTransition,
+) -> Option<Candidate> {
     let stays = *transition == InterTransition::None;
     if let Some(next) = graph.successor(segment).filter(|_| !stays) {
         return Some(Candidate { segment: next, row: 0 });
@@ -133,21 +182,13 @@ fn onwards(graph: &GpdmGraph, segment: usize, moving: &Moving, transition: &Inte
     let segments = graph.segments.iter().enumerate().filter(|(other, _)| !stays || *other == segment);
     let rows = segments.flat_map(|(segment, s)| (0..s.rotations.len()).map(move |row| Candidate { segment, row }));
     let inner = rows.filter(|at| !is_end(graph, at.segment, at.row));
-    let distance = |at: Candidate| (at, moving_at(graph, at).distance(moving, velocity_weight));
+    let distance = |at: Candidate| (at, jumps.frame(at).distance(moving, velocity_weight));
     let nearest = inner.map(distance).min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.filter(|(_, distance)| *distance < threshold * moving.rotations.len() as f64).map(|(at, _)| at)
 }
 
-/// A training frame's pose and velocity; at a segment's first row the velocity is that of the next.
-fn moving_at(graph: &GpdmGraph, at: Candidate) -> Moving {
-    let rotations = &graph.segments[at.segment].rotations;
-    let last = at.row.max(1).min(rotations.len() - 1);
-    let velocity = Moving::between(&rotations[last - 1], rotations[last].clone(), graph.frames_per_second);
-    Moving { rotations: rotations[at.row].clone(), ..velocity }
-}
-
 /// Of destinations and their distances, the one that is drawn; `None` to stay.
-fn choose(near: &[(&Destination, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {
+fn choose(near: &[(Destination, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {
     let drawn: f64 = rng.random();
     let shares = match rule {
         JumpRule::Literal => literal_shares(&near.iter().map(|n| n.1).collect::<Vec<_>>()),
@@ -165,10 +206,4 @@ fn choose(near: &[(&Destination, f64)], rule: JumpRule, width: f64, rng: &mut Ch
 fn beside_staying(weights: Vec<f64>) -> Vec<f64> {
     let total = 1.0 + weights.iter().sum::<f64>();
     weights.into_iter().map(|weight| weight / total).collect()
-}
-
-/// The training frame of a model whose pose is most similar.
-fn nearest_row(graph: &GpdmGraph, segment: usize, rotations: &[UnitQuaternion<f64>]) -> Option<usize> {
-    let rows = graph.segments[segment].rotations.iter().enumerate();
-    rows.map(|(row, r)| (row, distance(rotations, r))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(row, _)| row)
 }

@@ -51,7 +51,9 @@ fn follow(model: &LatentModel, motion: &Motion, seed: u64) -> Vec<LatentParticle
 fn particles_pass_through_all_models() {
     let (body, motion, graph) = learned();
     assert!(graph.segments.len() >= 2, "one model would show nothing");
-    let settings = LatentSettings { noise_floor: 0.0, start_jitter: 0.0, ..LatentSettings::default() };
+    // on the manifold: an offset may lead a pose past a model
+    let settings =
+        LatentSettings { noise_floor: 0.0, start_jitter: 0.0, residual_scale: 0.0, ..LatentSettings::default() };
     let model = LatentModel::new(body, graph.clone(), settings).unwrap();
     for seed in 1..3 {
         let visited: std::collections::BTreeSet<usize> =
@@ -73,7 +75,7 @@ fn natural_edges_lead_from_the_end_of_a_segment_to_the_next_and_from_nowhere_els
             let moving = Moving::between(&rotations[row - 1], rotations[row].clone(), graph.frames_per_second);
             let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
             let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
-            jump(&graph, &model.destinations, &settings, (segment, row), &moving, &mut rng)
+            jump(&graph, &model.jumps, &settings, (segment, row), &moving, &mut rng)
         };
         assert_eq!(leaves(rotations.len() - 1), Some(Candidate { segment: segment + 1, row: 0 }));
         assert_eq!(leaves(rotations.len() / 2), None);
@@ -104,7 +106,8 @@ fn the_root_walks_as_in_training_from_wherever_it_starts() {
 fn a_switching_model_leaves_at_its_constant_rate() {
     let (body, motion, graph) = learned();
     let transition = InterTransition::Switching { probability: 0.2 };
-    let settings = LatentSettings { transition, ..LatentSettings::default() };
+    // who lands at the end of what a model learned would leave it for the next at once
+    let settings = LatentSettings { transition, natural_edges: false, ..LatentSettings::default() };
     let model = LatentModel::new(body, graph, settings).unwrap();
     let (mut left, mut total) = (0, 0);
     for seed in 0..20 {
@@ -188,7 +191,7 @@ fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_that_moves_most_alik
     let [gone, stays] = rules.map(|rule| {
         let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
         let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
-        jump(&graph, &model.destinations, &settings, (last, row), &moving, &mut rng)
+        jump(&graph, &model.jumps, &settings, (last, row), &moving, &mut rng)
     });
     let gone = gone.unwrap();
     let (segment, pose) = (&graph.segments[gone.segment], &graph.segments[gone.segment].rotations[gone.row]);
@@ -220,7 +223,7 @@ fn a_jump_leaves_the_pose_where_it_is_on_whatever_frame_it_lands() {
         for row in [0, s.rotations.len() / 2, s.rotations.len() - 1] {
             let departure = model.depart_from(Candidate { segment, row }, &particle);
             let mean = model.observation(segment, &departure.latent);
-            let pose = model.roots.stand(&model.stand(&mean, &departure.offset), &particle.root);
+            let pose = model.roots.stand(&model.stand(&mean, &departure.offset), &particle.place.root);
             let (a, b) = (pose.world_from_root, particle.pose.world_from_root);
             assert!((&pose.joint_angles - &particle.pose.joint_angles).amax() < 1e-9, "model {segment}, row {row}");
             assert!(
@@ -251,10 +254,10 @@ fn shared_weights_jump_as_often_however_many_candidates_there_are() {
         graph.candidates = vec![Candidate { segment: 1, row: 5 }; copies];
         let transition = InterTransition::Graph { rule, threshold: 10.0, width: 5.0, velocity_weight: 0.0 };
         let settings = LatentSettings { transition, ..LatentSettings::default() };
-        let destinations = destinations(&graph);
+        let jumps = Jumps::new(&graph, &training_means(&graph));
         let jumps = |seed| {
             let mut rng = stream(seed, Purpose::MotionModel, 0, 0, 0);
-            jump(&graph, &destinations, &settings, (0, 10), &moving, &mut rng).is_some()
+            jump(&graph, &jumps, &settings, (0, 10), &moving, &mut rng).is_some()
         };
         (0..300).map(jumps).collect()
     };
@@ -281,4 +284,84 @@ fn distances_below_a_limit_are_those_that_are_measured_in_full() {
         }
     }
     assert!(below > 100 && above > 100, "{below} below, {above} above");
+}
+
+/// Whether a particle at the middle of the first model jumps, whose mean is `mean_at` and whose pose is that of `pose_at` in the second
+/// model: frames of the recording's second model, none that of the first.
+fn jumps_with(pose_like: Option<Candidate>, mean_like: Option<Candidate>) -> bool {
+    let (body, motion, graph) = learned();
+    let mut graph = GpdmGraph::clone(&graph);
+    let target = Candidate { segment: 1, row: 5 };
+    graph.candidates = vec![target];
+    let rule =
+        InterTransition::Graph { rule: JumpRule::StayWeighted, threshold: 1e-3, width: 1e9, velocity_weight: 0.0 };
+    let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
+    let model = LatentModel::new(body, Arc::new(graph), settings).unwrap();
+    let own = Candidate { segment: 0, row: 10 };
+    let mut particle = follow(&model, &motion, 5).swap_remove(1);
+    let mean = |at: Candidate| model.observation(at.segment, &model.training_latent(at));
+    particle.segment = own.segment;
+    particle.latent = model.training_latent(own);
+    particle.mean = mean(mean_like.unwrap_or(own));
+    particle.moving.rotations = model.graph.chart.rotations_of(&particle.mean);
+    particle.pose = model.graph.chart.place(&mean(pose_like.unwrap_or(own)), &particle.place.root);
+    // within the threshold a particle stays as often as it jumps
+    let jumps =
+        |seed| model.depart(&particle, &mut stream(seed, Purpose::MotionModel, 0, 0, 0)).segment == target.segment;
+    (0..20).any(jumps)
+}
+
+#[test]
+fn a_particle_jumps_where_its_own_pose_is_near_and_not_where_the_maps_mean_is() {
+    let target = Candidate { segment: 1, row: 5 };
+    assert!(jumps_with(Some(target), None), "the pose is the candidate's, the mean rests elsewhere");
+    assert!(!jumps_with(None, Some(target)), "the mean is the candidate's, the pose is elsewhere");
+    assert!(!jumps_with(None, None));
+}
+
+#[test]
+fn what_a_jump_leads_to_is_the_pose_of_the_maps_mean_not_that_of_the_recording() {
+    let (body, _, graph) = learned();
+    let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
+    let mut apart = 0.0;
+    for (segment, s) in graph.segments.iter().enumerate() {
+        for row in 0..s.rotations.len() {
+            let at = Candidate { segment, row };
+            let mapped = graph.chart.rotations_of(&model.observation(segment, &model.training_latent(at)));
+            let known = model.jumps.frame(at);
+            assert!(distance(&known.rotations, &mapped) < 1e-12, "model {segment}, row {row}");
+            apart += distance(&known.rotations, &s.rotations[row]);
+            // the velocity is that of the means: by hand, rotation vectors from row to row over a frame's time
+            let before = Candidate { segment, row: row.max(1) - 1 };
+            let after = Candidate { segment, row: row.max(1) };
+            let [a, b] = [before, after].map(|at| model.observation(segment, &model.training_latent(at)));
+            let (a, b) = (graph.chart.rotations_of(&a), graph.chart.rotations_of(&b));
+            for ((a, b), velocity) in a.iter().zip(&b).zip(&known.velocities) {
+                assert!((crate::body::rotation_vector(&(a.inverse() * b)) * 60.0 - velocity).norm() < 1e-6);
+            }
+        }
+    }
+    assert!(apart > 1e-9, "the map goes through the recording: nothing was told apart");
+}
+
+#[test]
+fn a_jump_moves_no_foothold() {
+    let (body, motion, graph) = learned();
+    let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
+    let particle = follow(&model, &motion, 5).swap_remove(20);
+    let moved = |departure: Departure| {
+        let mut rng = stream(9, Purpose::MotionModel, 0, 0, 0);
+        let journey = Journey { index: 0, state: &particle, departure, rng: &mut rng };
+        let arrived = model.advance(&mut [journey]).swap_remove(0).1;
+        arrived.place.footholds.unwrap().places().map(|place| place.translation.vector)
+    };
+    let stays = Departure {
+        segment: particle.segment,
+        latent: particle.latent.clone(),
+        before: particle.before.clone(),
+        offset: particle.offset.clone(),
+        rotations: particle.moving.rotations.clone(),
+    };
+    let (here, there) = (moved(stays), moved(model.depart_from(Candidate { segment: 1, row: 3 }, &particle)));
+    assert_eq!(here, there);
 }
