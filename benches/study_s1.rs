@@ -1,5 +1,5 @@
-//! Tracking with learned motion models from one camera, after S1's Table 2 and 3: regenerates `results/s1.md`, `results/s1.json`
-//! and `results/s1-MOTION.svg`.
+//! Tracking with learned motion models from one camera, after Tables 2 and 3 of `[GPDM graph]`: regenerates
+//! `results/s1.md`, `results/s1.json` and `results/s1-MOTION.svg`.
 //!
 //! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_s1`, where DIR holds CMU's 49_01, frames 401 to 1100 of 14_14, 14_24 and their
 //! skeletons. Ten seeds, or as many as `SKIAGRAPH_SEEDS` says. Without DIR nothing is written.
@@ -21,28 +21,31 @@ use skiagraph::report::error_plot;
 use skiagraph::report::plots::Size;
 use skiagraph::scenario::ScenarioFile;
 
-/// Motion; S1's reconstruction error of the graph over that of the single GPDM (Fig. 3), %; S1's Table 3, mm.
+/// Motion; from `[GPDM graph]` the reconstruction error of the graph relative to the single GPDM (Fig. 3), %, and Table
+/// 3, mm.
 const MOTIONS: [(&str, f64, [f64; 3]); 3] = [
     ("walking", 9.7, [44.16, 56.09, 40.88]),
     ("jogging", 61.5, [57.21, 57.55, 53.26]),
     ("gesture", 2.5, [17.80, 16.33, 13.23]),
 ];
-/// The body that the tracker believes in: heading of its tables, suffix of its pictures and folders, override of the scenario. S1's
-/// subject came with measures of its limbs; `none` gives the tracker's body those lengths, its solids stay its own.
+/// The tracker's body: heading of its tables, suffix of its pictures and directories, override of the scenario. The
+/// subject of `[GPDM graph]` came with measured limbs; `none` gives the tracker's body those lengths and keeps its
+/// geometry.
 const BODIES: [(&str, &str, &str); 2] = [
     ("a body with wrong measures", "", "tracker_body.mismatch=standard"),
     ("the subject's measures known", "-subject-measures", "tracker_body.mismatch=none"),
 ];
-/// The methods that the competitor's row is the best of.
+/// The methods of which the competitor's row is the best.
 const SWITCHING: [&str; 3] = ["switching_p01", "switching_p05", "switching_p20"];
 
 #[derive(Default, Serialize)]
 struct Results {
     reconstruction: BTreeMap<String, Reconstruction>,
     tracking_mm: BTreeMap<String, BTreeMap<String, Error3d>>,
-    /// As `tracking_mm`, the lengths of the subject's limbs known to the tracker.
+    /// As `tracking_mm`, with known lengths of the subject's limbs.
     tracking_subject_measures_mm: BTreeMap<String, BTreeMap<String, Error3d>>,
-    /// HumanEva error of the best latent point of every frame at the true root, mm: no particle on the manifold does better.
+    /// HumanEva error of the best latent point of every frame at the true root, mm: a lower bound for particles on the
+    /// manifold.
     best_latent_mm: BTreeMap<String, BestLatent>,
 }
 
@@ -55,15 +58,15 @@ struct BestLatent {
 /// One motion tracked with one body by all methods.
 struct Study {
     motion: &'static str,
-    /// As [`BODIES`] calls it.
+    /// Its name in [`BODIES`].
     body: &'static str,
     suffix: &'static str,
-    /// Both bodies in words, as the program's own reports have them.
+    /// Description of both bodies, as in reports.
     bodies: String,
     done: Compared,
 }
 
-/// Mean distance between recording and simulation (S1 Eq. 9), rad^2 over all joints.
+/// Mean distance between recording and simulation (`[GPDM graph]`, Eq. 9), rad^2 over all joints.
 #[derive(Serialize)]
 struct Reconstruction {
     single: f64,
@@ -83,7 +86,8 @@ struct Error3d {
 fn main() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
         eprintln!(
-            "SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's 49_01.amc, 14_14_f0401-1100.amc, 14_24.amc and skeletons"
+            "SKIPPED: set SKIAGRAPH_MOCAP to a directory with CMU's 49_01.amc, 14_14_f0401-1100.amc, 14_24.amc and \
+            skeletons"
         );
         return Ok(());
     };
@@ -123,7 +127,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Errors of every method, `switching` being the best of the three probabilities.
+/// Errors of every method; `switching` is the best of the three probabilities.
 fn errors(done: &Compared) -> BTreeMap<String, Error3d> {
     let mut errors: BTreeMap<String, Error3d> =
         done.comparison.methods.iter().filter_map(|(name, m)| Some((name.clone(), error(m)?))).collect();
@@ -221,12 +225,13 @@ fn page(results: &Results, compared: &[Study], seeds: u32) -> String {
     let mut text = format!(
         "# Learned motion models, one camera\n\n\
          Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo bench --bench study_s1`; all digits are in `s1.json`. {seeds} seeds. \
-         The scenarios are `scenarios/s1/*.toml`: CMU recordings in place of HumanEva's, resampled to 60 Hz, training and test frames \
-         apart, clean silhouettes. S1's own figures stand beside as a reference, not as a like for like comparison: subject, recording and \
-         images differ.\n\n\
-         ## Learning (S1 Fig. 3)\n\n\
+         The scenarios are `scenarios/s1/*.toml`: CMU recordings instead of HumanEva's, resampled to 60 Hz, separate \
+         training and test frames, clean silhouettes. The figures of [GPDM graph] are listed for reference only: \
+         subject, recording and images differ.\n\n\
+         ## Learning ([GPDM graph], Fig. 3)\n\n\
          Mean distance between recording and simulation (Eq. 9), rad^2 over all joints of the tracker's body.\n\n\
-         | motion | training frames | models of the graph | single GPDM | graph | graph / single | S1 | learning both, s |\n\
+         | motion | training frames | models of the graph | single GPDM | graph | graph / single | [GPDM graph] | \
+         learning both, s |\n\
          |---|---|---|---|---|---|---|---|\n"
     );
     for (motion, paper, _) in MOTIONS {
@@ -242,18 +247,23 @@ fn page(results: &Results, compared: &[Study], seeds: u32) -> String {
             );
         }
     }
-    text += "\n## Tracking (S1 Table 3)\n\nHumanEva error, mm, mean over seeds and 95 % interval. `graph`, `original` and `switching_*` have 1000 \
-             particles and one layer; `graph_annealed` is the graph under 5 layers of 200; `apf` has 5 layers of 200 and no learned model \
-             beyond its proposal. `nearest_training_pose` and \
-             `truth_refitted` know the truth, and `frozen` never moves: they are floors.\n\n\
+    text += "\n## Tracking ([GPDM graph], Table 3)\n\nHumanEva error, mm, mean over seeds and 95 % interval. `graph`, \
+        `original` and `switching_*` have 1000 \
+             particles and one layer; `graph_annealed` is the graph with 5 layers of 200; `apf` has 5 layers of 200 \
+             and no learned model except its proposal. `nearest_training_pose` and \
+             `truth_refitted` use ground truth, and `frozen` never moves: they are references.\n\n\
              Every motion is tracked twice: with a body whose lengths are up to 3 % and girths up to 10 % wrong (standard mismatch: the \
-             scenarios as they are), and with the lengths of the subject's segments known, as S1 had them from HumanEva (`tracker_body.mismatch = \
-             \"none\"`; the actor is another robot with other solids and joints, so that silhouettes still do not fit).\n\n";
+             scenarios as they are), and with known lengths of the subject's segments, as [GPDM graph] had them from \
+             HumanEva (`tracker_body.mismatch = \
+             \"none\"`; the actor is another robot with other geometry and joints, so silhouettes still do not match \
+                 exactly).\n\n";
     for Study { motion, body, suffix, bodies, done } in compared {
         let s1 = MOTIONS.iter().find(|m| m.0 == *motion).map_or([f64::NAN; 3], |m| m.2);
         text += &format!(
-            "### {motion}, {body}\n\nBodies: {bodies}. {} test frames. S1: original {}, switching {}, graph {}.\n\n\
-             | method | error, mm | 95 % interval | root-relative, mm | energy gap | frames lost | models | particles brought back |\n\
+            "### {motion}, {body}\n\nBodies: {bodies}. {} test frames. [GPDM graph]: original {}, switching {}, graph \
+            {}.\n\n\
+             | method | error, mm | 95 % interval | root-relative, mm | energy gap | frames lost | models | particles \
+             reset |\n\
              |---|---|---|---|---|---|---|---|\n",
             done.comparison.frames, s1[0], s1[1], s1[2]
         );
@@ -262,7 +272,8 @@ fn page(results: &Results, compared: &[Study], seeds: u32) -> String {
         }
         if let Some(best) = results.best_latent_mm.get(*motion).filter(|_| suffix.is_empty()) {
             text += &format!(
-                "\nThe best latent point of every frame at the true root: {:.1} mm on the single GPDM, {:.1} mm on the graph's models.\n",
+                "\nBest latent point of every frame at the true root: {:.1} mm on the single GPDM, {:.1} mm on the \
+                graph's models.\n",
                 best.single, best.graph
             );
         }

@@ -1,4 +1,4 @@
-//! Keyed random streams: every random number of the project comes from a ChaCha8 stream named by what it is for.
+//! Keyed random streams: every random number comes from a ChaCha8 stream that is keyed by its purpose.
 //!
 //! A stream is keyed by `(seed, purpose, frame, layer, index)`, so that results do not depend on the order in which
 //! threads ask for numbers. Draw a normal deviate with `rand_distr::StandardNormal` (libm inside, the same bits on
@@ -23,7 +23,7 @@ pub enum Purpose {
     BodyMismatch = 1,
     /// Errors planted in a start pose.
     StartPose = 2,
-    /// Spoiling of observations.
+    /// Corruption of observations.
     Corruption = 3,
     /// Initial spread of particles.
     Initialisation = 4,

@@ -20,7 +20,7 @@ pub enum SetError {
         source: io::Error,
     },
     /// The directory is not a whole set.
-    #[error("{} is not a whole benchmark set: {}", plain(path.display()), plain(detail))]
+    #[error("{} is not a complete benchmark set: {}", plain(path.display()), plain(detail))]
     NotASet {
         /// The directory.
         path: PathBuf,
@@ -29,7 +29,7 @@ pub enum SetError {
     },
     /// A file is not the one that was written.
     #[error(
-        "{} was changed or cut short: its SHA-256 is {found}, the set lists {listed}; get the set again",
+        "{} was changed or truncated: its SHA-256 is {found}, the set lists {listed}; get the set again",
         plain(file)
     )]
     Tampered {
@@ -58,10 +58,10 @@ pub enum SetError {
         detail: String,
     },
     /// Whoever asked for the work wanted no more of it.
-    #[error("stopped before the set was whole")]
+    #[error("stopped before the set was complete")]
     Stopped,
     /// The parts of a set do not fit together.
-    #[error("these parts make no set: {}", plain(detail))]
+    #[error("inconsistent parts of a set: {}", plain(detail))]
     Inconsistent {
         /// What does not fit.
         detail: String,

@@ -280,7 +280,7 @@ mod tests {
         assert_eq!(&*files.read("deep/er/b.bin").unwrap(), b"two");
         fs::write(directory.path().join("deep/er/b.bin"), "twn").unwrap();
         for error in [files.read("deep/er/b.bin").map(|_| ()).unwrap_err(), files.verify().unwrap_err()] {
-            assert!(error.to_string().starts_with("deep/er/b.bin was changed or cut short"), "{error}");
+            assert!(error.to_string().starts_with("deep/er/b.bin was changed or truncated"), "{error}");
         }
     }
 

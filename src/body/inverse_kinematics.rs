@@ -1,17 +1,17 @@
-//! Inverse kinematics of one instant: weighted non-linear least squares with joint limits.
+//! Inverse kinematics of one frame: weighted non-linear least squares with joint limits.
 //!
 //! Levenberg-Marquardt (Marquardt 1963) on the normal equations, with the joint limits held by projection: a degree of
 //! freedom at its limit whose gradient points outward is frozen for the step (Bertsekas 1982), all others move and are
 //! clamped. Every accepted step lowers the cost, and the number of steps is bounded, so the answer is always finite.
 //!
-//! Sums run in a fixed order in plain loops, and the Cholesky factorisation is our own: nalgebra's matrix products choose
-//! their kernel by the processor, which would make the truth differ between machines.
+//! Sums run in a fixed order in plain loops, and the Cholesky factorisation is our own: nalgebra selects kernels of
+//! matrix products by processor, so the ground truth would differ between machines.
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::{Humanoid, LinkFrames, LinkPoint, Pose, rotation_from_vector, rotation_vector};
 
-/// A point of the body shall be at a place.
+/// Goal: a point of the body at a position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointGoal {
     pub(crate) on: LinkPoint,
@@ -20,25 +20,25 @@ pub(crate) struct PointGoal {
     pub(crate) weight: f64,
 }
 
-/// A link shall be oriented in a way.
+/// Goal: an orientation of a link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OrientationGoal {
     pub(crate) link: usize,
     pub(crate) world_from_link: UnitQuaternion<f64>,
-    /// The distance in metres that one radian amounts to.
+    /// Weight of one radian, as a distance in metres.
     pub(crate) metres_per_radian: f64,
 }
 
-/// A degree of freedom shall have a value.
+/// Goal: a value of a degree of freedom.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct AngleGoal {
     pub(crate) target: f64,
-    /// The distance in metres that one radian (or metre) amounts to.
+    /// Weight of one radian (or metre), as a distance in metres.
     pub(crate) metres_per_unit: f64,
 }
 
 impl AngleGoal {
-    /// One goal that pulls as both do.
+    /// One goal equivalent to both.
     pub(crate) fn and(self, other: Self) -> Self {
         let (a, b) = (self.metres_per_unit * self.metres_per_unit, other.metres_per_unit * other.metres_per_unit);
         if a + b == 0.0 {
@@ -48,12 +48,12 @@ impl AngleGoal {
     }
 }
 
-/// Two degrees of freedom shall be equal (`sign` 1) or opposite (-1).
+/// Goal: two degrees of freedom equal (`sign` 1) or opposite (-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DifferenceGoal {
     pub(crate) of: [usize; 2],
     pub(crate) sign: f64,
-    /// The distance in metres that one radian (or metre) of difference amounts to.
+    /// Weight of one radian (or metre) of difference, as a distance in metres.
     pub(crate) metres_per_unit: f64,
 }
 
@@ -63,7 +63,7 @@ impl DifferenceGoal {
     }
 }
 
-/// All that a pose shall meet.
+/// All goals of a pose.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Goals {
     pub(crate) points: Vec<PointGoal>,
@@ -82,7 +82,7 @@ pub(crate) struct Solution {
     pub(crate) iterations: usize,
 }
 
-/// Solves poses of one humanoid; holds the memory that frames share.
+/// Solves poses of one humanoid; its buffers are reused between frames.
 pub(crate) struct Solver<'a> {
     humanoid: &'a Humanoid,
     frames: LinkFrames,
@@ -139,7 +139,7 @@ impl<'a> Solver<'a> {
         Solution { pose, cost, iterations }
     }
 
-    /// Raises the damping until a step lowers the cost; `None` where none does.
+    /// Raises the damping until a step lowers the cost; `None` if none does.
     fn descend(&mut self, goals: &Goals, pose: &Pose, cost: f64, damping: &mut f64) -> Option<(Pose, f64)> {
         while *damping <= GREATEST_DAMPING {
             if self.factorise(*damping) {
@@ -156,7 +156,7 @@ impl<'a> Solver<'a> {
         None
     }
 
-    /// Sum of squares that a pose leaves, m^2.
+    /// Residual sum of squares of a pose, m^2.
     pub(crate) fn cost(&mut self, goals: &Goals, pose: &Pose) -> f64 {
         self.humanoid.link_frames_into(pose, &mut self.frames);
         let square = |v: f64| v * v;
@@ -221,7 +221,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Marks the degrees of freedom that stand at a limit and would go beyond.
+    /// Marks the degrees of freedom that are at a limit and whose gradient points beyond it.
     fn freeze(&mut self, pose: &Pose) {
         for (i, limits) in self.humanoid.degrees_of_freedom.iter().enumerate() {
             let (angle, pull) = (pose.joint_angles[i], self.gradient[6 + i]);
@@ -255,7 +255,7 @@ impl<'a> Solver<'a> {
         true
     }
 
-    /// Solves for the step with the factor at hand.
+    /// Solves for the step with the current factor.
     fn substitute(&mut self) {
         let size = self.gradient.len();
         for row in 0..size {
@@ -274,7 +274,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// The pose one step on: the root moves in the world and turns in its own frame.
+    /// The pose after the step: the root translates in the world and rotates in its own frame.
     fn moved(&self, pose: &Pose) -> Pose {
         let mut trial = pose.clone();
         trial.world_from_root.translation.vector += Vector3::from_column_slice(&self.step[0..3]);
@@ -292,7 +292,7 @@ fn point_residual(goal: &PointGoal, frames: &LinkFrames) -> Vector3<f64> {
     goal.target - frames[goal.on.link] * goal.on.point_in_link
 }
 
-/// Rotation vector, in the world, from the link's orientation to the one it shall have.
+/// Rotation vector, in the world, from the link's orientation to the goal.
 fn orientation_residual(goal: &OrientationGoal, frames: &LinkFrames) -> Vector3<f64> {
     rotation_vector(&(goal.world_from_link * frames[goal.link].rotation.inverse()))
 }

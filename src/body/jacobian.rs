@@ -1,4 +1,4 @@
-//! How points and links move when a pose changes: the geometric Jacobian.
+//! The geometric Jacobian: velocities of points and links for a change of pose.
 //!
 //! A pose has `6 + degrees_of_freedom.len()` directions, in this order: the root's translation along the world's x, y, z
 //! (metres), the root's rotation about its own x, y, z (radians), then every degree of freedom. A hinge with axis `a`
@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Matrix3xX, Point3, Vector3};
 
 use super::{Humanoid, JointKind, LinkFrames, Pose};
 
-/// One direction of a pose that moves a link, and the screw by which it does, in the world.
+/// One direction of a pose that moves a link, with its screw in the world.
 enum Screw {
     /// Along a vector.
     Slide(Vector3<f64>),
@@ -71,7 +71,7 @@ impl Humanoid {
         });
     }
 
-    /// The columns of [`Self::link_angular_jacobian`] that may not be zero, with their numbers, as in `point_columns`.
+    /// The columns of [`Self::link_angular_jacobian`] that can be nonzero, with their numbers, as in `point_columns`.
     pub(super) fn angular_columns(
         &self,
         pose: &Pose,
@@ -136,8 +136,8 @@ impl Humanoid {
     }
 }
 
-/// How the rotation of a rotation vector `v` turns, in its own frame, when `v` changes: `R(v + d) = R(v) R(J d)` to first
-/// order (Sola, Deray and Atchuthan 2018, "A micro Lie theory", Eq. 143).
+/// The right Jacobian of a rotation vector `v`: `R(v + d) = R(v) R(J d)` to first order (Sola, Deray and Atchuthan
+/// 2018, "A micro Lie theory", Eq. 143).
 fn right_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
     let square = v.norm_squared();
     let angle = libm::sqrt(square);

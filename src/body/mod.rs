@@ -1,7 +1,7 @@
-//! The humanoid: links and joints from URDF, its pose, where that puts it, and the flesh that casts the shadow.
+//! The humanoid: links, joints and geometry from URDF, its pose, kinematics and silhouette.
 //!
-//! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is where its root is and one number per
-//! degree of freedom; [`Humanoid::link_frames`] says where every link then is.
+//! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is the root's frame and one number per degree
+//! of freedom; [`Humanoid::link_frames`] gives the frame of every link.
 
 mod bounds;
 #[cfg(test)]

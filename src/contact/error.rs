@@ -1,8 +1,8 @@
-//! Why contact cannot be told.
+//! Errors of contact.
 
 use crate::input::excerpt;
 
-/// Why contact cannot be told.
+/// Errors of contact.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactError {
     /// The motion has no pose, or no rate.
@@ -30,9 +30,9 @@ pub enum ContactError {
         /// Its degrees of freedom.
         expected: usize,
     },
-    /// A link has no place.
+    /// A link's position is not finite.
     #[error(
-        "frame {frame} (from 0): link {:?} is at a place that is not finite; look for NaN or huge numbers in the motion",
+        "frame {frame} (from 0): the position of link {:?} is not finite; look for NaN or huge numbers in the motion",
         excerpt(link)
     )]
     NotFinite {
@@ -41,7 +41,7 @@ pub enum ContactError {
         /// The link's name.
         link: String,
     },
-    /// Nothing can stand.
+    /// A foot has no geometry.
     #[error(
         "{:?} has no {foot}: its link with the marker of the ankle and all links below have no geometry; give them a \
          <visual>, or the robot links named marker_left_ankle and marker_right_ankle",
@@ -53,7 +53,7 @@ pub enum ContactError {
         /// Which foot.
         foot: &'static str,
     },
-    /// A threshold makes no sense.
+    /// A threshold is invalid.
     #[error("{key}: expected {expected}, found {found}")]
     Rule {
         /// Which threshold.

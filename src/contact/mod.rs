@@ -1,9 +1,9 @@
-//! What touches: the ground under a body, the props about it, and the body itself.
+//! Contact of a body with the ground, with props and with itself.
 //!
-//! [`GroundContacts`] says for every link and foot, frame by frame, how far it is from the ground, whether it stands there and
-//! how it slips; [`SelfCollision`] which parts of a body are inside each other. All of it comes from the solids of the body and
-//! is exact up to rounding: nothing is guessed from the speed of a joint. Another surface, such as a skin, takes the solids'
-//! place by implementing [`Surface`].
+//! [`GroundContacts`] has the gap, stance and slip of every link and foot in every frame; [`SelfCollision`] finds parts
+//! of a body that penetrate each other. Everything is computed from the solids of the body and is exact up to rounding;
+//! nothing is guessed from joint speeds. Another surface, such as a skin, can replace the solids by implementing
+//! [`Surface`].
 
 mod bounds;
 mod capsule_distance;

@@ -91,8 +91,8 @@ impl Models {
                 let sources = model.sources();
                 if sources.iter().any(|source| source.fingerprint.is_none()) {
                     watch.say(&format!(
-                        "{} has no fingerprint of what it learned from, as of an older version: whether that is the test is told by \
-                         the names and hashes of files alone; train it again",
+                        "{} has no motion fingerprints (older version), so overlap with the test is checked by file \
+                        names and hashes only; train the model again",
                         path.display()
                     ));
                 }
@@ -110,14 +110,17 @@ impl Models {
         let unfit = |detail: String| Err(ExperimentError::Malformed { path: path.clone(), detail });
         if facts.settings.single != single {
             let (found, wanted) = if single { ("gpdm-graph", "gpdm") } else { ("gpdm", "gpdm-graph") };
-            return unfit(format!("is a {found}, and this tracker wants a {wanted}; learn one with --model {wanted}"));
+            return unfit(format!(
+                "is a {found} model, and this tracker needs a {wanted} model; train one with --model \
+                {wanted}"
+            ));
         }
         let of_test = |from: &SourceRecording| self.test.as_ref().and_then(|test| from.shared_frames(test));
         if let Some((from, (first, last))) = sources.iter().find_map(|from| of_test(from).map(|frames| (from, frames)))
         {
             return unfit(format!(
-                "learned from frames of `{}` that are frames of the scenario's [motion] too ({first} to {last}); learn from other \
-                 frames than those of the test",
+                "learned from frames {first} to {last} of `{}`, which are also frames of the scenario's [motion]; learn \
+                from frames that are not in the test",
                 from.clip
             ));
         }
@@ -176,8 +179,8 @@ impl Models {
             self.told_far_start = true;
             let degrees = distance.sqrt().to_degrees();
             watch.say(&format!(
-                "the start pose is {degrees:.0} degrees a joint away from the nearest training pose: particles start from there; \
-                 train on motion that holds such a pose"
+                "the start pose is {degrees:.0} degrees per joint away from the nearest training pose, and particles \
+                start at that training pose; add training motion with a similar pose"
             ));
         }
     }

@@ -230,14 +230,14 @@ impl<'a> Painters<'a> {
 /// Refuses answers that are not about this set.
 pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
     if let Some(record) = tracked.record.as_ref().filter(|record| record.set_hash != set.blind.set_hash) {
-        return Err(format!("the run's set has the hash {}, this set {}", record.set_hash, set.blind.set_hash));
+        return Err(format!("the run's set has hash {}, this set has {}", record.set_hash, set.blind.set_hash));
     }
     let estimates = &tracked.estimates;
     let (rate, expected) = (estimates.frames_per_second, set.blind.frames_per_second);
     // another program may have written its rate in single precision; NaN is no rate
     let is_same = (rate - expected).abs() <= 1e-4 * expected;
     if !is_same {
-        return Err(format!("its poses are {rate} a second, the set's frames {expected}"));
+        return Err(format!("the run has {rate} frames a second, the set {expected}"));
     }
     let mut seeds = estimates.seeds.clone();
     seeds.sort_unstable();

@@ -71,7 +71,7 @@ impl TrainingInput {
     /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is refused.
     pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
-            let message = "expected [[training.clips]]: a motion model may not be learned from the test's own frames";
+            let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
             return Err(ScenarioError::from(file.complaint("training", message.to_owned())).into());
         };
         let staged = Staged::new(file, mocap_directory)?;
@@ -147,10 +147,13 @@ impl TrainingInput {
         let repeated = |motion: &Motion| motion.poses.windows(2).filter(|pair| pair[0] == pair[1]).count();
         let mut doubts = Vec::new();
         if !still.is_empty() {
-            doubts.push(format!("no movement in the training motion, and none in the model: {}", still.join(", ")));
+            doubts.push(format!(
+                "constant in the training motion, so the model does not move them: {}",
+                still.join(", ")
+            ));
         }
         for (from, count) in self.learned_from.iter().zip(self.motions.iter().map(repeated)).filter(|(_, n)| *n > 0) {
-            doubts.push(format!("{}: {count} frames equal the frame before; is its rate the recording's?", from.clip));
+            doubts.push(format!("{}: {count} frames equal the previous frame; check the frame rate", from.clip));
         }
         doubts
     }
@@ -203,8 +206,8 @@ pub fn train(
     if let Some(kept) = kept(&partial, &facts, watch) {
         let models = kept.graph.segments.len();
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
-        let kept = if models == 1 { "1 model that is".to_owned() } else { format!("{models} models that are") };
-        watch.say(&format!("going on after {kept} kept in {}", partial.display()));
+        let kept = if models == 1 { "1 model".to_owned() } else { format!("{models} models") };
+        watch.say(&format!("resuming with {kept} saved in {}", partial.display()));
         unfinished::keep(Some(&partial));
     } else {
         // whoever cannot write there shall know before the work
@@ -241,7 +244,8 @@ pub fn train(
     notes.extend(input.doubts());
     if model.graph.candidates.is_empty() && !settings.single {
         notes.push(
-            "no inter-transition candidates were found: particles pass from a model to the next of its recording only"
+            "no inter-transition candidates were found: particles only pass from one model to the next of the same \
+            recording"
                 .into(),
         );
     }
@@ -278,7 +282,10 @@ fn kept(partial: &Path, facts: &ModelFacts, watch: &dyn Watch) -> Option<Learned
     match LearnedModel::from_bytes(partial, &bytes) {
         Ok(kept) if kept.facts == *facts => Some(kept).filter(|kept| !kept.graph.segments.is_empty()),
         _ => {
-            watch.say(&format!("{} is of another training, or damaged: learning anew", partial.display()));
+            watch.say(&format!(
+                "{} belongs to another training or is damaged: training starts again",
+                partial.display()
+            ));
             None
         }
     }

@@ -225,8 +225,11 @@ pub(super) fn tracker_in_words(tracked: &Tracked) -> String {
 fn searching_in_words(settings: &TrackerSettings) -> String {
     let name = settings.name().replace('_', " ");
     let search = settings.filter().map(|f| format!(", {} particles x {} layers", f.particles, f.layers));
-    let roots =
-        if settings.is_given_roots() { ", ORACLE ROOTS: the true root of every frame is given away" } else { "" };
+    let roots = if settings.is_given_roots() {
+        ", ORACLE ROOTS: the tracker is given the true root of every frame"
+    } else {
+        ""
+    };
     format!("{name}{}{roots}", search.unwrap_or_default())
 }
 
@@ -237,7 +240,7 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
     };
     let (truth, blind) = (&set.truth, &set.blind);
     let degrees = |body: &crate::body::Humanoid| {
-        format!("{}, {} degrees of freedom with the root", body.name, body.degrees_of_freedom.len() + 6)
+        format!("{}, {} degrees of freedom including the root", body.name, body.degrees_of_freedom.len() + 6)
     };
     let seconds = blind.frame_count as f64 / blind.frames_per_second;
     let mut groups = vec![
@@ -287,7 +290,7 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
 
 fn learned_from_in_words(tracked: &Tracked) -> String {
     match tracked.record.as_ref().map(|record| record.learned_from.as_slice()) {
-        None => "not known: poses of another program".to_owned(),
+        None => "unknown: poses of another program".to_owned(),
         Some([]) => "nothing".to_owned(),
         Some(all) => all.join("; "),
     }

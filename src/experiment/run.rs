@@ -166,8 +166,8 @@ pub fn evaluate_run(
     };
     if !is_ours && run.join(TRACK_FILE).exists() {
         tracked.estimates.notes.push(format!(
-            "{run}/{POSES_FILE} is not the one that was written with {run}/{TRACK_FILE}, as {run}/{LISTING} has it: it is measured as \
-             another program's",
+            "{run}/{POSES_FILE} was changed after the run (its hash differs from {run}/{LISTING}): it is measured \
+            without {run}/{TRACK_FILE}, as another program's estimate",
             run = run.display()
         ));
     }
@@ -195,7 +195,7 @@ fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
     let name = if run.is_dir() { run.file_name() } else { run.file_stem() };
     let name = name.ok_or_else(|| ExperimentError::Argument {
         argument: "--out",
-        detail: format!("{} has no name to put results beside; say where they go", run.display()),
+        detail: format!("cannot derive an output directory from {}; give one", run.display()),
     })?;
     let mut name = name.to_owned();
     name.push("-evaluation");
@@ -209,7 +209,7 @@ fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn 
     }
     let Some(test) = &set.truth.recording else {
         watch.say(
-            "the set does not say which recording it is of: whether the run's model learned from it cannot be told",
+            "the set does not record its source recording, so it is unknown whether the run's model learned from it",
         );
         return Ok(());
     };
@@ -221,7 +221,7 @@ fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn 
         if source.fingerprint.is_none() {
             let clip = &source.clip;
             watch.say(&format!(
-                "`{clip}`, of which the run's model learned, is told from the test by name and hash alone"
+                "overlap of `{clip}` (training) with the test was checked by file names and hashes only"
             ));
         }
     }

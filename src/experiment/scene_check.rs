@@ -93,15 +93,17 @@ impl CamerasInside {
             let Some((first, link)) = inside.first() else { continue };
             let (name, link) = (&camera.name, &staged.ground_truth.actor.links[*link].name);
             let place = format!(
-                "`{name}` inside its `{link}` in set frame {first} (from 0), and in {} frames in all",
+                "`{name}` is inside the actor's `{link}` in set frame {first} (from 0), and in {} frames in total",
                 inside.len()
             );
             if *first > 0 && inside.len() as f64 <= SHARE_INSIDE * staged.frames() as f64 {
-                found.told.push(format!("the actor walks through a camera: {place}; what it sees there means nothing"));
+                found
+                    .told
+                    .push(format!("the actor passes through a camera: {place}; its images there are meaningless"));
                 continue;
             }
             let key = if index < on_ring { "rig.ring".to_owned() } else { format!("rig.camera[{}]", index - on_ring) };
-            let message = format!("expected a camera outside the actor, found {place}; move the camera or the motion");
+            let message = format!("expected every camera outside the actor: {place}; move the camera or the motion");
             found.refused.push(ScenarioError::from(file.complaint(&key, message)).into());
         }
         found
@@ -149,7 +151,8 @@ pub(super) fn doubts(staged: &Staged) -> Vec<String> {
         let entered = depths.iter().filter(|depth| **depth > PROP_DEPTH_TOLD).count();
         if entered > 0 {
             doubts.push(format!(
-                "the actor is inside the prop `{}` by up to {:.0} mm, by more than {:.0} mm in {entered} of {} frames looked at",
+                "the actor is inside the prop `{}` by up to {:.0} mm, by more than {:.0} mm in {entered} of {} checked \
+                frames",
                 prop.name,
                 1000.0 * depths.iter().copied().fold(0.0, f64::max),
                 1000.0 * PROP_DEPTH_TOLD,
@@ -203,8 +206,8 @@ pub(super) fn unseen(file: &ScenarioFile, staged: &Staged, views: &[CameraView])
 /// That nobody sees the actor in any of so many frames.
 pub(super) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
     let message = format!(
-        "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the \
-         cameras are too far away"
+        "expected a camera that sees the subject, found no pixel of it in {frames} frames; props hide it or the cameras \
+        are too far away"
     );
     ScenarioError::from(file.complaint("rig", message)).into()
 }

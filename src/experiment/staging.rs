@@ -177,7 +177,7 @@ fn spread(body: &Humanoid, motion: &Motion) -> Result<Training, ExperimentError>
 
 /// What to tell the user about a body that cannot stand.
 fn footless(key: &str, body: &Humanoid) -> Option<String> {
-    check_feet(body).err().map(|e| format!("{key}: {e}; until then contact is not measured"))
+    check_feet(body).err().map(|e| format!("{key}: {e}; contact is not measured"))
 }
 
 /// As [`settle`], but a body that is to be simulated is.
@@ -224,7 +224,8 @@ fn simulation_settings(
         };
         if push.at >= duration_s {
             let message = format!(
-                "expected a time before the motion's end at {duration_s:.3} s, found {} s: the push of {} N s on `{}` would never come",
+                "expected a time before the motion's end at {duration_s:.3} s, found {} s: the push of {} N s on `{}` \
+                would never occur",
                 push.at, push.impulse_ns, push.link
             );
             return Err(unsound(file, "actor.push.at", message));
@@ -295,7 +296,7 @@ pub(super) fn robot_named(folder: &Path, name: &Path) -> Result<Humanoid, NoRobo
     if !path.exists() {
         let known = SHIPPED_ROBOTS.map(|(known, _)| known).join(", ");
         let words = format!(
-            "`{}` is neither a robot that ships ({known}) nor the file {}",
+            "`{}` is neither a built-in robot ({known}) nor the file {}",
             excerpt(&name.display().to_string()),
             excerpt(&path.display().to_string())
         );
@@ -315,7 +316,7 @@ fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentErro
         let name = single.name.clone().unwrap_or_else(|| format!("cam{:02}", cameras.len()));
         if cameras.iter().any(|c| c.name == name) {
             let key = format!("rig.camera[{index}].name");
-            return Err(unsound(file, &key, format!("two cameras are called `{name}`; give each its own name")));
+            return Err(unsound(file, &key, format!("two cameras are named `{name}`; camera names must be unique")));
         }
         cameras.push(single_camera(&name, single).map_err(|e| in_rig(&format!("rig.camera[{index}]"), e))?);
     }

@@ -39,7 +39,7 @@ pub(super) fn load(
         };
         if clip.frames_per_second != rate {
             let message = format!(
-                "expected the rate of [motion], {rate} Hz, found {} Hz; what is learned at one rate does not hold at another",
+                "expected the rate of [motion], {rate} Hz, found {} Hz; motion models depend on the frame rate",
                 clip.frames_per_second
             );
             return Err(unsound("frames_per_second", message));
@@ -47,8 +47,8 @@ pub(super) fn load(
         let clip_file::Recording { clip: recording, source } = clip_file::load(file, &table, clip, mocap_directory)?;
         if let Some((first, last)) = source.shared_frames(test) {
             let message = format!(
-                "frames {first} to {last} (of the file, from 1) of `{}` are frames of [motion] too (`{}`); learn from other frames than \
-                 those of the test",
+                "frames {first} to {last} (of the file, from 1) of `{}` are also frames of [motion] (`{}`); learn from \
+                frames that are not in the test",
                 source.clip,
                 test.in_words()
             );

@@ -72,7 +72,7 @@ pub fn abandon() -> String {
     let there = |path: &Option<PathBuf>| path.clone().filter(|path| path.exists());
     let said = match (there(&register.kept), there(&register.finished)) {
         (Some(partial), _) => ExperimentError::TrainingInterrupted { partial }.to_string(),
-        (None, Some(path)) => format!("interrupted; {} was written before", path.display()),
+        (None, Some(path)) => format!("interrupted; {} was already written", path.display()),
         (None, None) => ExperimentError::Interrupted.to_string(),
     };
     std::mem::forget(register);

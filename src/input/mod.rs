@@ -1,4 +1,4 @@
-//! What every reader of foreign files shares: how large a file may be, and how its text is quoted in messages.
+//! Shared by all readers of external files: size limits, and quoting of their text in messages.
 //!
 //! A file is read only if it is a regular file within the limit of its kind ([`limits`]); devices, pipes and directories are
 //! refused before they are opened. Messages quote at most 200 characters of a file and no control characters.

@@ -1,7 +1,7 @@
-//! Recordings as their files say them: BVH, ASF/AMC and DeepMimic become one [`Clip`].
+//! Readers of recordings: BVH, ASF/AMC and DeepMimic become one [`Clip`].
 //!
-//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose sign
-//! does not jump from frame to frame. What a reader had to guess or mend stands in [`Clip::notes`].
+//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose
+//! sign does not jump from frame to frame. [`Clip::notes`] lists what a reader had to guess or repair.
 //!
 //! ```no_run
 //! use skiagraph::mocap::{ReadOptions, read};

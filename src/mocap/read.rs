@@ -16,11 +16,11 @@ pub enum UpAxis {
     Z,
 }
 
-/// What a file may leave open, or get wrong. Everything unset is taken from the file, or guessed and said in
-/// [`Clip::notes`].
+/// Properties that a file may leave undefined or define wrongly. Unset ones are taken from the file, or guessed with a
+/// note in [`Clip::notes`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Frames a second. AMC files do not say; 120 is taken there.
+    /// Frames a second. 120 for AMC files, which do not define it.
     pub frames_per_second: Option<f64>,
     /// Length of the file's unit, metres.
     pub metres_per_unit: Option<f64>,
@@ -28,12 +28,12 @@ pub struct ReadOptions {
     pub up: Option<UpAxis>,
     /// The `.asf` file of an `.amc` file; unset: `SUBJECT.asf` beside `SUBJECT_TAKE.amc`, else the only one there.
     pub skeleton: Option<PathBuf>,
-    /// Keep a rest pose that was put before the motion ([`Clip::has_inserted_rest_pose`]).
+    /// Keep a rest pose inserted before the motion ([`Clip::has_inserted_rest_pose`]).
     pub keep_rest_pose: bool,
 }
 
 impl ReadOptions {
-    /// Refuses rates and units that nothing can have.
+    /// Refuses impossible rates and units.
     pub(super) fn check(&self) -> Result<(), MocapError> {
         check_within("frames_per_second", self.frames_per_second, 1e-3..=GREATEST_RATE)?;
         check_within("metres_per_unit", self.metres_per_unit, 1e-6..=1e3)
@@ -57,7 +57,7 @@ fn check_within(
 
 /// Reads a recording by its extension: `.bvh`, `.amc` with its `.asf`, DeepMimic's `.txt` or `.json` (upper or lower case).
 ///
-/// An inserted rest pose in front is left out unless [`ReadOptions::keep_rest_pose`].
+/// An inserted rest pose is left out unless [`ReadOptions::keep_rest_pose`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
     let file = path.display().to_string();
     let clip = match extension(path).as_str() {
@@ -118,7 +118,7 @@ fn find_skeleton(amc: &Path) -> Result<PathBuf, MocapError> {
     }
 }
 
-/// For people: the stem of a file's name.
+/// Display name: the stem of a file's name.
 pub(super) fn clip_name(file: &str) -> String {
     Path::new(file).file_stem().map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

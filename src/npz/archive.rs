@@ -2,7 +2,7 @@
 //!
 //! The bytes depend on the arrays alone: entries in the order given, not compressed, every date 1980-01-01.
 //! `numpy.load(path)` reads them with `allow_pickle=False`. The reader takes what `numpy.savez` and
-//! `numpy.savez_compressed` write; encrypted and 64-bit archives (4 GiB and more) are refused with what to do.
+//! `numpy.savez_compressed` write; encrypted and 64-bit archives (4 GiB and more) are refused with advice.
 //!
 //! ```
 //! use skiagraph::npz::{Array, Npz};
@@ -30,7 +30,7 @@ const END_REACH: usize = 22 + 65_535;
 const MOST_ENTRIES: usize = 1_000;
 /// Characters of an array's name.
 const LONGEST_NAME: usize = 200;
-/// What the compressed arrays of one archive may take in all once they are expanded: a few kilobytes can claim gigabytes.
+/// Limit of the total expanded size of compressed arrays: a few kilobytes can expand to gigabytes.
 const MOST_EXPANDED: usize = 256 << 20;
 
 /// Named arrays in order.
@@ -61,7 +61,7 @@ impl Npz {
         self.arrays.iter().map(|(name, array)| (name.as_str(), array))
     }
 
-    /// The archive's bytes. `file` is what errors call it.
+    /// The archive's bytes. `file` is its name in errors.
     ///
     /// # Errors
     /// [`NpzError`] when values do not fill their shape or an array takes 4 GiB or more.
@@ -99,10 +99,10 @@ impl Npz {
         Ok(bytes)
     }
 
-    /// The arrays of an archive. `file` is what errors call it.
+    /// The arrays of an archive. `file` is its name in errors.
     ///
     /// # Errors
-    /// [`NpzError`] for anything but a whole, unpickled `.npz`, and for compressed arrays of more than 256 MiB.
+    /// [`NpzError`] for anything except a complete, unpickled `.npz`, and for compressed arrays of more than 256 MiB.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Self, NpzError> {
         read_archive(bytes).map_err(|detail| NpzError::new(file, detail))
     }
@@ -110,7 +110,7 @@ impl Npz {
     /// The numbers of array `name`, which must have this shape (`None`: any length along that axis).
     ///
     /// # Errors
-    /// [`NpzError`] that says what was expected.
+    /// [`NpzError`] with the expected type or shape.
     pub fn f64s(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[f64], NpzError> {
         match &self.shaped(file, name, shape)?.values {
             Values::F64(values) => Ok(values),
@@ -169,7 +169,8 @@ impl Npz {
     }
 }
 
-/// What local and central headers share, from "version needed" to "extra length"; `None` when the name is too long.
+/// The fields shared by local and central headers, from "version needed" to "extra length"; `None` when the name is
+/// too long.
 fn entry_fields(name: &str, crc: u32, size: u32) -> Option<Vec<u8>> {
     let name_length = u16::try_from(name.len() + ".npy".len()).ok()?;
     let mut fields = Vec::with_capacity(26);
@@ -185,7 +186,7 @@ fn entry_fields(name: &str, crc: u32, size: u32) -> Option<Vec<u8>> {
 }
 
 fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
-    let truncated = || "not a whole .npz archive (cut short, or no zip file)".to_string();
+    let truncated = || "not a complete .npz archive (truncated, or not a zip file)".to_string();
     let end = (bytes.len().saturating_sub(END_REACH)..bytes.len().saturating_sub(21))
         .rev()
         .find(|at| bytes[*at..].starts_with(&END.to_le_bytes()))
@@ -220,7 +221,7 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
         let npy = entry.bytes(bytes, &mut expanded).map_err(|e| format!("{}: {e}", excerpt(entry_name)))?;
         taken.push(entry.offset..entry.offset.saturating_add(entry.length()));
         if crc32fast::hash(&npy) != word(16) {
-            return Err(format!("{}: the checksum is wrong, the file was changed or damaged", excerpt(entry_name)));
+            return Err(format!("{}: wrong checksum; the file was changed or damaged", excerpt(entry_name)));
         }
         let name =
             entry_name.strip_suffix(".npy").ok_or_else(|| format!("{}: expected NAME.npy", excerpt(entry_name)))?;
@@ -237,7 +238,7 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
     Ok(npz)
 }
 
-/// Where a file lies in the archive, as the directory says.
+/// The position of a file in the archive, from its directory.
 struct Entry {
     /// Of its local header.
     offset: usize,
@@ -269,13 +270,13 @@ impl Entry {
         }
     }
 
-    /// What deflate made smaller (RFC 1951); memory grows with what is found, not with what is claimed.
+    /// Inflates deflated data (RFC 1951); memory grows with the actual data, not with the claimed size.
     fn inflated(&self, archive: &[u8], expanded: &mut usize) -> Result<Vec<u8>, String> {
         *expanded = expanded.saturating_add(self.size);
         if *expanded > MOST_EXPANDED {
             let most = MOST_EXPANDED >> 20;
             return Err(format!(
-                "compressed arrays of more than {most} MiB in all are not read; save them with numpy.savez"
+                "compressed arrays of more than {most} MiB in total are not supported; save them with numpy.savez"
             ));
         }
         let found = decompress_to_vec_with_limit(self.slice(archive, self.stored)?, self.size)

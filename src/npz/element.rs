@@ -22,7 +22,7 @@ enum Kind {
 }
 
 impl Element {
-    /// The type of a `descr`, or which types are read.
+    /// The type of a `descr`, or an error with the supported types.
     pub(super) fn parse(descr: &str) -> Result<Self, String> {
         let known = || {
             let (order, rest) = descr.split_at_checked(1)?;
@@ -47,7 +47,7 @@ impl Element {
         };
         known().ok_or_else(|| {
             format!(
-                "element type {:?} is not read; expected floats of 4 or 8 bytes, whole numbers, booleans or \
+                "element type {:?} is not supported; expected floats of 4 or 8 bytes, whole numbers, booleans or \
                  texts (no pickled objects)",
                 excerpt(descr)
             )
@@ -94,7 +94,7 @@ impl Element {
 
     fn text(&self, bytes: &[u8]) -> Result<String, String> {
         let text: Option<String> = self.each(bytes, u32::from_le_bytes).into_iter().map(char::from_u32).collect();
-        Ok(text.ok_or("a text holds a number that is no character")?.trim_end_matches('\0').to_string())
+        Ok(text.ok_or("a text contains a number that is not a character")?.trim_end_matches('\0').to_string())
     }
 }
 
@@ -131,7 +131,7 @@ mod tests {
         for descr in
             ["|O", "<f2", "<f16", "<c8", "<M8[s]", "|S5", "<U0", "<U99999999999999999999", "|f8", "é8", "<", ""]
         {
-            assert!(read(descr, 0, &[]).is_err_and(|e| e.contains(&format!("{descr:?} is not read"))), "{descr}");
+            assert!(read(descr, 0, &[]).is_err_and(|e| e.contains(&format!("{descr:?} is not supported"))), "{descr}");
         }
         assert!(read("<i4", 3, &[0; 8]).unwrap_err().contains("expected 3 elements of 4"));
         assert!(read("<U4611686018427387904", 1, &[]).is_err(), "the width in bytes overflows");

@@ -1,12 +1,12 @@
-//! Why bytes are no archive of arrays, or arrays make none.
+//! Errors of archives of arrays.
 
 use crate::input::plain;
 
-/// What is wrong with an archive of arrays.
+/// An error of an archive of arrays.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {}", plain(file), plain(detail))]
 pub struct NpzError {
-    /// What the archive is called.
+    /// The archive's name.
     pub file: String,
     /// What was expected and what was found.
     pub detail: String,

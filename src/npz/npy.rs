@@ -45,7 +45,7 @@ values_from!(f64 => F64, f32 => F32, i64 => I64, u8 => U8, bool => Bool, String 
 
 /// Dimensions that an array may have.
 const MOST_DIMENSIONS: usize = 8;
-/// Elements along one axis, even of an array that has none in all: 2 GiB of bytes.
+/// Elements along one axis, even of an empty array: 2 GiB of bytes.
 const LONGEST_AXIS: usize = 1 << 31;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -111,7 +111,7 @@ impl Array {
     }
 }
 
-/// `None` where there are more elements, or dimensions, than any file of ours has.
+/// `None` if there are more elements or dimensions than supported.
 fn element_count(shape: &[usize]) -> Option<usize> {
     if shape.len() > MOST_DIMENSIONS || shape.iter().any(|n| *n > LONGEST_AXIS) {
         return None;
@@ -119,7 +119,7 @@ fn element_count(shape: &[usize]) -> Option<usize> {
     shape.iter().try_fold(1_usize, |product, n| product.checked_mul(*n))
 }
 
-/// What stands in the dictionary literal.
+/// The content of the dictionary literal.
 struct Header {
     element: Element,
     fortran_order: bool,
@@ -247,7 +247,7 @@ mod tests {
         let overflow = "{'descr': '<f8', 'fortran_order': False, 'shape': (9999999999999999, 9999999999999999)}";
         assert!(with_header(overflow).contains("too large"));
         let nothing_wide = "{'descr': '<U0', 'fortran_order': False, 'shape': (999999999,)}";
-        assert!(with_header(nothing_wide).contains("not read"));
+        assert!(with_header(nothing_wide).contains("not supported"));
         assert!(with_header("{'descr': '|O', 'fortran_order': False, 'shape': (1,)}").contains("pickled"));
         assert!(with_header("{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': ()}").contains("structured"));
         assert!(with_header("{'descr': '<f8', 'fortran_order': Maybe, 'shape': (1,)}").contains("'fortran_order'"));

@@ -1,16 +1,16 @@
-//! Why a motion's dynamics cannot be told, or a motion not be simulated.
+//! Errors of dynamics and simulation.
 
 use crate::contact::ContactError;
 use crate::input::excerpt;
 
-/// Why a motion's dynamics cannot be told, or a motion not be simulated.
+/// Errors of dynamics and simulation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PhysicsError {
-    /// Where the body touches cannot be told, or a setting makes no sense.
+    /// Contact cannot be computed, or a setting is invalid.
     #[error(transparent)]
     Contact(#[from] ContactError),
-    /// A link that is not there.
-    #[error("{:?} has no link number {link}", excerpt(body))]
+    /// A link that does not exist.
+    #[error("{:?} has no link with index {link}", excerpt(body))]
     NoLink {
         /// Its number.
         link: usize,
@@ -28,29 +28,29 @@ pub enum PhysicsError {
         /// What it is.
         kind: &'static str,
     },
-    /// A part that would be moved has no mass.
+    /// A moved part has no mass.
     #[error(
-        "{:?} moves link {:?} and all that hangs on it, and none of it has mass; give them an <inertial>",
+        "{:?} moves link {:?} and its descendants, and none of them has mass; give them an <inertial>",
         excerpt(joint),
         excerpt(link)
     )]
     NoMass {
-        /// The joint's name, or the body's where it is the whole body.
+        /// The joint's name, or the body's if the whole body has no mass.
         joint: String,
         /// The link that it moves.
         link: String,
     },
     /// Mass properties that no solid has.
     #[error(
-        "link {:?} has mass properties that no solid has: expected a mass above 0 and an inertia without negative \
-         principal moments; mend its <inertial>",
+        "link {:?} has impossible mass properties: expected a mass above 0 and an inertia without negative principal \
+        moments; correct its <inertial>",
         excerpt(link)
     )]
     Inertia {
         /// The link's name.
         link: String,
     },
-    /// The start is not above the ground.
+    /// The start is below the ground.
     #[error(
         "the motion starts {depth_mm:.0} mm under the ground (z = 0); expected at most 100 mm: check `up` and \
          `metres_per_unit` of the recording, or use contact = \"off\""
@@ -59,7 +59,7 @@ pub enum PhysicsError {
         /// How deep, mm.
         depth_mm: f64,
     },
-    /// The start is inside something.
+    /// The start is inside a prop.
     #[error(
         "the motion starts with link {:?} {depth_mm:.0} mm inside the prop {:?}; expected at most 100 mm: move the prop \
          or use contact = \"off\"",
@@ -69,21 +69,21 @@ pub enum PhysicsError {
     InsideProp {
         /// The link that is deepest.
         link: String,
-        /// What it is in.
+        /// The prop.
         prop: String,
         /// How deep, mm.
         depth_mm: f64,
     },
-    /// The simulation went out of bounds.
+    /// The simulation diverged.
     #[error(
-        "frame {frame} (from 0): the simulation has diverged at link {:?}; lower the push or the friction, or use \
+        "frame {frame} (from 0): the simulation diverged at link {:?}; lower the push or the friction, or use \
          contact = \"fix\"",
         excerpt(link)
     )]
     Diverged {
         /// Frame number.
         frame: usize,
-        /// The first link that is lost.
+        /// The first diverged link.
         link: String,
     },
 }

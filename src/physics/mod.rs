@@ -1,7 +1,8 @@
 //! The physics of a body's motion: balance and forces, feet planted on the ground, and simulation.
 //!
-//! [`Dynamics`] tells of a motion where its weight is, what it stands on and which forces it takes; [`fix`] moves a motion as
-//! little as planted feet and a ground that nothing sinks into ask for; [`simulate`] drives a body towards a motion under gravity.
+//! [`Dynamics`] computes balance, support and forces of a motion; [`fix`] changes a motion as little as possible so
+//! that standing feet are planted and nothing is below the ground; [`simulate`] drives a body towards a motion under
+//! gravity.
 
 mod constants;
 mod dynamics;

@@ -1,4 +1,4 @@
-//! Compiling a kernel for several instruction sets and choosing among them when it runs.
+//! Compiles a kernel for several instruction sets and selects one at run time.
 
 /// A kernel and what it works on.
 pub(crate) trait Dispatched {
@@ -8,10 +8,10 @@ pub(crate) trait Dispatched {
     fn work(self) -> Self::Output;
 }
 
-/// Does the work with the best instructions this processor has.
+/// Does the work with the best instruction set of this processor.
 ///
-/// A closure would not do: where one can be called more than once, `FnOnce::call_once` is a function of its own that the
-/// compiler makes for the baseline, and everything is inlined there instead of into the function with better instructions.
+/// A closure does not work: if it can be called more than once, `FnOnce::call_once` is a separate function compiled for
+/// the baseline, and everything is inlined there instead of into the function with the better instruction set.
 pub(crate) fn dispatch<D: Dispatched>(work: D) -> D::Output {
     pulp::Arch::new().dispatch(Kernel(work))
 }

@@ -1,4 +1,4 @@
-//! One page on what a motion model has learned.
+//! The page about a learned motion model.
 
 use serde::Serialize;
 
@@ -19,19 +19,19 @@ pub struct ModelPageInput<'a> {
     pub title: &'a str,
     /// The rate at which it was learned, Hz: its frames are counted at this rate.
     pub frames_per_second: f64,
-    /// What kind of model it is and of what, each a few words.
+    /// The kind of the model and its source, each in a few words.
     pub chips: Vec<String>,
     /// The models in the order of the training frames, at least one.
     pub models: Vec<OneModel>,
-    /// The bound that segments were grown to keep, rad^2; `None` where there was none.
+    /// The threshold of growing segments, rad^2, if any.
     pub threshold: Option<f64>,
     /// Another model of the same motions.
     pub against: Option<OtherModel>,
     /// Distances between training frames.
     pub distances: FrameDistances,
-    /// Where particles may change models.
+    /// Frames at which particles may change models.
     pub candidates: Vec<CandidateFrame>,
-    /// What else a reader should know.
+    /// Further facts.
     pub facts: Vec<FactGroup>,
 }
 
@@ -52,10 +52,10 @@ pub struct OneModel {
     pub errors: Vec<f64>,
 }
 
-/// The model that this one is held against.
+/// The model that this one is compared with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherModel {
-    /// What to call it.
+    /// Its name.
     pub name: String,
     /// Distance between recording and simulation over the same frames, rad^2.
     pub errors: Vec<f64>,
@@ -144,12 +144,12 @@ fn headlines(input: &ModelPageInput<'_>) -> Vec<Headline> {
     let [mean, greatest] = mean_and_greatest(&all);
     let headline = |value: String, unit, meaning| Headline { value, unit, meaning };
     let turns = match input.candidates.len() {
-        1 => "moment at which particles may change models",
-        _ => "moments at which particles may change models",
+        1 => "frame at which particles may change models",
+        _ => "frames at which particles may change models",
     };
     let mut headlines = vec![
         headline(rad2(mean), "rad\u{b2}", "mean distance between recording and simulation, summed over the joints"),
-        headline(rad2(greatest), "rad\u{b2}", "greatest distance of a frame"),
+        headline(rad2(greatest), "rad\u{b2}", "largest distance in a frame"),
         headline(input.models.len().to_string(), "", if input.models.len() == 1 { "model" } else { "models" }),
         headline(input.candidates.len().to_string(), "", turns),
     ];
@@ -157,7 +157,7 @@ fn headlines(input: &ModelPageInput<'_>) -> Vec<Headline> {
         let [of_other, _] = mean_and_greatest(&other.errors);
         let percent = 100.0 * mean / of_other;
         let share = if percent < 1.0 { format!("{percent:.3}") } else { format!("{percent:.1}") };
-        headlines.insert(1, headline(share, "%", "of the mean error of the model it is held against"));
+        headlines.insert(1, headline(share, "%", "of the mean error of the compared model"));
     }
     headlines
 }
@@ -166,7 +166,7 @@ fn mean_and_greatest(errors: &[f64]) -> [f64; 2] {
     [errors.iter().sum::<f64>() / errors.len().max(1) as f64, errors.iter().copied().fold(0.0, f64::max)]
 }
 
-/// Three digits that count.
+/// Three significant digits.
 fn rad2(value: f64) -> String {
     if value >= 1.0 { format!("{value:.2}") } else { format!("{value:.4}") }
 }
@@ -230,7 +230,7 @@ mod tests {
         flat.threshold = None;
         flat.candidates.clear();
         let html = model_page(&flat).unwrap();
-        assert!(html.contains("No such moments") && !html.contains(">TH<"));
+        assert!(html.contains("No frames were found") && !html.contains(">TH<"));
         assert!(model_page(&input(0)).is_err());
     }
 }

@@ -1,8 +1,8 @@
-//! Which joint of a recorded skeleton is which part of the body, told by the joints' names.
+//! Matches joints of a recorded skeleton to parts of the body by name.
 //!
-//! One ordered vocabulary serves every dialect we know; where two dialects use one word for two joints, order decides
-//! (`LeftShoulder` is the shoulder in cgspeed's 3ds Max files and in MocapBank's, but the collar bone where there is also
-//! a `LeftArm`):
+//! One ordered vocabulary covers every known dialect; if two dialects use one word for two joints, the order decides
+//! (`LeftShoulder` is the shoulder in cgspeed's 3ds Max files and in MocapBank's, but the collar bone where there is
+//! also a `LeftArm`):
 //!
 //! | | CMU ASF/AMC | cgspeed MotionBuilder | cgspeed 3ds Max | Animated Drawings | MocapBank | DeepMimic |
 //! |---|---|---|---|---|---|---|
@@ -15,8 +15,8 @@
 //! | thorax (C7) | `upperneck` | `Neck1` | `Neck` | `Neck` | `Neck` | `neck` |
 //! | head top | tip of `head` | tip of `Head` | tip of `Head` | tip of `Head` | tip of `Head` | tip of `neck` |
 //!
-//! The pelvis is the middle of the hips. Trunk joints are found by structure: the pelvis turns with the joint on which both
-//! hips hang, the thorax with the one on which both shoulders do.
+//! The pelvis is the middle of the hips. Trunk joints are found by structure: the pelvis turns with the lowest common
+//! ancestor of both hips, the thorax with that of both shoulders.
 
 use std::collections::BTreeMap;
 
@@ -40,7 +40,7 @@ const HEAD: [&str; 2] = ["head", "neck"];
 const TOES: [&str; 4] = ["toebase", "toes", "toe", "ball"];
 const HAND: [&str; 3] = ["fingerbase", "hand", "wrist"];
 
-/// A part of the body whose orientation a recording tells.
+/// A part of the body whose orientation a recording contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Segment {
     Pelvis,
@@ -67,7 +67,7 @@ pub(super) const SEGMENTS: [Segment; 9] = [
     Segment::RightToes,
 ];
 
-/// A place on a recorded skeleton.
+/// A position on a recorded skeleton.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Site {
     Joint(usize),
@@ -75,7 +75,7 @@ enum Site {
     Middle(usize, usize),
 }
 
-/// Where a recorded skeleton carries what.
+/// Positions of landmarks and segments on a recorded skeleton.
 #[derive(Clone, Debug)]
 pub(super) struct Anatomy {
     landmarks: [Option<Site>; LANDMARKS.len()],
@@ -87,7 +87,7 @@ pub(super) struct Anatomy {
     skeleton_parents: Vec<Option<usize>>,
 }
 
-/// What one frame of a recording says about the body.
+/// The body's observations in one frame of a recording.
 #[derive(Clone, Debug)]
 pub(super) struct SubjectFrame {
     /// World positions, metres.
@@ -151,7 +151,7 @@ impl Anatomy {
         self.gap.map(|(_, bone)| bone.norm())
     }
 
-    /// The joints that move what is observed: all on which a landmark, a segment or the toes hang.
+    /// The joints that move the observed parts: all ancestors of a landmark, a segment or the toes.
     pub(super) fn joints(&self) -> Vec<usize> {
         let sites = self.landmarks.iter().chain(&self.toes).flatten().map(|site| site.joint());
         let own: Vec<usize> = sites.chain(self.segments.iter().flatten().copied()).collect();
@@ -163,7 +163,7 @@ impl Anatomy {
         (0..moves.len()).filter(|&joint| moves[joint]).collect()
     }
 
-    /// What frame `frame` of the clip says.
+    /// The observations in frame `frame` of the clip.
     pub(super) fn observe(&self, clip: &Clip, frame: usize) -> SubjectFrame {
         let mut frames = clip.joint_frames(frame);
         self.close_gap(&mut frames);
@@ -184,7 +184,7 @@ impl Anatomy {
         }
     }
 
-    /// Moves all that hangs on the joint below the gap by the missing bone.
+    /// Moves all descendants of the joint below the gap by the missing bone.
     fn close_gap(&self, frames: &mut [Isometry3<f64>]) {
         let Some((below, bone)) = self.gap else { return };
         let shift = frames[below].rotation * bone;
@@ -199,7 +199,7 @@ impl Anatomy {
 }
 
 impl Site {
-    /// The joint with which the place moves.
+    /// The joint that moves the position.
     fn joint(self) -> usize {
         match self {
             Self::Joint(joint) | Self::Tip(joint) | Self::Middle(joint, _) => joint,
@@ -207,7 +207,7 @@ impl Site {
     }
 }
 
-/// The last joint that both `a` and `b` hang on (or are).
+/// The lowest common ancestor of `a` and `b`.
 fn meeting_joint(skeleton: &Skeleton, a: usize, b: usize) -> Option<usize> {
     let chain = |from: usize| std::iter::successors(Some(from), |&j| skeleton.joints[j].parent);
     chain(a).find(|&joint| chain(b).any(|other| other == joint))
@@ -275,8 +275,8 @@ fn parse_site(skeleton: &Skeleton, landmark: &str, site: &str) -> Result<Site, R
     }
 }
 
-/// cgspeed's conversions of CMU's recordings drop the thorax bone: everything that hangs on the thorax joint lies on it
-/// (0.1166 m too low for subject 1). CMU's back has three bones of nearly one length, so the one below stands in.
+/// cgspeed's conversions of CMU's recordings drop the thorax bone: all children of the thorax joint coincide with it
+/// (0.1166 m too low for subject 1). CMU's back has three bones of nearly equal length, so the one below replaces it.
 fn missing_bone(clip: &Clip, thorax: usize) -> Option<(usize, Vector3<f64>)> {
     let offset = |joint: usize| clip.frames.first().map(|frame| frame[joint].translation.vector);
     let mut children = (0..clip.skeleton.joints.len()).filter(|&j| clip.skeleton.joints[j].parent == Some(thorax));

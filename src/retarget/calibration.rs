@@ -1,9 +1,9 @@
-//! How the recorded joints' frames stand to the body's links: a constant rotation for each segment.
+//! Constant rotations between the recorded joints' frames and the body's links, one per segment.
 //!
-//! Formats choose the axes of their joints freely. What turns with a segment, however, turns with it in every frame, so one
-//! rotation per segment, averaged over poses found from positions alone, says how. Positions do not tell how a head or a
-//! hand is turned about its own length: there the average means that the subject on the whole looks ahead and holds its
-//! hands untwisted. Feet are flat when they are lowest.
+//! Formats define the axes of their joints freely. But a joint turns with its segment in every frame, so one rotation
+//! per segment suffices, averaged over poses found from positions only. Positions do not determine the twist of a head
+//! or a hand about its own length: the average assumes that the subject on the whole looks ahead and does not twist its
+//! hands. Feet are assumed flat when they are lowest.
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
@@ -11,10 +11,10 @@ use super::anatomy::{SEGMENTS, Segment, SubjectFrame};
 use crate::body::inverse_kinematics::OrientationGoal;
 use crate::body::{Humanoid, Landmark, LinkPoint, Pose, from_axes, rotation_from_vector, rotation_vector};
 
-/// Share of the frames, those in which ankle and ball of the foot are lowest, that show the foot flat on the ground.
+/// Share of the frames, those with ankle and ball of the foot lowest, in which the foot is assumed flat on the ground.
 const FLAT_SHARE: f64 = 0.1;
 
-/// Distance in metres that one radian of a segment's orientation amounts to beside the distances of landmarks.
+/// Weight of one radian of a segment's orientation relative to landmark distances, metres.
 fn metres_per_radian(segment: Segment) -> f64 {
     match segment {
         Segment::Pelvis | Segment::Thorax => 0.05,
@@ -25,11 +25,11 @@ fn metres_per_radian(segment: Segment) -> f64 {
     }
 }
 
-/// A marker this near the origin of its link, metres, says that the link begins there: a foot at the ankle, a hand at the
-/// wrist.
+/// A marker this near to the origin of its link, metres, marks the start of the link: a foot at the ankle, a hand at
+/// the wrist.
 const BEGINS_HERE: f64 = 0.1;
 
-/// The link that is the segment: the carrier of its marker, or the link of that name.
+/// The link of the segment: the one with its marker, or the one of that name.
 fn link_of(humanoid: &Humanoid, segment: Segment) -> Option<usize> {
     let carrier = |landmark: Landmark| humanoid.markers[landmark as usize].map(|m| m.link);
     let end = |name: &str, landmark: Landmark| {
@@ -59,12 +59,12 @@ struct Follower {
     joint_from_link: UnitQuaternion<f64>,
 }
 
-/// The segments whose orientation a recording tells, with their constant rotations.
+/// The segments whose orientation a recording contains, with their constant rotations.
 #[derive(Clone, Debug)]
 pub(super) struct Calibration(Vec<Follower>);
 
 impl Calibration {
-    /// From poses that positions alone gave for some frames of the subject.
+    /// From poses found from positions only, for some frames of the subject.
     pub(super) fn new(humanoid: &Humanoid, subject: &[SubjectFrame], posed: &[(usize, Pose)]) -> Self {
         let rest = humanoid.body_from_links();
         let follow = |(segment, part): (usize, &Segment)| {
@@ -86,7 +86,7 @@ impl Calibration {
         Self(SEGMENTS.iter().enumerate().filter_map(follow).collect())
     }
 
-    /// What the segments shall do at one frame.
+    /// Orientation goals of the segments at one frame.
     pub(super) fn goals(&self, frame: &SubjectFrame) -> Vec<OrientationGoal> {
         let goal = |follower: &Follower| {
             Some(OrientationGoal {
@@ -113,8 +113,8 @@ fn posed_offsets(
     posed.iter().filter_map(offset).collect()
 }
 
-/// Joint from foot in the frames in which the foot lies flat, as it does at the body's zero pose (`rest`): its X along the foot
-/// over the ground, Z up.
+/// Joint from foot in the frames with a flat foot, as at the body's zero pose (`rest`): X along the foot over the
+/// ground, Z up.
 fn flat_foot(
     subject: &[SubjectFrame],
     segment: usize,
@@ -135,13 +135,13 @@ fn flat_foot(
     feet.into_iter().take(count).map(|(_, offset)| offset).collect()
 }
 
-/// Upright frame whose X points from one place towards another over the ground; `None` where one stands above the other.
+/// Upright frame whose X points from one position to another over the ground; `None` if one is above the other.
 fn heading(from: &Point3<f64>, to: &Point3<f64>) -> Option<UnitQuaternion<f64>> {
     let ahead = Vector3::new(to.x - from.x, to.y - from.y, 0.0).try_normalize(1e-6)?;
     Some(from_axes(ahead, Vector3::z().cross(&ahead)))
 }
 
-/// The rotation with the least sum of squared angles to all others (Moakher 2002), by fixed-point iteration.
+/// The rotation with the least sum of squared angles to all others (`[Moakher 2002]`), by fixed-point iteration.
 fn mean_rotation(rotations: &[UnitQuaternion<f64>]) -> Option<UnitQuaternion<f64>> {
     let mut mean = *rotations.get(rotations.len() / 2)?;
     for _ in 0..20 {

@@ -1,10 +1,10 @@
 //! All frames of a subject posed, each near its neighbours.
 //!
-//! Frames are solved in order, each from the one before and held near it, once forward and once backward in time. Where
-//! both ways agree, the middle of the two has the lag of neither. Where they do not, one of them has run into a corner of the
-//! joint limits that it must leave by a leap; from the other side the same stretch is often entered by the right door. For each
-//! such stretch the way that meets the goals better is taken; at its ends both agree, so nothing leaps. A step in which the body
-//! would turn faster than anything recorded is held more firmly.
+//! Frames are solved in order, each starting from the previous one and held near it, once forward and once backward in
+//! time. If both passes agree, their mean has no lag. If they do not, one pass is caught in a local minimum at the
+//! joint limits, which it leaves by a jump; the other pass often avoids that local minimum. For each such stretch the
+//! pass with the lower cost is used; at its ends both agree, so there is no jump. A step in which the body would turn
+//! faster than anything recorded is held more firmly.
 
 use std::ops::Range;
 
@@ -15,26 +15,26 @@ use super::turning::greatest_turn;
 use crate::body::inverse_kinematics::{Goals, Solution, Solver};
 use crate::body::{Humanoid, Markers, Pose};
 
-/// Poses whose numbers all lie this near are the same pose, radians or metres.
+/// Poses with all differences below this are equal, radians or metres.
 const AGREEMENT: f64 = 0.02;
 
-/// A landmark this far off, metres, raises the suspicion that the way has gone astray.
+/// Landmark distance, metres, above which a pass may be in a wrong local minimum.
 const ASTRAY: f64 = 0.1;
 
-/// How much more firmly a step that turns too fast is held at each attempt, and how many attempts there are.
+/// Factor on the weight of a step that turns too fast at each attempt, and the number of attempts.
 const FIRMER: f64 = 3.0;
 const ATTEMPTS: usize = 3;
 
-/// What one frame of a way asks for.
+/// The goals of one frame of a pass.
 pub(super) struct Waypoint<'a> {
     pub(super) goals: &'a Goals,
     pub(super) markers: &'a Markers,
-    /// The angle by which no link should turn on the step into the frame, radians.
+    /// Largest rotation of a link on the step into the frame, radians.
     pub(super) most: f64,
 }
 
-/// The pose of every frame. `posed` holds poses of some frames, in order, to start from; `turns` what no link should turn on the
-/// step into each frame, radians.
+/// The pose of every frame. `posed` holds poses of some frames, in order, to start from; `turns` the largest rotation
+/// of a link on the step into each frame, radians.
 pub(super) fn pose_all(
     humanoid: &Humanoid,
     subject: &[SubjectFrame],
@@ -63,8 +63,8 @@ pub(super) fn pose_all(
     merge(&mut solver, humanoid, &goals, forward, &backward)
 }
 
-/// Solves frame after frame, each from the one before and held near it. Where a landmark stays far off, all starts are tried
-/// anew, and one that meets the goals much better is taken. A step that turns a link too far is taken again, held more firmly.
+/// Solves frame after frame, each from the previous one and held near it. If a landmark stays far off, all starts are
+/// tried again, and a much better one is used. A step that turns a link too far is repeated with a higher weight.
 pub(super) fn follow<'a>(
     solver: &mut Solver<'_>,
     humanoid: &Humanoid,
@@ -109,7 +109,7 @@ pub(super) fn follow<'a>(
     solutions
 }
 
-/// The middle of both ways where they agree, the better one of each stretch where they do not.
+/// The mean of both passes where they agree, the better one for each stretch where they do not.
 fn merge(
     solver: &mut Solver<'_>,
     humanoid: &Humanoid,

@@ -1,11 +1,11 @@
-//! Parts of jumps retargeted by themselves, beside the same frames of the whole.
+//! Parts of jumps retargeted separately, compared with the same frames of the whole.
 
 use super::{RetargetOptions, Retargeted, retarget};
 use crate::body::shipped;
 use crate::mocap::{Clip, ReadOptions, read};
 use crate::test_data;
 
-/// CMU's jumps of three subjects, and the jump that ships.
+/// CMU's jumps of three subjects, and the built-in jump.
 fn jumps() -> Vec<Clip> {
     let shared = ["16_03", "02_04", "01_01_f0001-0700"].map(|name| format!("mocap/cmu_asf_amc/{name}.amc"));
     let ours = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/motions/humanoid3d_jump.txt").into();
@@ -21,7 +21,7 @@ fn is_spine(name: &str) -> bool {
     ["lumbar", "thoracic", "neck", "head"].iter().any(|part| name.starts_with(part))
 }
 
-/// A crop has another calibration and other lengths of the trunk, so its angles differ; but not by another way to bend.
+/// A crop has another calibration and other trunk lengths, so its angles differ, but it must bend the same way.
 #[test]
 fn crops_of_jumps_agree_with_the_whole_to_5_degrees_of_the_spine_and_10_mm() {
     for clip in jumps() {

@@ -1,10 +1,10 @@
-//! What tells one take from another, whatever file it comes in.
+//! Fingerprints that identify a take regardless of its file.
 //!
-//! Two files hold frames of the same take when the landmarks of the body stand to each other as in the other file, over a stretch in which
-//! the body moves. Distances between landmarks, divided by the length of the legs, do not change with the file's format, name,
-//! axes, unit, place on the ground, frame numbers or part that was cut out; and since a take is a path through the space of these
-//! distances, they are compared path to path, so that another frame rate changes little. Two cycles of the same walk differ by
-//! several hundredths; copies by less than a thousandth.
+//! Two files contain frames of the same take if the distances between landmarks are equal over a stretch in which the
+//! body moves. Distances between landmarks, divided by the length of the legs, do not change with the file's format,
+//! name, axes, unit, place on the ground, frame numbers or part that was cut out; and since a take is a path through
+//! the space of these distances, they are compared path to path, so the frame rate has little effect. Two cycles of the
+//! same walk differ by several hundredths, copies by less than a thousandth.
 
 use super::RetargetError;
 use super::anatomy::Anatomy;
@@ -40,11 +40,11 @@ const LEGS: [[Landmark; 3]; 2] = [
     [Landmark::RightHip, Landmark::RightKnee, Landmark::RightAnkle],
 ];
 
-/// How far shared frames may lie apart, each with the movement that a stretch of them must show at least: ten times as much. Great
-/// for copies at another rate, small for copies as they are, which may then be of somebody who hardly moves.
+/// Tolerances for shared frames; a stretch must move by at least ten times its tolerance. Large ones for copies at
+/// another rate, small ones for exact copies, which may then contain little movement.
 const TOLERANCES: [f32; 3] = [2e-3, 2e-4, 2e-5];
 
-/// How much more than the tolerance a stretch must move.
+/// Smallest ratio of a stretch's movement to the tolerance.
 const MOVEMENT: f32 = 10.0;
 
 /// Fewest frames of a stretch.
@@ -52,7 +52,7 @@ const LEAST_FRAMES: usize = 3;
 
 type Row = [f32; FINGERPRINT_DISTANCES];
 
-/// What tells a take from others: a row of distances between landmarks for every frame, in lengths of the legs.
+/// The fingerprint of a take: a row of distances between landmarks for every frame, in leg lengths.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionFingerprint {
     /// Frame by frame.
@@ -72,16 +72,16 @@ impl MotionFingerprint {
     /// Of all frames of a clip; best taken at the rate of its file.
     ///
     /// # Errors
-    /// [`RetargetError`] where the joints' names do not tell the landmarks.
+    /// [`RetargetError`] if the landmarks cannot be found by the joints' names.
     pub fn of(clip: &Clip) -> Result<Self, RetargetError> {
         let anatomy = Anatomy::of(clip, &Default::default())?;
         let row = |frame: usize| distances(&anatomy.observe(clip, frame).markers);
         Ok(Self { rows: (0..clip.frames.len()).map(row).collect() })
     }
 
-    /// A stretch of frames that both hold, the first if there are several; `None` where there is none.
+    /// The first stretch of frames that both contain, if any.
     pub fn shared_with(&self, other: &Self) -> Option<SharedFrames> {
-        // a path at a low rate cuts corners: whichever is finer lies closer to the other's frames
+        // a path at a low rate cuts corners, so both directions are tried
         let swapped = |s: SharedFrames| SharedFrames { own: s.other, other: s.own };
         stretch_on(&self.rows, &other.rows).or_else(|| stretch_on(&other.rows, &self.rows).map(swapped))
     }
@@ -97,14 +97,14 @@ fn distances(markers: &Markers) -> Row {
     PAIRS.map(|(a, b)| (between(a, b) * unit) as f32)
 }
 
-/// How near a row comes to a path, and at which of its frames; only where nearer than the greatest tolerance.
+/// Distance of a row from a path and the frame there, if below the greatest tolerance.
 #[derive(Clone, Copy)]
 struct Meeting {
     apart: f32,
     frame: usize,
 }
 
-/// The first stretch of `rows` that runs along the path through `path`.
+/// The first stretch of `rows` that follows the path through `path`.
 fn stretch_on(rows: &[Row], path: &[Row]) -> Option<SharedFrames> {
     if path.len() < 2 {
         return None;
@@ -138,8 +138,8 @@ fn meeting(row: &Row, path: &[Row]) -> Option<Meeting> {
     best
 }
 
-/// How far a row lies from the straight way between two others in the distance where that is greatest, and where on the way; only
-/// if that is below `bound`.
+/// Maximum-norm distance of a row from the segment between two others, and the position on the segment; only if below
+/// `bound`.
 fn nearness(row: &Row, from: &Row, to: &Row, bound: f32) -> Option<(f32, f32)> {
     let outside = |i: usize| row[i] < from[i].min(to[i]) - bound || row[i] > from[i].max(to[i]) + bound;
     if (0..FINGERPRINT_DISTANCES).any(outside) {

@@ -1,4 +1,4 @@
-//! A body brought to given marker positions: another body's markers, or a subject's.
+//! Fits a body to given marker positions: another body's markers, or a subject's.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -7,16 +7,16 @@ use super::spine::equal_shares;
 use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solution, Solver};
 use crate::body::{Humanoid, Landmark, Markers, Pose, from_axes};
 
-/// How a fit weighs what markers leave open.
+/// Weights for what markers do not determine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOptions {
-    /// Metres of marker distance that one radian away from the start pose's angles amounts to. It decides what markers do
-    /// not (how a straight arm or a head is turned about its length) and hardly touches what they do.
+    /// Weight of one radian from the start pose's angles, as a marker distance in metres. It determines what markers do
+    /// not (the twist of a straight arm or a head) and hardly affects the rest.
     pub stay_m_per_rad: f64,
-    /// The same for the way from the frame before, in sequences; [`super::retarget`] takes it at 120 frames a second and scales
-    /// it with the square root of the rate, as for a random walk.
+    /// The same for the change from the previous frame, in sequences; [`super::retarget`] uses it at 120 frames a
+    /// second and scales it with the square root of the rate, as for a random walk.
     pub continuity_m_per_rad: f64,
-    /// Most steps of the solver for a frame.
+    /// Largest number of solver steps per frame.
     pub max_iterations: usize,
 }
 
@@ -26,7 +26,7 @@ impl Default for FitOptions {
     }
 }
 
-/// A pose brought to markers.
+/// A pose fitted to markers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// The pose, inside the joint limits.
@@ -48,7 +48,7 @@ pub fn fit_to_markers(humanoid: &Humanoid, targets: &Markers, start: &Pose, opti
     measured(humanoid, targets, solution)
 }
 
-/// [`fit_to_markers`] for every frame of a sequence, each from the frame before and held near it.
+/// [`fit_to_markers`] for every frame of a sequence, each starting from the previous frame and held near it.
 pub fn fit_motion_to_markers(humanoid: &Humanoid, targets: &[Markers], start: &Pose, options: &FitOptions) -> Vec<Fit> {
     let priors = priors(humanoid, start, options);
     let goals: Vec<Goals> = targets.iter().map(|markers| marker_goals(humanoid, markers, priors.clone())).collect();
@@ -57,18 +57,18 @@ pub fn fit_motion_to_markers(humanoid: &Humanoid, targets: &[Markers], start: &P
     targets.iter().zip(solutions).map(|(markers, solution)| measured(humanoid, markers, solution)).collect()
 }
 
-/// Goals that hold every angle where a pose has it.
+/// Goals that hold every angle at its value in a pose.
 pub(super) fn stay(pose: &Pose, metres_per_unit: f64) -> Vec<AngleGoal> {
     pose.joint_angles.iter().map(|&target| AngleGoal { target, metres_per_unit }).collect()
 }
 
-/// What decides where markers do not: angles stay at a pose's, and the joints of the spine share its bend.
+/// Priors: angles stay at a pose's values, and the joints of the spine share its bend.
 pub(super) fn priors(humanoid: &Humanoid, pose: &Pose, options: &FitOptions) -> Goals {
     let angles = stay(pose, options.stay_m_per_rad);
     Goals { angles, differences: equal_shares(humanoid), ..Goals::default() }
 }
 
-/// Every marker that both sides have shall be where it is wanted; `priors` beside that.
+/// Goals for every marker that both sides have, in addition to `priors`.
 pub(super) fn marker_goals(humanoid: &Humanoid, targets: &Markers, priors: Goals) -> Goals {
     let points = humanoid
         .markers
@@ -110,7 +110,7 @@ pub(super) fn solve_from_afar(
     best
 }
 
-/// Where the root stands when the zero pose's trunk (hips and thorax) is laid upon the targets'.
+/// The root's frame when the zero pose's trunk (hips and thorax) is aligned with the targets'.
 fn root_on_trunk(humanoid: &Humanoid, targets: &Markers) -> Option<Isometry3<f64>> {
     let own = trunk_frame(&humanoid.markers(&humanoid.link_frames(&humanoid.zero_pose())))?;
     Some(trunk_frame(targets)? * own.inverse())
@@ -134,7 +134,7 @@ fn measured(humanoid: &Humanoid, targets: &Markers, solution: Solution) -> Fit {
     Fit { pose: solution.pose, residual_rms_m, iterations: solution.iterations, per_marker }
 }
 
-/// Distance of every marker from where it is wanted, metres.
+/// Distance of every marker from its target, metres.
 pub(super) fn marker_distances(humanoid: &Humanoid, targets: &Markers, pose: &Pose) -> [Option<f64>; 15] {
     let markers = humanoid.markers(&humanoid.link_frames(pose));
     std::array::from_fn(|i| Some((markers[i]? - targets[i]?).norm()))

@@ -1,4 +1,4 @@
-//! Where the ground is: beneath the soles of feet that lie flat.
+//! Estimates the ground from the soles of flat feet.
 
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
@@ -8,9 +8,9 @@ use crate::body::{Humanoid, LinkFrames, Motion};
 const BELOW_GROUND_SHARE: f64 = 0.2;
 /// Cosine of the greatest tilt of a foot that counts as flat: 15 degrees.
 const FLAT: f64 = 0.966;
-/// The ground's tilt is trusted as far as soles are spread wider than this, metres.
+/// The ground's tilt is estimated only if soles are spread wider than this, metres.
 const TRUSTED_SPREAD: f64 = 0.3;
-/// A ground that rises more steeply, metres per metre, is no ground that was recorded askew: stairs, or a body that never stands.
+/// A steeper slope, metres per metre, is not a tilted recording: stairs, or a body that never stands.
 const STEEPEST: f64 = 0.05;
 
 /// A plane `z = height + slope . (x, y) - centre`.
@@ -32,16 +32,16 @@ pub(super) fn foot_heights(humanoid: &Humanoid, motion: &Motion) -> Vec<f64> {
     heights.collect()
 }
 
-/// How a motion was brought onto the ground.
+/// The correction that placed a motion on the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Grounding {
     /// By how much it was raised, metres.
     pub(super) raised: f64,
-    /// By how much its ground was turned level, radians.
+    /// Rotation that levelled its ground, radians.
     pub(super) levelled: f64,
 }
 
-/// A shift smaller than this is not worth a note, metres.
+/// Smallest shift with a note, metres.
 const NOTED: f64 = 0.01;
 
 impl Grounding {
@@ -50,14 +50,14 @@ impl Grounding {
         let way = if self.raised > 0.0 { "raised" } else { "lowered" };
         (self.raised.abs() >= NOTED).then(|| {
             format!(
-                "the motion was {way} by {:.0} mm, so that feet that stand touch the ground",
+                "the motion was {way} by {:.0} mm so that standing feet touch the ground",
                 1000.0 * self.raised.abs()
             )
         })
     }
 }
 
-/// Moves a motion so that its ground is z = 0: raised, and turned level where soles tell a tilt and `level` says so.
+/// Moves a motion so that its ground is z = 0: raised, and levelled if the soles show a tilt and `level` is set.
 pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: bool) -> Grounding {
     let Some(ground) = Plane::beneath(&soles(humanoid, motion)) else { return Grounding::default() };
     let [a, b] = ground.slope;
@@ -74,7 +74,7 @@ pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: b
     Grounding { raised: -ground.height, levelled: turn.angle() }
 }
 
-/// Lowest point of every foot of every pose in which it lies flat; of all feet where none ever does.
+/// Lowest point of every flat foot of every pose; of all feet if none is ever flat.
 fn soles(humanoid: &Humanoid, motion: &Motion) -> Vec<Point3<f64>> {
     let feet = humanoid.foot_links();
     let rest = humanoid.body_from_links();
@@ -96,9 +96,9 @@ fn soles(humanoid: &Humanoid, motion: &Motion) -> Vec<Point3<f64>> {
 }
 
 impl Plane {
-    /// The plane below which a set share of the points lies: quantile regression (Koenker and Bassett 1978) by iteratively
-    /// reweighted least squares, with a penalty on the slope that points spread less than [`TRUSTED_SPREAD`] do not outweigh.
-    /// `None` without points.
+    /// The plane below which a set share of the points lies: quantile regression (`[Koenker 1978]`) by iteratively
+    /// reweighted least squares, with a penalty on the slope that dominates if the points are spread less than
+    /// [`TRUSTED_SPREAD`]. `None` without points.
     fn beneath(points: &[Point3<f64>]) -> Option<Self> {
         let first = super::quantile(points.iter().map(|p| p.z).collect(), BELOW_GROUND_SHARE)?;
         let centre = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords) / points.len() as f64;
@@ -124,8 +124,8 @@ impl Plane {
     }
 }
 
-/// Shifts a motion over the ground so that the middle of the root's path (of the box around it) is at the origin. Returns by
-/// how much, metres.
+/// Shifts a motion over the ground so that the centre of the root's path (of its bounding box) is at the origin.
+/// Returns the shift, metres.
 pub(super) fn centre_path(motion: &mut Motion) -> Vector3<f64> {
     let places = || motion.poses.iter().map(|pose| pose.world_from_root.translation.vector);
     let Some(first) = places().next() else { return Vector3::zeros() };

@@ -1,4 +1,4 @@
-//! How long a subject's segments are.
+//! Segment lengths of a subject.
 
 use nalgebra::Point3;
 use serde::Serialize;
@@ -8,8 +8,8 @@ use crate::body::{Humanoid, Landmark, Markers};
 
 /// Lengths of a body's segments between its landmarks, metres; pairs are left and right. `None` where unknown.
 ///
-/// Of a recording they are medians over frames, save that of the trunk and the neck, which bend: there the 90th percentile,
-/// since a body can always stoop to be shorter but never stretch.
+/// For a recording they are medians over frames, except trunk and neck, which bend: there the 90th percentile, because
+/// bending shortens them and nothing lengthens them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SegmentLengths {
     /// Middle of the hips to thorax (C7).
@@ -35,7 +35,7 @@ pub struct SegmentLengths {
 /// Landmarks of one instant, and the balls of the left and of the right foot; metres.
 type Places = (Markers, [Option<Point3<f64>>; 2]);
 
-/// What a length is measured between.
+/// The ends of a length.
 type Ends = (Option<Point3<f64>>, Option<Point3<f64>>);
 
 impl SegmentLengths {

@@ -1,8 +1,8 @@
-//! From a recording of somebody to a motion of a humanoid: retargeting.
+//! Retargeting: from a recording to a motion of a humanoid.
 //!
-//! The recorded skeleton's joints are matched to the body's landmarks by name, a template humanoid is scaled to
-//! the subject's segment lengths, and for every frame joint angles are sought that bring the landmarks to where they were
-//! recorded and turn pelvis, thorax, head, hands and feet as recorded, within the joint limits and near the frame before.
+//! The recorded skeleton's joints are matched to the body's landmarks by name, a template humanoid is scaled to the
+//! subject's segment lengths, and for every frame joint angles are found that reproduce the recorded landmark positions
+//! and the orientations of pelvis, thorax, head, hands and feet, within the joint limits and near the previous frame.
 //!
 //! ```no_run
 //! use skiagraph::retarget::{RetargetOptions, retarget};
@@ -45,24 +45,24 @@ use crate::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
 use crate::input::excerpt;
 use crate::mocap::Clip;
 
-/// How many frames, spread over the clip, are posed from positions alone to learn how joint frames stand to links.
+/// Number of frames, spread over the clip, that are posed from positions only for the calibration of joint frames.
 const CALIBRATION_FRAMES: usize = 100;
 
-/// How a clip becomes a motion.
+/// Options of retargeting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RetargetOptions {
-    /// Landmark name ([`Landmark::name`]) to the place in the recorded skeleton that it shall follow: `Joint`,
-    /// `Joint:tip`, or `Joint+Joint` for the middle. Overrides what names tell.
+    /// Landmark name ([`Landmark::name`]) to the position in the recorded skeleton that it follows: `Joint`,
+    /// `Joint:tip`, or `Joint+Joint` for the middle. Overrides the match by name.
     pub landmarks: BTreeMap<String, String>,
     /// Give left and right limbs the same lengths.
     pub symmetric: bool,
     /// Raise the motion so that feet that lie flat stand on z = 0.
     pub stand_on_ground: bool,
-    /// Then also turn the ground level where the soles tell that it was recorded with a tilt (up to 3 degrees).
+    /// Also level the ground if the soles show that it was recorded with a tilt (up to 3 degrees).
     pub level_ground: bool,
     /// Shift the motion so that the middle of the root's path is at the origin.
     pub centre_path: bool,
-    /// What a radian away from the zero pose, and from the frame before, amounts to.
+    /// Weights of changes from the zero pose and from the previous frame.
     pub fit: FitOptions,
 }
 
@@ -84,18 +84,18 @@ impl Default for RetargetOptions {
 pub struct Retargeted {
     /// The template scaled to the subject.
     pub humanoid: Humanoid,
-    /// By what it was scaled.
+    /// The scale factors.
     pub shape: BodyShape,
     /// One pose a frame of the clip, at the clip's rate.
     pub motion: Motion,
-    /// How well it went.
+    /// Quality measures.
     pub report: RetargetReport,
 }
 
 /// Why a clip cannot be retargeted.
 #[derive(Debug, thiserror::Error)]
 pub enum RetargetError {
-    /// Names do not tell where a landmark is.
+    /// A landmark cannot be found by name.
     #[error(
         "no joint of the recording is recognised as: {missing}; name them in `landmarks` (\"Joint\", \"Joint:tip\" or \
          \"Joint+Joint\"); its joints are: {}",
@@ -107,8 +107,12 @@ pub enum RetargetError {
         /// The skeleton's joints.
         joints: String,
     },
-    /// An override for something that is no landmark.
-    #[error("`{}` is no landmark; landmarks are: {known}", excerpt(.0), known = LANDMARKS.map(Landmark::name).join(", "))]
+    /// An override for an unknown landmark.
+    #[error(
+        "`{}` is not a landmark; landmarks are: {known}",
+        excerpt(.0),
+        known = LANDMARKS.map(Landmark::name).join(", ")
+    )]
     UnknownLandmark(String),
     /// An override names a joint that the recording does not have.
     #[error(
@@ -128,10 +132,10 @@ pub enum RetargetError {
     /// The clip has no frames.
     #[error("clip `{}` has no frames", excerpt(.0))]
     EmptyClip(String),
-    /// The humanoid does not say where its markers are.
+    /// The humanoid lacks markers.
     #[error(
-        "humanoid `{}` has no marker for: {missing}, and neither names nor shape of its links tell where they are; add to its URDF for \
-         each an empty link marker_NAME on a fixed joint",
+        "robot `{}` has no marker for: {missing}, and they cannot be derived from its links' names or shape; for each, \
+        add an empty link marker_NAME on a fixed joint to its URDF",
         excerpt(humanoid)
     )]
     MissingMarkers {
@@ -142,7 +146,8 @@ pub enum RetargetError {
     },
 }
 
-/// Makes a clip a motion of `template` scaled to the subject. The template stands upright with its feet flat at its zero pose.
+/// Retargets a clip to `template`, scaled to the subject. The template stands upright with its feet flat at its zero
+/// pose.
 ///
 /// # Errors
 /// [`RetargetError`] when the clip is empty, its landmarks cannot be found, or the template has no markers.
@@ -170,9 +175,9 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     report.notes.extend(residuals::leaps(&subject, clip.frames_per_second));
     report.notes.extend(turning::note(&humanoid, &motion, &recorded));
     if let Some(bone) = anatomy.restored_bone_m() {
-        report.notes.push(format!(
-            "the recording lacks the bone between the thorax joint and what hangs on it; {bone:.4} m restored"
-        ));
+        report
+            .notes
+            .push(format!("the recording lacks the bone from the thorax joint to its children; {bone:.4} m restored"));
     }
     if options.stand_on_ground {
         let grounding = ground::stand_on_ground(&humanoid, &mut motion, options.level_ground);
@@ -197,18 +202,19 @@ fn require_markers(template: &Humanoid) -> Result<(), RetargetError> {
     Err(RetargetError::MissingMarkers { humanoid: template.name.clone(), missing: missing.join(", ") })
 }
 
-/// Poses that landmarks alone give, for frames spread over the clip, the first among them.
+/// Poses from landmarks only, for frames spread over the clip, including the first.
 fn pose_from_positions(humanoid: &Humanoid, subject: &[SubjectFrame], options: &FitOptions) -> Vec<(usize, Pose)> {
     let stride = subject.len().div_ceil(CALIBRATION_FRAMES);
     let frames: Vec<usize> = (0..subject.len()).step_by(stride).collect();
     let targets: Vec<_> = frames.iter().map(|&frame| subject[frame].markers).collect();
-    // Frames are far apart here: nothing may hold one to the other.
+    // These frames are far apart, so continuity does not apply.
     let apart = FitOptions { continuity_m_per_rad: 0.0, ..*options };
     let fits = fit_motion_to_markers(humanoid, &targets, &humanoid.zero_pose(), &apart);
     frames.into_iter().zip(fits.into_iter().map(|fit| fit.pose)).collect()
 }
 
-/// The value below which this share of the values lies, linear between them (type 7 of Hyndman and Fan 1996); `None` of none.
+/// The value below which this share of the values lies, linearly interpolated (type 7 of `[Hyndman 1996]`); `None`
+/// without values.
 fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let position = share * values.len().checked_sub(1)? as f64;

@@ -1,4 +1,4 @@
-//! How well a retargeting went.
+//! Quality measures of a retargeting.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use super::anatomy::SubjectFrame;
 use super::fit::marker_distances;
 use crate::body::{Humanoid, LANDMARKS, Motion};
 
-/// How well a retargeting went; millimetres where the name says so, else metres.
+/// Quality measures of a retargeting; millimetres if the name says so, else metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RetargetReport {
     /// Mean over frames and landmarks of the distance between the body's landmark and the recorded one.
@@ -26,7 +26,7 @@ pub struct RetargetReport {
     pub path_shift_m: [f64; 2],
     /// The subject's segment lengths, as the body was asked to have them.
     pub lengths: SegmentLengths,
-    /// What the clip's reader noted, and what was mended here.
+    /// Notes of the clip's reader, and corrections of the retargeting.
     pub notes: Vec<String>,
 }
 
@@ -109,12 +109,12 @@ impl FootHeight {
     }
 }
 
-/// A landmark faster than this is none of a person's, m/s.
+/// Greatest plausible speed of a landmark, m/s.
 const FASTEST: f64 = 15.0;
 /// How many frames a note lists.
 const LISTED: usize = 10;
 
-/// A note on the frames, from 0, into which the recording leaps; `None` where it does not.
+/// A note on the frames, from 0, into which the recording jumps, if any.
 pub(super) fn leaps(subject: &[SubjectFrame], frames_per_second: f64) -> Option<String> {
     let is_leap = |pair: &[SubjectFrame]| {
         let moved =
@@ -126,7 +126,8 @@ pub(super) fn leaps(subject: &[SubjectFrame], frames_per_second: f64) -> Option<
     let more = if frames.len() > LISTED { format!(" and {} more", frames.len() - LISTED) } else { String::new() };
     (!frames.is_empty()).then(|| {
         format!(
-            "the recording leaps (a landmark moves faster than {FASTEST} m/s) into frame {}{more} (from 0, at the rate that is used)",
+            "the recording jumps (a landmark moves faster than {FASTEST} m/s) into frame {}{more} (from 0, at the \
+            resampled rate)",
             listed.join(", ")
         )
     })

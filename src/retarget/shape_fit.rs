@@ -9,19 +9,19 @@ use crate::body::{BodyShape, Humanoid, Landmark, LinkFrames, LinkPoint, LinkShap
 /// square root of stature.
 const GIRTH_EXPONENT: f64 = 0.5;
 
-/// What a chain of links adds to a length: each link, the axis of its frame that lies along the length, and its share, metres.
+/// Contributions of a chain of links to a length: link, axis of its frame along the length, and share, metres.
 type Contributions = Vec<(usize, usize, f64)>;
 
-/// How often limbs that lie askew to the axes of their links are measured again, and how far off their length may be.
+/// Iterations for limbs that are oblique to the axes of their links, and the tolerance of their length.
 const ROUNDS: usize = 4;
 const TOLERANCE: f64 = 1e-3;
 
 /// The shape that gives `template` the lengths `subject`.
 ///
-/// Links along a chain between two landmarks share one factor along the axis that lies along the chain at the template's zero
-/// pose: of the trunk the body's Z, of widths its Y, of feet its X, of limbs their own direction. Where two lengths claim one
-/// factor (hips and shoulders of a one-piece trunk) it is their least-squares compromise. What no length speaks for grows with
-/// the distance from ankle to crown, and girths with its square root.
+/// Links along a chain between two landmarks share one factor along the axis that lies along the chain at the
+/// template's zero pose: of the trunk the body's Z, of widths its Y, of feet its X, of limbs their own direction. If
+/// two lengths determine one factor (hips and shoulders of a one-piece trunk), it is the least-squares compromise.
+/// Everything else scales with the distance from ankle to crown, and girths with its square root.
 pub fn fit_shape(template: &Humanoid, subject: &SegmentLengths) -> BodyShape {
     let own = SegmentLengths::of(template);
     let growth = ratio(own.ankle_to_crown(), subject.ankle_to_crown()).unwrap_or(1.0);
@@ -70,7 +70,7 @@ fn limb_landmarks(side: usize) -> [Landmark; 6] {
     }
 }
 
-/// What is asked of every link's factors: per axis the sum of weights and of weighted factors.
+/// Requirements on every link's factors: per axis the sum of weights and of weighted factors.
 struct Claims<'a> {
     template: &'a Humanoid,
     /// Of every link at the zero pose.
@@ -136,7 +136,7 @@ impl<'a> Claims<'a> {
         }
     }
 
-    /// Stretches limbs on until they are as long as the subject's: those that lie askew in their links are not at once.
+    /// Stretches limbs iteratively to the subject's lengths; oblique limbs need several steps.
     fn correct_limbs(&self, shape: &mut BodyShape, subject: &SegmentLengths) {
         for _ in 0..ROUNDS {
             let reached = SegmentLengths::of(&self.template.reshaped(shape));
@@ -172,7 +172,7 @@ impl<'a> Claims<'a> {
         };
         let (mut from, mut to) = (from, to);
         let mut contributions = Contributions::new();
-        // a parent has a lesser index, so the greater of the two is never above the other
+        // a parent has the smaller index, so the link with the larger index is never an ancestor of the other
         while from.link != to.link {
             let (end, sense) = if to.link > from.link { (&mut to, 1.0) } else { (&mut from, -1.0) };
             contributions.push(share(end.link, &end.point_in_link.coords, sense));

@@ -1,20 +1,20 @@
-//! How the joints of spine and neck share the trunk's bend.
+//! Distribution of the trunk's bend over the joints of spine and neck.
 //!
-//! Landmarks and orientations of pelvis, thorax and head tell how far spine and neck bend as a whole; how much of it each joint
-//! takes they tell so weakly that a fit can leap between shares (55 degrees forward below and 25 back above, or the other
-//! way). Joints that turn about the same axis therefore are drawn towards equal angles.
+//! Landmarks and orientations of pelvis, thorax and head determine the total bend of spine and neck, but hardly its
+//! distribution over the joints, so a fit can jump between distributions (55 degrees forward below and 25 back above,
+//! or the reverse). Therefore joints with the same axis are drawn towards equal angles.
 
 use nalgebra::Vector3;
 
 use crate::body::inverse_kinematics::DifferenceGoal;
 use crate::body::{Humanoid, JointKind, Landmark};
 
-/// The distance in metres that a radian of difference between two joints amounts to beside the distances of landmarks.
+/// Weight of one radian of difference between two joints relative to landmark distances, metres.
 const METRES_PER_RADIAN: f64 = 0.03;
 /// Cosine of the greatest angle between axes that are the same: 18 degrees.
 const SAME_AXIS: f64 = 0.95;
 
-/// Neighbouring degrees of freedom of the spine, and of the neck, that shall have equal angles.
+/// Neighbouring degrees of freedom of the spine, and of the neck, that should have equal angles.
 pub(super) fn equal_shares(humanoid: &Humanoid) -> Vec<DifferenceGoal> {
     let carrier = |landmark: Landmark| humanoid.markers[landmark as usize].map(|marker| marker.link);
     let chains = [(Landmark::Pelvis, Landmark::Thorax), (Landmark::Thorax, Landmark::HeadTop)];

@@ -1,11 +1,11 @@
-//! How fast a body turns, and how fast the recording did.
+//! Rotation speeds of the body compared with the recording.
 
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::mocap::Clip;
 
-/// A link may turn faster than every recorded joint by this much, rad/s: what lies between two frames, and noise.
+/// Allowed excess over the fastest recorded joint, rad/s, for interpolation and noise.
 pub(super) const MARGIN: f64 = 3.0;
-/// Recorded speeds are the greatest of this many frames to either side: a fit may lag by as much.
+/// Recorded speeds are maxima over this many frames to either side: a fit may lag by as much.
 const REACH: usize = 2;
 
 /// The greatest angle by which one of some recorded joints turns in the world from each frame to the next, radians: entry `i` of
@@ -27,7 +27,7 @@ pub(super) fn recorded_turns(clip: &Clip, joints: &[usize]) -> Vec<f64> {
     (0..turns.len()).map(|i| window(i).iter().copied().fold(0.0, f64::max)).collect()
 }
 
-/// The link with flesh or mass that turns most in the world between two poses, and by how much, radians.
+/// The link with geometry or mass that turns most in the world between two poses, and its rotation, radians.
 pub(super) fn greatest_turn(humanoid: &Humanoid, before: &LinkFrames, after: &LinkFrames) -> (usize, f64) {
     let is_body = |link: &usize| !humanoid.links[*link].flesh.is_empty() || humanoid.links[*link].inertia.is_some();
     let turn = |link: usize| (link, before[link].rotation.angle_to(&after[link].rotation));
@@ -38,8 +38,7 @@ pub(super) fn greatest_turn(humanoid: &Humanoid, before: &LinkFrames, after: &Li
 /// How many frames a note lists.
 const LISTED: usize = 10;
 
-/// A note on the frames, from 0, into which the body turns faster than the recording by more than [`MARGIN`]; `None` where it
-/// does not.
+/// A note on the frames, from 0, into which the body turns faster than the recording by more than [`MARGIN`], if any.
 pub(super) fn note(humanoid: &Humanoid, motion: &Motion, recorded: &[f64]) -> Option<String> {
     let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| humanoid.link_frames(pose)).collect();
     let excess = |i: usize| {
@@ -51,8 +50,8 @@ pub(super) fn note(humanoid: &Humanoid, motion: &Motion, recorded: &[f64]) -> Op
     let listed: Vec<String> = faster.iter().take(LISTED).map(|(frame, ..)| frame.to_string()).collect();
     let more = if faster.len() > LISTED { format!(" and {} more", faster.len() - LISTED) } else { String::new() };
     Some(format!(
-        "the actor turns faster than anything recorded by more than {MARGIN} rad/s into frame {}{more}; most by \
-         {most:.1} rad/s (`{}`, frame {worst})",
+        "the actor's joints turn more than {MARGIN} rad/s faster than recorded into frame {}{more}; by {most:.1} rad/s \
+        at most (`{}`, frame {worst})",
         listed.join(", "),
         humanoid.links[link].name
     ))
@@ -73,7 +72,7 @@ mod tests {
         }
         let motion = Motion { frames_per_second: 120.0, poses };
         let still = note(&body, &motion, &[0.0; 6]).unwrap();
-        assert!(still.contains("into frame 3; most by 60.0 rad/s") && still.contains("frame 3)"), "{still}");
+        assert!(still.contains("into frame 3; by 60.0 rad/s at most") && still.contains("frame 3)"), "{still}");
         assert_eq!(note(&body, &motion, &[0.0, 0.0, 0.0, 0.48, 0.0, 0.0]), None, "2.4 rad/s are within the margin");
     }
 }

@@ -1,28 +1,28 @@
-//! `[actor]` and `[tracker_body]`: the body that is seen and the body that the tracker believes in.
+//! `[actor]` and `[tracker_body]`: the body that cameras see and the body that the tracker uses.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The body that is seen.
+/// The body that the cameras see.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActorSettings {
     /// `actor`, `tracker25`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded
     /// subject. Default: `actor`.
     pub robot: String,
-    /// What contact with the ground does to the motion. `"off"`: nothing. `"measure"`: nothing, but
-    /// the notes say how it skates, sinks and floats. `"fix"`: feet that stand are planted, nothing sinks, and what was moved is
-    /// said. `"simulate"`: the body is driven towards the fixed motion in a simulation, on the ground, under gravity, and what it
-    /// does there is the truth. Default: `"off"`.
+    /// Treatment of ground contact. `"off"`: none. `"measure"`: the motion is unchanged; notes report how much it
+    /// skates, sinks and floats. `"fix"`: standing feet are planted and nothing is below the ground; notes report the
+    /// changes. `"simulate"`: a physics simulation drives the body towards the fixed motion; the simulated motion is
+    /// the ground truth. Default: `"off"`.
     pub contact: ContactMode,
     /// Coefficient of friction of a simulated body on the ground and against itself. Default: 0.8.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Greatest residual wrench at the root, body weights, that helps a simulated body to follow the motion ("training
-    /// wheels"); how much of it was used is said. Default: 0, none.
+    /// Greatest residual wrench at the root, body weights, that may act at the root of a simulated body in addition to
+    /// contact forces; a note reports how much was used. Default: 0, none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub root_wrench: Option<f64>,
-    /// What hits a simulated body. Default: nothing.
+    /// A push on a simulated body. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub push: Option<PushSettings>,
 }
@@ -37,7 +37,8 @@ pub struct PushSettings {
     pub link: String,
     /// Force times time, N s.
     pub impulse_ns: f64,
-    /// Where to, in the world (X ahead of a motion that starts forwards, Z up); any length but zero. Default: `[0, 1, 0]`.
+    /// Direction in the world (X ahead of a motion that starts forwards, Z up), any nonzero vector. Default: `[0, 1,
+    /// 0]`.
     #[serde(default = "sideways")]
     pub direction: [f64; 3],
 }
@@ -46,41 +47,41 @@ fn sideways() -> [f64; 3] {
     [0.0, 1.0, 0.0]
 }
 
-/// What contact with the ground does to the motion.
+/// Treatment of ground contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactMode {
-    /// Nothing: the motion stays as it was recorded.
+    /// None: the motion is unchanged.
     #[default]
     Off,
-    /// Nothing, but how it skates, sinks and floats is said.
+    /// The motion is unchanged; notes report how much it skates, sinks and floats.
     Measure,
     /// Standing feet are planted on the ground.
     Fix,
-    /// The body is driven towards the fixed motion in a simulation.
+    /// A physics simulation drives the body towards the fixed motion.
     Simulate,
 }
 
-/// The body that the tracker believes in. The model counts as *matched* when it is the actor's body in links, joints,
-/// flesh and markers, whatever the files are called; every report says which.
+/// The body that the tracker uses. The model is *matched* if it equals the actor's body in links, joints, geometry and
+/// markers, regardless of file names; every report states it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrackerBodySettings {
     /// `tracker25`, `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded
     /// subject before the mismatch. Default: `tracker25`.
     pub robot: String,
-    /// How wrong the tracker's measures of the subject are: `"none"`, `"standard"` or
-    /// `{ percent = { length = 3.0, girth = 10.0 } }`. Default: `"standard"`.
+    /// Mismatch of the tracker's body: `"none"`, `"standard"` or `{ percent = { length = 3.0, girth = 10.0 } }`.
+    /// Default: `"standard"`.
     pub mismatch: Mismatch,
-    /// Seed of the mismatch, apart from the tracker's seeds: all seeds of a run share one body. Default: 1.
+    /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
     pub seed: u32,
 }
 
-/// How wrong the tracker's measures of the subject are.
+/// Mismatch of the tracker's body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Mismatch {
-    /// Not at all.
+    /// None.
     None,
     /// Lengths by up to 3 %, girths by up to 10 %.
     #[default]

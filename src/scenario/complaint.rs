@@ -1,4 +1,4 @@
-//! What is wrong with a scenario, where it stands, and what to do.
+//! Errors of a scenario: position, problem, and what to do.
 
 use std::fmt;
 use std::ops::Range;
@@ -13,14 +13,14 @@ const SHOWN_OF_LINE: usize = 160;
 /// Characters of a long line that are shown before the mark.
 const SHOWN_BEFORE: usize = 100;
 
-/// One thing that is wrong with a scenario: printed as `file:line: key: what`, the line itself and a caret below.
+/// One error of a scenario, printed as `file:line: key: message` with the line and a caret below.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Complaint {
     /// The file as it was named, or the override on the command line.
     pub origin: String,
-    /// Where it stands in the file; `None` for an override and for what the file leaves out.
+    /// Its position in the file; `None` for an override and for a missing key.
     pub place: Option<Place>,
-    /// Dotted key; empty where the file is not TOML at all.
+    /// Dotted key; empty if the file is not TOML.
     pub key: String,
     /// What was found, what was expected, what to do.
     pub message: String,
@@ -56,8 +56,8 @@ impl Place {
 }
 
 impl Place {
-    /// The part of the line that is shown, how many characters of it stand before the mark, and the mark's width: of a line that is
-    /// longer than a screen, the part around the mark.
+    /// The displayed part of the line (for long lines the part around the mark), the number of characters before the
+    /// mark, and the mark's width.
     fn window(&self) -> (String, usize, usize) {
         let is_long = self.text.chars().nth(SHOWN_OF_LINE).is_some();
         let first = if is_long { self.column.saturating_sub(SHOWN_BEFORE) } else { 0 };
@@ -93,13 +93,13 @@ impl fmt::Display for Complaint {
 
 impl std::error::Error for Complaint {}
 
-/// Where a dotted key stands in a TOML text, and its value.
+/// Position of a dotted key in a TOML text, and its value.
 pub(super) struct Spot {
     pub(super) key: Range<usize>,
     pub(super) value: Range<usize>,
 }
 
-/// Where a dotted key stands; `None` if the text does not say it.
+/// Position of a dotted key; `None` if the text does not contain it.
 pub(super) fn locate(text: &str, key: &str) -> Option<Spot> {
     let document = DeTable::parse(text).ok()?;
     let mut segments = key.split(['.', '[', ']']).filter(|s| !s.is_empty());
@@ -122,7 +122,7 @@ fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<Entry<'a, 'i>> {
 
 /// The candidate that a misspelt word most likely means: two letters away, or a third of them.
 pub(crate) fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // nobody misspells a name by so much, and the table of distances grows with the word
+    // no misspelling is that long, and the distance table grows with the word
     if word.len() > 256 {
         return None;
     }

@@ -1,4 +1,5 @@
-//! `[tracker.gpdm]`, `[tracker.switching_gpdm]` and `[tracker.gpdm_graph]`: particles in learned latent spaces (S1).
+//! `[tracker.gpdm]`, `[tracker.switching_gpdm]` and `[tracker.gpdm_graph]`: particles in learned latent spaces (`[GPDM
+//! graph]`).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +9,7 @@ use crate::motion_model::gpdm_graph::GraphSettings;
 use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
 use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
 
-/// What tells one latent motion model from another: how it is learned, and how particles change models.
+/// Properties of a kind of latent motion model: how it is learned, and how particles change models.
 pub trait LatentKind {
     /// How the model is learned.
     fn learning(&self) -> GraphSettings;
@@ -17,46 +18,49 @@ pub trait LatentKind {
     fn transition(&self) -> InterTransition;
 }
 
-/// A particle filter in latent space (S1 section 3.3). One frame costs `particles x layers` likelihood evaluations.
+/// A particle filter in latent space (`[GPDM graph]`, section 3.3). One frame costs `particles x layers` likelihood
+/// evaluations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, bound(deserialize = "T: Default + Deserialize<'de>"))]
 #[schemars(rename = "{T}Tracker", bound = "T: Default + Serialize + JsonSchema")]
 pub struct LatentTrackerSettings<T> {
     /// The motion model.
     pub model: T,
-    /// A model of `skiagraph train` in place of one learned from `[[training.clips]]`: its path, relative to the scenario. How it
-    /// was learned stands in the file; of `model` only how particles change models may then be set. Default: none.
+    /// A model of `skiagraph train` instead of one learned from `[[training.clips]]`: its path, relative to the
+    /// scenario. It excludes the training keys of `model`, which are stored in the file. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model_file: Option<String>,
-    /// Particles. Default: 1000, as S1.
+    /// Particles. Default: 1000, as in [GPDM graph].
     pub particles: usize,
-    /// Annealing layers; 1 is S1's plain particle filter. Default: 1.
+    /// Annealing layers; 1 is the plain particle filter of [GPDM graph]. Default: 1.
     pub layers: usize,
-    /// Share of the particles that stays effective after weighting, in (0, 1]. Default: 0.1.
+    /// Effective share of the particles after weighting, in (0, 1]. Default: 0.1.
     pub survival_rate: f64,
-    /// Where particles stand: `"tracked"` (by the model's own velocities) or `"oracle"` (the true root of every frame is given
-    /// away, to tell articulated from global error; every report says so). Default: `"tracked"`.
+    /// Source of the root: `"tracked"` (estimated by the tracker) or `"oracle"` (the tracker is given the true root of
+    /// every frame, to separate articulated from global error; every report says so). Default: `"tracked"`.
     pub root: RootMode,
     /// Least standard deviation of the process noise, as a share of the latents' spread. Default: 0.03.
     pub noise_floor: f64,
-    /// Standard deviation of the first latents about their seeds, as a share of the latents' spread. Default: 0.1.
+    /// Standard deviation of the initial latents around their training points, as a share of the latents' spread.
+    /// Default: 0.1.
     pub start_jitter: f64,
-    /// How far particles may lie off the latent manifold, as a multiple of how far training frames lie from the most similar
-    /// ones of other moments; 0 keeps them on it, as in S1. Default: 1.
+    /// Spread of particles off the latent manifold, as a multiple of the distance between training frames and the most
+    /// similar frames at other times; 0 keeps them on it, as in [GPDM graph]. Default: 1.
     pub residual_scale: f64,
-    /// Time after which such an offset is 1/e as great, seconds. Default: 0.25.
+    /// Time constant with which such offsets decay, seconds. Default: 0.25.
     pub residual_s: f64,
-    /// Factor on the noise of the root's steps (what training leaves open of them, at least 2 mm and 0.3 degrees a frame). Default:
-    /// 5, chosen on CMU takes other than those of `scenarios/s1`.
+    /// Factor on the noise of the root's steps (estimated from training, at least 2 mm and 0.3 degrees per frame).
+    /// Default: 5, chosen on CMU takes other than those of `scenarios/s1`.
     pub root_noise_scale: f64,
-    /// What tells where the root goes: `"planted"` (feet are held to footholds that each particle remembers, as firmly as feet of that
-    /// height stood in training; in flight the model's velocities) or `"model"` (the model's velocities alone). S1 does not say. Default: `"planted"`.
+    /// Source of the root's motion: `"planted"` (feet are held to footholds that each particle stores, weighted by how
+    /// still feet at that height were in training; in flight the model's velocities apply) or `"model"` (the model's
+    /// velocities only). [GPDM graph] does not specify it. Default: `"planted"`.
     pub root_motion: RootMotion,
-    /// Whether particles at the end of what a model learned go on into the next model of the recording, and at the recording's
-    /// end to the training frame that moves most alike, if that is near enough for a jump. Default: true.
+    /// Whether particles at the end of a model continue in the next model of the recording, and at the recording's end
+    /// at the training frame with the most similar motion, if it is near enough for a jump. Default: true.
     pub natural_edges: bool,
-    /// How particles are shared among the training poses that resemble the start pose: `"softmax"` or `"literal"` (S1 Eqs. 12
-    /// to 14). Default: `"softmax"`.
+    /// How particles are distributed among the training poses similar to the start pose: `"softmax"` or `"literal"`
+    /// ([GPDM graph], Eqs. 12 to 14). Default: `"softmax"`.
     pub initialisation: Initialisation,
     /// As for the annealed particle filter. Default: `"overlap"`.
     pub silhouette: SilhouetteTerm,
@@ -66,7 +70,8 @@ pub struct LatentTrackerSettings<T> {
     pub contour_weight: f64,
     /// As for the annealed particle filter. Default: 1/24.
     pub contour_reach: f64,
-    /// Weight of the distance from the sides of limbs to the observed contour, beside the areas; 0 leaves it out. Default: 0.
+    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
+    /// it. Default: 0.
     pub limb_side_weight: f64,
     /// As for the annealed particle filter; only for several layers. Default: `"geometric"`.
     pub kernel: Kernel,
@@ -74,18 +79,18 @@ pub struct LatentTrackerSettings<T> {
     pub estimator: Estimator,
 }
 
-/// Where particles stand.
+/// Source of the root.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RootMode {
     /// Each particle carries its own root.
     #[default]
     Tracked,
-    /// The true root is given away.
+    /// The tracker is given the true root.
     Oracle,
 }
 
-/// The original GPDM: one model of each training clip; particles never change models.
+/// The original GPDM: one model per training clip; particles never change models.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gpdm {
@@ -93,15 +98,16 @@ pub struct Gpdm {
     pub training: TrainingOptions,
 }
 
-/// The switching GPDM as S1 describes its competitor: the graph's models, left with a constant probability.
+/// The switching GPDM, the competitor described in [GPDM graph]: the graph's models, left with a constant probability.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SwitchingGpdm {
     /// Probability of leaving a model in one frame. Default: 0.05.
     pub probability: f64,
-    /// Length of a clip of S1's Table 1, seconds. Default: 0.5.
+    /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds. Default: 0.5.
     pub clip_s: f64,
-    /// TH of S1's Table 1 per anatomical joint, rad^2. Default: 1/13.
+    /// Greatest reconstruction error of a segment per anatomical joint (TH in [GPDM graph], Table 1), rad^2. Default:
+    /// 1/13.
     pub threshold_per_joint: f64,
     /// How each model is learned.
     pub training: TrainingOptions,
@@ -111,19 +117,21 @@ pub struct SwitchingGpdm {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GpdmGraph {
-    /// Length of a clip of S1's Table 1, seconds. Default: 0.5.
+    /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds. Default: 0.5.
     pub clip_s: f64,
-    /// TH of S1's Table 1 per anatomical joint, rad^2. Default: 1/13.
+    /// Greatest reconstruction error of a segment per anatomical joint (TH in [GPDM graph], Table 1), rad^2. Default:
+    /// 1/13.
     pub threshold_per_joint: f64,
-    /// What finds the moments at which the motion may turn into another: `"short_term_pca"`, `"speed_minima"` or `"every_frame"`.
-    /// Default: `"short_term_pca"`.
+    /// Detector of frames at which particles may jump to another model: `"short_term_pca"`, `"speed_minima"` or
+    /// `"every_frame"`. Default: `"short_term_pca"`.
     pub detector: String,
-    /// Which particles near candidates jump: `"stay_weighted"`, `"stay_shared"` (the same, weights divided by the number of
-    /// candidates of their model) or `"literal"`. Default: `"stay_weighted"`.
+    /// Rule for jumps of particles near candidates: `"stay_weighted"`, `"stay_shared"` (the same, weights divided by
+    /// the number of candidates of their model) or `"literal"`. Default: `"stay_weighted"`.
     pub jump_rule: JumpRule,
     /// Greatest distance of a jump per anatomical joint, rad^2. Default: 1/13.
     pub jump_threshold_per_joint: f64,
-    /// Distance at which a jump is 1/e as likely per anatomical joint, rad^2; not for `"literal"`. Default: 0.25/13.
+    /// Distance at which the probability of a jump is 1/e, per anatomical joint, rad^2; not for `"literal"`. Default:
+    /// 0.25/13.
     pub jump_width_per_joint: f64,
     /// Weight of the squared difference of joint velocities, s^2. Default: 0.02.
     pub velocity_weight: f64,
@@ -132,7 +140,7 @@ pub struct GpdmGraph {
 }
 
 impl<T: LatentKind> LatentTrackerSettings<T> {
-    /// What the filter itself takes of them.
+    /// The settings of the filter.
     pub fn filter(&self) -> FilterSettings {
         FilterSettings {
             particles: self.particles,
@@ -143,7 +151,7 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
         }
     }
 
-    /// What the likelihood takes of them.
+    /// The settings of the likelihood.
     pub fn likelihood(&self) -> SilhouetteSettings {
         SilhouetteSettings {
             silhouette: self.silhouette,
@@ -154,7 +162,7 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
         }
     }
 
-    /// What the particles' motion takes of them.
+    /// The settings of the latent motion model.
     pub fn latent(&self) -> LatentSettings {
         LatentSettings {
             transition: self.model.transition(),

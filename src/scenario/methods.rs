@@ -1,4 +1,4 @@
-//! Who tracks: one tracker, or several methods side by side.
+//! The trackers of a scenario: one tracker, or several methods.
 
 use super::{Scenario, TrackerSettings};
 
@@ -8,7 +8,7 @@ impl Scenario {
         self.tracker.clone().unwrap_or_default()
     }
 
-    /// Everybody who tracks, by name where there are methods.
+    /// All trackers, with the names of methods if there are any.
     pub fn trackers(&self) -> Vec<(&str, TrackerSettings)> {
         match self.methods.is_empty() {
             true => vec![("tracker", self.tracker())],

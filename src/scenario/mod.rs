@@ -1,8 +1,8 @@
-//! A scenario: everything that one experiment needs, as `scenarios/*.toml` says it.
+//! A scenario: the definition of one experiment, as in `scenarios/*.toml`.
 //!
-//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths are
-//! metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's file,
-//! from 1. Key by key the file is checked by type here and by range in [`Scenario::first_problem`].
+//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths
+//! are metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's
+//! file, from 1. Keys are checked by type here and by range in [`Scenario::first_problem`].
 
 mod bodies;
 mod complaint;
@@ -39,7 +39,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::benchmark_set::Layer;
 
-/// One experiment: whose motion, which bodies, which cameras, which tracker.
+/// One experiment: motion, bodies, cameras and tracker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
@@ -47,23 +47,24 @@ pub struct Scenario {
     pub schema: SchemaTag,
     /// Short name: letters, digits, `-` and `_`. Runs are written to `runs/NAME` unless `--out` says otherwise.
     pub name: String,
-    /// One or two sentences for people. Default: empty.
+    /// Description in one or two sentences. Default: empty.
     #[serde(default)]
     pub description: String,
     /// First random seed. Default: 0.
     #[serde(default)]
     pub seed: u32,
-    /// How many seeds to run: `seed`, `seed + 1`, and so on. Default: 1.
+    /// Number of seeds: `seed`, `seed + 1`, and so on. Default: 1.
     #[serde(default = "one")]
     pub seeds: u32,
-    /// Truth images that `render` writes beside the masks, one OpenEXR file a camera and frame: `"depth"` (metres along the
-    /// camera's axis) and `"parts"` (which link is seen). `run` has no use for them. Default: none.
+    /// Ground-truth images that `render` writes in addition to the masks, one OpenEXR file per camera and frame:
+    /// `"depth"` (metres along the camera's axis) and `"parts"` (index of the visible link). `run` does not use them.
+    /// Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<Layer>,
     /// The recording that the actor performs.
     pub motion: MotionSettings,
-    /// The recordings that proposals and motion models are learned from. Default: for the spread of proposals the frames of
-    /// `[motion]` themselves; motion models need training.
+    /// The recordings that proposals and motion models are learned from. Default: the spread of proposals is that of
+    /// `[motion]` itself; motion models need training clips.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub training: Option<TrainingSettings>,
     /// The body that is seen.
@@ -72,18 +73,18 @@ pub struct Scenario {
     /// The body that the tracker believes in.
     #[serde(default)]
     pub tracker_body: TrackerBodySettings,
-    /// What stands about besides the actor. Default: nothing.
+    /// Props: fixed solids in the scene. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub prop: Vec<PropSettings>,
     /// The cameras.
     #[serde(default)]
     pub rig: RigSettings,
-    /// Who tracks: one of `[tracker.annealed_particle_filter]`, `[tracker.gpdm]`, `[tracker.switching_gpdm]`,
-    /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`.
-    /// Default: the annealed particle filter with its defaults.
+    /// The tracker: one of `[tracker.annealed_particle_filter]`, `[tracker.gpdm]`, `[tracker.switching_gpdm]`,
+    /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`. Default: the
+    /// annealed particle filter with its defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tracker: Option<TrackerSettings>,
-    /// Several trackers side by side in place of `[tracker]`, by name: `[methods.NAME.gpdm_graph]`. Default: none.
+    /// Several trackers instead of `[tracker]`, by name: `[methods.NAME.gpdm_graph]`. Default: none.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub methods: BTreeMap<String, TrackerSettings>,
 }

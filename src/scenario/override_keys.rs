@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::complaint::did_you_mean;
 use super::{Scenario, TrackerSettings};
 
-/// Tables within tables deeper than this are not looked into.
+/// Greatest depth of nested tables.
 const DEEPEST: usize = 8;
 
 /// Most candidates that a message names.
@@ -39,10 +39,10 @@ pub(super) fn keys_of_tracker(settings: &TrackerSettings) -> Vec<String> {
         .collect()
 }
 
-/// The full key that a short one means. A key that is full already, or that means nothing, stays as it is.
+/// The full key for a short one. Full and unknown keys are returned unchanged.
 ///
 /// # Errors
-/// A message with the candidates where a short key means several, or with a suggestion where it is misspelt.
+/// A message with the candidates if a short key is ambiguous, or with a suggestion if it is misspelt.
 pub(super) fn full_key(key: &str, keys: &[String]) -> Result<String, String> {
     let tables = |full: &String| full.starts_with(key) && full[key.len()..].starts_with('.');
     let first = key.split('.').next().unwrap_or_default();
@@ -61,18 +61,18 @@ pub(super) fn full_key(key: &str, keys: &[String]) -> Result<String, String> {
         several => {
             let named: Vec<&str> = several.iter().take(MOST_NAMED).map(|full| full.as_str()).collect();
             let more = if several.len() > MOST_NAMED { " and others" } else { "" };
-            Err(format!("`{key}` may mean {}{more}; write the full key", named.join(" or ")))
+            Err(format!("`{key}` is ambiguous: {}{more}; write the full key", named.join(" or ")))
         }
     }
 }
 
-/// The other keys that end like a full one: what somebody may have meant who wrote it.
+/// The other keys with the same ending as a full one, as suggestions.
 pub(super) fn others_that_end_so<'k>(key: &str, keys: &'k [String]) -> Vec<&'k str> {
     let ends = |full: &&str| full.strip_suffix(key).is_some_and(|rest| rest.ends_with('.'));
     keys.iter().map(String::as_str).filter(ends).collect()
 }
 
-/// Dotted keys of the objects that a part of a schema describes.
+/// Dotted keys of the objects described by a part of a schema.
 fn keys_below(schema: &Value, part: &Value, depth: usize) -> Vec<String> {
     if depth == 0 {
         return Vec::new();
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn a_key_that_may_mean_several_is_refused_with_all_of_them_and_a_misspelt_one_with_a_guess() {
         let refused = meant("robot").unwrap_err();
-        assert_eq!(refused, "`robot` may mean actor.robot or tracker_body.robot; write the full key");
+        assert_eq!(refused, "`robot` is ambiguous: actor.robot or tracker_body.robot; write the full key");
         assert!(meant("partciles").unwrap_err().contains("did you mean `particles`?"));
     }
 

@@ -1,4 +1,4 @@
-//! `[[prop]]`: what stands about besides the actor.
+//! `[[prop]]`: fixed solids in the scene.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 use crate::body::{Flesh, Prop};
 use crate::raster::TaperedCapsule;
 
-/// A solid that stands still in the world. Cameras see it as background, and it hides what is behind it; contact of the actor
-/// with it is in the truth; a simulated body collides with it. `contact = "fix"` knows the ground alone.
+/// A fixed solid in the world. It belongs to the background and hides what is behind it; contacts of the actor with it
+/// are in the ground truth; a simulated body collides with it. `contact = "fix"` considers only the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PropSettings {
-    /// Name, each its own.
+    /// Name, must be unique.
     pub name: String,
-    /// What it is: `{ box = { size_m = [0.4, 0.4, 0.2] } }`, `{ sphere = { radius_m = 0.1 } }`,
-    /// `{ cylinder = { radius_m = 0.1, length_m = 1.0 } }` or `{ capsule = { radius_m = 0.1, length_m = 1.0 } }`.
+    /// Its shape: `{ box = { size_m = [0.4, 0.4, 0.2] } }`, `{ sphere = { radius_m = 0.1 } }`, `{ cylinder = {
+    /// radius_m = 0.1, length_m = 1.0 } }` or `{ capsule = { radius_m = 0.1, length_m = 1.0 } }`.
     pub shape: PropShape,
-    /// Its middle, world, metres.
+    /// Its centre, world, metres.
     pub place_m: [f64; 3],
     /// Turn about the world's X, then Y, then Z axis, degrees. Default: none; cylinders and capsules stand upright.
     #[serde(default)]
@@ -33,7 +33,7 @@ pub enum PropShape {
         /// Its edges along X, Y and Z.
         size_m: [f64; 3],
     },
-    /// A ball.
+    /// A sphere.
     Sphere {
         /// Its radius.
         radius_m: f64,
@@ -45,11 +45,11 @@ pub enum PropShape {
         /// From end to end.
         length_m: f64,
     },
-    /// A cylinder with balls at its ends.
+    /// A cylinder with spherical ends.
     Capsule {
         /// Its radius.
         radius_m: f64,
-        /// From the middle of one ball to that of the other.
+        /// Distance between the centres of the end spheres.
         length_m: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! What the types of a scenario cannot say: which values make sense.
+//! Range checks that types cannot express.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -12,7 +12,7 @@ use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::detector;
 use crate::tracker::{FilterSettings, SettingError, SilhouetteSettings};
 
-/// A value that makes no sense.
+/// An invalid value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Problem {
     /// Dotted key.
@@ -39,7 +39,7 @@ const FARTHEST: f64 = 1e4;
 const LONGEST_NAME: usize = 200;
 
 impl Scenario {
-    /// The first value that makes no sense by itself, in the order of the format.
+    /// The first invalid value, in the order of the format.
     pub(crate) fn first_problem(&self) -> Verdict {
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
         require(
@@ -50,7 +50,7 @@ impl Scenario {
         )?;
         within("seeds", self.seeds, 1..=MOST_SEEDS)?;
         let repeated = self.layers.iter().enumerate().any(|(i, layer)| self.layers[..i].contains(layer));
-        require("layers", !repeated, "each layer once", format!("{:?}", self.layers).to_lowercase())?;
+        require("layers", !repeated, "every layer at most once", format!("{:?}", self.layers).to_lowercase())?;
         motion("motion", &self.motion)?;
         if let Some(training) = &self.training {
             require("training.clips", !training.clips.is_empty(), "at least one [[training.clips]]", "none")?;
@@ -71,7 +71,7 @@ impl Scenario {
             require(
                 &format!("prop[{i}].name"),
                 !again,
-                "each prop its own name",
+                "unique names of props",
                 format!("{:?} twice", excerpt(&p.name)),
             )?;
         }
@@ -91,7 +91,7 @@ impl Scenario {
             settings.first_problem(&prefix)?;
             let key = format!("{prefix}{}", settings.name());
             let needed = settings.learns() || matches!(settings, TrackerSettings::NearestTrainingPose(_));
-            require(&key, !needed || self.training.is_some(), "a motion to learn from: [[training.clips]]", "none")?;
+            require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
         }
         let both = self.tracker.is_some() && !self.methods.is_empty();
         require("tracker", !both, "either [tracker.*] or [methods.NAME.*]", "both")
@@ -99,7 +99,7 @@ impl Scenario {
 }
 
 impl TrackerSettings {
-    /// As [`Scenario::first_problem`]; `prefix` is what stands before the tracker's name in keys.
+    /// As [`Scenario::first_problem`]; `prefix` precedes the tracker's name in keys.
     pub(crate) fn first_problem(&self, prefix: &str) -> Verdict {
         match self {
             Self::AnnealedParticleFilter(s) => filter(&format!("{prefix}annealed_particle_filter"), s),
@@ -119,7 +119,7 @@ fn motion(table: &str, m: &MotionSettings) -> Verdict {
     }
     if let Some(last) = m.last_frame {
         let first = m.first_frame.unwrap_or(1);
-        require(&format!("{table}.last_frame"), last > first, format_args!("a frame after {first}, the first"), last)?;
+        require(&format!("{table}.last_frame"), last > first, format_args!("a frame after the first, {first}"), last)?;
     }
     within(&format!("{table}.frames_per_second"), m.frames_per_second, 1.0..=1000.0)?;
     for (key, value, range) in [
@@ -150,7 +150,7 @@ fn actor(a: &ActorSettings) -> Verdict {
     for (key, said) in keys {
         let sound = !said || a.contact == ContactMode::Simulate;
         let found = format_args!("contact = {:?}", a.contact).to_string().to_lowercase();
-        require(&format!("actor.{key}"), sound, "it only beside contact = \"simulate\"", found)?;
+        require(&format!("actor.{key}"), sound, "it only with contact = \"simulate\"", found)?;
     }
     for (key, value) in [("friction", a.friction), ("root_wrench", a.root_wrench)] {
         if let Some(value) = value {
@@ -162,7 +162,12 @@ fn actor(a: &ActorSettings) -> Verdict {
     within("actor.push.impulse_ns", push.impulse_ns, 0.0..=10_000.0)?;
     let length = nalgebra::Vector3::from(push.direction).norm();
     let found = format!("{:?}", push.direction);
-    require("actor.push.direction", length > 1e-9 && length.is_finite(), "a direction, of any length but zero", found)
+    require(
+        "actor.push.direction",
+        length > 1e-9 && length.is_finite(),
+        "a direction (a vector other than zero)",
+        found,
+    )
 }
 
 fn prop(table: &str, p: &PropSettings) -> Verdict {
@@ -199,7 +204,7 @@ fn camera(table: &str, c: &CameraSettings) -> Verdict {
     let [[fx, skew, cx], [k10, fy, cy], bottom] = c.matrix;
     let key = format!("{table}.matrix");
     let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
-    require(&key, finite(c.matrix.as_flattened()), "finite numbers", "one that is not")?;
+    require(&key, finite(c.matrix.as_flattened()), "finite numbers", "a number that is not finite")?;
     require(&key, fx > 0.0 && fy > 0.0, "focal lengths fx and fy above 0 px", format_args!("{fx} and {fy}"))?;
     let sound = [fx, fy, cx, cy].iter().all(|number| number.abs() <= GREATEST_PIXELS);
     require(&key, sound, format_args!("numbers of at most {GREATEST_PIXELS} px"), format!("{:?}", c.matrix))?;
@@ -263,7 +268,7 @@ fn latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) ->
     }?;
     let learning = s.model.learning();
     let said = s.model_file.is_some() && learning != T::default().learning();
-    let alone = "no keys of `model` beside it that say how it is learned, for it is";
+    let alone = "no training keys of `model`, because the model is already trained; remove them";
     require(&format!("{table}.model_file"), !said, alone, "some")?;
     within(&format!("{table}.model.clip_s"), learning.clip_s, 0.05..=60.0)?;
     within(&format!("{table}.model.threshold_per_joint"), learning.threshold_per_joint, 1e-9..=10.0)?;

@@ -1,4 +1,4 @@
-//! From text to a [`Scenario`], with overrides, and with every mistake shown where it stands.
+//! Reads a [`Scenario`] from text, with overrides; every error has its position.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ const MOST_SEGMENTS: usize = 16;
 /// A scenario and where its relative paths start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenarioFile {
-    /// What it says, overrides included.
+    /// The scenario, overrides included.
     pub scenario: Scenario,
     /// The file as it was named.
     pub origin: String,
@@ -32,7 +32,7 @@ pub struct ScenarioFile {
     pub(super) overrides: Vec<String>,
 }
 
-/// Why a scenario cannot be used.
+/// Errors of scenarios.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
@@ -43,7 +43,7 @@ pub enum ScenarioError {
         /// Why.
         source: std::io::Error,
     },
-    /// The file says something that makes no sense.
+    /// The file has an invalid value.
     #[error(transparent)]
     Unsound(#[from] Complaint),
 }
@@ -52,7 +52,7 @@ impl ScenarioFile {
     /// Reads a scenario file; every override is `key=value` with a dotted key and a TOML value (a bare word is a string).
     ///
     /// # Errors
-    /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or a value that makes no sense.
+    /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or an invalid value.
     pub fn open(path: &Path, overrides: &[String]) -> Result<Self, ScenarioError> {
         let text = input::read_to_string(path, limits::SETTINGS)
             .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
@@ -61,10 +61,10 @@ impl ScenarioFile {
         Ok(Self { path: Some(path.to_owned()), ..file })
     }
 
-    /// The scenario that is built in.
+    /// The built-in scenario.
     ///
     /// # Errors
-    /// [`ScenarioError`] if an override makes no sense.
+    /// [`ScenarioError`] if an override is invalid.
     pub fn built_in(overrides: &[String]) -> Result<Self, ScenarioError> {
         Self::parse(DEFAULT_SCENARIO, "walk.toml (built in)", PathBuf::new(), overrides)
     }
@@ -72,7 +72,7 @@ impl ScenarioFile {
     /// As [`Self::open`], from a text.
     ///
     /// # Errors
-    /// As [`Self::open`], but for reading.
+    /// As [`Self::open`], except reading errors.
     pub fn parse(text: &str, origin: &str, folder: PathBuf, overrides: &[String]) -> Result<Self, ScenarioError> {
         let mut tree = tree_of(text, origin)?;
         let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))?;
@@ -92,7 +92,7 @@ impl ScenarioFile {
         }
     }
 
-    /// A complaint about the value of a key, shown where it stands: in the file, or in the override that says it.
+    /// An error about the value of a key, with its position in the file or in the override.
     pub(crate) fn complaint(&self, key: &str, message: String) -> Complaint {
         let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
         let spot = locate(&self.text, key).filter(|_| culprit.is_none());
@@ -106,7 +106,7 @@ impl TrackerSettings {
     /// These settings with overrides whose keys are relative to the tracker's own table (`particles=50`).
     ///
     /// # Errors
-    /// [`Complaint`] if an override makes no sense.
+    /// [`Complaint`] if an override is invalid.
     pub fn overridden(self, overrides: &[String]) -> Result<Self, Complaint> {
         let mut settings = self;
         for assignment in overrides {
@@ -130,14 +130,14 @@ pub(super) fn named(assignment: &str) -> String {
     format!("override {assignment}")
 }
 
-/// An override of a scenario with the full key that its short one means.
+/// An override of a scenario with its short key expanded.
 pub(super) fn with_full_key(assignment: &str, scenario: &Scenario) -> Result<String, Complaint> {
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
     let full = full_key(key.trim(), &keys_of(scenario)).map_err(|message| complaint_about(assignment, message))?;
     Ok(format!("{full}={value}"))
 }
 
-/// A complaint about an override, with the other keys that may have been meant: `layers` is the scenario's, and a tracker's.
+/// An error about an override, with other candidate keys: `layers` is a key of the scenario and of trackers.
 fn with_other_keys(complaint: Complaint, assignment: &str, scenario: &Scenario) -> Complaint {
     let key = assignment.split('=').next().unwrap_or_default();
     let keys = keys_of(scenario);
@@ -150,7 +150,8 @@ fn with_other_keys(complaint: Complaint, assignment: &str, scenario: &Scenario) 
     }
 }
 
-/// An override of a tracker with its key as the tracker's own table has it: `tracker.NAME.KEY` and short keys are taken too.
+/// An override of a tracker with its key as the tracker's own table has it: `tracker.NAME.KEY` and short keys are
+/// accepted too.
 fn with_own_key(assignment: &str, settings: &TrackerSettings) -> Result<String, Complaint> {
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
     let complain = |message| complaint_about(assignment, message);
@@ -159,13 +160,13 @@ fn with_own_key(assignment: &str, settings: &TrackerSettings) -> Result<String, 
     let in_tracker = key.strip_prefix("tracker.").unwrap_or(key);
     let own = in_tracker.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
     if own.is_none() && in_tracker != key {
-        return Err(complain(format!("the tracker is `{name}`: its keys are tracker.{name}.KEY, or KEY alone")));
+        return Err(complain(format!("the tracker is `{name}`: write tracker.{name}.KEY or KEY")));
     }
     let full = full_key(own.unwrap_or(key), &keys_of_tracker(settings)).map_err(complain)?;
     Ok(format!("{full}={value}"))
 }
 
-/// Whether an override says the value of `key`, itself or as part of a table.
+/// Whether an override sets `key`, itself or as part of a table.
 pub(super) fn covers(assignment: &str, key: &str) -> bool {
     let name = assignment.split('=').next().unwrap_or_default().trim();
     key.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
@@ -190,7 +191,7 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Compla
         .split_once('=')
         .ok_or_else(|| complain("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
     let value = parse_value(value.trim()).map_err(|e| complain(&e))?;
-    // a table lies within a table for every dot
+    // every dot is one level of nested tables
     if key.split('.').count() > MOST_SEGMENTS {
         return Err(complain(&format!("expected a key of at most {MOST_SEGMENTS} parts between dots, found more")));
     }
@@ -207,7 +208,7 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Compla
         let Value::Object(inner) = slot else { return Err(complain("expected a table")) };
         let method = depth == 1 && segments[0] == "methods";
         if (depth == 0 && *segment == "tracker") || method {
-            // A scenario or method has one tracker: naming another takes the first one's place.
+            // A scenario or method has one tracker: naming another replaces it.
             let chosen = segments.get(depth + 1).copied().unwrap_or(last);
             inner.retain(|name, _| name == chosen);
         }

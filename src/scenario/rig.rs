@@ -25,7 +25,7 @@ pub struct RingSettings {
     pub radius_m: f64,
     /// Height of the cameras above the ground, metres. Default: 1.6.
     pub height_m: f64,
-    /// The point that the cameras look at and stand around, world coordinates (Z up), metres. Default: 0.95 m above the
+    /// The point that the cameras look at and surround, world coordinates (Z up), metres. Default: 0.95 m above the
     /// middle of the actor's path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look_at_m: Option<[f64; 3]>,

@@ -1,5 +1,5 @@
-//! Everything that is wrong with a scenario, not the first thing alone: what is wrong is told, left out of the tree (or
-//! replaced by something harmless where a key must be there), and the rest is read again.
+//! Finds all errors of a scenario, not only the first: each error is reported, the key is removed from the tree (or
+//! replaced by a valid value if it is required), and the rest is read again.
 
 use std::path::{Path, PathBuf};
 
@@ -10,20 +10,20 @@ use super::read::{covers, named, set, with_full_key};
 use super::tree::{Mistake, settings_or_mistake, tree_of};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
 
-/// A scenario has fewer mistakes than this, or somebody plays.
+/// Limit of reported errors.
 const MOST_MISTAKES: usize = 200;
 
-/// A scenario that was looked through to its end.
+/// A scenario with all its errors.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// The scenario without what is wrong with it; `None` where nothing can be made of it.
+    /// The scenario without its invalid keys; `None` if it cannot be read at all.
     pub file: Option<ScenarioFile>,
-    /// All that is wrong, in the order of the file, then what it leaves out and what overrides say; empty where the scenario is
-    /// sound by itself.
+    /// All errors: those of the file in its order, then missing keys and overrides; empty if the scenario is valid by
+    /// itself.
     pub complaints: Vec<Complaint>,
 }
 
-/// Reads a scenario (`None`: the one that is built in) with overrides as [`ScenarioFile::open`] does, to its end.
+/// Reads a scenario (`None`: the built-in one) with overrides as [`ScenarioFile::open`] does, collecting all errors.
 ///
 /// # Errors
 /// [`ScenarioError::Unreadable`] if the file cannot be read.
@@ -39,13 +39,13 @@ pub fn survey(path: Option<&Path>, overrides: &[String]) -> Result<Survey, Scena
     }
 }
 
-/// A scenario whose mistakes are taken out one by one.
+/// A scenario whose errors are removed one by one.
 struct Repair<'a> {
     file: ScenarioFile,
     wanted: &'a [String],
     tree: Value,
     complaints: Vec<Complaint>,
-    /// Dotted keys that were wrong.
+    /// Dotted keys that were invalid.
     removed: Vec<String>,
 }
 
@@ -65,7 +65,7 @@ impl<'a> Repair<'a> {
 
     fn survey(mut self, first: Complaint) -> Survey {
         let whole = self.read_all().is_some();
-        // what stands in the file in its order, then what it leaves out and what overrides say
+        // errors of the file in its order, then missing keys and overrides
         self.complaints.sort_by_key(|complaint| complaint.place.as_ref().map_or(usize::MAX, |place| place.line));
         if self.complaints.is_empty() {
             self.complaints.push(first);
@@ -108,7 +108,7 @@ impl<'a> Repair<'a> {
         Some(())
     }
 
-    /// What the tree says, once all that is no setting is out of it.
+    /// The settings of the tree after removal of all invalid keys.
     fn settings(&mut self) -> Option<Scenario> {
         for _ in 0..MOST_MISTAKES {
             match settings_or_mistake(self.tree.clone()) {
@@ -149,7 +149,7 @@ impl<'a> Repair<'a> {
         self.complaints.push(complaint);
     }
 
-    /// Takes a key out of the tree; whether it was there.
+    /// Removes a key from the tree; returns whether it existed.
     fn remove(&mut self, key: &str) -> bool {
         let whole = key.trim_end_matches(|c: char| c == ']' || c == '[' || c.is_ascii_digit());
         let key = if key.ends_with(']') { whole } else { key };
@@ -160,11 +160,11 @@ impl<'a> Repair<'a> {
         was_there
     }
 
-    /// Whether a problem is there only because of a key that was taken out.
+    /// Whether a problem exists only because of a removed key.
     fn follows(&self, key: &str, message: &str) -> bool {
         let took = |table: &str| self.removed.iter().any(|removed| removed.starts_with(table));
-        (key.starts_with("actor.") && message.contains("only beside contact") && took("actor.contact"))
-            || (message.contains("a motion to learn from") && took("training"))
+        (key.starts_with("actor.") && message.contains("only with contact") && took("actor.contact"))
+            || (message.contains("training motion") && took("training"))
     }
 }
 
@@ -182,7 +182,7 @@ fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
     })
 }
 
-/// A value for a key that must be there, in whose place something wrong or nothing stood.
+/// A valid value for a required key that was invalid or missing.
 fn harmless(key: &str, number: usize) -> Option<Value> {
     Some(match key {
         "schema" => json!("skiagraph.scenario/1"),
@@ -270,7 +270,7 @@ mod tests {
             "missing key `place_m`",
             "prop[1].shape",
             "prop[1].place_m",
-            "override robot=x: `robot` may mean",
+            "override robot=x: `robot` is ambiguous:",
             "override tracker.frosen={}",
             "motion.first_frame: expected a frame number from 1",
             "prop[0].shape.sphere.radius_m: expected 0.001 to 1000",

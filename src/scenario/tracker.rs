@@ -1,4 +1,4 @@
-//! `[tracker.*]`: who tracks, and with which settings.
+//! `[tracker.*]`: the tracker and its settings.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,23 +11,23 @@ use crate::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, SilhouetteSettings, SilhouetteTerm,
 };
 
-/// Who tracks.
+/// The tracker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TrackerSettings {
-    /// Particles that are annealed onto the silhouettes.
+    /// The annealed particle filter.
     AnnealedParticleFilter(AnnealedParticleFilterSettings),
-    /// Never moves: the floor that every tracker must beat.
+    /// Never moves: the baseline that every tracker must beat.
     Frozen(FrozenSettings),
     /// Particles in the latent space of one GPDM: the original GPDM.
     Gpdm(LatentTrackerSettings<Gpdm>),
-    /// Particles in the latent spaces of several GPDMs, which they leave with a constant probability.
+    /// Particles in the latent spaces of several GPDMs, left with a constant probability.
     SwitchingGpdm(LatentTrackerSettings<SwitchingGpdm>),
     /// Particles on a GPDM graph.
     GpdmGraph(LatentTrackerSettings<GpdmGraph>),
-    /// Knows the truth and answers with the training pose nearest to it: a floor, not a tracker.
+    /// Uses ground truth: answers with the nearest training pose. A reference, not a tracker.
     NearestTrainingPose(NearestTrainingPoseSettings),
-    /// Knows the truth and adds a planted error: a check of the evaluation, not a tracker.
+    /// Uses ground truth: adds a known error. A check of the evaluation, not a tracker.
     Oracle(OracleSettings),
 }
 
@@ -43,43 +43,44 @@ pub struct AnnealedParticleFilterSettings {
     /// covariance shrinks by the same factor. Default: 0.5.
     pub survival_rate: f64,
     /// How the areas of silhouettes are compared: `"overlap"` (one minus intersection over union) or `"bidirectional"`
-    /// (mean of the shares that either side has alone). Default: `"overlap"`.
+    /// (mean of the shares that only one of them covers). Default: `"overlap"`.
     pub silhouette: SilhouetteTerm,
     /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (much
     /// slower). Default: `"one_sided"`.
     pub contour: ContourTerm,
-    /// Weight of the contours beside the areas; 0 leaves them out. Default: 0.5.
+    /// Weight of the contour term relative to the area term; 0 disables it. Default: 0.5.
     pub contour_weight: f64,
     /// Distance between contours at which their term saturates, as a share of the image's height. Default: 1/24.
     pub contour_reach: f64,
-    /// Weight of the distance from the sides of limbs to the observed contour, beside the areas; 0 leaves it out. Default: 0.
+    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
+    /// it. Default: 0.
     pub limb_side_weight: f64,
     /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of the
     /// training motion. Default: 1.5, chosen on CMU 16_15 and 35_02, matched and mismatched, among 0.5, 1, 1.5 and 2.
     pub proposal_scale: f64,
     /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`. Default: `"none"`.
     pub prediction: Prediction,
-    /// How survivors are spread: `"geometric"`, `{ min = { factor = 1.0 } }` or `{ shrink = { h = 0.3 } }`.
-    /// Default: `"geometric"`.
+    /// How surviving particles are perturbed: `"geometric"`, `{ min = { factor = 1.0 } }` or `{ shrink = { h = 0.3 }
+    /// }`. Default: `"geometric"`.
     pub kernel: Kernel,
-    /// How the estimate is made of the particles: `"weighted_mean"` or `"best"`. Default: `"weighted_mean"`.
+    /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`. Default: `"weighted_mean"`.
     pub estimator: Estimator,
-    /// What it costs a pose to be in the ground, in itself or beyond its limits. Default: nothing.
+    /// Penalty for poses that penetrate the ground or themselves or exceed joint limits. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
 }
 
-/// Nothing to set.
+/// No settings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrozenSettings {}
 
-/// Nothing to set.
+/// No settings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NearestTrainingPoseSettings {}
 
-/// The planted error.
+/// The added error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OracleSettings {
@@ -111,7 +112,7 @@ impl TrackerSettings {
         }
     }
 
-    /// Every tracker there is, with its default settings.
+    /// All trackers, with their default settings.
     pub fn all() -> [Self; 7] {
         [
             Self::default(),
@@ -124,7 +125,7 @@ impl TrackerSettings {
         ]
     }
 
-    /// What its likelihood takes; `None` for trackers without one.
+    /// The settings of its likelihood; `None` for trackers without one.
     pub fn likelihood(&self) -> Option<SilhouetteSettings> {
         match self {
             Self::AnnealedParticleFilter(s) => Some(s.likelihood()),
@@ -135,7 +136,7 @@ impl TrackerSettings {
         }
     }
 
-    /// What plausibility adds to its likelihood; `None` where nothing.
+    /// The settings of its plausibility term, if any.
     pub fn plausibility(&self) -> Option<PlausibilitySettings> {
         match self {
             Self::AnnealedParticleFilter(s) => s.plausibility,
@@ -143,7 +144,7 @@ impl TrackerSettings {
         }
     }
 
-    /// What its filter takes; `None` for trackers without one.
+    /// The settings of its filter; `None` for trackers without one.
     pub fn filter(&self) -> Option<FilterSettings> {
         match self {
             Self::AnnealedParticleFilter(s) => Some(s.filter()),
@@ -154,7 +155,7 @@ impl TrackerSettings {
         }
     }
 
-    /// Whether a motion model has to be learned for it.
+    /// Whether it needs a learned motion model.
     pub fn learns(&self) -> bool {
         match self {
             Self::Gpdm(s) => s.model_file.is_none(),
@@ -184,7 +185,7 @@ impl TrackerSettings {
         }
     }
 
-    /// Whether the true root of every frame is given away to it.
+    /// Whether it is given the true root of every frame.
     pub fn is_given_roots(&self) -> bool {
         let root = match self {
             Self::Gpdm(s) => s.root,
@@ -203,7 +204,7 @@ impl TrackerSettings {
     /// The tracker of that name with its default settings.
     ///
     /// # Errors
-    /// [`Complaint`] for another name, with those there are.
+    /// [`Complaint`] for an unknown name, with the known ones.
     pub fn named(name: &str) -> Result<Self, Complaint> {
         Self::all().into_iter().find(|t| t.name() == name).ok_or_else(|| {
             let known = Self::all().map(|t| t.name());
@@ -212,14 +213,14 @@ impl TrackerSettings {
                 origin: format!("tracker {name}"),
                 place: None,
                 key: String::new(),
-                message: format!("there is no such tracker{guess} (there are: {})", known.join(", ")),
+                message: format!("no such tracker{guess} (known: {})", known.join(", ")),
             }
         })
     }
 }
 
 impl AnnealedParticleFilterSettings {
-    /// What the filter itself takes of them.
+    /// The settings of the filter.
     pub fn filter(&self) -> FilterSettings {
         FilterSettings {
             particles: self.particles,
@@ -230,7 +231,7 @@ impl AnnealedParticleFilterSettings {
         }
     }
 
-    /// What the likelihood takes of them.
+    /// The settings of the likelihood.
     pub fn likelihood(&self) -> SilhouetteSettings {
         SilhouetteSettings {
             silhouette: self.silhouette,
@@ -241,7 +242,7 @@ impl AnnealedParticleFilterSettings {
         }
     }
 
-    /// What the motion model takes of them.
+    /// The settings of the motion model.
     pub fn diffusion(&self) -> DiffusionSettings {
         DiffusionSettings { prediction: self.prediction, scale: self.proposal_scale }
     }

@@ -1,4 +1,4 @@
-//! From a text to a tree of values, from a tree to settings, and in plain words what is wrong with either.
+//! From a text to a tree of values, from a tree to settings, with readable errors.
 
 use std::ops::Range;
 
@@ -9,21 +9,21 @@ use super::complaint::{Complaint, Place, did_you_mean, locate};
 use super::json_tree;
 use crate::input::{self, excerpt};
 
-/// What a text says, as a tree.
+/// The tree of a text.
 pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
     toml::from_str(text).map_err(|e| Complaint {
         origin: origin.to_owned(),
         place: e.span().map(|span| Place::of(text, &span)),
         key: String::new(),
         message: match e.message() {
-            // TOML for all that, but in 64 bits
+            // valid TOML, but not a 64-bit number
             "JSON number out of range" => "the number is out of range".to_owned(),
             other => format!("not TOML: {}", input::foreign(other)),
         },
     })
 }
 
-/// Settings that a tree says.
+/// The settings of a tree.
 pub(super) fn settings_of<T: DeserializeOwned>(
     tree: Value,
     complain: impl FnOnce(Mistake) -> Complaint,
@@ -31,7 +31,7 @@ pub(super) fn settings_of<T: DeserializeOwned>(
     settings_or_mistake(tree).map_err(complain)
 }
 
-/// Settings that a tree says, or the first thing that is wrong with it.
+/// The settings of a tree, or its first error.
 pub(super) fn settings_or_mistake<T: DeserializeOwned>(tree: Value) -> Result<T, Mistake> {
     if let Some((key, expected)) = foreign(&tree) {
         return Err(Mistake { key, unknown: None, message: expected.to_owned() });
@@ -39,7 +39,7 @@ pub(super) fn settings_or_mistake<T: DeserializeOwned>(tree: Value) -> Result<T,
     json_tree::value(tree).map_err(|e| Mistake::new(&e))
 }
 
-/// The first key with a value that TOML has and a tree has not, and what was expected there.
+/// The first key whose value exists in TOML but not in JSON, and what was expected.
 fn foreign(tree: &Value) -> Option<(String, &'static str)> {
     let within = |key: String, value| {
         foreign(value).map(|(rest, expected)| match rest.is_empty() || rest.starts_with('[') {
@@ -50,7 +50,7 @@ fn foreign(tree: &Value) -> Option<(String, &'static str)> {
     match tree {
         Value::Null => Some((String::new(), "expected a finite number")),
         Value::Object(date) if date.contains_key(DATE) => {
-            Some((String::new(), "no setting is a date; a text needs quotes"))
+            Some((String::new(), "no setting is a date; put text in quotes"))
         }
         Value::Array(values) => values.iter().enumerate().find_map(|(i, value)| within(format!("[{i}]"), value)),
         Value::Object(table) => table.iter().find_map(|(key, value)| within(key.clone(), value)),
@@ -58,10 +58,10 @@ fn foreign(tree: &Value) -> Option<(String, &'static str)> {
     }
 }
 
-/// The one key of what a date of TOML becomes in a tree.
+/// The key that marks a TOML date in a tree.
 const DATE: &str = "$__toml_private_datetime";
 
-/// What settings cannot be read from.
+/// An error of reading settings.
 #[derive(Clone)]
 pub(super) struct Mistake {
     /// Dotted; empty for the whole.
@@ -80,7 +80,7 @@ impl Mistake {
         Self { key, unknown, message: in_plain_words(&message) }
     }
 
-    /// Where the unknown word stands, if it is a key: that of the mistake, or one in its table (`[tracker.frosen]`).
+    /// Position of the unknown word, if it is a key: that of the error, or one in its table (`[tracker.frosen]`).
     fn unknown_key(&self, text: &str) -> Option<Range<usize>> {
         let word = self.unknown.as_ref()?;
         let inside = locate(text, &format!("{}.{word}", self.key));
@@ -88,12 +88,12 @@ impl Mistake {
         Some(spot.key)
     }
 
-    /// Told of what was named `origin`, with no line to show.
+    /// As an error of `origin`, without a line.
     pub(super) fn about(self, origin: &str) -> Complaint {
         Complaint { origin: origin.to_owned(), place: None, key: self.key, message: self.message }
     }
 
-    /// Told of a text, with the line in which it stands.
+    /// As an error of a text, with its line.
     pub(super) fn in_text(self, origin: &str, text: &str) -> Complaint {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
@@ -113,7 +113,7 @@ const PLAIN_WORDS: [(&str, &str); 8] = [
     ("expected fewer elements in array", "expected fewer numbers"),
 ];
 
-/// Of serde's message about an unknown word: what it is, the word, and what serde expected there.
+/// Parses serde's message about an unknown word: its kind, the word, and what serde expected.
 fn unknown(message: &str) -> Option<(&'static str, &str, &str)> {
     let kinds = [("unknown field `", "unknown key"), ("unknown variant `", "unknown name")];
     let (rest, what) = kinds.iter().find_map(|(begin, what)| Some((message.strip_prefix(begin)?, *what)))?;
@@ -121,10 +121,10 @@ fn unknown(message: &str) -> Option<(&'static str, &str, &str)> {
     Some((what, &rest[..end], &rest[end + 1..]))
 }
 
-/// Serde's message for somebody who writes a scenario.
+/// Serde's message in terms of a scenario.
 fn in_plain_words(message: &str) -> String {
     if let Some((what, word, expected)) = unknown(message) {
-        // the word may hold anything, what is expected is ours
+        // the word is user input, the expected names are ours
         let known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
         let guess = did_you_mean(word, known.iter().copied());
         let guess = guess.map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();

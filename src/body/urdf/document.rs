@@ -1,7 +1,8 @@
-//! The XML behind a robot: where its elements stand, and the checks that make `urdf-rs` safe to call.
+//! The XML of a robot: positions of its elements, and the checks that make `urdf-rs` safe to call.
 //!
-//! `urdf-rs` accepts NaN, skips words that are no numbers, and names neither line nor element in its errors. It also refuses
-//! a file for parts that no body needs (a `<texture>` without a name, say): it is only shown the elements in [`NEEDED`].
+//! `urdf-rs` accepts NaN, skips words that are not numbers, and names neither line nor element in its errors. It also
+//! rejects a file for parts that a body does not need (for example a `<texture>` without a name), so it gets only the
+//! elements in [`NEEDED`].
 
 use std::borrow::Cow;
 
@@ -17,7 +18,7 @@ const MAX_DEPTH: usize = 32;
 /// Greatest magnitude of any number but a limit.
 const MAX_NUMBER: f64 = 1e6;
 
-/// Element, attribute, how many numbers it holds, whether it must be there, whether infinity is allowed.
+/// Element, attribute, number of values, whether it is required, whether infinity is allowed.
 const NUMBERS: &[(&str, &str, usize, bool, bool)] = &[
     ("origin", "xyz", 3, false, false),
     ("origin", "rpy", 3, false, false),
@@ -45,7 +46,7 @@ const NUMBERS: &[(&str, &str, usize, bool, bool)] = &[
     ("mesh", "scale", 3, false, false),
 ];
 
-/// Parent element, child element, attribute: the words that must be there.
+/// Parent element, child element, attribute: required words.
 const WORDS: &[(&str, &str, &str)] = &[
     ("robot", "link", "name"),
     ("robot", "joint", "name"),
@@ -56,7 +57,7 @@ const WORDS: &[(&str, &str, &str)] = &[
     ("geometry", "mesh", "filename"),
 ];
 
-/// Element and those of its children that a body is made of; all other elements are passed over.
+/// Element and its children that define a body; all other elements are ignored.
 const NEEDED: &[(&str, &[&str])] = &[
     ("robot", &["link", "joint"]),
     ("link", &["inertial", "visual", "collision"]),
@@ -67,7 +68,7 @@ const NEEDED: &[(&str, &[&str])] = &[
     ("joint", &["origin", "parent", "child", "axis", "limit", "mimic"]),
 ];
 
-/// More XML name spaces without declaration than this are not mended.
+/// Limit of undeclared XML name spaces that are declared automatically.
 const MAX_UNDECLARED: usize = 16;
 
 const JOINT_TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
@@ -275,7 +276,7 @@ impl<'t> Document<'t> {
     }
 }
 
-/// Whether a body is made of this element, as far as its parent and itself tell.
+/// Whether this element, given its parent, is part of a body's definition.
 fn is_needed(node: &Node<'_, '_>) -> bool {
     let Some(parent) = node.parent_element() else { return true };
     let children = NEEDED.iter().find(|(tag, _)| parent.has_tag_name(*tag)).map_or(&[][..], |(_, children)| children);

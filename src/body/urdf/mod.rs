@@ -1,9 +1,9 @@
-//! Humanoids from URDF: `urdf-rs` reads the values, this room checks what it does not and says where a fault stands.
+//! Humanoids from URDF: `urdf-rs` reads the values, this module checks what it does not and locates errors.
 //!
-//! What casts the shadow is a link's `<visual>` elements, or its `<collision>` elements where it has no visual. Two
-//! visual balls named `taper:NAME:a` and `taper:NAME:b` on one link are the ends of one tapered capsule; any other
-//! URDF tool shows the two balls. A fixed, empty link `marker_NAME` with [`super::Landmark::name`] places a marker and
-//! is not kept as a link; markers without such a link are proposed by [`markers`] from names and shape.
+//! A link's geometry is its `<visual>` elements, or its `<collision>` elements if it has no visual. Two visual spheres
+//! named `taper:NAME:a` and `taper:NAME:b` on one link are the ends of one tapered capsule; other URDF tools show two
+//! spheres. A fixed, empty link `marker_NAME` with [`super::Landmark::name`] places a marker and is not kept as a
+//! link; markers without such a link are proposed by [`markers`] from names and shape.
 
 mod axes;
 mod collada;
@@ -31,7 +31,8 @@ use crate::input::{self, limits::ROBOT};
 
 /// Greatest mass of a link, kilograms.
 const MAX_MASS: f64 = 1e5;
-/// Moments of inertia that are negative by no more than this were rounded off by whatever wrote them: 0, kg m^2.
+/// Moments of inertia that are negative by at most this are rounding errors of the writing program and become 0, kg
+/// m^2.
 const ROUNDED_OFF: f64 = 1e-9;
 
 impl Humanoid {

@@ -100,8 +100,8 @@ pub struct StanceSummary {
 /// The frame in which something is worst.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstContact {
-    /// What: `slip`, `penetration`, `float`, `self-penetration`, `imbalance` (how far the zero-moment point is outside) or
-    /// `unexplained force`.
+    /// What: `slip`, `penetration`, `float`, `self-penetration`, `imbalance` (how far the zero-moment point is outside)
+    /// or `residual force`.
     pub fault: &'static str,
     /// Of whom: a foot, a link, two links or the whole body.
     pub part: String,
@@ -266,7 +266,7 @@ fn worst(
         found("float", "mm", of(&contacts.feet, true, |frame| 1000.0 * frame.gap_m)),
         found("self-penetration", "mm", depths.collect()),
         found("imbalance", "mm", whole(|frame| frame.margin_m.map(|margin| -1000.0 * margin))),
-        found("unexplained force", "body weights", whole(|frame| Some(frame.residual))),
+        found("residual force", "body weights", whole(|frame| Some(frame.residual))),
     ];
     all.into_iter().flatten().collect()
 }
@@ -301,10 +301,10 @@ fn chart(summary: &ContactSummary, contacts: &GroundContacts, dynamics: Option<&
         dynamics.map(|dynamics| (label.to_owned(), dynamics.frames.iter().map(value).collect()))
     };
     let others = [
-        over_time("zero-moment point within the support, mm (below 0: outside)", |frame| {
+        over_time("zero-moment point inside the support polygon, mm (below 0: outside)", |frame| {
             frame.margin_m.map(|margin| 1000.0 * margin)
         }),
-        over_time("force that the ground does not explain, % of body weight", |frame| Some(100.0 * frame.residual)),
+        over_time("residual force at the root, % of body weight", |frame| Some(100.0 * frame.residual)),
     ];
     ContactChart {
         title: summary.name.clone(),

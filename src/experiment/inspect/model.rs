@@ -106,7 +106,7 @@ pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedMod
     let other = LearnedModel::read(path)?;
     other.facts.check_fits(path, &model.body, model.facts.frames_per_second)?;
     if other.facts.learned_from != model.facts.learned_from {
-        let detail = "learned from other motions; only models of the same motions can be held against each other";
+        let detail = "learned from other motions; only models of the same motions can be compared";
         return Err(ExperimentError::Malformed { path: path.to_owned(), detail: detail.to_owned() });
     }
     Ok(other)

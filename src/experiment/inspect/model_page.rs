@@ -123,7 +123,7 @@ fn facts_in_words(model: &LearnedModel) -> Vec<FactGroup> {
     let balance = training.balance.map_or_else(|| "D/d (balanced GPDM)".to_owned(), |b| b.to_string());
     let mut learning = vec![
         fact("dynamics", format!("{:?} order", training.order).to_lowercase()),
-        fact("predicts steps", if training.delta { "yes" } else { "no" }.to_owned()),
+        fact("predicts differences", if training.delta { "yes" } else { "no" }.to_owned()),
         fact("weight of the dynamics", balance),
         fact("rounds, iterations", format!("{}, {}", training.rounds, training.iterations)),
     ];

@@ -94,7 +94,7 @@ impl ModelFacts {
         let (known, found) = (&self.robot, RobotFacts::of(body));
         if known.joints_sha256 != found.joints_sha256 {
             let detail = format!(
-                "learned for the robot `{}`, whose joints are not those of `{}`; learn a model with that robot",
+                "learned for the robot `{}`, whose joints differ from those of `{}`; train a model with that robot",
                 known.name, found.name
             );
             return Err(malformed(path, detail));
@@ -102,7 +102,7 @@ impl ModelFacts {
         let own = self.frames_per_second;
         if own != frames_per_second {
             let detail = format!(
-                "learned at {own} frames a second, found {frames_per_second}; learn a model at that rate (--fps)"
+                "learned at {own} frames a second, needed at {frames_per_second}; train a model at that rate (--fps)"
             );
             return Err(malformed(path, detail));
         }

@@ -96,7 +96,7 @@ impl LearnedModel {
         let facts = facts_of(path, &npz)?;
         let body = body_from_json(&file, bytes_of(path, &npz, "body")?)?;
         if RobotFacts::of(&body) != facts.robot {
-            return Err(malformed(path, "its body is not the robot that its facts name"));
+            return Err(malformed(path, "its body differs from the robot that its facts describe"));
         }
         let graph = Arrays { file: &file, npz: &npz }.graph(&facts, &body);
         let graph = graph.map_err(|e| match e {
@@ -104,7 +104,7 @@ impl LearnedModel {
             ArraysError::Parts(e) => malformed(path, e.to_string()),
         })?;
         if graph.segments.iter().any(|s| s.range.motion >= facts.learned_from.len()) {
-            return Err(malformed(path, "segments: expected training motions that its facts name"));
+            return Err(malformed(path, "segments: expected training motions that its facts list"));
         }
         let fingerprints = read_fingerprints(&file, &npz, facts.learned_from.len()).map_err(|e| no_model(path, e))?;
         Ok(Self { facts, body, graph, fingerprints })
@@ -190,7 +190,7 @@ fn facts_of(path: &Path, npz: &Npz) -> Result<ModelFacts, ExperimentError> {
 fn bytes_of<'a>(path: &Path, npz: &'a Npz, name: &str) -> Result<&'a [u8], ExperimentError> {
     match npz.get(name).map(|array| &array.values) {
         Some(Values::U8(bytes)) => Ok(bytes),
-        _ => Err(malformed(path, format!("not a model of skiagraph: it has no bytes {name:?}"))),
+        _ => Err(malformed(path, format!("not a skiagraph model: it has no array {name:?}"))),
     }
 }
 
@@ -201,7 +201,7 @@ fn malformed(path: &Path, detail: impl Into<String>) -> ExperimentError {
 /// The archive is none, or is damaged.
 fn no_model(path: &Path, error: impl Into<SetError>) -> ExperimentError {
     match error.into() {
-        SetError::Malformed { detail, .. } => malformed(path, format!("{detail} (no whole model of skiagraph)")),
+        SetError::Malformed { detail, .. } => malformed(path, format!("{detail} (not a complete skiagraph model)")),
         other => other.into(),
     }
 }

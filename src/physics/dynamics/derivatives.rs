@@ -15,8 +15,8 @@ pub(in crate::physics) fn reach_frames(reach_s: f64, frames_per_second: f64) -> 
     (libm::round(reach_s * frames_per_second) as usize).max(1)
 }
 
-/// Of one frame: those of the parabola that fits the frames within `reach_s` seconds either way best, in least squares (Savitzky
-/// and Golay 1964); at least one frame either way, and at the ends those that there are. Zero in motions of fewer than three
+/// Of one frame: those of the least-squares parabola through the frames within `reach_s` seconds before and after
+/// (`[Savitzky 1964]`); at least one frame on each side, fewer at the ends. Zero in motions of fewer than three
 /// frames.
 pub(in crate::physics) fn derivatives(body: &Humanoid, motion: &Motion, frame: usize, reach_s: f64) -> Derivatives {
     let reach = reach_frames(reach_s, motion.frames_per_second);

@@ -1,4 +1,4 @@
-//! Inverse dynamics: which forces a motion takes.
+//! Inverse dynamics: the forces that a motion needs.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -16,7 +16,7 @@ pub struct PointForce {
     pub force: Vector3<f64>,
 }
 
-/// The forces that a motion takes besides gravity and the external ones.
+/// The forces that a motion needs in addition to gravity and the external ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Efforts {
     /// On the root link, world, newtons.
@@ -27,7 +27,7 @@ pub struct Efforts {
     pub joints: Vec<f64>,
 }
 
-/// How a link moves: angular velocity and acceleration, and velocity and acceleration of its origin; world.
+/// Motion of a link: angular velocity and acceleration, and velocity and acceleration of its origin; world.
 #[derive(Clone, Copy, Debug)]
 struct Motion {
     turning: Vector3<f64>,
@@ -35,10 +35,10 @@ struct Motion {
     accelerating: Vector3<f64>,
 }
 
-/// The recursive Newton-Euler algorithm with a floating root (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 5.3 and
-/// 9.5). `frames` are the links of the pose; `rates` and `accelerations` its first and second derivatives in the order of
-/// [`Humanoid::difference`] (root in the world, its rotation about its own axes; rotations of ball joints about the child's),
-/// per second; both have [`Humanoid::step_len`] numbers.
+/// The recursive Newton-Euler algorithm with a floating root (`[Featherstone 2008]`, sections 5.3 and 9.5). `frames`
+/// are the links of the pose; `rates` and `accelerations` its first and second derivatives in the order of
+/// [`Humanoid::difference`] (root in the world, its rotation about its own axes; rotations of ball joints about the
+/// child's), per second; both have [`Humanoid::step_len`] numbers.
 pub fn inverse_dynamics(
     body: &Humanoid,
     frames: &LinkFrames,

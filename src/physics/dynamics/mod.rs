@@ -1,4 +1,4 @@
-//! Whether a motion could have happened: where its weight is, what it stands on, and which forces it takes.
+//! Dynamics of a motion: balance, support, and the forces it needs.
 
 mod derivatives;
 mod inverse;
@@ -24,16 +24,16 @@ use nonnegative::nonnegative_least_squares;
 pub(super) use support::{SupportPoint, support_points};
 use support::{margin, support_polygon};
 
-/// Friction that explains ground forces where none is told: that of a shoe on a dry floor, at the low end.
+/// Default friction for ground forces: that of a shoe on a dry floor, at the low end.
 pub const GROUND_FRICTION: f64 = 0.8;
-/// Below this share of the body's weight on the ground there is no zero-moment point: the body flies.
+/// Below this share of the body's weight on the ground there is no zero-moment point: flight.
 const FLIGHT: f64 = 0.2;
-/// A centre of mass lower than this makes moments forces as if it were so high, metres.
+/// Smallest height of the centre of mass for converting moments to forces, metres.
 const LEAST_LEVER: f64 = 0.1;
 /// Edges of the pyramid inside a friction cone.
 const EDGES: usize = 4;
-/// Weight of the strengths themselves beside the residual (squares): it shares the load among points that explain it equally
-/// well, so that forces do not jump from frame to frame.
+/// Regularisation weight of the strengths (squares): it distributes the load among equally good points, so forces do
+/// not jump between frames.
 const EVEN: f64 = 1e-4;
 
 /// Balance and forces of a motion.
@@ -50,17 +50,19 @@ pub struct Dynamics {
 pub struct DynamicsFrame {
     /// World, metres.
     pub centre_of_mass: Point3<f64>,
-    /// Where on the ground the needed force has no moment along the ground (Vukobratovic and Borovac 2004), metres. `None` in
-    /// flight: where gravity and inertia press on the ground with less than a fifth of the weight.
+    /// The point on the ground at which the needed force has no horizontal moment (`[Vukobratovic 2004]`), metres.
+    /// `None` in flight, when the ground force is less than a fifth of the weight.
     pub zero_moment_point: Option<Point2<f64>>,
-    /// The convex hull of what touches the ground once flesh has yielded by 10 mm, anticlockwise, metres; empty in flight.
+    /// The support polygon: convex hull of the points within 10 mm of the ground, anticlockwise, metres; empty in
+    /// flight.
     pub support: Vec<Point2<f64>>,
-    /// How far the zero-moment point lies within the support polygon, metres, negative outside; `None` without either.
+    /// Distance of the zero-moment point to the edge of the support polygon, metres, negative outside; `None` without
+    /// either.
     pub margin_m: Option<f64>,
-    /// Size of the wrench that no forces within the friction cones where the body touches the ground explain, body weights: the norm of its
-    /// force and of its moment about the centre of mass over the centre's height.
+    /// Size of the part of the root wrench that contact forces within their friction cones cannot supply, body
+    /// weights: the norm of its force and of its moment about the centre of mass over the centre's height.
     pub residual: f64,
-    /// Of every degree of freedom, N m or N, with the ground's forces that leave the least residual, shared evenly.
+    /// Of every degree of freedom, N m or N, with the ground forces of least residual, evenly distributed.
     pub efforts: Vec<f64>,
     /// Degrees of freedom beyond their limits (by more than a millionth) and faster than their greatest speed.
     pub violations: [usize; 2],
@@ -82,9 +84,10 @@ pub struct DynamicsSummary {
 }
 
 impl Dynamics {
-    /// Of `body` moved by `motion` with these contacts. Rates and accelerations are those of parabolas over 1/15 s either way. Ground
-    /// forces are the least squares solution within friction cones (pyramids of four edges inside them) of `friction`; where several
-    /// explain the motion equally well, the load is shared evenly, which need not be how it was shared.
+    /// Of `body` in `motion` with these contacts. Rates and accelerations are those of parabolas over 1/15 s before and
+    /// after. Ground forces are the least squares solution within friction cones (pyramids of four edges inside them)
+    /// of `friction`; if several solutions are equally good, the load is distributed evenly, which may differ from the
+    /// true distribution.
     ///
     /// # Errors
     /// [`PhysicsError`] for a motion that is empty, belongs to another body or is not finite, a body without mass, and
@@ -115,7 +118,7 @@ impl Dynamics {
         Ok(Self { mass, frames: parallel::map(frames.len(), |frame| clip.frame(frame)) })
     }
 
-    /// How many frames either way of a frame its derivatives take in, at this rate.
+    /// Number of frames before and after a frame that enter its derivatives, at this rate.
     pub fn reach(frames_per_second: f64) -> usize {
         reach_frames(REACH_S, frames_per_second)
     }
@@ -137,7 +140,7 @@ impl Dynamics {
     }
 }
 
-/// What frames are made of.
+/// The input of frames.
 struct Clip<'a> {
     body: &'a Humanoid,
     motion: &'a Motion,
@@ -184,7 +187,7 @@ impl Clip<'_> {
     }
 }
 
-/// What a body stands on: friction cones at points, each cut down to a pyramid inside it.
+/// The ground contact of a body: friction cones at points, each approximated by an inner pyramid.
 pub(in crate::physics) struct Ground<'a> {
     pub(in crate::physics) points: &'a [SupportPoint],
     pub(in crate::physics) friction: f64,
@@ -192,11 +195,11 @@ pub(in crate::physics) struct Ground<'a> {
     pub(in crate::physics) weight: f64,
 }
 
-/// A wrench as the ground gives it.
+/// A wrench approximated by ground forces.
 pub(in crate::physics) struct GroundShare {
     /// One force a point.
     pub(in crate::physics) forces: Vec<PointForce>,
-    /// What of the wrench the ground cannot give: force, and moment about the centre.
+    /// The part of the wrench that the ground cannot supply: force, and moment about the centre.
     pub(in crate::physics) missing: [Vector3<f64>; 2],
 }
 
@@ -237,7 +240,7 @@ impl Ground<'_> {
     }
 }
 
-/// How strongly every edge pushes, body weights.
+/// Force along every edge, body weights.
 fn strengths(columns: &DMatrix<f64>, wanted: &DVector<f64>) -> DVector<f64> {
     let edges = columns.ncols();
     if edges == 0 {

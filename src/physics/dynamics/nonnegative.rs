@@ -38,7 +38,7 @@ pub(super) fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> D
 fn solve(a: &DMatrix<f64>, b: &DVector<f64>, positive: &[bool]) -> Option<DVector<f64>> {
     let columns: Vec<usize> = (0..positive.len()).filter(|&i| positive[i]).collect();
     let part = a.select_columns(&columns);
-    // a trace of damping keeps columns that depend on each other from running away
+    // slight damping keeps the solution bounded for dependent columns
     let mut normal = part.tr_mul(&part);
     let ridge = 1e-12 * normal.diagonal().amax();
     (0..columns.len()).for_each(|i| normal[(i, i)] += ridge);

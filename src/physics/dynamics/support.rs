@@ -1,11 +1,11 @@
-//! What a body stands on, and whether a point lies within it.
+//! Support points and support polygon of a body.
 
 use nalgebra::{Point2, Point3, Vector3};
 
 use crate::body::{Flesh, Humanoid, LinkFrames};
 
-/// What of a link is no higher than this above the ground, or above its lowest point where all of it is higher (recordings float),
-/// carries the body, metres: flesh yields.
+/// Points of a link up to this height above the ground, or above its lowest point if all of it is higher (recordings
+/// float), carry the body, metres: soft tissue yields.
 const CARRIES: f64 = 0.01;
 /// Points on the edge of a disc.
 const AROUND: usize = 16;
@@ -17,8 +17,9 @@ pub(in crate::physics) struct SupportPoint {
     pub(in crate::physics) point: Point3<f64>,
 }
 
-/// The points on which links stand that touch the ground, given with their heights: of what is low enough the lowest points of
-/// the balls of a tapered capsule, the corners of a box, eight points of each rim of a cylinder, of a mesh those vertices that lie furthest out in sixteen directions.
+/// The support points of links that touch the ground, given with their heights: of the parts that are low enough, the
+/// lowest points of the spheres of a tapered capsule, the corners of a box, eight points of each rim of a cylinder, of
+/// a mesh those vertices that lie furthest out in sixteen directions.
 pub(in crate::physics) fn support_points(
     body: &Humanoid,
     frames: &LinkFrames,
@@ -35,8 +36,8 @@ pub(in crate::physics) fn support_points(
     found
 }
 
-/// Those points that lie furthest out in [`AROUND`] horizontal directions, each once: forces inside their hull are sums of forces
-/// at them. A sole of thousands of vertices would otherwise take minutes a frame to share its load.
+/// The extreme points in [`AROUND`] horizontal directions, without duplicates: forces inside their hull are sums of
+/// forces at them. A sole with thousands of vertices would otherwise take minutes per frame.
 fn outermost(points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
     let furthest = |index: usize| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * index as f64 / AROUND as f64);
@@ -49,7 +50,7 @@ fn outermost(points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
     chosen.into_iter().map(|index| points[index]).collect()
 }
 
-/// Up to which height a link with this gap to the ground carries, metres.
+/// Height up to which points of a link with this gap to the ground carry, metres.
 fn carried(gap: f64) -> f64 {
     gap.max(0.0) + CARRIES
 }
@@ -79,7 +80,8 @@ fn corners(flesh: &Flesh, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> 
     }
 }
 
-/// The convex hull of all that is low enough of links that touch the ground, given with their heights. A ball stands on a disc.
+/// The convex hull of the low parts of links that touch the ground, given with their heights. A sphere contributes a
+/// disc.
 pub(super) fn support_polygon(
     body: &Humanoid,
     frames: &LinkFrames,
@@ -104,7 +106,7 @@ pub(super) fn support_polygon(
     convex_hull(found)
 }
 
-/// The edge of that part of a ball which is no higher than `high`, seen from above; nothing of a ball that is higher.
+/// The edge of the part of a sphere below `high`, seen from above; empty if there is none.
 fn disc(centre: &Point3<f64>, radius: f64, high: f64) -> Vec<Point2<f64>> {
     let depth = (high - (centre.z - radius)).min(radius);
     if depth < 0.0 {
@@ -142,8 +144,8 @@ pub(super) fn convex_hull(mut points: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
     hull
 }
 
-/// How far a point lies within a convex hull, metres: its distance to the nearest edge, negative outside. Infinitely far outside
-/// a hull without points.
+/// Signed distance of a point to the nearest edge of a convex hull, metres, negative outside; minus infinity for an
+/// empty hull.
 pub(super) fn margin(hull: &[Point2<f64>], point: &Point2<f64>) -> f64 {
     let edges = || (0..hull.len()).map(|i| (hull[i], hull[(i + 1) % hull.len()]));
     let to_edge = |(a, b): (Point2<f64>, Point2<f64>)| {

@@ -1,4 +1,4 @@
-//! The recursion of inverse dynamics against the principle of virtual work, which knows kinematics alone.
+//! The recursion of inverse dynamics against the principle of virtual work, which uses only kinematics.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 

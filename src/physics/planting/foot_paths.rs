@@ -1,20 +1,20 @@
-//! By how much each foot must be moved, frame by frame, so that it stands still where it stands and never sinks.
+//! Offsets of each foot, frame by frame, that keep it still in stance and above the ground.
 
 use nalgebra::Vector3;
 
 use crate::body::LinkFrames;
 use crate::contact::{Clip, ContactTrack, Stance, stances};
 
-/// Time within which the rate of a foot's offset dies out once the foot has left the ground, seconds.
+/// Time in which the rate of a foot's offset decays after lift-off, seconds.
 const RATES_DIE_OUT_S: f64 = 0.05;
 
-/// Offsets of one foot from where it is now, world, metres, one a frame, such that it stands still in all frames in which, moved
-/// by them, it counts as standing.
+/// Offsets of one foot from its current path, world, metres, one per frame, such that it is still in all frames in
+/// which the moved foot counts as standing.
 ///
-/// A foot that is held in place up to the last frame of its recorded stance starts and ends its flight later and earlier than
-/// the recorded foot, from where it was held: for some frames about the stance it is still so low and slow that it stands, and
-/// skates. It is therefore held in these frames too, and in those to either side from which the speed of the outermost ones is
-/// told, until no frame is added; as the recorded foot is ever faster further from the stance, these are few.
+/// A foot that is held up to the last frame of its recorded stance starts its flight later and ends it earlier than the
+/// recorded foot: in some frames around the stance it is so low and slow that it stands, and skates. It is therefore
+/// held in these frames too: the stance is widened by one window of speeds on each side and relabelled until stable. As
+/// the recorded foot is faster further from the stance, this adds few frames.
 pub(super) fn planted(clip: &Clip<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
     let mut held: Vec<bool> = track.frames.iter().map(|frame| frame.in_contact).collect();
     loop {
@@ -34,7 +34,7 @@ pub(super) fn planted(clip: &Clip<'_>, track: &ContactTrack) -> Vec<Vector3<f64>
     }
 }
 
-/// Offsets of one foot that hold it in its stances as they are.
+/// Offsets of one foot that hold it in its recorded stances.
 pub(super) fn planted_in_recorded_stances(clip: &Clip<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
     offsets(track, &track.stances(), clip.frames, clip.frames_per_second)
 }
@@ -47,10 +47,10 @@ fn moved(frames: &LinkFrames, links: &[usize], by: &Vector3<f64>) -> LinkFrames 
 
 /// Offsets of one foot that hold it in these stances.
 ///
-/// In a stance the foot keeps its orientation, and its offset is such that the material at its lowest point does not move: it
-/// stands, or rolls without slipping, with its lowest point at z = 0; what is left free, where it stands, is chosen nearest to
-/// where it was on average. Between two stances a smooth step joins the offsets, their rates dying out within 0.05 s; the
-/// foot is raised wherever it would sink.
+/// In a stance the foot keeps its orientation, and its offset is such that the material at its lowest point does not
+/// move: it stands, or rolls without slipping, with its lowest point at z = 0; its free position on the ground is the
+/// nearest to its recorded mean. Between two stances a smooth step joins the offsets, whose rates decay within 0.05 s;
+/// the foot is raised wherever it would sink.
 fn offsets(
     track: &ContactTrack,
     stances: &[Stance],
@@ -96,7 +96,7 @@ fn plant(track: &ContactTrack, frames: &[LinkFrames], stance: &Stance, offsets: 
     }
 }
 
-/// The two frames of a stance that tell its offset's rate at its end or its beginning.
+/// The two frames of a stance that determine its offset's rate at its end or its beginning.
 fn slope(stance: &Stance, at_end: bool) -> [usize; 2] {
     match at_end {
         true => [(stance.end - 1).saturating_sub(1).max(stance.start), stance.end - 1],
@@ -104,8 +104,8 @@ fn slope(stance: &Stance, at_end: bool) -> [usize; 2] {
     }
 }
 
-/// Joins two offsets, `from` and `to` frames: a smooth step, to which the rates of either end, a frame's change, are added and
-/// die out within `reach` frames, so that they do not carry the foot away.
+/// Joins two offsets, `from` and `to` frames: a smooth step plus the rates of both ends (change per frame), which decay
+/// within `reach` frames, so they do not carry the foot away.
 fn join(offsets: &mut [Vector3<f64>], from: usize, to: usize, rates: [[usize; 2]; 2], reach: f64) {
     let span = (to - from) as f64;
     let reach = reach.min(span);

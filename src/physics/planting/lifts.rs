@@ -1,12 +1,13 @@
-//! Lifts over time that are smooth and nowhere too small.
+//! Lifts over time that are smooth and everywhere large enough.
 
 /// A lift begins this long before it is needed and ends this long after, seconds.
 const RISE_S: f64 = 0.2;
 
-/// The lift of every frame: at least what is `needed` there (metres, >= 0), nothing where nothing is needed within twice `RISE_S`,
-/// and smooth in between. What is needed is first spread by `RISE_S` to either side (the greatest value counts) and then
-/// averaged twice over `RISE_S`, so that averages hold no value less than what is needed. With D the greatest of `needed` the
-/// lift changes by at most D / `RISE_S` a second, and that rate by at most 2 D / `RISE_S`^2 a second, but for the ends of the motion and the rounding to whole frames.
+/// The lift of every frame: at least `needed` (metres, >= 0), zero if nothing is needed within twice `RISE_S`, and
+/// smooth in between. `needed` is first dilated by `RISE_S` to either side (maximum) and then averaged twice over
+/// `RISE_S`, so no average is below the needed value. With D the greatest of `needed` the lift changes by at most D /
+/// `RISE_S` a second, and that rate by at most 2 D / `RISE_S`^2 a second, but for the ends of the motion and the
+/// rounding to whole frames.
 pub(super) fn smooth_lifts(needed: &[f64], frames_per_second: f64) -> Vec<f64> {
     let half = libm::round(0.5 * RISE_S * frames_per_second) as usize;
     let spread = over_windows(needed, 2 * half, |window| window.iter().copied().fold(0.0, f64::max));

@@ -1,4 +1,5 @@
-//! A motion settled on the ground: standing feet planted, nothing under it, the rest moved as little as that takes.
+//! Plants the feet of a motion: standing feet are fixed, nothing is below the ground, and the rest changes as little as
+//! possible.
 
 mod foot_paths;
 mod lifts;
@@ -17,27 +18,28 @@ use placing::{Held, Hold, Recorded};
 use report::report;
 pub use report::{FixReport, MostMoved};
 
-/// How often links that sink are lifted further, at most.
+/// Largest number of passes that lift sinking links further.
 const PASSES: usize = 3;
 
-/// A settled motion.
+/// A motion with planted feet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fixed {
     /// The motion.
     pub motion: Motion,
-    /// What that changed.
+    /// The changes.
     pub report: FixReport,
 }
 
-/// Settles a motion on the ground z = 0: feet that stand by `rule`, now or once settled, are planted, and nothing sinks. Every frame is a
-/// least squares problem with the body's joint limits, in which feet follow their planted paths with the orientation that they
-/// have, and the root and all angles stay near where they were. No angle changes by more than 0.35 rad. A motion whose standing
-/// feet are underground, further than contact begins above it, is first raised as a whole. The feet of a leg with fewer than six
-/// degrees of freedom, as one without an ankle, follow their paths with the ankle's place alone.
+/// Plants the feet of a motion on the ground z = 0: feet that stand by `rule`, before or after the change, are planted,
+/// and nothing sinks. Every frame is a least-squares problem with the body's joint limits, in which feet follow their
+/// planted paths with their orientations, and the root and all angles stay near their recorded values. No angle
+/// changes by more than 0.35 rad. A motion whose standing feet are deeper underground than the gap at which contact
+/// begins is first raised as a whole. Feet of legs with fewer than six degrees of freedom (without an ankle) follow
+/// their paths with the ankle's position only.
 ///
-/// What sinks all the same, hands, knees or the back, is lifted by the joints, which begins 0.2 s before it is needed and ends as long
-/// after; and where joints do not reach, the whole body is lifted, feet and all, just as smoothly. That is the last thing done: in no
-/// frame of any motion is any part of the body under the ground by more than rounding (a test asks for 0.1 mm).
+/// Other sinking parts (hands, knees or the back) are lifted by the joints, from 0.2 s before to 0.2 s after it is
+/// needed; if the joints are not enough, the whole body including the feet is lifted, just as smoothly. This is the
+/// last step, so in no frame any part of the body is below the ground by more than rounding (a test requires 0.1 mm).
 ///
 /// # Errors
 /// As [`GroundContacts::of_motion`].
@@ -45,8 +47,8 @@ pub fn fix(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Fixed
     settle(body, motion, rule, planted)
 }
 
-/// As [`fix`], with feet held in the stances of the recording alone: what skates about them is a matter of the simulation that
-/// follows, and feet that are held longer swing faster.
+/// As [`fix`], with feet held only in the recorded stances: skating around them is left to the simulation that follows,
+/// and feet that are held longer swing faster.
 pub(super) fn fix_in_recorded_stances(
     body: &Humanoid,
     motion: &Motion,
@@ -75,7 +77,7 @@ fn settle(
     Ok(Fixed { motion: settled, report })
 }
 
-/// A motion whose feet are to follow their paths.
+/// A motion whose feet follow planted paths.
 struct Settling<'a> {
     body: &'a Humanoid,
     old: &'a Motion,
@@ -91,7 +93,7 @@ struct Foot {
 }
 
 impl Settling<'_> {
-    /// The motion with its feet on their paths and all that sinks, as far as joints allow, out of the ground.
+    /// The motion with its feet on their paths and sinking parts lifted out of the ground as far as the joints allow.
     fn settled(&self) -> Motion {
         let mut lifts = LinkLifts::new(self.body, self.frames.len());
         let planted = self.motion(parallel::map(self.frames.len(), |frame| {
@@ -108,7 +110,7 @@ impl Settling<'_> {
         lifted
     }
 
-    /// A frame with its links lifted from where they are once the feet are planted.
+    /// A frame with its links lifted from their positions after planting.
     fn lifted(&self, frame: usize, planted: &Pose, lifts: &LinkLifts) -> Pose {
         if !lifts.any(frame) {
             return planted.clone();
@@ -131,7 +133,7 @@ impl Settling<'_> {
         Recorded { body: self.body, pose: &self.old.poses[frame], frames: &self.frames[frame] }
     }
 
-    /// The feet on their paths, lifted where they sink all the same.
+    /// The feet on their paths, lifted where they still sink.
     fn held_feet(&self, frame: usize, lifts: &LinkLifts) -> impl Iterator<Item = Held<'_>> {
         self.feet.iter().zip(&self.paths).flat_map(move |(foot, path)| {
             let lift = foot.links.iter().map(|&link| lifts.shift(link, frame)).fold(Vector3::zeros(), |a, b| a.sup(&b));
@@ -145,7 +147,8 @@ impl Settling<'_> {
     }
 }
 
-/// The feet of a body. A leg that cannot choose place and orientation of its foot, as one without an ankle, is held by the ankle.
+/// The feet of a body. A leg that cannot control position and orientation of its foot (without an ankle) is held by the
+/// ankle.
 fn feet(body: &Humanoid) -> [Foot; 2] {
     let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle].map(|ankle| body.markers[ankle as usize]);
     let mut links = body.foot_links().into_iter();
@@ -160,7 +163,7 @@ fn feet(body: &Humanoid) -> [Foot; 2] {
     })
 }
 
-/// How many degrees of freedom move a link in relation to the root.
+/// Number of degrees of freedom between the root and a link.
 fn freedom_above(body: &Humanoid, mut link: usize) -> usize {
     let mut found = 0;
     while let Some(parent) = body.parent(link) {
@@ -201,7 +204,7 @@ mod tests {
     use crate::body::shipped;
     use nalgebra::Isometry3;
 
-    /// The actor stands with bent knees and is carried along, too high.
+    /// The actor stands with bent knees and is translated, too high.
     fn statue(speed: f64, height: f64) -> (Humanoid, Motion) {
         let body = shipped("actor").unwrap();
         let mut pose = body.zero_pose();

@@ -1,4 +1,4 @@
-//! What sinks once the feet are planted is lifted out of the ground: limbs by their joints, the rest with the whole body.
+//! Lifts parts that sink after planting out of the ground: limbs by their joints, the rest with the whole body.
 
 use nalgebra::Vector3;
 
@@ -7,15 +7,15 @@ use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::contact::Surface;
 use crate::parallel;
 
-/// What is less deep than this is left to the lift of the whole body, metres.
+/// Smaller depths are left to the lift of the whole body, metres.
 const SHALLOW: f64 = 0.0005;
-/// A link that is lifted by this much is held as firmly as a foot, metres; one that is lifted by less less firmly, so that holding it
+/// A link lifted by this much is held as firmly as a foot, metres; with smaller lifts less firmly, so that holding
 /// begins and ends without a jump.
 const FIRM: f64 = 0.01;
 
 /// By how much each link is to be lifted, frame by frame.
 pub(super) struct LinkLifts {
-    /// The links with flesh.
+    /// The links with geometry.
     links: Vec<usize>,
     /// Metres, one row a link of the body.
     lifts: Vec<Vec<f64>>,
@@ -28,7 +28,8 @@ impl LinkLifts {
         Self { links, lifts: vec![vec![0.0; frames]; body.links.len()] }
     }
 
-    /// Lifts what still sinks in `motion`, which was made with these lifts, by that much more. Whether anything does.
+    /// Increases the lifts of links that still sink in `motion`, which was made with these lifts. Returns whether any
+    /// does.
     pub(super) fn raise(&mut self, body: &Humanoid, motion: &Motion) -> bool {
         let frames = parallel::map(motion.poses.len(), |frame| body.link_frames(&motion.poses[frame]));
         let more = parallel::map(self.links.len(), |index| {
@@ -55,13 +56,13 @@ impl LinkLifts {
         Vector3::z() * self.lifts[link][frame]
     }
 
-    /// How firmly a link is to be held where it is lifted to, 0 to 1.
+    /// Weight with which a lifted link is held, 0 to 1.
     pub(super) fn firmness(&self, link: usize, frame: usize) -> f64 {
         (self.lifts[link][frame] / FIRM).min(1.0)
     }
 }
 
-/// Lifts the whole body wherever any of it is under the ground; by how much in every frame, metres.
+/// Lifts the whole body where any part is below the ground; returns the lift of every frame, metres.
 pub(super) fn lift_whole_body(body: &Humanoid, motion: &mut Motion) -> Vec<f64> {
     let all: Vec<usize> = (0..body.links.len()).collect();
     let depths = parallel::map(motion.poses.len(), |frame| depth(body, &body.link_frames(&motion.poses[frame]), &all));
@@ -72,7 +73,7 @@ pub(super) fn lift_whole_body(body: &Humanoid, motion: &mut Motion) -> Vec<f64> 
     lifts
 }
 
-/// How deep the deepest of these links is under the ground, metres; 0 above.
+/// Greatest depth of these links below the ground, metres; 0 above.
 fn depth(body: &Humanoid, frames: &LinkFrames, links: &[usize]) -> f64 {
     Surface::lowest_point(body, frames, links).map_or(0.0, |lowest| (-lowest.point.z).max(0.0))
 }

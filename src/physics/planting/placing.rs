@@ -1,4 +1,4 @@
-//! One frame of a settled motion: the pose nearest the recorded one whose links are where they shall be.
+//! One frame of planting: the pose nearest to the recorded one with held links at their targets.
 
 use nalgebra::{Point3, Vector3};
 
@@ -7,42 +7,41 @@ use crate::body::{Humanoid, LinkFrames, LinkPoint, Pose};
 
 /// Greatest change of any angle from the recorded motion, radians (metres where prismatic).
 pub(super) const GREATEST_CHANGE: f64 = 0.35;
-/// Weight of links that are held against that of the root where it was.
+/// Weight of held links relative to that of the root's recorded position.
 const HELD_WEIGHT: f64 = 30.0;
 const ROOT_WEIGHT: f64 = 1.0;
-/// What a radian by which the root is turned amounts to, metres: the head is that far from it, and all that hangs on the root is
-/// swung when it tilts.
+/// Weight of one radian of the root's rotation, metres: the distance of the head, which swings with the root.
 const UPRIGHT: f64 = 0.7;
-/// What a radian away from the angle before amounts to, metres.
+/// Weight of one radian of an angle's change, metres.
 const ANGLE_WEIGHT: f64 = 0.1;
-/// A link is held in place and orientation by its origin and by points this far along its axes, metres.
+/// Position and orientation of a link are held by its origin and points at this distance along its axes, metres.
 const ARM: f64 = 0.1;
 const MAX_ITERATIONS: usize = 20;
 
-/// A recorded frame that is to be settled.
+/// A recorded frame to be changed.
 pub(super) struct Recorded<'a> {
     pub(super) body: &'a Humanoid,
     pub(super) pose: &'a Pose,
     pub(super) frames: &'a LinkFrames,
 }
 
-/// A link that is held somewhere else.
+/// A link that is held at a shifted position.
 pub(super) struct Held<'a> {
     pub(super) link: usize,
-    /// What of it is held.
+    /// What is held.
     pub(super) by: Hold,
-    /// Where links are from which it is shifted.
+    /// The link frames before the shift.
     pub(super) frames: &'a LinkFrames,
     /// World, metres.
     pub(super) shift: Vector3<f64>,
-    /// 0 to 1: how firmly.
+    /// Relative weight, 0 to 1.
     pub(super) firmness: f64,
 }
 
-/// What of a link is held.
+/// The held part of a link's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Hold {
-    /// Its place and its orientation.
+    /// Its position and its orientation.
     Whole,
     /// A point in its frame, metres; it is free to turn about it.
     Point(Point3<f64>),
@@ -73,13 +72,13 @@ impl Held<'_> {
     }
 }
 
-/// A goal that holds a point of a link where it is, but for a shift.
+/// A goal that holds a point of a link at its position plus a shift.
 fn stay_at(frames: &LinkFrames, link: usize, place: Vector3<f64>, weight: f64, shift: &Vector3<f64>) -> PointGoal {
     let point_in_link = Point3::from(place);
     PointGoal { on: LinkPoint { link, point_in_link }, target: frames[link] * point_in_link + shift, weight }
 }
 
-/// The body without flesh, its limits narrowed to what may be changed of `pose`.
+/// The body without geometry, with limits narrowed to the allowed change of `pose`.
 fn bounded(body: &Humanoid, pose: &Pose) -> Humanoid {
     let mut bounded = Humanoid { markers: body.markers, notes: Vec::new(), ..body.clone() };
     bounded.links.iter_mut().for_each(|link| link.flesh.clear());

@@ -1,27 +1,27 @@
-//! What settling a motion on the ground changed.
+//! Report of planting.
 
 use std::fmt;
 
 use crate::body::{Humanoid, Motion};
 use crate::contact::{ContactError, ContactRule, GroundContacts, GroundQuality, link_frames};
 
-/// A lift of the whole body that is worth telling, metres.
+/// Smallest reported lift of the whole body, metres.
 const TOLD: f64 = 0.001;
 
-/// What settling changed.
+/// The changes of planting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixReport {
-    /// How the motion stood.
+    /// Contact before.
     pub before: GroundQuality,
-    /// How it stands, in stances told anew of the settled motion.
+    /// Contact after, in the stances of the changed motion.
     pub after: GroundQuality,
-    /// The same in the stances of the motion as it was.
+    /// Contact after, in the stances of the original motion.
     pub after_in_old_stances: GroundQuality,
     /// By how much the whole motion was raised first, mm; 0 for a motion that was not underground.
     pub raised_mm: f64,
-    /// By how much the whole body was lifted, feet and all, where it sank and its joints could not help it, mm: the greatest lift.
+    /// Greatest lift of the whole body including the feet, where its joints were not enough, mm.
     pub lifted_mm: f64,
-    /// In how many frames it was lifted by more than a millimetre.
+    /// Number of frames in which it was lifted by more than a millimetre.
     pub lifted_frames: usize,
     /// Mean distance by which joints were moved beyond that, over all joints and frames, mm.
     pub moved_mm: f64,
@@ -31,7 +31,7 @@ pub struct FixReport {
     pub angle_changes: Vec<f64>,
 }
 
-/// What was moved most.
+/// The link with the greatest change.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MostMoved {
     /// How far, mm.
@@ -69,7 +69,8 @@ impl fmt::Display for FixReport {
     }
 }
 
-/// `before` are the contacts of the motion as it was, `on_ground` those once it was raised; `lifts` of the whole body in metres.
+/// `before` are the contacts of the original motion, `on_ground` those after raising; `lifts` of the whole body in
+/// metres.
 pub(super) fn report(
     body: &Humanoid,
     [old, settled]: [&Motion; 2],

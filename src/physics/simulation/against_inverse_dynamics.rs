@@ -1,4 +1,4 @@
-//! rapier's multibody against our inverse dynamics, neither of which knows the other, and against a parabola.
+//! rapier's multibody against our independent inverse dynamics, and against a parabola.
 
 use nalgebra::{DVector, Isometry3, Vector3};
 
@@ -12,7 +12,7 @@ const RATE: f64 = 10_000.0;
 /// A spring so soft that it is a force.
 const SOFT: f64 = 1e-3;
 
-/// The actor without flesh and limits: nothing but joints and inertia.
+/// The actor without geometry and limits: only joints and inertia.
 fn bones() -> Humanoid {
     let mut body = shipped("actor").unwrap();
     body.links.iter_mut().for_each(|link| link.flesh.clear());

@@ -1,4 +1,4 @@
-//! Balance: which forces of the ground bring the body back to the motion, and what the joints have to do for them.
+//! Balance: ground forces that return the body to the motion, and the joint efforts for them.
 
 use super::moving::Moving;
 use super::wrench::Wrench;
@@ -7,30 +7,31 @@ use crate::physics::constants::GRAVITY;
 use crate::physics::dynamics::{Ground, support_points};
 use crate::physics::inverse_dynamics;
 
-/// Angular frequencies of the root's return to the motion, rad/s, both critically damped: of its place and of its orientation. A body that
-/// leans is turned upright sooner than it is moved back, or its feet strike the ground where the motion does not have them.
+/// Angular frequencies of the root's return to the motion, rad/s, both critically damped: of its position and of its
+/// orientation. Orientation is corrected faster than position, because the feet of a leaning body strike the ground at
+/// wrong positions.
 const FREQUENCIES: [f64; 2] = [6.0, 12.0];
 
-/// How far the root may be from the motion before the help at the root alone brings it back besides, metres and radians: farther than
-/// that, the ground has not given what was asked of it, as joints are too weak or nothing is where the motion sits on.
+/// Distance of the root from the motion beyond which the wrench at the root also pulls it back, metres and radians:
+/// beyond it, the ground has not supplied the requested forces, because joints are too weak or a support is missing.
 const MARGINS: [f64; 2] = [0.03, 0.1];
 /// Angular frequency of that return, rad/s, critically damped: the body's whole weight moves it by 44 mm more.
 const CATCHING: f64 = 15.0;
 
-/// What follows the motion.
+/// The forces that follow the motion.
 #[derive(Clone)]
 pub(super) struct Balanced {
     /// Of every degree of freedom, N m or N.
     pub(super) efforts: Vec<f64>,
-    /// What the ground cannot give.
+    /// The part that the ground cannot supply.
     pub(super) missing: Wrench,
-    /// What brings a root back that is beyond its margins.
+    /// The wrench that returns a root from beyond its margins.
     pub(super) catching: Wrench,
 }
 
-/// Brings the root back with the ground's forces: inverse dynamics of the body as it is, accelerated as the motion is and, at the
-/// root, towards it; the wrench that this takes is shared among the friction cones where it touches the ground (as Macchietto, Zordan
-/// and Shelton 2009 and de Lasa, Mordatch and Hertzmann 2010 do with the momentum).
+/// Returns the root with ground forces: inverse dynamics of the current body, accelerated as the motion is and, at the
+/// root, towards it; the required wrench is distributed over the friction cones at its contacts (as `[Macchietto 2009]`
+/// and `[de Lasa 2010]` do with the momentum).
 #[derive(Clone)]
 pub(super) struct Balance<'a> {
     body: &'a Humanoid,
@@ -45,8 +46,9 @@ impl<'a> Balance<'a> {
         Self { body, mass: body.total_mass(), friction, feet: body.foot_links().concat() }
     }
 
-    /// Of a body that moves as `now` and should move as `wanted`, with these accelerations and these links on the ground in the motion.
-    /// What is high above the ground carries nothing; a foot that is down carries, whether the motion has it down yet or not.
+    /// Of a body that moves as `now` and should move as `wanted`, with these accelerations and these links on the
+    /// ground in the motion. Links high above the ground carry nothing; a foot on the ground carries even if it is not
+    /// on the ground in the motion.
     pub(super) fn at(&self, now: &Moving, wanted: &Moving, accelerations: Vec<f64>, touching: &[usize]) -> Balanced {
         let accelerations = returning(now, wanted, accelerations);
         let efforts = |accelerations: &[f64], ground: &[_]| {
@@ -76,7 +78,7 @@ impl<'a> Balance<'a> {
     }
 }
 
-/// The motion's accelerations, and for the root those that bring it back besides.
+/// The motion's accelerations, plus those that return the root.
 fn returning(now: &Moving, wanted: &Moving, mut accelerations: Vec<f64>) -> Vec<f64> {
     for (i, [away, faster]) in deviation(now, wanted).into_iter().enumerate() {
         let frequency = FREQUENCIES[i / 3];
@@ -101,7 +103,7 @@ fn catching(now: &Moving, wanted: &Moving) -> Vec<f64> {
     accelerations
 }
 
-/// How far the root is from where it should be, and by how much it is too slow, as [`Humanoid::difference`] orders them.
+/// The root's position and velocity errors, as [`Humanoid::difference`] orders them.
 fn deviation(now: &Moving, wanted: &Moving) -> [[f64; 2]; ROOT_STEP] {
     let (root, to) = (&now.pose.world_from_root, &wanted.pose.world_from_root);
     let apart = to.translation.vector - root.translation.vector;

@@ -1,5 +1,5 @@
-//! Feet that swing are lifted: recordings, retargeted and settled, let them scrape over the ground where the living foot clears
-//! it, and a simulated foot that scrapes stumbles.
+//! Lifts swinging feet: in retargeted and planted recordings they scrape over the ground where the real foot clears it,
+//! and a simulated foot that scrapes stumbles.
 
 use nalgebra::{Point3, Vector3};
 
@@ -8,20 +8,20 @@ use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
 use crate::contact::{ContactTrack, GroundContacts};
 use crate::parallel;
 
-/// What a swinging foot clears the ground by: between the least toe clearance of healthy gait, 13 mm on average (Winter 1992),
-/// and its height in mid-swing, metres.
+/// Ground clearance of a swinging foot: between the least toe clearance of healthy gait, 13 mm on average (Winter
+/// 1992), and its height in mid-swing, metres.
 const CLEARANCE: f64 = 0.02;
-/// It is reached this long after lifting off, and left as long before touching down, seconds.
+/// Time from lift-off to full clearance, and from there to touch-down, seconds.
 const RAMP_S: f64 = 0.08;
 /// A link is held in place and orientation by its origin and points this far along its axes, metres.
 const HOLD: f64 = 0.1;
 /// Weight of feet against that of the root.
 const FOOT_WEIGHT: f64 = 30.0;
-/// What a radian away from the recorded angle amounts to, metres.
+/// Weight of one radian of an angle's change, metres.
 const ANGLE_WEIGHT: f64 = 0.1;
 const MAX_ITERATIONS: usize = 10;
 
-/// The motion with its swinging feet lifted where they scrape; all else stays near where it was.
+/// The motion with scraping swing feet lifted; everything else stays near its recorded position.
 pub(super) fn cleared(body: &Humanoid, motion: &Motion, frames: &[LinkFrames], contacts: &GroundContacts) -> Motion {
     let lifts = [0, 1].map(|foot| lifts(&contacts.feet[foot], motion.frames_per_second));
     let poses = parallel::map(motion.poses.len(), |frame| {
@@ -63,7 +63,7 @@ fn lifted(body: &Humanoid, pose: &Pose, frames: &LinkFrames, feet: [(&[usize], f
     Solver::new(body).solve(&Goals { points, angles, ..Goals::default() }, pose, MAX_ITERATIONS).pose
 }
 
-/// Goals that hold a link where it is, but for a lift.
+/// Goals that hold a link at its position plus a lift.
 fn hold(frames: &LinkFrames, link: usize, weight: f64, lift: f64) -> Vec<PointGoal> {
     let places = [Vector3::zeros(), Vector3::x() * HOLD, Vector3::y() * HOLD];
     let goal = |place: Vector3<f64>| {

@@ -1,4 +1,4 @@
-//! What moves the simulated body: springs in its joints, what balance asks of them, and a bounded wrench at its root.
+//! Control of the simulated body: springs in its joints, efforts for balance, and a bounded wrench at its root.
 
 use super::balance::{Balance, Balanced};
 use super::moving::Moving;
@@ -10,13 +10,13 @@ use super::wrench::Wrench;
 use crate::body::{DegreeOfFreedom, Humanoid, ROOT_STEP};
 use crate::physics::constants::GRAVITY;
 
-/// A joint's spring yields this much under the greatest effort of its joint, radians (metres).
+/// Deflection of a joint's spring under the joint's greatest effort, radians (metres).
 const YIELD: f64 = 0.08;
-/// Dampers are this many seconds of the springs.
+/// Damping divided by stiffness, seconds.
 const DAMPING_S: f64 = 0.05;
-/// Efforts beyond what a strong adult's hip gives are none that a body would hold with, N m per kg of body.
+/// Cap on effort per kilogram of body mass, from a strong adult's hip, N m/kg.
 const GREATEST_EFFORT: f64 = 4.0;
-/// How often balance is looked after, about, Hz.
+/// Approximate rate of balance control, Hz.
 const BALANCE_RATE: f64 = 120.0;
 
 /// Control of one body.
@@ -27,7 +27,7 @@ pub(super) struct Control<'a> {
     stepping: Stepping<'a>,
     balanced: Balanced,
     mass: f64,
-    /// Lever that makes a force of a moment: height of the centre of mass at the start, metres.
+    /// Lever for converting moments to forces: height of the centre of mass at the start, metres.
     lever: f64,
     /// Greatest wrench at the root, newtons.
     bound: f64,
@@ -90,7 +90,7 @@ impl<'a> Control<'a> {
         self.help(simulated)
     }
 
-    /// Gives the root what the ground cannot, and with what is left of the bound brings it back within its margins.
+    /// Applies the missing wrench at the root, and with the rest of the bound returns it to its margins.
     fn help(&self, simulated: &mut SimulatedBody) -> f64 {
         let Balanced { missing, catching, .. } = &self.balanced;
         let size = missing.size(self.lever);
@@ -104,15 +104,15 @@ impl<'a> Control<'a> {
 }
 
 impl Spring {
-    /// Where the spring rests that pulls an angle towards another, and a speed likewise (each wanted, found), and adds an effort, by
-    /// the greatest effort at most.
+    /// Rest angle of the spring that drives an angle and a speed towards targets (each target, current) and adds an
+    /// effort, limited by the greatest effort.
     fn rest(&self, [to, at]: [f64; 2], [rate, speed]: [f64; 2], effort: f64) -> f64 {
-        // the damper brakes towards rest; what it takes from the wanted speed, the spring gives back
+        // the damper brakes towards rest; the spring compensates for this at the target speed
         let lead = self.damping / self.stiffness;
         let wanted = to + lead * rate + effort.clamp(-self.effort, self.effort) / self.stiffness;
         let idle = at + lead * speed;
         let reach = self.effort / self.stiffness;
-        // what has diverged is not a number; it is told after the step
+        // divergence gives NaN; it is reported after the step
         if idle.is_finite() { wanted.clamp(idle - reach, idle + reach) } else { wanted }
     }
 }

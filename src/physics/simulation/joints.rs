@@ -11,7 +11,7 @@ use crate::physics::PhysicsError;
 const SLIDE: usize = 0;
 const HINGE: usize = 3;
 
-/// Whether a link only names a place on its parent, as a marker does: rapier need not know of it.
+/// Whether a link only marks a position on its parent: rapier does not need it.
 pub(super) fn is_tag(body: &Humanoid, link: usize) -> bool {
     let Some(joint) = link.checked_sub(1).map(|joint| &body.joints[joint]) else { return false };
     let empty = body.links[link].flesh.is_empty() && body.links[link].inertia.is_none();

@@ -7,8 +7,8 @@ use super::solids::vector;
 use crate::body::{Humanoid, Inertia, JointKind};
 use crate::physics::PhysicsError;
 
-/// No principal moment is below that of a ball of this radius, metres: a link without extent has no inertia about some axis, and
-/// what hangs from it would be accelerated without bound.
+/// Every principal moment is at least that of a sphere of this radius, metres: a link without extent has no inertia
+/// about some axis, and its descendants would be accelerated without bound.
 const LEAST_RADIUS: f64 = 1e-3;
 
 /// Whether everything that moves has mass.

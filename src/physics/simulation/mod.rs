@@ -1,4 +1,4 @@
-//! Motions that happen: a body driven towards a recorded motion in a simulation, on the ground, under gravity.
+//! Simulation: a body driven towards a recorded motion, on the ground, under gravity.
 
 #[cfg(test)]
 mod against_inverse_dynamics;
@@ -34,28 +34,29 @@ use crate::physics::PhysicsError;
 
 /// Least number of steps a second.
 const LEAST_RATE: f64 = 480.0;
-/// Deeper than this no motion may start under the ground or inside a prop, metres.
+/// Greatest depth at which a motion may start in the ground or a prop, metres.
 const DEEPEST_START: f64 = 0.1;
 /// A body has fallen whose centre of mass is below this share of the motion's height.
 const FALLEN: f64 = 0.75;
 
 /// Simulates `body` as it is driven towards `motion`: a multibody in reduced coordinates on the ground z = 0, with
-/// friction and self-collision ([`crate::contact::SelfCollision`] says between which links), props if there are any, springs and dampers in
-/// its joints that pull towards the motion with about each joint's effort at most, and a wrench at the root if asked. What
-/// it is driven towards is the motion settled on the ground as [`crate::physics::fix`] does, but with feet held in their recorded stances
-/// alone and stances told without looking ahead ([`ContactRule::looks_ahead`]): the control was worked out on these, and feet that
-/// are held longer swing faster, which tripped it. Feet that swing are lifted to clear the ground, and no joint is faster than its
-/// greatest speed. It starts in that motion's first pose with the mean speed of its
-/// first 1/15 s. The same bits on any number of threads.
+/// friction and self-collision ([`crate::contact::SelfCollision`] says between which links), props if there are any,
+/// springs and dampers in its joints that pull towards the motion with about each joint's effort at most, and a wrench
+/// at the root if asked. The target motion is planted as by [`crate::physics::fix`], but feet are held only in their
+/// recorded stances, and stances are labelled without look-ahead ([`ContactRule::looks_ahead`]): the control was tuned
+/// on these, and feet that are held longer swing faster, which made it stumble. Swinging feet are lifted to clear the
+/// ground, and no joint is faster than its greatest speed. The body starts in that motion's first pose with the mean
+/// velocity of its first 1/15 s. Results are bit-identical on any number of threads.
 ///
-/// It keeps its balance: 120 times a second, inverse dynamics of the body as it is says which wrench would bring its root back to
-/// the motion and which part of it the ground can give where the body touches it with its feet, or the motion with other links; the
-/// joints add what these forces ask of them, and the wrench at the root is the rest, as far as it is allowed. Feet that swing are
-/// steered below the centre of mass where that is. It knows nothing of pushes beforehand.
+/// Balance control: 120 times a second, inverse dynamics of the current body gives the wrench that returns its root to
+/// the motion, and the part of it that the ground can supply at the feet, or at other links that touch the ground in
+/// the motion. The joints add the efforts for these forces; the wrench at the root is the remainder, within its bound.
+/// Swinging feet are steered below the current centre of mass. The control does not know pushes in advance.
 ///
 /// # Errors
-/// [`PhysicsError`] for settings that make no sense, a motion that is empty, belongs to another body, is not finite or starts
-/// deep under the ground or inside a prop, a push after its end, a body without mass, feet or hinges, and a simulation that diverges.
+/// [`PhysicsError`] for invalid settings, a motion that is empty, belongs to another body, is not finite or starts
+/// deep under the ground or inside a prop, a push after its end, a body without mass, feet or hinges, and a simulation
+/// that diverges.
 pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings) -> Result<Simulated, PhysicsError> {
     let recorded = link_frames(body, motion)?;
     settings.check(body, motion.duration_s())?;

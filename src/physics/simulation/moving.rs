@@ -1,10 +1,10 @@
-//! A body in motion: what control needs to know of one instant.
+//! The state of a moving body at one time, for control.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::body::{Humanoid, LinkFrames, Pose};
 
-/// A pose, how fast it changes, and what follows from both.
+/// A pose, its rates, and quantities derived from both.
 pub(super) struct Moving {
     pub(super) pose: Pose,
     /// As [`Humanoid::difference`] orders them, per second.
@@ -18,7 +18,7 @@ pub(super) struct Moving {
 
 impl Moving {
     pub(super) fn new(body: &Humanoid, pose: Pose, rates: Vec<f64>) -> Self {
-        /// Seconds; long enough for double precision, too short for curves.
+        /// Finite-difference step, seconds: above round-off, below curvature.
         const INSTANT: f64 = 1e-5;
         let centre = |frames: &LinkFrames| body.centre_of_mass(frames).unwrap_or_else(Point3::origin);
         let moved: Vec<f64> = rates.iter().map(|rate| rate * INSTANT).collect();

@@ -1,11 +1,11 @@
-//! The motion that the simulated body is driven towards, between its frames too.
+//! The target motion of the simulated body, interpolated between frames.
 
 use crate::body::{Humanoid, Motion, Pose};
 use crate::contact::GroundContacts;
 use crate::physics::constants::REACH_S;
 use crate::physics::dynamics::derivatives;
 
-/// A motion step by step.
+/// A motion sampled at every step.
 pub(super) struct Reference<'a> {
     body: &'a Humanoid,
     /// One pose a step.
@@ -21,14 +21,14 @@ pub(super) struct Reference<'a> {
 }
 
 impl<'a> Reference<'a> {
-    /// At least `least_rate` steps a second, a whole number of them a frame; `None` of rates beyond reason. `contacts` tell when
-    /// its links are on the ground.
+    /// At least `least_rate` steps a second, a whole number per frame; `None` for implausible rates. `contacts` define
+    /// when its links are on the ground.
     pub(super) fn new(body: &'a Humanoid, motion: &Motion, contacts: &GroundContacts, least_rate: f64) -> Option<Self> {
         let motion = motion.clone().made_continuous(body);
         let steps_per_frame = libm::ceil(least_rate / motion.frames_per_second - 1e-9).max(1.0) as usize;
         let steps = motion.resampled(body, motion.frames_per_second * steps_per_frame as f64)?;
         let last = motion.poses.len().checked_sub(1)?;
-        // recordings begin and end with frames that jump: a speed there is that of some time
+        // recordings often begin and end with jumps: speeds there are means over some time
         let some = (libm::round(REACH_S * motion.frames_per_second) as usize).max(1);
         let rates = (0..=last).map(|frame| {
             let reach = if frame == 0 || frame == last { some } else { 1 };

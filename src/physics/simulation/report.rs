@@ -1,4 +1,4 @@
-//! What came of a simulation.
+//! Results of a simulation.
 
 use std::fmt;
 
@@ -8,21 +8,21 @@ use crate::contact::GroundQuality;
 /// A simulated motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulated {
-    /// What the body did, at the rate of the motion that it was driven towards.
+    /// The simulated motion, at the rate of the target motion.
     pub motion: Motion,
-    /// How that went.
+    /// The report.
     pub report: SimulationReport,
 }
 
-/// How a simulation went.
+/// Report of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationReport {
     /// How long it lasted, seconds.
     pub duration_s: f64,
-    /// When the body fell: its centre of mass was, for the first time, lower than three quarters of the motion's at that
-    /// instant, seconds. `None` if it stayed up.
+    /// Time of the fall, seconds: the first time at which its centre of mass was below three quarters of the motion's.
+    /// `None` if it stayed up.
     pub fell_at_s: Option<f64>,
-    /// The frame of the motion, from 0, at that instant: the last one in which it was up is the one before.
+    /// The frame of the motion, from 0, at that time; the body was last up in the frame before.
     pub fell_at_frame: Option<usize>,
     /// Mean size of the residual wrench at the root, in body weights: the norm of its force, at the root link's centre of mass,
     /// and of its moment over the height that the body's centre of mass has at the start, over the body's weight.

@@ -1,4 +1,4 @@
-//! A simulation under way.
+//! A running simulation.
 
 use super::control::Control;
 use super::reference::Reference;
@@ -10,7 +10,7 @@ use crate::physics::PhysicsError;
 /// No part of a body moves faster unless the simulation has diverged, m/s.
 const GREATEST_SPEED: f64 = 100.0;
 
-/// A body on its way through a motion.
+/// A body that is being simulated.
 pub(super) struct Run<'a> {
     body: &'a Humanoid,
     reference: &'a Reference<'a>,
@@ -41,7 +41,7 @@ impl<'a> Run<'a> {
         Ok(Self { body, reference, settings, simulated, control, wrenches: Vec::new(), last })
     }
 
-    /// On to this frame.
+    /// Advances to this frame.
     pub(super) fn advance(&mut self, frame: usize) -> Result<Pose, PhysicsError> {
         let per_frame = self.reference.steps_per_frame;
         for step in (frame - 1) * per_frame + 1..=frame * per_frame {
@@ -68,7 +68,7 @@ impl<'a> Run<'a> {
 
     fn check(&self, frame: usize, pose: &Pose) -> Result<(), PhysicsError> {
         let (frames, before) = (self.body.link_frames(pose), self.body.link_frames(&self.last));
-        // rapier stops what it has lost: places tell where speeds do not
+        // rapier stops diverged bodies, so positions reveal divergence when speeds do not
         let reach = GREATEST_SPEED * self.reference.steps_per_frame as f64 / self.reference.steps_per_second();
         let sound = |link: &usize| {
             let [velocity, turning] = self.simulated.link_velocity(*link);

@@ -1,4 +1,4 @@
-//! What a simulation is told.
+//! Settings of simulations.
 
 use nalgebra::{Unit, Vector3};
 
@@ -6,7 +6,7 @@ use crate::body::{Humanoid, Prop};
 use crate::contact::ContactError;
 use crate::physics::PhysicsError;
 
-/// How a motion is simulated.
+/// Settings of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
     /// Coulomb's coefficient of friction, of the ground and of the body against itself.
@@ -14,9 +14,9 @@ pub struct SimulationSettings {
     /// Greatest residual wrench at the root that helps the body to follow the motion, in body weights (see
     /// [`super::SimulationReport::root_wrench_mean`]); 0 for none.
     pub root_wrench: f64,
-    /// What hits the body.
+    /// Pushes on the body.
     pub pushes: Vec<Push>,
-    /// What stands about besides the ground.
+    /// The props.
     pub props: Vec<Prop>,
 }
 
@@ -45,7 +45,7 @@ impl Default for SimulationSettings {
 }
 
 impl SimulationSettings {
-    /// Whether the values make sense for this body and a motion of so many seconds.
+    /// Checks the values for this body and a motion of this duration.
     pub(super) fn check(&self, body: &Humanoid, duration_s: f64) -> Result<(), PhysicsError> {
         let sound = |value: f64| value.is_finite() && value >= 0.0;
         let numbers = [("friction", self.friction), ("root_wrench", self.root_wrench)];

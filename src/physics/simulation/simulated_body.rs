@@ -13,7 +13,8 @@ use crate::contact::SelfCollision;
 use crate::physics::PhysicsError;
 use crate::physics::constants::GRAVITY;
 
-/// The body in the world. Links and degrees of freedom keep the humanoid's numbers; a link that only names a place is its parent.
+/// The body in the world. Links and degrees of freedom keep the humanoid's numbers; a link that only marks a position
+/// is merged with its parent.
 pub(super) struct SimulatedBody {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
@@ -40,7 +41,7 @@ impl PhysicsHooks for TouchingPairs {
 }
 
 impl SimulatedBody {
-    /// The body at rest in the zero pose; `steps_per_second` steps a second. A `fixed` root hangs in the air.
+    /// The body at rest in the zero pose; `steps_per_second` steps a second. A `fixed` root does not move.
     ///
     /// # Errors
     /// [`PhysicsError`] for a body without mass, with joints that move none, or with joints that cannot be simulated.
@@ -58,7 +59,7 @@ impl SimulatedBody {
         world.integration_parameters.dt = (1.0 / steps_per_second) as Real;
         world.integration_parameters.num_solver_iterations = 1;
         world.insert_collider(ground(friction), None);
-        // rapier integrates a free root as if its frame's origin were its centre of mass, and is right only where it is
+        // rapier integrates a free root as if its frame's origin were its centre of mass, so the origin is moved there
         let root_centre =
             body.links[0].inertia.as_ref().map_or(Vector3::zeros(), |inertia| inertia.centre_of_mass.coords);
         let centre = |link: usize| if link == 0 { root_centre } else { Vector3::zeros() };
@@ -85,7 +86,7 @@ impl SimulatedBody {
             joined.ok_or_else(|| unjoined(&joint.name))?;
         }
         if (1..body.links.len()).all(|link| is_tag(body, link)) {
-            // a lone body is no multibody for rapier: hang nothing on it
+            // a lone body is not a multibody for rapier: attach an empty body
             let nothing = world.insert_body(RigidBodyBuilder::dynamic().can_sleep(false));
             let rigid = FixedJointBuilder::new().build();
             world.multibody_joints.insert(bodies[0], nothing, rigid, true).ok_or_else(|| unjoined(&body.name))?;
@@ -101,7 +102,7 @@ impl SimulatedBody {
         Ok(simulated)
     }
 
-    /// Puts what stands about into the world.
+    /// Inserts the props into the world.
     pub(super) fn insert_props(&mut self, props: &[Prop], friction: f64) {
         for collider in props.iter().flat_map(|prop| prop_colliders(&prop.solid, friction)) {
             self.world.insert_collider(collider, None);

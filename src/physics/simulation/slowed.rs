@@ -1,9 +1,10 @@
-//! Motions that no joint could follow are slowed down: recordings have lost limbs that jump back within a frame.
+//! Slows down motions that no joint could follow: in recordings, lost limbs jump back within a frame.
 
 use crate::body::{Humanoid, Motion};
 
-/// The motion with no joint faster than its greatest speed. Of the two ways to slow a joint down, from the first frame on and from
-/// the last frame back, the one that changes less, so that a limb lost in the first frames does not swing in from there.
+/// The motion with no joint faster than its greatest speed. Of the two ways to slow a joint down, forward from the
+/// first frame and backward from the last, the one with the smaller change is used, so a limb lost in the first frames
+/// does not swing in from there.
 pub(super) fn slowed(body: &Humanoid, mut motion: Motion) -> Motion {
     for (dof, limits) in body.degrees_of_freedom.iter().enumerate() {
         let most = limits.max_velocity / motion.frames_per_second;

@@ -1,4 +1,4 @@
-//! From flesh to what rapier collides.
+//! Colliders of rapier from a body's solids.
 
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
@@ -6,12 +6,12 @@ use rapier3d::prelude::*;
 use crate::body::Flesh;
 use crate::raster::TaperedCapsule;
 
-/// What meets the ground, what meets other links, and the ground itself.
+/// Collision groups: parts that meet the ground, parts that meet other links, and the ground.
 const FEET: Group = Group::GROUP_1;
 const SKIN: Group = Group::GROUP_2;
 const GROUND: Group = Group::GROUP_3;
 
-/// A tapered capsule meets other links as capsules whose radius is nowhere further from its own than this, metres.
+/// Greatest radius error of the capsules that approximate a tapered capsule for other links, metres.
 const RADIUS_ERROR: f64 = 0.005;
 
 /// The ground z = 0.
@@ -20,8 +20,8 @@ pub(super) fn ground(friction: f64) -> Collider {
     ColliderBuilder::halfspace(up).friction(friction as Real).collision_groups(groups(GROUND, FEET)).build()
 }
 
-/// The colliders of a link's solid, without mass. A tapered capsule meets the ground as its two end balls, which is exact, and
-/// other links and props as a chain of capsules. Empty for a mesh without volume.
+/// The colliders of a link's solid, without mass. For the ground, a tapered capsule is its two end spheres, which is
+/// exact; for other links and props it is a chain of capsules. Empty for a mesh without volume.
 pub(super) fn colliders(flesh: &Flesh, friction: f64, link: usize) -> Vec<Collider> {
     let finish = |shape: SharedShape, pose: Pose, groups: InteractionGroups| {
         let builder = ColliderBuilder::new(shape).position(pose).density(0.0).friction(friction as Real);
@@ -41,7 +41,7 @@ pub(super) fn colliders(flesh: &Flesh, friction: f64, link: usize) -> Vec<Collid
     balls.chain(shapes(flesh).into_iter().map(|(shape, pose)| finish(shape, pose, skin))).collect()
 }
 
-/// The colliders of what stands about; its solid is in the world's frame.
+/// The colliders of a prop; its solid is in the world frame.
 pub(super) fn prop_colliders(solid: &Flesh, friction: f64) -> Vec<Collider> {
     let finish = |(shape, pose): (SharedShape, Pose)| {
         let builder = ColliderBuilder::new(shape).position(pose).friction(friction as Real);
@@ -50,7 +50,7 @@ pub(super) fn prop_colliders(solid: &Flesh, friction: f64) -> Vec<Collider> {
     shapes(solid).into_iter().map(finish).collect()
 }
 
-/// The shapes that make a solid, and where they are in its frame.
+/// The shapes of a solid with their frames in it.
 fn shapes(solid: &Flesh) -> Vec<(SharedShape, Pose)> {
     match solid {
         Flesh::TaperedCapsule(capsule) => chain(capsule).map(|shape| (shape, Pose::IDENTITY)).collect(),

@@ -1,4 +1,4 @@
-//! Where the swinging feet go: below the body as it is, rather than where they were recorded.
+//! Foot placement: swinging feet are steered below the simulated body instead of to their recorded positions.
 
 use nalgebra::{DMatrix, Vector3, Vector6};
 
@@ -6,15 +6,15 @@ use super::moving::Moving;
 use crate::body::{Humanoid, JointKind, LinkFrames, Pose, ROOT_STEP, rotation_vector};
 use crate::physics::constants::GRAVITY;
 
-/// Share of the way to the capture point, where a step would bring the body's surplus of speed to rest.
+/// Share of the distance to the capture point, at which a step would stop the body's excess speed.
 const CAPTURE: f64 = 0.15;
 /// Legs follow with this time constant, seconds.
 const FOLLOW_S: f64 = 0.03;
-/// What a radian of a foot's orientation amounts to, metres.
+/// Weight of one radian of a foot's orientation, metres.
 const LEVER: f64 = 0.1;
-/// Damping of the least squares, metres: keeps stretched legs from running away.
+/// Damping of the least squares, metres: keeps stretched legs stable.
 const DAMPING: f64 = 0.03;
-/// Joints deviate by no more, radians.
+/// Greatest deviation of a joint, radians.
 const MOST: f64 = 0.5;
 
 #[derive(Clone)]
@@ -25,9 +25,9 @@ struct Leg {
     joints: Vec<usize>,
 }
 
-/// How the targets of the legs deviate from the motion. A foot that swings is steered to where the motion has it in relation to
-/// the centre of mass, further on by a share of the capture point's lead (Pratt, Carff, Drakunov and Goswami 2006), and to the motion's
-/// height and orientation in the world, however the body leans. A leg that stands goes back to the motion.
+/// Deviations of the legs' targets from the motion. A swinging foot is steered to its position relative to the centre
+/// of mass in the motion, plus a share of the capture point's lead (`[Pratt 2006]`), and to the motion's height and
+/// orientation in the world, independent of the body's lean. A standing leg returns to the motion.
 #[derive(Clone)]
 pub(super) struct Stepping<'a> {
     body: &'a Humanoid,

@@ -289,7 +289,7 @@ fn what_cannot_be_simulated_is_refused_by_name() {
     ));
     let comet = Push { link: 0, impulse_ns: 1e9, ..nobody };
     let message = refused(&body, &motion, &pushed(comet)).to_string();
-    assert!(message.starts_with("frame 1 (from 0): the simulation has diverged at link"), "{message}");
+    assert!(message.starts_with("frame 1 (from 0): the simulation diverged at link"), "{message}");
 }
 
 #[test]

@@ -30,8 +30,8 @@ impl Wrench {
         Self { force: self.force + other.force, moment: self.moment + other.moment }
     }
 
-    /// The greatest share of `other`, 0 to 1, that it may be given besides for both together to be no greater than `bound`, newtons; it
-    /// is no greater than that itself.
+    /// The greatest share of `other`, 0 to 1, that can be added without exceeding `bound`, newtons; the wrench itself
+    /// does not exceed it.
     pub(super) fn room(&self, other: &Self, lever: f64, bound: f64) -> f64 {
         let (own, mixed, theirs) = (self.product(self, lever), self.product(other, lever), other.product(other, lever));
         if own + 2.0 * mixed + theirs <= bound * bound || theirs <= 0.0 {
