@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Matrix4, Point3, Unit, Vector3};
 use roxmltree::{Node, NodeId};
 
-use super::mesh::Mesh;
+use super::triangles::Mesh;
 use crate::body::rotation_about;
 
 /// Deeper nodes than this are refused.

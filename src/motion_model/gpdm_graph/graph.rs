@@ -2,9 +2,7 @@
 
 use nalgebra::UnitQuaternion;
 
-use super::learner::GraphLearner;
 use super::segmentation::SegmentRange;
-use crate::body::{Humanoid, Motion};
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 
@@ -121,25 +119,6 @@ pub enum GraphError {
 }
 
 impl GpdmGraph {
-    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
-    /// [`GraphLearner`] does the same step by step.
-    ///
-    /// # Errors
-    /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
-    pub fn learn(
-        body: &Humanoid,
-        motions: &[Motion],
-        settings: &GraphSettings,
-        mut progress: impl FnMut(&Segment, usize),
-    ) -> Result<Self, GraphError> {
-        let mut learner = GraphLearner::new(body, motions, settings)?;
-        while let Some(segment) = learner.grow(&mut |_, _| true)? {
-            let segment = segment.clone();
-            progress(&segment, learner.frames_done());
-        }
-        Ok(learner.finish())
-    }
-
     /// The model and row of a training frame.
     pub(super) fn locate(&self, motion: usize, frame: usize) -> Option<Candidate> {
         let holds = |s: &Segment| s.range.motion == motion && (s.range.first..s.range.end).contains(&frame);

@@ -123,6 +123,27 @@ impl<'a> GraphLearner<'a> {
     }
 }
 
+impl GpdmGraph {
+    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
+    /// [`GraphLearner`] does the same step by step.
+    ///
+    /// # Errors
+    /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
+    pub fn learn(
+        body: &Humanoid,
+        motions: &[Motion],
+        settings: &GraphSettings,
+        mut progress: impl FnMut(&Segment, usize),
+    ) -> Result<Self, GraphError> {
+        let mut learner = GraphLearner::new(body, motions, settings)?;
+        while let Some(segment) = learner.grow(&mut |_, _| true)? {
+            let segment = segment.clone();
+            progress(&segment, learner.frames_done());
+        }
+        Ok(learner.finish())
+    }
+}
+
 fn checked(
     motions: &[Motion],
     settings: &GraphSettings,
