@@ -17,6 +17,7 @@ mod read;
 mod rig;
 mod survey;
 mod tracker;
+mod tracker_kind;
 mod tree;
 
 pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBodySettings};
@@ -25,12 +26,14 @@ pub use complaint::{Complaint, Place};
 pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
 pub use motion::{Axis, MotionSettings, TrainingSettings};
 pub use props::{PropSettings, PropShape};
+pub use ranges::Problem;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };
+pub use tracker_kind::{TrackerKind, TrainingUse};
 
 use std::collections::BTreeMap;
 

@@ -2,6 +2,7 @@
 
 use nalgebra::UnitQuaternion;
 
+use super::candidates::Detector;
 use super::segmentation::SegmentRange;
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
@@ -14,8 +15,8 @@ pub struct GraphSettings {
     pub clip_s: f64,
     /// TH of S1's Table 1 per anatomical joint, rad^2: S1's 1.0 over the 13 joints of a CMU body.
     pub threshold_per_joint: f64,
-    /// `short_term_pca` (S1), `speed_minima` or `every_frame`.
-    pub detector: String,
+    /// What finds the moments at which the motion may turn into another.
+    pub detector: Detector,
     /// How each model is learned.
     pub training: TrainingOptions,
     /// Whether to learn one model of each whole motion in place of segments: the original GPDM.
@@ -27,7 +28,7 @@ impl Default for GraphSettings {
         Self {
             clip_s: 0.5,
             threshold_per_joint: 1.0 / 13.0,
-            detector: "short_term_pca".to_owned(),
+            detector: Detector::default(),
             training: TrainingOptions::default(),
             single: false,
         }
