@@ -85,7 +85,7 @@ fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<Ca
     let scenario = &file.scenario;
     let trackers = scenario.trackers();
     let evaluations = |f: FilterSettings| f.particles as u64 * f.layers as u64;
-    let per_frame: u64 = trackers.iter().filter_map(|(_, t)| t.filter()).map(evaluations).sum();
+    let per_frame: u64 = trackers.iter().filter_map(|(_, t)| t.kind().filter()).map(evaluations).sum();
     let names: Vec<&str> = trackers.iter().map(|(_, t)| t.name()).collect();
     let (frames, frames_per_second) = (staged.frames(), staged.ground_truth.frames_per_second);
     let mut notes = staged.notes.clone();
@@ -128,7 +128,7 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
     }
     let mut seen = Vec::new();
     for (_, tracker) in scenario.trackers() {
-        let Some(path) = tracker.model_file().map(|name| file.folder.join(name)) else { continue };
+        let Some(path) = tracker.kind().model_file().map(|name| file.folder.join(name)) else { continue };
         if !seen.contains(&path) {
             wrong.extend(LearnedModel::read(&path).err());
             seen.push(path);

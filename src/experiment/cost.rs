@@ -84,9 +84,9 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
     let mut known: Vec<(SilhouetteSettings, Option<PlausibilitySettings>, Speed)> = Vec::new();
     let (mut track_s, mut likelihood_evaluations) = (0.0, 0);
     for (_, tracker) in &trackers {
-        let (Some(filter), Some(likelihood)) = (tracker.filter(), tracker.likelihood()) else { continue };
+        let (Some(filter), Some(likelihood)) = (tracker.kind().filter(), tracker.kind().likelihood()) else { continue };
         let evaluations = filter.particles as u64 * filter.layers as u64;
-        let plausibility = tracker.plausibility();
+        let plausibility = tracker.kind().plausibility();
         let speed = match known.iter().find(|(l, p, _)| *l == likelihood && *p == plausibility) {
             Some((_, _, speed)) => *speed,
             None => {
@@ -108,7 +108,7 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
         track_s,
         measure_s,
         run_s: staging_s + render_s + track_s + measure_s,
-        models_to_learn: trackers.iter().filter(|(_, tracker)| tracker.learns()).count(),
+        models_to_learn: trackers.iter().filter(|(_, tracker)| tracker.kind().learns()).count(),
         likelihood_evaluations,
         memory_bytes: (render_memory + tracking_memory(file, staged)) as u64,
         render_memory_bytes: (render_memory + layers_memory(file, staged)) as u64,
@@ -266,7 +266,7 @@ fn tracking_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
     let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
     let degrees = staged.start.body.degrees_of_freedom.len() as f64;
     let trackers = file.scenario.trackers();
-    let filters = trackers.iter().filter_map(|(_, tracker)| tracker.filter());
+    let filters = trackers.iter().filter_map(|(_, tracker)| tracker.kind().filter());
     let particles = filters.clone().map(|filter| filter.particles).max().unwrap_or(0) as f64;
     let layers = filters.map(|filter| filter.layers).max().unwrap_or(0) as f64;
     let views = 4.0 * pixels(staged).sum::<f64>();
@@ -282,7 +282,7 @@ fn run_bytes(file: &ScenarioFile, staged: &Staged) -> f64 {
         |body: &crate::body::Humanoid| (7 + body.degrees_of_freedom.len() + 3 * body.joints.len() + 45) as f64;
     let poses = 8.0 * frames * (seeds * numbers(&staged.start.body) + numbers(&staged.ground_truth.actor));
     let of_tracker = |tracker: &TrackerSettings| {
-        let layers = tracker.filter().map_or(0.0, |filter| filter.layers as f64);
+        let layers = tracker.kind().filter().map_or(0.0, |filter| filter.layers as f64);
         let search = 8.0 * frames * seeds * (2.0 + 6.0 * layers);
         poses + search + frames * seeds * (CSV_COLUMNS + layers) * CSV_BYTES + PAGE_BYTES
     };

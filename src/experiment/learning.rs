@@ -135,7 +135,7 @@ impl Models {
         rate: f64,
         watch: &dyn Watch,
     ) -> Result<(), ExperimentError> {
-        match tracker.model_file().zip(tracker.learning()) {
+        match tracker.kind().model_file().zip(tracker.kind().learning()) {
             Some((name, learning)) => self.of_file(name, learning.single, body, rate, watch).map(|_| ()),
             None => Ok(()),
         }

@@ -166,10 +166,10 @@ fn truth_energy(
     set: &BlindSet,
     refitted: Option<&Motion>,
 ) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let settings = tracked.record.as_ref().and_then(|record| record.tracker.likelihood());
+    let settings = tracked.record.as_ref().and_then(|record| record.tracker.kind().likelihood());
     let (Some(settings), Some(refitted)) = (settings, refitted) else { return Ok(Vec::new()) };
     let likelihood = SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, settings)?;
-    match tracked.record.as_ref().and_then(|record| record.tracker.plausibility()) {
+    match tracked.record.as_ref().and_then(|record| record.tracker.kind().plausibility()) {
         None => energies_of(refitted, likelihood, set),
         Some(plausibility) => energies_of(refitted, PlausibleLikelihood::new(likelihood, plausibility)?, set),
     }

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::read_file;
+use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
 use super::model_file::hex_sha256;
@@ -21,7 +21,7 @@ use crate::input::limits;
 use crate::motion_model::gpdm::GpdmError;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
 use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
-use crate::scenario::{MotionSettings, ScenarioError, ScenarioFile};
+use crate::scenario::{MotionSettings, ScenarioFile};
 
 /// What a model is learned from.
 #[derive(Clone, Debug)]
@@ -72,7 +72,7 @@ impl TrainingInput {
     pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
             let message = "expected [[training.clips]]: a motion model may not be learned from the test's own frames";
-            return Err(ScenarioError::from(file.complaint("training", message.to_owned())).into());
+            return Err(scenario_error(file, "training", message.to_owned()));
         };
         let staged = Staged::new(file, mocap_directory)?;
         let motions = staged.start.training.motions().to_vec();

@@ -213,21 +213,8 @@ fn sheet<'a>(
 pub(super) fn tracker_in_words(tracked: &Tracked) -> String {
     match tracked.record.as_ref().map(|record| &record.tracker) {
         None => "poses of another program".to_owned(),
-        Some(TrackerSettings::Frozen(_)) => "frozen: never moves".to_owned(),
-        Some(TrackerSettings::Oracle(_)) => "oracle: the truth plus a planted error".to_owned(),
-        Some(TrackerSettings::NearestTrainingPose(_)) => {
-            "oracle: the training pose nearest to the truth, at the true root".to_owned()
-        }
-        Some(settings) => searching_in_words(settings),
+        Some(settings) => settings.kind().in_words(),
     }
-}
-
-fn searching_in_words(settings: &TrackerSettings) -> String {
-    let name = settings.name().replace('_', " ");
-    let search = settings.filter().map(|f| format!(", {} particles x {} layers", f.particles, f.layers));
-    let roots =
-        if settings.is_given_roots() { ", ORACLE ROOTS: the true root of every frame is given away" } else { "" };
-    format!("{name}{}{roots}", search.unwrap_or_default())
 }
 
 fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {

@@ -120,7 +120,7 @@ pub fn track_set(
     Inputs::of_set(set, settings).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let blind = BlindSet::read(set)?;
-    let truth = if settings.needs_truth() { TruthSet::read(set)?.refitted } else { None };
+    let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
     directory.finish()?;

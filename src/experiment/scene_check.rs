@@ -4,13 +4,14 @@ use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
 use super::ExperimentError;
+use super::error::scenario_error;
 use super::staging::Staged;
 use crate::body::{Flesh, LinkFrames, Ray};
 use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
 use crate::observation::{Observation, Observer};
 use crate::parallel;
-use crate::scenario::{ScenarioError, ScenarioFile};
+use crate::scenario::ScenarioFile;
 
 /// At most so many frames are drawn to say how the cameras see the actor,
 const FRAMES_LOOKED_AT: usize = 120;
@@ -102,7 +103,7 @@ impl CamerasInside {
             }
             let key = if index < on_ring { "rig.ring".to_owned() } else { format!("rig.camera[{}]", index - on_ring) };
             let message = format!("expected a camera outside the actor, found {place}; move the camera or the motion");
-            found.refused.push(ScenarioError::from(file.complaint(&key, message)).into());
+            found.refused.push(scenario_error(file, &key, message));
         }
         found
     }
@@ -206,7 +207,7 @@ pub(super) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
         "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the \
          cameras are too far away"
     );
-    ScenarioError::from(file.complaint("rig", message)).into()
+    scenario_error(file, "rig", message)
 }
 
 /// At most `most` set frames at equal distances, the first and the last among them.

@@ -27,7 +27,7 @@ use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::{Diffusion, Prediction, ProposalScales};
 use crate::npz::{Array, Npz, Values};
-use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, json_tree};
+use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, TrainingUse, json_tree};
 use crate::tracker::{
     AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
     Tracker,
@@ -146,18 +146,17 @@ pub fn track(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         timing,
     };
-    let sources = settings.model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
+    let sources = settings.kind().model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
     Ok(Tracked { sources, ..Tracked::new(record, set, seeds, estimates) })
 }
 
 /// What a tracker learned from, in words, one entry a recording.
 fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> Vec<String> {
-    match (settings, settings.model_file()) {
-        (TrackerSettings::Frozen(_) | TrackerSettings::Oracle(_), _) => Vec::new(),
-        (_, None) => set.start.training.in_words(),
-        (_, Some(name)) => {
-            models.sources_of(name).iter().map(|source| format!("{name}: {}", source.in_words())).collect()
-        }
+    let kind = settings.kind();
+    match kind.model_file() {
+        Some(name) => models.sources_of(name).iter().map(|source| format!("{name}: {}", source.in_words())).collect(),
+        None if kind.training() == TrainingUse::Unused => Vec::new(),
+        None => set.start.training.in_words(),
     }
 }
 

@@ -8,7 +8,7 @@
 use nalgebra::{Isometry3, Vector3};
 
 use super::body_length::{Body, bounds, quantile, sampled};
-use super::read::UpAxis;
+use super::options::UpAxis;
 use super::{Clip, MocapError};
 
 /// A skeleton's joints and tips stand about this high, metres.

@@ -1,22 +1,11 @@
 //! The simplest motion model: a pose keeps still, or its velocity, and wanders by a Gaussian per degree of freedom.
 
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use super::{MotionModel, MotionModelError, ProposalScales};
+use super::{MotionModel, MotionModelError, Prediction, ProposalScales};
 use crate::body::{Humanoid, Pose, ROOT_STEP};
-
-/// Where a pose is expected in the next frame, before it wanders.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Prediction {
-    /// Where it is now.
-    #[default]
-    None,
-    /// As far on as the last two estimates lie apart.
-    ConstantVelocity,
-}
+use crate::rng::normal;
 
 /// Settings of [`Diffusion`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -84,10 +73,6 @@ impl Diffusion {
             }
         }
     }
-}
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 impl MotionModel for Diffusion {

@@ -14,9 +14,9 @@ mod proposal;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-pub use diffusion::{Diffusion, DiffusionSettings, Prediction};
+pub use diffusion::{Diffusion, DiffusionSettings};
 pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion};
-pub use proposal::ProposalScales;
+pub use proposal::{Prediction, ProposalScales};
 
 use crate::body::{Humanoid, Pose};
 

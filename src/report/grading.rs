@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::ReportInput;
-use super::verdict::percent;
 use crate::evaluation::{Direction, Unit, find_metric};
 
 /// How good a run is; the worst last.
@@ -174,6 +173,18 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
         limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
         why: "errors of place and pose, and the overlap: whoever looks at no image at all gets the floor",
     })
+}
+
+/// A share as a whole percentage; never 0 % for something nor 100 % for less than everything.
+pub(super) fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    if value > 0.0 && value < 1.0 {
+        "under 1 %".into()
+    } else if value > 99.0 && value < 100.0 {
+        "over 99 %".into()
+    } else {
+        format!("{value:.0} %")
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::SegmentLengths;
 use super::anatomy::SubjectFrame;
-use super::fit::marker_distances;
+use super::goals::marker_distances;
 use crate::body::{Humanoid, LANDMARKS, Motion};
 
 /// How well a retargeting went; millimetres where the name says so, else metres.

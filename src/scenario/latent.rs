@@ -4,12 +4,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::motion_model::gpdm::TrainingOptions;
-use crate::motion_model::gpdm_graph::GraphSettings;
+use crate::motion_model::gpdm_graph::{Detector, GraphSettings};
 use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
 use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
 
 /// What tells one latent motion model from another: how it is learned, and how particles change models.
 pub trait LatentKind {
+    /// The tracker's name.
+    const NAME: &str;
+
     /// How the model is learned.
     fn learning(&self) -> GraphSettings;
 
@@ -117,7 +120,7 @@ pub struct GpdmGraph {
     pub threshold_per_joint: f64,
     /// What finds the moments at which the motion may turn into another: `"short_term_pca"`, `"speed_minima"` or `"every_frame"`.
     /// Default: `"short_term_pca"`.
-    pub detector: String,
+    pub detector: Detector,
     /// Which particles near candidates jump: `"stay_weighted"`, `"stay_shared"` (the same, weights divided by the number of
     /// candidates of their model) or `"literal"`. Default: `"stay_weighted"`.
     pub jump_rule: JumpRule,
@@ -171,6 +174,8 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
 }
 
 impl LatentKind for Gpdm {
+    const NAME: &str = "gpdm";
+
     fn learning(&self) -> GraphSettings {
         GraphSettings { single: true, training: self.training.clone(), ..GraphSettings::default() }
     }
@@ -181,6 +186,8 @@ impl LatentKind for Gpdm {
 }
 
 impl LatentKind for SwitchingGpdm {
+    const NAME: &str = "switching_gpdm";
+
     fn learning(&self) -> GraphSettings {
         GraphSettings {
             clip_s: self.clip_s,
@@ -196,11 +203,13 @@ impl LatentKind for SwitchingGpdm {
 }
 
 impl LatentKind for GpdmGraph {
+    const NAME: &str = "gpdm_graph";
+
     fn learning(&self) -> GraphSettings {
         GraphSettings {
             clip_s: self.clip_s,
             threshold_per_joint: self.threshold_per_joint,
-            detector: self.detector.clone(),
+            detector: self.detector,
             training: self.training.clone(),
             single: false,
         }

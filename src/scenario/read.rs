@@ -119,7 +119,8 @@ impl TrackerSettings {
             }
             settings = settings_of(tree, |mistake| mistake.about(&named(assignment)))?;
             settings
-                .first_problem("")
+                .kind()
+                .first_problem(settings.name())
                 .map_err(|problem| Complaint { key: problem.key, ..complain(problem.message) })?;
         }
         Ok(settings)
@@ -280,6 +281,11 @@ mod tests {
             ("[rig.ring]\nsize_px = [160, 120, 3]", "rig.ring.size_px: invalid length 3", "size_px = [160, 120, 3]"),
             ("[tracker_body]\nmismatch = 4", "integer `4`, expected a text or a table", "mismatch = 4"),
             ("[tracker.frosen]", "tracker: unknown name `frosen`, did you mean `frozen`?", "[tracker.frosen]"),
+            (
+                "[tracker.gpdm_graph]\nmodel.detector = \"speed_minimum\"",
+                "model.detector: unknown name `speed_minimum`, did you mean `speed_minima`?",
+                "model.detector = \"speed_minimum\"",
+            ),
             ("[tracker.frozen]\n[tracker.oracle]", "tracker: expected a single name in this table", "[tracker.frozen]"),
         ] {
             let error = parse(extra, &[]).unwrap_err();

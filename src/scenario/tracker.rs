@@ -4,8 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::complaint::{Complaint, did_you_mean};
-use super::latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
-use crate::motion_model::gpdm_graph::GraphSettings;
+use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, SwitchingGpdm};
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, SilhouetteSettings, SilhouetteTerm,
@@ -98,19 +97,6 @@ impl Default for TrackerSettings {
 }
 
 impl TrackerSettings {
-    /// The tracker's name, as the command line and the scenario spell it.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::AnnealedParticleFilter(_) => "annealed_particle_filter",
-            Self::Frozen(_) => "frozen",
-            Self::Gpdm(_) => "gpdm",
-            Self::SwitchingGpdm(_) => "switching_gpdm",
-            Self::GpdmGraph(_) => "gpdm_graph",
-            Self::NearestTrainingPose(_) => "nearest_training_pose",
-            Self::Oracle(_) => "oracle",
-        }
-    }
-
     /// Every tracker there is, with its default settings.
     pub fn all() -> [Self; 7] {
         [
@@ -122,82 +108,6 @@ impl TrackerSettings {
             Self::NearestTrainingPose(NearestTrainingPoseSettings::default()),
             Self::Oracle(OracleSettings::default()),
         ]
-    }
-
-    /// What its likelihood takes; `None` for trackers without one.
-    pub fn likelihood(&self) -> Option<SilhouetteSettings> {
-        match self {
-            Self::AnnealedParticleFilter(s) => Some(s.likelihood()),
-            Self::Gpdm(s) => Some(s.likelihood()),
-            Self::SwitchingGpdm(s) => Some(s.likelihood()),
-            Self::GpdmGraph(s) => Some(s.likelihood()),
-            Self::Frozen(_) | Self::NearestTrainingPose(_) | Self::Oracle(_) => None,
-        }
-    }
-
-    /// What plausibility adds to its likelihood; `None` where nothing.
-    pub fn plausibility(&self) -> Option<PlausibilitySettings> {
-        match self {
-            Self::AnnealedParticleFilter(s) => s.plausibility,
-            _ => None,
-        }
-    }
-
-    /// What its filter takes; `None` for trackers without one.
-    pub fn filter(&self) -> Option<FilterSettings> {
-        match self {
-            Self::AnnealedParticleFilter(s) => Some(s.filter()),
-            Self::Gpdm(s) => Some(s.filter()),
-            Self::SwitchingGpdm(s) => Some(s.filter()),
-            Self::GpdmGraph(s) => Some(s.filter()),
-            Self::Frozen(_) | Self::NearestTrainingPose(_) | Self::Oracle(_) => None,
-        }
-    }
-
-    /// Whether a motion model has to be learned for it.
-    pub fn learns(&self) -> bool {
-        match self {
-            Self::Gpdm(s) => s.model_file.is_none(),
-            Self::SwitchingGpdm(s) => s.model_file.is_none(),
-            Self::GpdmGraph(s) => s.model_file.is_none(),
-            _ => false,
-        }
-    }
-
-    /// How its motion model is learned; `None` for trackers without one.
-    pub fn learning(&self) -> Option<GraphSettings> {
-        match self {
-            Self::Gpdm(s) => Some(s.model.learning()),
-            Self::SwitchingGpdm(s) => Some(s.model.learning()),
-            Self::GpdmGraph(s) => Some(s.model.learning()),
-            _ => None,
-        }
-    }
-
-    /// The model file that it reads; `None` for trackers that read none.
-    pub fn model_file(&self) -> Option<&str> {
-        match self {
-            Self::Gpdm(s) => s.model_file.as_deref(),
-            Self::SwitchingGpdm(s) => s.model_file.as_deref(),
-            Self::GpdmGraph(s) => s.model_file.as_deref(),
-            _ => None,
-        }
-    }
-
-    /// Whether the true root of every frame is given away to it.
-    pub fn is_given_roots(&self) -> bool {
-        let root = match self {
-            Self::Gpdm(s) => s.root,
-            Self::SwitchingGpdm(s) => s.root,
-            Self::GpdmGraph(s) => s.root,
-            _ => RootMode::Tracked,
-        };
-        root == RootMode::Oracle
-    }
-
-    /// Whether it cannot be built without the truth.
-    pub fn needs_truth(&self) -> bool {
-        matches!(self, Self::Oracle(_) | Self::NearestTrainingPose(_)) || self.is_given_roots()
     }
 
     /// The tracker of that name with its default settings.

@@ -1,7 +1,6 @@
 //! The annealed particle filter: S2's Algorithm 1.
 
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
@@ -14,7 +13,7 @@ use super::{
 use crate::body::Pose;
 use crate::motion_model::MotionModel;
 use crate::observation::Observation;
-use crate::rng::{Purpose, stream};
+use crate::rng::{Purpose, normal, stream};
 
 /// Particles whose energies are asked for at once.
 const BATCH: usize = 8;
@@ -251,10 +250,6 @@ struct Moments<S> {
 
 fn heaviest(weights: &[f64]) -> usize {
     weights.iter().enumerate().fold(0, |best, (i, w)| if *w > weights[best] { i } else { best })
-}
-
-fn normal(rng: &mut rand_chacha::ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 fn record(energies: &[f64], selection: &Selection) -> LayerRecord {

@@ -5,10 +5,8 @@ use std::collections::HashMap;
 use nalgebra::Point3;
 
 use super::collada;
+use super::triangles::Mesh;
 use crate::input::{excerpt, plain};
-
-/// Vertices, and triangles that index them.
-pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
 /// Why a mesh of that name cannot be read, if so.
 pub(super) fn unsupported(name: &str) -> Option<String> {

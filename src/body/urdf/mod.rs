@@ -15,6 +15,7 @@ mod markers;
 mod mesh;
 mod package;
 mod tree;
+mod triangles;
 
 use std::io;
 use std::path::Path;

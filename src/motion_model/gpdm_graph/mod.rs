@@ -11,7 +11,7 @@ mod learner;
 mod parts;
 mod segmentation;
 
-pub use candidates::{CandidateDetector, EveryFrame, ShortTermPca, SpeedMinima, detector};
+pub use candidates::{CandidateDetector, Detector, EveryFrame, ShortTermPca, SpeedMinima};
 pub use graph::{Candidate, GpdmGraph, GraphError, GraphSettings, Segment};
 pub use learner::GraphLearner;
 pub use segmentation::SegmentRange;
