@@ -8,8 +8,8 @@ use smallvec::SmallVec;
 use super::annealing::{Selection, select};
 use super::resampling::systematic;
 use super::{
-    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, SettingError, TrackError,
-    Tracker,
+    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, Refinement, SettingError,
+    TrackError, Tracker,
 };
 use crate::body::Pose;
 use crate::motion_model::MotionModel;
@@ -45,6 +45,7 @@ pub struct AnnealedParticleFilter<M: MotionModel, L: Likelihood> {
     particles: Vec<M::State>,
     /// The last two estimates, oldest first.
     past: Vec<Pose>,
+    refinement: Option<Refinement>,
 }
 
 impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
@@ -54,7 +55,12 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     /// [`SettingError`] where a setting is out of its range.
     pub fn new(settings: FilterSettings, model: M, likelihood: L, seed: u64) -> Result<Self, SettingError> {
         settings.validate()?;
-        Ok(Self { settings, seed, model, likelihood, start: None, particles: Vec::new(), past: Vec::new() })
+        Ok(Self { settings, seed, model, likelihood, start: None, particles: Vec::new(), past: Vec::new(), refinement: None })
+    }
+
+    /// The same filter, whose estimates are refined after the last layer.
+    pub fn with_refinement(self, refinement: Refinement) -> Self {
+        Self { refinement: Some(refinement), ..self }
     }
 
     /// Step 1: particles for this frame, from the start pose or the frame before.
@@ -182,6 +188,27 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         occupancy
     }
 
+    /// Refines the estimate where that is asked for, and lets a share of the particles go on from it.
+    fn refine(&mut self, estimate: &mut Estimate, heaviest: &M::State) {
+        let (Some(refinement), Some(energy)) = (&self.refinement, estimate.energy) else { return };
+        let Some(anchor) = self.past.last().or(self.start.as_ref()) else { return };
+        let Some(own) = self.model.with_pose(heaviest, &estimate.pose) else { return };
+        let starts: Vec<M::State> = self.model.with_pose(heaviest, anchor).into_iter().chain([heaviest.clone()]).collect();
+        let (model, likelihood) = (&self.model, &self.likelihood);
+        let refined = refinement.refine(model, likelihood, estimate.frame, anchor, &starts, (own, energy));
+        let Some(refined) = refined else { return };
+        let moved = (refinement.share() * self.particles.len() as f64).round() as usize;
+        let step = self.particles.len().checked_div(moved).unwrap_or(1).max(1);
+        for particle in self.particles.iter_mut().step_by(step).take(moved) {
+            if let Some(state) = self.model.with_pose(particle, &refined.pose) {
+                *particle = state;
+            }
+        }
+        estimate.pose = refined.pose;
+        estimate.energy = Some(refined.energy);
+        estimate.evaluations += refined.evaluations;
+    }
+
     fn remember(&mut self, estimate: &Pose) {
         if self.past.len() == 2 {
             self.past.remove(0);
@@ -222,10 +249,22 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         records.push(record(&energies, &selection));
         let pose = self.estimate(&particles, &selection.weights).ok_or(TrackError::NoValidParticle { frame })?;
         let occupancy = self.occupancy(&particles, &selection.weights);
+        let energy = self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch());
+        let heaviest = particles.get(heaviest(&selection.weights)).cloned();
         self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
-        self.remember(&pose);
-        let energy = Some(self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch()));
-        Ok(Estimate { frame, pose, energy, layers: records, evaluations: (count * layers + 1) as u64, occupancy })
+        let mut estimate = Estimate {
+            frame,
+            pose,
+            energy: Some(energy),
+            layers: records,
+            evaluations: (count * layers + 1) as u64,
+            occupancy,
+        };
+        if let Some(heaviest) = heaviest {
+            self.refine(&mut estimate, &heaviest);
+        }
+        self.remember(&estimate.pose);
+        Ok(estimate)
     }
 }
 

@@ -8,7 +8,7 @@ use super::latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode
 use crate::motion_model::gpdm_graph::GraphSettings;
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
-    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, SilhouetteSettings, SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings, SilhouetteTerm,
 };
 
 /// Who tracks.
@@ -67,6 +67,10 @@ pub struct AnnealedParticleFilterSettings {
     /// What it costs a pose to be in the ground, in itself or beyond its limits. Default: nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
+    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs: `{}` with its
+    /// defaults. Default: none, which is the algorithm as published.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<RefinementSettings>,
 }
 
 /// Nothing to set.
@@ -267,6 +271,7 @@ impl Default for AnnealedParticleFilterSettings {
             kernel,
             estimator,
             plausibility: None,
+            refinement: None,
         }
     }
 }
