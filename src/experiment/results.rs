@@ -225,9 +225,10 @@ pub(super) fn tracker_in_words(tracked: &Tracked) -> String {
 fn searching_in_words(settings: &TrackerSettings) -> String {
     let name = settings.name().replace('_', " ");
     let search = settings.filter().map(|f| format!(", {} particles x {} layers", f.particles, f.layers));
+    let refined = if settings.refinement().is_some() { ", refined" } else { "" };
     let roots =
         if settings.is_given_roots() { ", ORACLE ROOTS: the true root of every frame is given away" } else { "" };
-    format!("{name}{}{roots}", search.unwrap_or_default())
+    format!("{name}{}{refined}{roots}", search.unwrap_or_default())
 }
 
 fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {

@@ -190,15 +190,12 @@ impl Workshop<'_> {
                 };
                 let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
                 let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
-                if s.refinement.is_some() {
+                if s.refinement().is_some() {
                     likelihood = likelihood.with_descent();
                 }
-                let seen = || {
-                    let motions = training.motions.iter().filter(|_| !training.of_the_test);
-                    motions.flat_map(|motion| motion.poses.iter().cloned()).collect()
-                };
+                let seen = || training.motions().iter().flat_map(|motion| motion.poses.iter().cloned()).collect();
                 let refinement =
-                    s.refinement.map(|settings| Refinement::new(settings, body, seen(), seed)).transpose()?;
+                    s.refinement().map(|settings| Refinement::new(settings, body, seen(), seed)).transpose()?;
                 match s.plausibility {
                     None => filter(s.filter(), model, likelihood, seed, refinement)?,
                     Some(plausibility) => {
@@ -232,6 +229,7 @@ impl Workshop<'_> {
     }
 }
 
+/// A filter, with refinement where that is asked for.
 fn filter<L: Likelihood + 'static>(
     settings: FilterSettings,
     model: Diffusion,
@@ -242,7 +240,7 @@ fn filter<L: Likelihood + 'static>(
     let filter = AnnealedParticleFilter::new(settings, model, likelihood, seed)?;
     Ok(match refinement {
         None => Box::new(filter),
-        Some(refinement) => Box::new(filter.with_refinement(refinement)),
+        Some(refinement) => Box::new(filter.with_refinement(refinement)?),
     })
 }
 

@@ -148,6 +148,10 @@ impl MotionModel for Diffusion {
         self.body.difference(from, to, step);
     }
 
+    fn descends(&self) -> bool {
+        true
+    }
+
     fn descend(&self, state: &Pose, anchor: &Pose, mut evidence: NormalEquations) -> Option<Pose> {
         let mut towards = vec![0.0; self.body.step_len()];
         self.body.difference(state, anchor, &mut towards);

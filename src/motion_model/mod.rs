@@ -57,13 +57,20 @@ pub trait MotionModel: Send + Sync {
     /// The step from one state to another, written into `step`.
     fn difference(&self, from: &Self::State, to: &Self::State, step: &mut [f64]);
 
-    /// The state moved one damped Gauss-Newton step down `evidence`, which was taken at its pose, with a pull towards `anchor` as
-    /// the model's prior. `None` for models that cannot descend, and where the equations are singular.
+    /// Whether [`Self::descend`] has an answer.
+    fn descends(&self) -> bool {
+        false
+    }
+
+    /// The state moved one damped Gauss-Newton step down `evidence`, which was taken at its pose, the model's own prior added:
+    /// a pull towards `anchor`, the last estimate, or what else the model knows. `None` for models that cannot descend, and where the
+    /// equations are singular. Must be deterministic.
     fn descend(&self, _state: &Self::State, _anchor: &Pose, _evidence: NormalEquations) -> Option<Self::State> {
         None
     }
 
-    /// `state` with another pose, if the model's states can have any.
+    /// `state` with another pose; `None` for models whose states cannot have any pose. Such a model is descended from particles alone,
+    /// and no limbs are drawn.
     fn with_pose(&self, _state: &Self::State, _pose: &Pose) -> Option<Self::State> {
         None
     }

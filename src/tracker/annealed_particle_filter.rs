@@ -59,8 +59,17 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     }
 
     /// The same filter, whose estimates are refined after the last layer.
-    pub fn with_refinement(self, refinement: Refinement) -> Self {
-        Self { refinement: Some(refinement), ..self }
+    ///
+    /// # Errors
+    /// [`SettingError`] where the likelihood or the motion model cannot be descended.
+    pub fn with_refinement(self, refinement: Refinement) -> Result<Self, SettingError> {
+        let lacking = match (self.likelihood.descends(), self.model.descends()) {
+            (true, true) => return Ok(Self { refinement: Some(refinement), ..self }),
+            (false, _) => "likelihood",
+            (true, false) => "motion model",
+        };
+        let (expected, found) = (format!("a {lacking} that can be descended"), "one that cannot".to_owned());
+        Err(SettingError { key: "refinement", expected, found })
     }
 
     /// Step 1: particles for this frame, from the start pose or the frame before.
@@ -188,25 +197,21 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         occupancy
     }
 
-    /// Refines the estimate where that is asked for, and lets a share of the particles go on from it.
+    /// Refines the estimate where that is asked for, and lets a share of the particles go on from it. Starts: the last estimate, this
+    /// frame's and the heaviest particle, as far as the model's states can have such poses.
     fn refine(&mut self, estimate: &mut Estimate, heaviest: &M::State) {
         let (Some(refinement), Some(energy)) = (&self.refinement, estimate.energy) else { return };
         let Some(anchor) = self.past.last().or(self.start.as_ref()) else { return };
-        let Some(own) = self.model.with_pose(heaviest, &estimate.pose) else { return };
-        let starts: Vec<M::State> = self.model.with_pose(heaviest, anchor).into_iter().chain([heaviest.clone()]).collect();
-        let (model, likelihood) = (&self.model, &self.likelihood);
-        let refined = refinement.refine(model, likelihood, estimate.frame, anchor, &starts, (own, energy));
-        let Some(refined) = refined else { return };
-        let moved = (refinement.share() * self.particles.len() as f64).round() as usize;
-        let step = self.particles.len().checked_div(moved).unwrap_or(1).max(1);
-        for particle in self.particles.iter_mut().step_by(step).take(moved) {
-            if let Some(state) = self.model.with_pose(particle, &refined.pose) {
-                *particle = state;
-            }
-        }
-        estimate.pose = refined.pose;
-        estimate.energy = Some(refined.energy);
+        let given = [anchor, &estimate.pose].into_iter().filter_map(|pose| self.model.with_pose(heaviest, pose));
+        let starts: Vec<M::State> = given.chain([heaviest.clone()]).collect();
+        let refined = refinement.refine(&self.model, &self.likelihood, estimate.frame, anchor, &starts, energy);
         estimate.evaluations += refined.evaluations;
+        let Some((state, energy)) = refined.found else { return };
+        for particle in refinement.moved(self.particles.len()) {
+            self.particles[particle] = state.clone();
+        }
+        estimate.pose = self.model.pose(&state).clone();
+        estimate.energy = Some(energy);
     }
 
     fn remember(&mut self, estimate: &Pose) {

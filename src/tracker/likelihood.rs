@@ -38,6 +38,11 @@ pub trait Likelihood: Send + Sync {
         self.energy(pose, scratch)
     }
 
+    /// Whether [`Self::linearise`] has an answer.
+    fn descends(&self) -> bool {
+        false
+    }
+
     /// What the observation says of a small step from `pose`: squared residuals of contours, linearised, with robust weights of
     /// `width` lengths (a length is 1/240 of an image's height). `None` for likelihoods without such residuals, which cannot be
     /// descended, and for poses that are not finite.

@@ -173,6 +173,10 @@ impl Likelihood for PlausibleLikelihood {
         energy
     }
 
+    fn descends(&self) -> bool {
+        self.silhouettes.descends()
+    }
+
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut PlausibleScratch) -> Option<NormalEquations> {
         self.silhouettes.linearise(pose, width, &mut scratch.silhouettes)
     }

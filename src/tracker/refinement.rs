@@ -6,13 +6,12 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::settings::within;
 use super::{Likelihood, SettingError};
 use crate::body::{Humanoid, LANDMARKS, Landmark, Pose};
 use crate::motion_model::MotionModel;
 use crate::rng::{Purpose, stream};
 
-/// How an annealed particle filter's answer is refined.
+/// How an annealed particle filter's answer is refined ([`Refinement`]).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RefinementSettings {
@@ -35,6 +34,12 @@ impl Default for RefinementSettings {
 }
 
 impl RefinementSettings {
+    /// How many energies are evaluated in a frame, on average, for a body with arms and legs.
+    pub fn evaluations_per_frame(&self) -> u64 {
+        let limb = (self.limb_samples + LIMB_DESCENTS.min(self.limb_samples)) as u64;
+        3 + (USUAL_LIMBS * limb).checked_div(self.limb_every as u64).unwrap_or(0)
+    }
+
     /// Whether every setting is in its range.
     ///
     /// # Errors
@@ -52,12 +57,18 @@ impl RefinementSettings {
                 return Err(SettingError { key, expected, found: found.to_string() });
             }
         }
-        if self.share == 0.0 { Ok(()) } else { within("refinement.share", self.share, 1.0) }
+        if (0.0..=1.0).contains(&self.share) {
+            return Ok(());
+        }
+        let expected = "a number from 0 to 1".to_owned();
+        Err(SettingError { key: "refinement.share", expected, found: self.share.to_string() })
     }
 }
 
+/// Limbs and pairs of them that most bodies have.
+const USUAL_LIMBS: u64 = 6;
 /// Width of the residuals' robust weight in the first and last step of a descent, lengths.
-const WIDTHS: [f64; 2] = [8.0, 3.0];
+const WIDTHS: [f64; 2] = [8.0, 1.5];
 /// Spread of limbs that are tried near the estimate, radians.
 const NEAR_RAD: f64 = 0.4;
 /// Spread of limbs that are tried near a training pose, radians.
@@ -70,7 +81,7 @@ const LIMB_DESCENTS: usize = 2;
 /// Refines the estimate of a frame: never to a higher energy.
 ///
 /// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's and from the
-///    particle of least energy; the lowest result is kept.
+///    heaviest particle; the result of least energy is kept.
 /// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, a third within its limits, a third
 ///    near the estimate and a third near training poses; the best are descended. Legs that were taken for each other come free
 ///    only together (after the limb crossover of Deutscher and Reid 2005 and the partitions of MacCormick and Isard 2000).
@@ -80,14 +91,14 @@ pub struct Refinement {
     seed: u64,
     /// Degrees of freedom that are drawn together.
     limbs: Vec<Vec<usize>>,
-    /// Joint angles of `body` in training.
+    /// Joint angles of the body in training.
     training: Vec<Pose>,
 }
 
-/// A refined pose.
-pub(super) struct Refined {
-    pub(super) pose: Pose,
-    pub(super) energy: f64,
+/// What came of a refinement.
+pub(super) struct Refined<S> {
+    /// The state of least energy and that energy; `None` where nothing was found below the estimate's.
+    pub(super) found: Option<(S, f64)>,
     /// Energies that were evaluated.
     pub(super) evaluations: u64,
 }
@@ -96,7 +107,7 @@ impl Refinement {
     /// A refinement for a body that has been seen in the poses of `training`, which may be none.
     ///
     /// # Errors
-    /// [`SettingError`] where a setting is out of its range.
+    /// [`SettingError`] where a setting is out of its range or a pose is of another body.
     pub fn new(
         settings: RefinementSettings,
         body: &Humanoid,
@@ -104,15 +115,22 @@ impl Refinement {
         seed: u64,
     ) -> Result<Self, SettingError> {
         settings.validate()?;
+        let degrees = body.degrees_of_freedom.len();
+        if let Some(other) = training.iter().find(|pose| pose.joint_angles.len() != degrees) {
+            let expected = format!("training poses of {degrees} joint angles");
+            return Err(SettingError { key: "refinement", expected, found: other.joint_angles.len().to_string() });
+        }
         Ok(Self { settings, seed, limbs: limbs(body), training })
     }
 
-    /// Share of the particles that goes on from the refined pose.
-    pub(super) fn share(&self) -> f64 {
-        self.settings.share
+    /// Of `count` particles, the numbers of those that go on from the refined pose: evenly spread.
+    pub(super) fn moved(&self, count: usize) -> impl Iterator<Item = usize> {
+        let moved = (self.settings.share * count as f64).round() as usize;
+        (0..moved).map(move |i| i * count / moved.max(1))
     }
 
-    /// Refines `estimate`, whose energy is known; `starts` are other states to descend from, `anchor` the last estimate.
+    /// Looks for a state of less energy than `energy`, the estimate's: descends from all `starts`, then draws limbs. `anchor` is
+    /// the last estimate.
     pub(super) fn refine<M: MotionModel, L: Likelihood>(
         &self,
         model: &M,
@@ -120,10 +138,21 @@ impl Refinement {
         frame: usize,
         anchor: &Pose,
         starts: &[M::State],
-        estimate: (M::State, f64),
-    ) -> Option<Refined> {
-        let search = Search { model, likelihood, anchor, evaluations: 0 };
-        search.run(self, frame, starts, estimate)
+        energy: f64,
+    ) -> Refined<M::State> {
+        let mut search = Search { model, likelihood, anchor, evaluations: 0 };
+        let starts: Vec<&M::State> = starts.iter().collect();
+        let descended = search.descend_all(&starts, self.settings.iterations);
+        let mut best = lowest(descended);
+        if self.settings.limb_every > 0 && frame.is_multiple_of(self.settings.limb_every) {
+            for group in 0..self.limbs.len() {
+                let Some((state, least)) = &best else { break };
+                let found = search.limb(self, group, frame, state).filter(|found| found.1 < *least);
+                best = found.or(best);
+            }
+        }
+        let found = best.filter(|best| best.1 < energy);
+        Refined { found, evaluations: search.evaluations }
     }
 }
 
@@ -136,43 +165,27 @@ struct Search<'a, M: MotionModel, L: Likelihood> {
 }
 
 impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
-    fn run(
-        mut self,
-        refinement: &Refinement,
-        frame: usize,
-        starts: &[M::State],
-        estimate: (M::State, f64),
-    ) -> Option<Refined> {
-        let settings = &refinement.settings;
-        let mut best = estimate;
-        let first: Vec<&M::State> = starts.iter().chain([&best.0]).collect();
-        let descended = self.descend_all(&first, settings.iterations);
-        keep_lowest(&mut best, descended);
-        let due = settings.limb_every > 0 && frame.is_multiple_of(settings.limb_every) && settings.limb_samples > 0;
-        for (group, limb) in refinement.limbs.iter().enumerate().filter(|_| due) {
-            let draw = |sample: usize| {
-                let index = (group * settings.limb_samples + sample) as u64;
-                let mut rng = stream(refinement.seed, Purpose::Refinement, frame as u64, 0, index);
-                let pose = refinement.drawn(self.model.body(), self.model.pose(&best.0), limb, sample, &mut rng);
-                self.model.with_pose(&best.0, &pose)
-            };
-            let samples: Vec<M::State> = (0..settings.limb_samples).filter_map(draw).collect();
-            let tried = self.energies(&samples);
-            let mut order: Vec<usize> = (0..tried.len()).filter(|i| tried[*i].is_finite()).collect();
-            order.sort_by(|a, b| tried[*a].total_cmp(&tried[*b]));
-            let chosen: Vec<&M::State> = order.iter().take(LIMB_DESCENTS).map(|i| &samples[*i]).collect();
-            let descended = self.descend_all(&chosen, settings.limb_iterations);
-            keep_lowest(&mut best, descended);
-        }
-        let (state, energy) = best;
-        Some(Refined { pose: self.model.pose(&state).clone(), energy, evaluations: self.evaluations })
+    /// The best of the descents from poses of a limb that were drawn on `state`.
+    fn limb(&mut self, of: &Refinement, group: usize, frame: usize, state: &M::State) -> Option<(M::State, f64)> {
+        let count = of.settings.limb_samples;
+        let draw = |sample: usize| {
+            let mut rng = stream(of.seed, Purpose::Refinement, frame as u64, 0, (group * count + sample) as u64);
+            let pose = of.drawn(self.model.body(), self.model.pose(state), group, sample, &mut rng);
+            self.model.with_pose(state, &pose)
+        };
+        let samples: Vec<M::State> = (0..count).filter_map(draw).collect();
+        let tried = self.energies(&samples);
+        let mut order: Vec<usize> = (0..tried.len()).filter(|i| tried[*i].is_finite()).collect();
+        order.sort_by(|a, b| tried[*a].total_cmp(&tried[*b]));
+        let chosen: Vec<&M::State> = order.iter().take(LIMB_DESCENTS).map(|i| &samples[*i]).collect();
+        lowest(self.descend_all(&chosen, of.settings.limb_iterations))
     }
 
     /// Descends from each of several states; what came of it, with energies.
     fn descend_all(&mut self, starts: &[&M::State], iterations: usize) -> Vec<(M::State, f64)> {
         let descend = |scratch: &mut L::Scratch, start: &&M::State| {
             let state = self.descend(start, iterations, scratch);
-            let energy = self.likelihood.energy_unrejected(self.model.pose(&state), scratch);
+            let energy = self.likelihood.energy(self.model.pose(&state), scratch);
             (state, energy)
         };
         let descended: Vec<_> = starts.par_iter().map_init(|| self.likelihood.scratch(), descend).collect();
@@ -202,13 +215,9 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
     }
 }
 
-/// Takes the first of the lowest, where that is lower than what is there.
-fn keep_lowest<S>(best: &mut (S, f64), others: Vec<(S, f64)>) {
-    for other in others {
-        if other.1 < best.1 {
-            *best = other;
-        }
-    }
+/// The first of those of least energy; none of those that cannot be.
+fn lowest<S>(states: Vec<(S, f64)>) -> Option<(S, f64)> {
+    states.into_iter().filter(|(_, energy)| energy.is_finite()).reduce(|a, b| if b.1 < a.1 { b } else { a })
 }
 
 impl Refinement {
@@ -217,7 +226,7 @@ impl Refinement {
         &self,
         body: &Humanoid,
         pose: &Pose,
-        limb: &[usize],
+        group: usize,
         sample: usize,
         rng: &mut ChaCha8Rng,
     ) -> Pose {
@@ -227,7 +236,7 @@ impl Refinement {
             2 => Some(&self.training[rng.random_range(0..self.training.len())]),
             _ => None,
         };
-        for &number in limb {
+        for &number in &self.limbs[group] {
             let limits = &body.degrees_of_freedom[number];
             let (lower, upper) = (limits.lower.max(-NO_LIMIT_RAD), limits.upper.min(NO_LIMIT_RAD));
             let noise: f64 = StandardNormal.sample(rng);

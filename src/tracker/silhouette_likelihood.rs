@@ -111,6 +111,8 @@ struct View {
     /// Its ideal pinhole.
     camera: Camera,
     rectification: Option<Rectification>,
+    /// Which pixels of the pinhole's image the camera shows; `None` where it shows them all.
+    shown: Option<Mask>,
     observed: ObservedView,
     /// The sides of limbs; `None` where they weigh nothing.
     sides: Option<LimbSides>,
@@ -183,6 +185,10 @@ impl Likelihood for SilhouetteLikelihood {
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
         if self.place(pose, scratch).is_some() { self.energy_in_place(scratch) } else { f64::NAN }
+    }
+
+    fn descends(&self) -> bool {
+        self.outline.is_some()
     }
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
@@ -264,7 +270,8 @@ impl View {
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
         let observed = ObservedView::new(&camera, nothing, fast, settings);
-        Self { camera, rectification, observed, sides: None, outline: None }
+        let shown = rectification.as_ref().and_then(Rectification::shown);
+        Self { camera, rectification, shown, observed, sides: None, outline: None }
     }
 
     fn observe(&mut self, mask: &Mask, fast: bool, descends: bool, settings: &SilhouetteSettings) {
@@ -272,7 +279,7 @@ impl View {
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
         self.sides = (settings.limb_side_weight > 0.0).then(|| LimbSides::new(pinhole, &ideal, tau));
         self.outline =
-            if descends { ObservedOutline::new(&ideal, descent::length_px(&self.camera)) } else { None };
+            descends.then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera))).flatten();
         self.observed = ObservedView::new(&self.camera, ideal, fast, settings);
     }
 }

@@ -8,7 +8,8 @@ use super::latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode
 use crate::motion_model::gpdm_graph::GraphSettings;
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
-    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings, SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
+    SilhouetteTerm,
 };
 
 /// Who tracks.
@@ -31,12 +32,16 @@ pub enum TrackerSettings {
     Oracle(OracleSettings),
 }
 
-/// The annealed particle filter. One frame costs `particles x layers` likelihood evaluations.
+/// The annealed particle filter, its answer refined on the silhouettes' outlines. One frame costs `particles x layers` likelihood
+/// evaluations, and what the refinement takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
-    /// Particles. Default: 200.
-    pub particles: usize,
+    /// Algorithm 1 as printed in the paper: no refinement. Default: false.
+    pub paper: bool,
+    /// Particles. Default: 60; 200 with `paper = true`, which takes as long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particles: Option<usize>,
     /// Annealing layers. Default: 5.
     pub layers: usize,
     /// Share of the particles that survives each layer (effective sample size over particles), in (0, 1]. The
@@ -67,11 +72,14 @@ pub struct AnnealedParticleFilterSettings {
     /// What it costs a pose to be in the ground, in itself or beyond its limits. Default: nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
-    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs: `{}` with its
-    /// defaults. Default: none, which is the algorithm as published.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub refinement: Option<RefinementSettings>,
+    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs. Not with
+    /// `paper = true`.
+    pub refinement: RefinementSettings,
 }
+
+/// Particles of the algorithm as printed, and of the refined one, which takes as long with them (`results/search.md`).
+const PAPER_PARTICLES: usize = 200;
+const REFINED_PARTICLES: usize = 60;
 
 /// Nothing to set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -145,6 +153,20 @@ impl TrackerSettings {
             Self::AnnealedParticleFilter(s) => s.plausibility,
             _ => None,
         }
+    }
+
+    /// What refines its answer; `None` for trackers without refinement.
+    pub fn refinement(&self) -> Option<RefinementSettings> {
+        match self {
+            Self::AnnealedParticleFilter(s) => s.refinement(),
+            _ => None,
+        }
+    }
+
+    /// How many energies it evaluates in a frame, about.
+    pub fn evaluations_per_frame(&self) -> u64 {
+        let layers = self.filter().map_or(0, |filter| filter.particles as u64 * filter.layers as u64);
+        layers + self.refinement().map_or(0, |refinement| refinement.evaluations_per_frame())
     }
 
     /// What its filter takes; `None` for trackers without one.
@@ -226,12 +248,17 @@ impl AnnealedParticleFilterSettings {
     /// What the filter itself takes of them.
     pub fn filter(&self) -> FilterSettings {
         FilterSettings {
-            particles: self.particles,
+            particles: self.particles.unwrap_or(if self.paper { PAPER_PARTICLES } else { REFINED_PARTICLES }),
             layers: self.layers,
             survival_rate: self.survival_rate,
             kernel: self.kernel,
             estimator: self.estimator,
         }
+    }
+
+    /// What refines the filter's answer; `None` for the algorithm as printed.
+    pub fn refinement(&self) -> Option<RefinementSettings> {
+        (!self.paper).then_some(self.refinement)
     }
 
     /// What the likelihood takes of them.
@@ -253,12 +280,13 @@ impl AnnealedParticleFilterSettings {
 
 impl Default for AnnealedParticleFilterSettings {
     fn default() -> Self {
-        let FilterSettings { particles, layers, survival_rate, kernel, estimator } = FilterSettings::default();
+        let FilterSettings { particles: _, layers, survival_rate, kernel, estimator } = FilterSettings::default();
         let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
             SilhouetteSettings::default();
         let DiffusionSettings { prediction, .. } = DiffusionSettings::default();
         Self {
-            particles,
+            paper: false,
+            particles: None,
             layers,
             survival_rate,
             silhouette,
@@ -271,7 +299,7 @@ impl Default for AnnealedParticleFilterSettings {
             kernel,
             estimator,
             plausibility: None,
-            refinement: None,
+            refinement: RefinementSettings::default(),
         }
     }
 }

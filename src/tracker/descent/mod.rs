@@ -23,8 +23,12 @@ use crate::raster::Mask;
 /// A *length* is this share of the image's height; distances of the descent are counted in it, so that settings do not depend on
 /// the number of pixels.
 const LENGTH: f64 = 1.0 / 240.0;
-/// Distance between samples along an outline, lengths.
-const SPACING: f64 = 3.0;
+/// Distance between samples along the model's outline, lengths.
+const SAMPLE_SPACING: f64 = 2.0;
+/// Distance between points along the observed outline, lengths.
+const OBSERVED_SPACING: f64 = 3.0;
+/// Parts of a silhouette, and holes in it, of fewer square lengths are taken for noise.
+const SPECK: f64 = 25.0;
 /// How far from a silhouette its distance field reaches, lengths.
 const REACH: f64 = 40.0;
 /// How far an observed point may lie from the model's outline, lengths.
@@ -74,7 +78,7 @@ pub(super) fn add_view(
     painter.paint(body, frames, mask);
     let length = length_px(camera);
     samples.clear();
-    outline.sample(body, frames, camera, SPACING * length, samples);
+    outline.sample(body, frames, camera, SAMPLE_SPACING * length, samples);
     samples.retain(|sample| is_on_the_contour(sample, mask));
     observed.each_residual(samples, length, |sample, residual| {
         equations.add(camera, sample, residual, length, width);

@@ -1,7 +1,7 @@
 //! The outline that was observed, and how far a model's outline lies from it.
 
-use super::{NEAREST, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SPACING};
-use crate::raster::{Mask, SignedDistance, contour};
+use super::{NEAREST, OBSERVED_SPACING, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SPECK};
+use crate::raster::{Mask, SignedDistance, contour, without_specks};
 
 /// One view's observed outline.
 #[derive(Debug)]
@@ -28,10 +28,12 @@ pub(in crate::tracker) struct Residual {
 }
 
 impl ObservedOutline {
-    /// The outline of an observed mask; `length` in pixels. `None` for a mask without one.
-    pub(in crate::tracker) fn new(mask: &Mask, length: f64) -> Option<Self> {
-        let field = SignedDistance::new(mask, (REACH * length).ceil() as u32)?;
-        let points = thinned(&contour(mask), SPACING * length);
+    /// The outline of an observed mask, specks and pinholes left out; `length` in pixels. `shown` says which pixels show anything, where
+    /// not all do. `None` for a mask without an outline.
+    pub(in crate::tracker) fn new(mask: &Mask, shown: Option<&Mask>, length: f64) -> Option<Self> {
+        let mask = without_specks(mask, (SPECK * length * length) as u64);
+        let field = SignedDistance::new(&mask, shown, (REACH * length).ceil() as u32)?;
+        let points = thinned(&contour(&mask), OBSERVED_SPACING * length);
         let points = points.into_iter().filter_map(|(x, y)| on_the_outline(&field, x, y)).collect();
         Some(Self { field, points })
     }
