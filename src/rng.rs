@@ -37,6 +37,8 @@ pub enum Purpose {
     Bootstrap = 8,
     /// Random choices of a motion model (inter-transitions, latent noise).
     MotionModel = 9,
+    /// Poses that a refinement tries.
+    Refinement = 10,
 }
 
 /// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera, a bootstrap replicate).

@@ -11,7 +11,6 @@ use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, v
 use super::staging::{Staged, robot};
 use super::{ExperimentError, LearnedModel, Unwatched, clip_file};
 use crate::scenario::ScenarioFile;
-use crate::tracker::FilterSettings;
 
 /// What a sound scenario amounts to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -84,8 +83,7 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
 fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<CameraView>, cost: Cost) -> Soundness {
     let scenario = &file.scenario;
     let trackers = scenario.trackers();
-    let evaluations = |f: FilterSettings| f.particles as u64 * f.layers as u64;
-    let per_frame: u64 = trackers.iter().filter_map(|(_, t)| t.kind().filter()).map(evaluations).sum();
+    let per_frame: u64 = trackers.iter().map(|(_, tracker)| tracker.kind().evaluations_per_frame()).sum();
     let names: Vec<&str> = trackers.iter().map(|(_, t)| t.name()).collect();
     let (frames, frames_per_second) = (staged.frames(), staged.ground_truth.frames_per_second);
     let mut notes = staged.notes.clone();

@@ -29,8 +29,8 @@ use crate::motion_model::{Diffusion, Prediction, ProposalScales};
 use crate::npz::{Array, Npz, Values};
 use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, TrainingUse, json_tree};
 use crate::tracker::{
-    AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
-    Tracker,
+    AnnealedParticleFilter, Estimate, FilterSettings, Frozen, LayerRecord, Likelihood, ModelOccupancy,
+    PlausibleLikelihood, Refinement, SilhouetteLikelihood, Tracker,
 };
 
 pub(super) const TRACK_FILE: &str = "track.json";
@@ -188,12 +188,18 @@ impl Workshop<'_> {
                     }
                 };
                 let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
-                let likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
+                let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
+                if s.refinement().is_some() {
+                    likelihood = likelihood.with_descent();
+                }
+                let seen = || training.motions().iter().flat_map(|motion| motion.poses.iter().cloned()).collect();
+                let refinement =
+                    s.refinement().map(|settings| Refinement::new(settings, body, seen(), seed)).transpose()?;
                 match s.plausibility {
-                    None => Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?),
+                    None => filter(s.filter(), model, likelihood, seed, refinement)?,
                     Some(plausibility) => {
                         let likelihood = PlausibleLikelihood::new(likelihood, plausibility)?;
-                        Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?)
+                        filter(s.filter(), model, likelihood, seed, refinement)?
                     }
                 }
             }
@@ -220,6 +226,21 @@ impl Workshop<'_> {
         let likelihood = SilhouetteLikelihood::new(body, &self.set.rig, settings.likelihood())?;
         Ok(Box::new(AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?))
     }
+}
+
+/// A filter, with refinement where that is asked for.
+fn filter<L: Likelihood + 'static>(
+    settings: FilterSettings,
+    model: Diffusion,
+    likelihood: L,
+    seed: u64,
+    refinement: Option<Refinement>,
+) -> Result<Box<dyn Tracker>, ExperimentError> {
+    let filter = AnnealedParticleFilter::new(settings, model, likelihood, seed)?;
+    Ok(match refinement {
+        None => Box::new(filter),
+        Some(refinement) => Box::new(filter.with_refinement(refinement)?),
+    })
 }
 
 impl Tracked {

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::input::excerpt;
 use crate::motion_model::MotionModelError;
-use crate::tracker::{FilterSettings, SettingError, SilhouetteSettings};
+use crate::tracker::{FilterSettings, RefinementSettings, SettingError, SilhouetteSettings};
 
 /// A value that makes no sense.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -225,6 +225,14 @@ fn image_size(key: &str, size: [u32; 2]) -> Verdict {
 pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
     searching(table, s.filter(), s.likelihood())?;
     s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
+    s.refinement.validate().map_err(|e| setting(table, &e))?;
+    let set = s.paper && s.refinement != RefinementSettings::default();
+    require(
+        &format!("{table}.refinement"),
+        !set,
+        "none of its keys beside `paper = true`, which has no refinement",
+        "some",
+    )?;
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
 

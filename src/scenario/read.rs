@@ -345,7 +345,7 @@ mod tests {
     #[test]
     fn a_tracker_takes_overrides_by_its_own_keys() {
         let settings = TrackerSettings::default().overridden(&["particles=7".to_owned()]).unwrap();
-        assert!(matches!(settings, TrackerSettings::AnnealedParticleFilter(s) if s.particles == 7));
+        assert!(matches!(settings, TrackerSettings::AnnealedParticleFilter(s) if s.particles == Some(7)));
         let error = TrackerSettings::default().overridden(&["layers=0".to_owned()]).unwrap_err().to_string();
         assert!(error.contains("annealed_particle_filter.layers: expected at least 1"), "{error}");
     }

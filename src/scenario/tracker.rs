@@ -7,7 +7,8 @@ use super::complaint::{Complaint, did_you_mean};
 use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, SwitchingGpdm};
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
-    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, SilhouetteSettings, SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
+    SilhouetteTerm,
 };
 
 /// Who tracks.
@@ -30,12 +31,16 @@ pub enum TrackerSettings {
     Oracle(OracleSettings),
 }
 
-/// The annealed particle filter. One frame costs `particles x layers` likelihood evaluations.
+/// The annealed particle filter, its answer refined on the silhouettes' outlines. One frame costs `particles x layers` likelihood
+/// evaluations, and what the refinement takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
-    /// Particles. Default: 200.
-    pub particles: usize,
+    /// Algorithm 1 as printed in the paper: no refinement. Default: false.
+    pub paper: bool,
+    /// Particles. Default: 60; 200 with `paper = true`, which takes as long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particles: Option<usize>,
     /// Annealing layers. Default: 5.
     pub layers: usize,
     /// Share of the particles that survives each layer (effective sample size over particles), in (0, 1]. The
@@ -66,7 +71,14 @@ pub struct AnnealedParticleFilterSettings {
     /// What it costs a pose to be in the ground, in itself or beyond its limits. Default: nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
+    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs. Not with
+    /// `paper = true`.
+    pub refinement: RefinementSettings,
 }
+
+/// Particles of the algorithm as printed, and of the refined one, which takes as long with them (`results/search.md`).
+const PAPER_PARTICLES: usize = 200;
+const REFINED_PARTICLES: usize = 60;
 
 /// Nothing to set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -132,12 +144,17 @@ impl AnnealedParticleFilterSettings {
     /// What the filter itself takes of them.
     pub fn filter(&self) -> FilterSettings {
         FilterSettings {
-            particles: self.particles,
+            particles: self.particles.unwrap_or(if self.paper { PAPER_PARTICLES } else { REFINED_PARTICLES }),
             layers: self.layers,
             survival_rate: self.survival_rate,
             kernel: self.kernel,
             estimator: self.estimator,
         }
+    }
+
+    /// What refines the filter's answer; `None` for the algorithm as printed.
+    pub fn refinement(&self) -> Option<RefinementSettings> {
+        (!self.paper).then_some(self.refinement)
     }
 
     /// What the likelihood takes of them.
@@ -159,12 +176,13 @@ impl AnnealedParticleFilterSettings {
 
 impl Default for AnnealedParticleFilterSettings {
     fn default() -> Self {
-        let FilterSettings { particles, layers, survival_rate, kernel, estimator } = FilterSettings::default();
+        let FilterSettings { particles: _, layers, survival_rate, kernel, estimator } = FilterSettings::default();
         let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
             SilhouetteSettings::default();
         let DiffusionSettings { prediction, .. } = DiffusionSettings::default();
         Self {
-            particles,
+            paper: false,
+            particles: None,
             layers,
             survival_rate,
             silhouette,
@@ -177,6 +195,7 @@ impl Default for AnnealedParticleFilterSettings {
             kernel,
             estimator,
             plausibility: None,
+            refinement: RefinementSettings::default(),
         }
     }
 }

@@ -6,7 +6,7 @@ use super::tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };
 use crate::motion_model::gpdm_graph::GraphSettings;
-use crate::tracker::{FilterSettings, PlausibilitySettings, SilhouetteSettings};
+use crate::tracker::{FilterSettings, PlausibilitySettings, RefinementSettings, SilhouetteSettings};
 
 /// What a tracker does with the recordings to learn from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,8 @@ pub trait TrackerKind {
         let search = self.filter().map(|f| format!(", {} particles x {} layers", f.particles, f.layers));
         let roots =
             if self.is_given_roots() { ", ORACLE ROOTS: the true root of every frame is given away" } else { "" };
-        format!("{name}{}{roots}", search.unwrap_or_default())
+        let refined = if self.refinement().is_some() { ", refined" } else { "" };
+        format!("{name}{}{refined}{roots}", search.unwrap_or_default())
     }
 
     /// What its filter takes; `None` for trackers without one.
@@ -52,6 +53,17 @@ pub trait TrackerKind {
     /// What plausibility adds to its likelihood; `None` where nothing.
     fn plausibility(&self) -> Option<PlausibilitySettings> {
         None
+    }
+
+    /// What refines its estimate; `None` for trackers without refinement.
+    fn refinement(&self) -> Option<RefinementSettings> {
+        None
+    }
+
+    /// How many energies it evaluates in a frame, about.
+    fn evaluations_per_frame(&self) -> u64 {
+        let layers = self.filter().map_or(0, |filter| filter.particles as u64 * filter.layers as u64);
+        layers + self.refinement().map_or(0, |refinement| refinement.evaluations_per_frame())
     }
 
     /// How its motion model is learned; `None` for trackers without one.
@@ -126,6 +138,10 @@ impl TrackerKind for AnnealedParticleFilterSettings {
 
     fn plausibility(&self) -> Option<PlausibilitySettings> {
         self.plausibility
+    }
+
+    fn refinement(&self) -> Option<RefinementSettings> {
+        self.refinement()
     }
 
     fn first_problem(&self, table: &str) -> Result<(), Problem> {

@@ -4,6 +4,7 @@
 
 mod annealed_particle_filter;
 mod annealing;
+mod descent;
 mod estimate;
 mod frozen;
 mod likelihood;
@@ -11,6 +12,7 @@ mod limb_sides;
 mod observed_view;
 mod plausibility;
 mod rectification;
+mod refinement;
 mod resampling;
 mod settings;
 mod silhouette_likelihood;
@@ -21,6 +23,7 @@ pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
 pub use plausibility::{PlausibilitySettings, PlausibleLikelihood, PlausibleScratch};
+pub use refinement::{Refinement, RefinementSettings};
 pub use resampling::systematic;
 pub use settings::{Estimator, FilterSettings, Kernel, SettingError};
 pub use silhouette_likelihood::{

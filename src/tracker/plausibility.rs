@@ -7,6 +7,7 @@ use super::{Likelihood, SettingError, SilhouetteLikelihood, TrackError};
 use crate::body::Pose;
 use crate::camera::Camera;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
+use crate::motion_model::NormalEquations;
 use crate::observation::Observation;
 
 /// What a radian beyond a joint's limit amounts to, metres.
@@ -170,6 +171,14 @@ impl Likelihood for PlausibleLikelihood {
         let mut energy = 0.0;
         self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, false);
         energy
+    }
+
+    fn descends(&self) -> bool {
+        self.silhouettes.descends()
+    }
+
+    fn linearise(&self, pose: &Pose, width: f64, scratch: &mut PlausibleScratch) -> Option<NormalEquations> {
+        self.silhouettes.linearise(pose, width, &mut scratch.silhouettes)
     }
 }
 

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
 use super::rectification::Rectification;
@@ -10,6 +11,7 @@ use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
 use crate::body::{Flesh, Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
+use crate::motion_model::NormalEquations;
 use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
@@ -99,6 +101,8 @@ pub struct SilhouetteLikelihood {
     views: Vec<View>,
     /// Whether [`crate::raster::SilhouetteComparer`] can do the work.
     fast: bool,
+    /// What a descent needs; `None` where nobody asks for one.
+    outline: Option<BodyOutline>,
 }
 
 /// One camera and what it saw.
@@ -107,9 +111,13 @@ struct View {
     /// Its ideal pinhole.
     camera: Camera,
     rectification: Option<Rectification>,
+    /// Which pixels of the pinhole's image the camera shows; `None` where it shows them all.
+    shown: Option<Mask>,
     observed: ObservedView,
     /// The sides of limbs; `None` where they weigh nothing.
     sides: Option<LimbSides>,
+    /// The outline that a descent brings the model's to; `None` where none was seen, or nobody descends.
+    outline: Option<ObservedOutline>,
 }
 
 /// Buffers of one thread.
@@ -117,6 +125,7 @@ pub struct LikelihoodScratch {
     frames: LinkFrames,
     views: ViewScratch,
     limbs: Vec<TaperedCapsule>,
+    descent: Option<DescentScratch>,
 }
 
 impl SilhouetteLikelihood {
@@ -133,7 +142,12 @@ impl SilhouetteLikelihood {
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && one_sided;
         let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
-        Ok(Self { body, settings, views, fast })
+        Ok(Self { body, settings, views, fast, outline: None })
+    }
+
+    /// The same likelihood, which can be descended too ([`Likelihood::linearise`]).
+    pub fn with_descent(self) -> Self {
+        Self { outline: Some(BodyOutline::new(&self.body)), ..self }
     }
 
     /// What one view adds to the sum of Eq. 3; `None` where neither side has a pixel.
@@ -158,19 +172,47 @@ impl Likelihood for SilhouetteLikelihood {
     fn scratch(&self) -> LikelihoodScratch {
         let painted = if self.fast { [].iter() } else { self.views.iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
-        LikelihoodScratch { frames: LinkFrames::default(), views, limbs: Vec::new() }
+        LikelihoodScratch { frames: LinkFrames::default(), views, limbs: Vec::new(), descent: None }
     }
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
         check_fit(&self.views, observation)?;
-        let (fast, settings) = (self.fast, self.settings);
+        let (fast, descends, settings) = (self.fast, self.outline.is_some(), self.settings);
         let views = self.views.par_iter_mut().zip(&observation.silhouettes);
-        views.for_each(|(view, mask)| view.observe(mask, fast, &settings));
+        views.for_each(|(view, mask)| view.observe(mask, fast, descends, &settings));
         Ok(())
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
         if self.place(pose, scratch).is_some() { self.energy_in_place(scratch) } else { f64::NAN }
+    }
+
+    fn descends(&self) -> bool {
+        self.outline.is_some()
+    }
+
+    fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
+        let outline = self.outline.as_ref()?;
+        self.place(pose, scratch)?;
+        let buffers =
+            scratch.descent.get_or_insert_with(|| DescentScratch::new(self.views.iter().map(|view| &view.camera)));
+        let about = pose.world_from_root.translation.vector.into();
+        let mut equations = Accumulator::new(self.body.links.len(), about);
+        for (index, view) in self.views.iter().enumerate() {
+            let Some(observed) = &view.outline else { continue };
+            descent::add_view(
+                &self.body,
+                &scratch.frames,
+                outline,
+                &view.camera,
+                index,
+                observed,
+                width,
+                buffers,
+                &mut equations,
+            );
+        }
+        Some(equations.finish(&self.body, &scratch.frames))
     }
 }
 
@@ -227,13 +269,17 @@ impl View {
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
         let observed = ObservedView::new(&camera, nothing, fast, settings);
-        Self { camera, rectification, observed, sides: None }
+        let shown = rectification.as_ref().and_then(Rectification::shown);
+        Self { camera, rectification, shown, observed, sides: None, outline: None }
     }
 
-    fn observe(&mut self, mask: &Mask, fast: bool, settings: &SilhouetteSettings) {
+    fn observe(&mut self, mask: &Mask, fast: bool, descends: bool, settings: &SilhouetteSettings) {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
         self.sides = (settings.limb_side_weight > 0.0).then(|| LimbSides::new(pinhole, &ideal, tau));
+        self.outline = descends
+            .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
+            .flatten();
         self.observed = ObservedView::new(&self.camera, ideal, fast, settings);
     }
 }
