@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
-use super::model_file::hex_sha256;
 use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
 use super::{
@@ -17,7 +16,7 @@ use super::{
 };
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
-use crate::input::limits;
+use crate::input::{hex_sha256, limits};
 use crate::motion_model::gpdm::GpdmError;
 use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
 use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
