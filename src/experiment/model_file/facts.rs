@@ -83,7 +83,7 @@ impl RobotFacts {
 impl ModelFacts {
     /// `gpdm` or `gpdm-graph`.
     pub fn kind(&self) -> &'static str {
-        if self.settings.single { "gpdm" } else { "gpdm-graph" }
+        self.settings.kind().name()
     }
 
     /// An error unless the model was learned for this robot, of whatever size, and this rate. `path` is its file.
