@@ -129,6 +129,7 @@ pub mod retarget;
 pub mod rng;
 pub mod scenario;
 pub mod scene;
+mod simd;
 #[cfg(test)]
 mod test_data;
 pub mod tracker;

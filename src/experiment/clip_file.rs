@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
 use super::error::scenario_error;
-use super::model_file::hex_sha256;
 use crate::benchmark_set::SourceRecording;
-use crate::input::{self, excerpt, limits};
+use crate::input::{self, excerpt, hex_sha256, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 use crate::retarget::MotionFingerprint;
 use crate::scenario::{Axis, MotionSettings, ScenarioFile, did_you_mean};

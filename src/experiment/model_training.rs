@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
-use super::model_file::hex_sha256;
 use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
 use super::{
@@ -17,9 +16,9 @@ use super::{
 };
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
-use crate::input::limits;
+use crate::input::{hex_sha256, limits};
 use crate::motion_model::gpdm::GpdmError;
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
+use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
 use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
 use crate::scenario::{MotionSettings, ScenarioFile};
 
@@ -239,7 +238,7 @@ pub fn train(
     std::fs::remove_file(&partial).ok();
     let mut notes = input.notes.clone();
     notes.extend(input.doubts());
-    if model.graph.candidates.is_empty() && !settings.single {
+    if model.graph.candidates.is_empty() && settings.kind() == ModelKind::GpdmGraph {
         notes.push(
             "no inter-transition candidates were found: particles pass from a model to the next of its recording only"
                 .into(),

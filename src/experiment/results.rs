@@ -13,7 +13,6 @@ use crate::report::{
     verdict, worst_frames,
 };
 use crate::scenario::TrackerSettings;
-use crate::tracker::{LayerRecord, ModelOccupancy};
 
 /// The name of a run's summary.
 pub const RUN_FILE: &str = "run.json";
@@ -94,7 +93,7 @@ impl Results {
     /// [`ExperimentError`] if an observation cannot be read again or the report cannot be drawn.
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Result<Self, ExperimentError> {
         let facts = facts(set, tracked);
-        let (layers, occupancy) = (layers(tracked), occupancy(tracked));
+        let searched = |seed: usize| tracked.search.get(seed).into_iter().flatten();
         let runs: Vec<ReportRun<'_>> = measures
             .runs()
             .into_iter()
@@ -104,8 +103,8 @@ impl Results {
                 run,
                 truth_energy: &measures.truth_energy,
                 estimate_energy: &seed.energy,
-                layers: layers.get(index).map(Vec::as_slice).unwrap_or_default(),
-                occupancy: occupancy.get(index).map(Vec::as_slice).unwrap_or_default(),
+                layers: searched(index).map(|record| record.layers.as_slice()).collect(),
+                occupancy: searched(index).map(|record| record.occupancy.as_slice()).collect(),
                 stances: &seed.stances,
             })
             .collect();
@@ -166,18 +165,6 @@ fn record(
         report: REPORT_FILE.to_owned(),
         timing: track.map(|t| t.timing),
     }
-}
-
-/// `[seed][frame][layer]`
-fn layers(tracked: &Tracked) -> Vec<Vec<Vec<LayerRecord>>> {
-    let of_seed = |records: &Vec<super::SearchRecord>| records.iter().map(|r| r.layers.clone()).collect();
-    tracked.search.iter().map(of_seed).collect()
-}
-
-/// `[seed][frame][model]`
-fn occupancy(tracked: &Tracked) -> Vec<Vec<Vec<ModelOccupancy>>> {
-    let of_seed = |records: &Vec<super::SearchRecord>| records.iter().map(|r| r.occupancy.clone()).collect();
-    tracked.search.iter().map(of_seed).collect()
 }
 
 /// The pictures of the run whose error is in the middle, and of the worst frames of all.

@@ -10,6 +10,7 @@ use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
+use super::place::write_synced;
 use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
@@ -342,10 +343,6 @@ fn replace_files(folder: &Path, listing: &Listing, files: &Files) -> Result<(), 
 fn write_partial(partial: &impl Fn(&str) -> PathBuf, files: &Files) -> Result<(), ExperimentError> {
     files.iter().try_for_each(|(name, bytes)| {
         let path = partial(name);
-        let written = fs::File::create(&path).and_then(|mut file| {
-            std::io::Write::write_all(&mut file, bytes)?;
-            file.sync_all()
-        });
-        written.map_err(output(&path, "write"))
+        write_synced(&path, bytes).map_err(output(&path, "write"))
     })
 }

@@ -37,7 +37,7 @@ pub struct FactGroup {
 }
 
 /// One seed's run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ReportRun<'a> {
     /// Clip, seed and what was measured.
     pub run: Run<'a>,
@@ -46,9 +46,9 @@ pub struct ReportRun<'a> {
     /// Energy of the estimate per frame; empty where unknown.
     pub estimate_energy: &'a [Option<f64>],
     /// What happened in every annealing layer, `[frame][layer]`; empty for trackers without layers.
-    pub layers: &'a [Vec<LayerRecord>],
+    pub layers: Vec<&'a [LayerRecord]>,
     /// How many particles were in every motion model, `[frame][model]`; empty for trackers without learned models.
-    pub occupancy: &'a [Vec<ModelOccupancy>],
+    pub occupancy: Vec<&'a [ModelOccupancy]>,
     /// When the feet stand, one entry a foot; empty where the bodies have no feet to stand on.
     pub stances: &'a [FootStances],
 }

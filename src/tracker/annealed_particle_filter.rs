@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::annealing::{Selection, select};
-use super::resampling::systematic;
+use super::resampling::{heaviest, systematic};
 use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, Refinement, SettingError,
     TrackError, Tracker,
@@ -299,10 +299,6 @@ struct Moments<S> {
     about: S,
     mean: Vec<f64>,
     deviations: Vec<f64>,
-}
-
-fn heaviest(weights: &[f64]) -> usize {
-    weights.iter().enumerate().fold(0, |best, (i, w)| if *w > weights[best] { i } else { best })
 }
 
 fn record(energies: &[f64], selection: &Selection) -> LayerRecord {

@@ -27,7 +27,6 @@ use std::path::Path;
 use serde::Deserialize;
 
 use self::arrays::{Arrays, ArraysError};
-pub(super) use self::facts::hex_sha256;
 pub use self::facts::{LearnedFrom, ModelFacts, RobotFacts};
 use super::error::read_file;
 use super::{ExperimentError, to_json};
