@@ -88,10 +88,13 @@ pub enum RootMode {
     Oracle,
 }
 
-/// The original GPDM: one model of each training clip; particles never change models.
+/// The original GPDM: one model of each training clip, or one of all; particles never change models.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gpdm {
+    /// Whether one model is learned of all training clips together, which then share a latent space. Not with `model_file`. Default: false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub joint: bool,
     /// How the model is learned.
     pub training: TrainingOptions,
 }
@@ -177,7 +180,7 @@ impl LatentKind for Gpdm {
     const NAME: &str = "gpdm";
 
     fn learning(&self) -> GraphSettings {
-        GraphSettings { single: true, training: self.training.clone(), ..GraphSettings::default() }
+        GraphSettings { single: true, joint: self.joint, training: self.training.clone(), ..GraphSettings::default() }
     }
 
     fn transition(&self) -> InterTransition {
@@ -212,6 +215,7 @@ impl LatentKind for GpdmGraph {
             detector: self.detector,
             training: self.training.clone(),
             single: false,
+            joint: false,
         }
     }
 

@@ -1,5 +1,7 @@
 //! A learned graph: its models, where they came from and where they may turn into each other.
 
+use std::ops::Range;
+
 use nalgebra::UnitQuaternion;
 
 use super::candidates::Detector;
@@ -21,6 +23,14 @@ pub struct GraphSettings {
     pub training: TrainingOptions,
     /// Whether to learn one model of each whole motion in place of segments: the original GPDM.
     pub single: bool,
+    /// Whether to learn one model of all motions together, none of which leads into another. Not for model files.
+    #[serde(skip_serializing_if = "is_false")]
+    pub joint: bool,
+}
+
+/// Settings of before there were joint models stay as they were written.
+fn is_false(joint: &bool) -> bool {
+    !joint
 }
 
 impl Default for GraphSettings {
@@ -31,6 +41,7 @@ impl Default for GraphSettings {
             detector: Detector::default(),
             training: TrainingOptions::default(),
             single: false,
+            joint: false,
         }
     }
 }
@@ -38,7 +49,7 @@ impl Default for GraphSettings {
 /// One model of the graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// The training frames that it was learned from.
+    /// The training frames that it was learned from; of a model of several motions those of the first, the others follow whole.
     pub range: SegmentRange,
     /// The model.
     pub gpdm: Gpdm,
@@ -46,6 +57,26 @@ pub struct Segment {
     pub errors: Vec<f64>,
     /// Joint rotations of the training frames.
     pub rotations: Vec<Vec<UnitQuaternion<f64>>>,
+}
+
+impl Segment {
+    /// The rows of the motion that a row belongs to: what is next to each other elsewhere does not follow each other.
+    pub fn sequence_of(&self, row: usize) -> Range<usize> {
+        self.sequences().find(|rows| rows.contains(&row)).unwrap_or(0..self.rotations.len())
+    }
+
+    /// The training motion and its frame that a row was learned from.
+    pub fn source_of(&self, row: usize) -> (usize, usize) {
+        let index = self.sequences().position(|rows| rows.contains(&row)).unwrap_or(0);
+        let first = if index == 0 { self.range.first } else { 0 };
+        (self.range.motion + index, first + row - self.sequence_of(row).start)
+    }
+
+    /// The rows of every motion.
+    fn sequences(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        let layout = self.gpdm.layout();
+        layout.starts().zip(&layout.lengths).map(|(start, length)| start..start + length)
+    }
 }
 
 /// A moment at which the motion may turn into another (S1's `b_i`).
@@ -122,9 +153,14 @@ pub enum GraphError {
 impl GpdmGraph {
     /// The model and row of a training frame.
     pub(super) fn locate(&self, motion: usize, frame: usize) -> Option<Candidate> {
-        let holds = |s: &Segment| s.range.motion == motion && (s.range.first..s.range.end).contains(&frame);
-        let segment = self.segments.iter().position(holds)?;
-        Some(Candidate { segment, row: frame - self.segments[segment].range.first })
+        let row_in = |s: &Segment| {
+            let mut sequences = (s.range.motion..).zip(s.sequences());
+            let (_, rows) = sequences.find(|(other, _)| *other == motion)?;
+            let first = if s.range.motion == motion { s.range.first } else { 0 };
+            frame.checked_sub(first).map(|row| rows.start + row).filter(|row| rows.contains(row))
+        };
+        let located = |(segment, s): (usize, &Segment)| Some(Candidate { segment, row: row_in(s)? });
+        self.segments.iter().enumerate().find_map(located)
     }
 
     /// The model that continues segment `segment` in its recording.

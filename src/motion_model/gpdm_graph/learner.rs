@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::graph::{GpdmGraph, GraphError, GraphSettings, Segment};
-use super::segmentation::{Learned, SegmentRange, TrainingMotion, grow_segment, learn};
+use super::segmentation::{Learned, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::motion_model::gpdm::Round;
 use crate::motion_model::pose_chart::PoseChart;
@@ -72,7 +72,7 @@ impl<'a> GraphLearner<'a> {
 
     /// Training frames that have their model.
     pub fn frames_done(&self) -> usize {
-        self.graph.segments.iter().map(|s| s.range.end - s.range.first).sum()
+        self.graph.segments.iter().map(|s| s.rotations.len()).sum()
     }
 
     /// Learns the next segment; `None` when every frame has its model. `keep_on` hears of every round of every model that
@@ -85,6 +85,9 @@ impl<'a> GraphLearner<'a> {
         keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
     ) -> Result<Option<&Segment>, GraphError> {
         let Some((index, first)) = self.next_frame() else { return Ok(None) };
+        if self.settings.joint {
+            return self.grow_jointly(keep_on).map(Some);
+        }
         let (training, options) = (&self.training[index], &self.settings.training);
         let end = self.motions[index].poses.len();
         let learned = if self.settings.single {
@@ -97,6 +100,15 @@ impl<'a> GraphLearner<'a> {
         let rotations = training.rotations[range.first..range.end].to_vec();
         self.graph.segments.push(Segment { range, gpdm, errors, rotations });
         Ok(self.graph.segments.last())
+    }
+
+    fn grow_jointly(&mut self, keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool) -> Result<&Segment, GraphError> {
+        let learned = learn_jointly(&self.training, &self.graph.chart, &self.settings.training, keep_on);
+        let range = SegmentRange { motion: 0, first: 0, end: self.motions[0].poses.len() };
+        let Learned { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
+        let rotations = self.training.iter().flat_map(|t| t.rotations.iter().cloned()).collect();
+        self.graph.segments.push(Segment { range, gpdm, errors, rotations });
+        Ok(&self.graph.segments[0])
     }
 
     /// The graph of what was learned, its inter-transition candidates found.
@@ -115,6 +127,9 @@ impl<'a> GraphLearner<'a> {
         let Some(SegmentRange { motion, end, .. }) = self.graph.segments.last().map(|s| s.range) else {
             return Some((0, 0));
         };
+        if self.settings.joint {
+            return None;
+        }
         if end < self.motions[motion].poses.len() {
             return Some((motion, end));
         }
@@ -182,6 +197,7 @@ fn joint_positions(body: &Humanoid, motion: &Motion) -> Vec<Vec<Point3<f64>>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::graph::Candidate;
     use super::*;
 
     /// A body that walks on the spot, so to say: every joint swings.
@@ -225,5 +241,37 @@ mod tests {
         other[0].poses[3].joint_angles[0] += 0.01;
         let refused = GraphLearner::new(&body, &other, &settings).unwrap().resume(graph.segments).err();
         assert!(matches!(refused, Some(GraphError::OtherSegments)));
+    }
+
+    #[test]
+    fn a_joint_model_of_one_motion_is_its_single_model() {
+        let body = Humanoid::tracker25().unwrap();
+        let motions = [swinging(&body, 40)];
+        let single = GraphSettings { single: true, ..quick() };
+        let [single, joint] = [single.clone(), GraphSettings { joint: true, ..single }]
+            .map(|settings| GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap());
+        assert_eq!(single, joint);
+    }
+
+    #[test]
+    fn a_joint_model_knows_which_motion_and_frame_every_row_is() {
+        let body = Humanoid::tracker25().unwrap();
+        let mut other = swinging(&body, 50);
+        other.poses.reverse();
+        let motions = [swinging(&body, 70), other];
+        let settings = GraphSettings { joint: true, ..quick() };
+        let graph = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        assert_eq!((graph.segments.len(), &graph.segments[0].gpdm.layout().lengths), (1, &vec![70, 50]));
+        let segment = &graph.segments[0];
+        assert_eq!([0, 69, 70, 119].map(|row| segment.source_of(row)), [(0, 0), (0, 69), (1, 0), (1, 49)]);
+        assert_eq!([segment.sequence_of(69), segment.sequence_of(70)], [0..70, 70..120]);
+        for (row, rotations) in segment.rotations.iter().enumerate() {
+            let (motion, frame) = segment.source_of(row);
+            assert_eq!(rotations, &graph.chart.rotations(&motions[motion].poses[frame]), "row {row}");
+            assert_eq!(graph.locate(motion, frame), Some(Candidate { segment: 0, row }));
+        }
+        assert_eq!((graph.locate(0, 70), graph.locate(1, 50), graph.locate(2, 0)), (None, None, None));
+        // each motion's simulation starts at its own first latent: without a step to take nothing strays
+        assert!(segment.errors[0] < 0.05 && segment.errors[70] < 0.05, "{} {}", segment.errors[0], segment.errors[70]);
     }
 }
