@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use skiagraph::experiment::{Models, Staged, Unwatched};
-use skiagraph::scenario::ScenarioFile;
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
+use skiagraph::scenario::ScenarioFile;
 
 use super::best_latent::best_latent;
 
@@ -33,7 +33,7 @@ pub(crate) struct Learned {
 }
 
 /// Learns from a scenario's training.
-pub(crate) fn learning(file: &mocap: &Path) -> Result<Learning, Box<dyn Error>> {
+pub(crate) fn learning(file: &ScenarioFile, mocap: &Path) -> Result<Learning, Box<dyn Error>> {
     let staged = Staged::new(file, Some(mocap))?;
     let one = GraphSettings { single: true, joint: true, ..GraphSettings::default() };
     let training = &staged.start.training;

@@ -8,8 +8,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use skiagraph::evaluation::Summary;
 use skiagraph::experiment::{Compared, Destination, Staged, Unwatched, compare};
-use skiagraph::scenario::ScenarioFile;
 use skiagraph::report::ComparedMethod;
+use skiagraph::scenario::ScenarioFile;
 
 use super::units::Unit;
 
@@ -65,7 +65,7 @@ pub(crate) fn kept_or<T: Serialize + DeserializeOwned>(
 }
 
 /// Tracks a motion under a protocol.
-pub(crate) fn tracked(unit: &Unit, file: &mocap: &Path, runs: &Path) -> Result<Tracked, Box<dyn Error>> {
+pub(crate) fn tracked(unit: &Unit, file: &ScenarioFile, mocap: &Path, runs: &Path) -> Result<Tracked, Box<dyn Error>> {
     let staged = Staged::new(file, Some(mocap))?;
     let out = runs.join(unit.name());
     let Compared { comparison, methods, .. } =
