@@ -26,7 +26,8 @@ const MAX_ELEMENTS: usize = 1 << 22;
 /// # Errors
 /// What is wrong, for a message that already names the mesh.
 pub(super) fn read(text: &str) -> Result<Mesh, String> {
-    let xml = parse_xml(text, MOST_MESH_NODES).map_err(|(line, problem)| format!("line {line}: {problem}"))?;
+    let xml = parse_xml(text, MOST_MESH_NODES)
+        .map_err(|(line, problem)| format!("not well-formed XML: line {line}: {problem}"))?;
     let root = xml.root_element();
     if !is(&root, "COLLADA") {
         return Err("expected <COLLADA> as the outermost element".to_owned());
