@@ -89,13 +89,17 @@ fn clean_table(takes: &Takes) -> String {
 }
 
 fn stress_table(stress: &BTreeMap<String, Takes>) -> String {
-    let mut text = String::from("| condition | paper, mm | refined, mm | take by take, refined | worse |\n|---|---|---|---|---|\n");
+    let mut text = String::from(
+        "| condition | paper, mm | refined, mm | take by take, refined | worse |\n|---|---|---|---|---|\n",
+    );
     for condition in super::Condition::STRESS {
         let Some(takes) = stress.get(condition.name()) else { continue };
-        let errors = |tracker: &str| -> Vec<Vec<f64>> { takes.values().map(|o| o[tracker].humaneva_mm.clone()).collect() };
+        let errors =
+            |tracker: &str| -> Vec<Vec<f64>> { takes.values().map(|o| o[tracker].humaneva_mm.clone()).collect() };
         let each: Vec<String> =
             takes.iter().map(|(take, o)| format!("{take} {:.1}", mean(&o["refined"].humaneva_mm))).collect();
-        let worse: Vec<&str> = takes.iter().filter(|(_, o)| is_worse(&o["paper"], &o["refined"])).map(|(t, _)| t.as_str()).collect();
+        let worse: Vec<&str> =
+            takes.iter().filter(|(_, o)| is_worse(&o["paper"], &o["refined"])).map(|(t, _)| t.as_str()).collect();
         let worse = if worse.is_empty() { "none".to_owned() } else { worse.join(", ") };
         text += &format!(
             "| {} | {} | **{}** | {} | {worse} |\n",

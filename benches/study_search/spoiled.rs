@@ -112,7 +112,8 @@ fn grown(mask: &Mask, add: bool) -> Mask {
     };
     Mask::from_fn(mask.width(), mask.height(), |x, y| {
         let (x, y) = (i64::from(x), i64::from(y));
-        let mut around = [(x, y), (x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)].map(|(x, y)| is_set(x, y)).into_iter();
+        let mut around =
+            [(x, y), (x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)].map(|(x, y)| is_set(x, y)).into_iter();
         if add { around.any(|set| set) } else { around.all(|set| set) }
     })
 }

@@ -10,11 +10,7 @@ pub(crate) struct Take {
     training_frames: [u32; 2],
 }
 
-const fn take(
-    [name, what, clip, training]: [&'static str; 4],
-    frames: [u32; 2],
-    training_frames: [u32; 2],
-) -> Take {
+const fn take([name, what, clip, training]: [&'static str; 4], frames: [u32; 2], training_frames: [u32; 2]) -> Take {
     Take { name, what, clip, frames, training, training_frames }
 }
 

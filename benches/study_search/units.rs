@@ -120,8 +120,7 @@ impl Case<'_> {
             self.take.tables(self.condition.frames_per_second())
         );
         let bodies = BODIES.iter().find(|(name, _)| *name == self.bodies).map_or(&[][..], |(_, overrides)| overrides);
-        let overrides: Vec<String> =
-            bodies.iter().map(ToString::to_string).chain(self.condition.overrides()).collect();
+        let overrides: Vec<String> = bodies.iter().map(ToString::to_string).chain(self.condition.overrides()).collect();
         Ok(ScenarioFile::parse(&text, "study", PathBuf::new(), &overrides)?)
     }
 

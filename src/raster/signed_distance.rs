@@ -27,9 +27,7 @@ impl SignedDistance {
     /// Distances for the pixels within `margin` pixels of the mask's bounds; `None` for a mask without an outline (nothing is
     /// set, or everything). `shown` has the mask's size and says which pixels show anything; without it, all do.
     pub fn new(mask: &Mask, shown: Option<&Mask>, margin: u32) -> Option<Self> {
-        let (width, height) = (mask.width(), mask.height());
-        let window = mask.bounds().grown(margin.max(1), width, height);
-        let is_shown = |x, y| shown.is_none_or(|shown| shown.get(x, y));
+        let window = mask.bounds().grown(margin.max(1), mask.width(), mask.height());
         let mut background = complement(mask);
         if let Some(shown) = shown {
             let unshown: Vec<(u32, u32)> = background.pixels().filter(|(x, y)| !shown.get(*x, *y)).collect();
@@ -37,17 +35,22 @@ impl SignedDistance {
         }
         let outside = DistanceMap::within(mask, window);
         // what is nearest to a set pixel without being set lies in the bounds of the mask grown by one
-        let inside = DistanceMap::within(&background, mask.bounds().grown(1, width, height));
-        let mut values = Vec::new();
+        let inside = DistanceMap::within(&background, mask.bounds().grown(1, mask.width(), mask.height()));
+        let width = (window.right - window.left) as usize;
+        let mut values: Vec<f32> = Vec::new();
         let mut has_outline = false;
-        for (x, y) in (window.top..window.bottom).flat_map(|y| (window.left..window.right).map(move |x| (x, y))) {
-            let value = match mask.get(x, y) {
-                _ if !is_shown(x, y) => f64::NAN,
-                true => 0.5 - inside.distance(x, y),
-                false => outside.distance(x, y) - 0.5,
-            };
-            has_outline |= value > 0.0 && value.is_finite();
-            values.push(value as f32);
+        for y in window.top..window.bottom {
+            let begin = values.len();
+            values.extend((window.left..window.right).map(|x| (outside.distance(x, y) - 0.5) as f32));
+            let row = &mut values[begin..begin + width];
+            let index = |x: u32| (x - window.left) as usize;
+            for x in mask.runs(y).flatten() {
+                row[index(x)] = (0.5 - inside.distance(x, y)) as f32;
+            }
+            for x in (window.left..window.right).filter(|x| shown.is_some_and(|shown| !shown.get(*x, y))) {
+                row[index(x)] = f32::NAN;
+            }
+            has_outline |= row.iter().any(|value| *value > 0.0 && value.is_finite());
         }
         (has_outline && !mask.is_empty()).then_some(Self { window, values })
     }
@@ -139,7 +142,10 @@ mod tests {
         let mask = Mask::from_fn(40, 40, |x, y| x < 25 && y < 20);
         let field = SignedDistance::new(&mask, Some(&shown), 10).unwrap();
         let sample = field.sample(24.0, 10.0).unwrap();
-        assert!((sample.distance + 10.0).abs() < 1e-6 && sample.gradient == [0.0, 1.0], "{sample:?}: it ends below alone");
+        assert!(
+            (sample.distance + 10.0).abs() < 1e-6 && sample.gradient == [0.0, 1.0],
+            "{sample:?}: it ends below alone"
+        );
         assert_eq!(field.sample(25.2, 10.0), None);
         let all = Mask::from_fn(40, 40, |x, _| x < 25);
         assert!(SignedDistance::new(&all, Some(&shown), 10).is_none(), "all that is shown is set");
@@ -148,16 +154,15 @@ mod tests {
     #[test]
     fn the_distance_to_a_disc_is_that_of_geometry_within_a_pixel_and_its_gradient_points_outward() {
         let (cx, cy, radius) = (60.3, 45.8, 20.0);
-        let mask = Mask::from_fn(120, 90, |x, y| {
-            (f64::from(x) + 0.5 - cx).hypot(f64::from(y) + 0.5 - cy) <= radius
-        });
+        let mask = Mask::from_fn(120, 90, |x, y| (f64::from(x) + 0.5 - cx).hypot(f64::from(y) + 0.5 - cy) <= radius);
         let field = SignedDistance::new(&mask, None, 25).unwrap();
         for (angle, length) in (0..40).flat_map(|k| [6.0, 14.0, 19.5, 20.5, 31.0].map(|l| (0.157 * f64::from(k), l))) {
             let (nx, ny) = (f64::cos(angle), f64::sin(angle));
             let sample = field.sample(cx + length * nx, cy + length * ny).unwrap();
             assert!((sample.distance - (length - radius)).abs() < 0.6, "{angle} {length} {}", sample.distance);
             let cosine = sample.gradient[0] * nx + sample.gradient[1] * ny;
-            assert!(cosine > 0.8, "{angle} {length} {cosine}");
+            // in cells that the outline runs through pixels of both kinds are mixed
+            assert!(cosine > if (length - radius).abs() < 1.0 { 0.7 } else { 0.85 }, "{angle} {length} {cosine}");
         }
     }
 

@@ -151,7 +151,8 @@ mod tests {
     fn flooded(mask: &Mask, x: u32, y: u32) -> (u64, bool) {
         let value = mask.get(x, y);
         let (width, height) = (i64::from(mask.width()), i64::from(mask.height()));
-        let (mut seen, mut waiting, mut area, mut border) = (Mask::new(mask.width(), mask.height()), vec![(x, y)], 0, false);
+        let (mut seen, mut waiting, mut area, mut border) =
+            (Mask::new(mask.width(), mask.height()), vec![(x, y)], 0, false);
         seen.set(x, y, true);
         while let Some((x, y)) = waiting.pop() {
             area += 1;

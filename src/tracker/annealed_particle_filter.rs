@@ -55,7 +55,16 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     /// [`SettingError`] where a setting is out of its range.
     pub fn new(settings: FilterSettings, model: M, likelihood: L, seed: u64) -> Result<Self, SettingError> {
         settings.validate()?;
-        Ok(Self { settings, seed, model, likelihood, start: None, particles: Vec::new(), past: Vec::new(), refinement: None })
+        Ok(Self {
+            settings,
+            seed,
+            model,
+            likelihood,
+            start: None,
+            particles: Vec::new(),
+            past: Vec::new(),
+            refinement: None,
+        })
     }
 
     /// The same filter, whose estimates are refined after the last layer.

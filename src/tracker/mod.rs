@@ -4,8 +4,8 @@
 
 mod annealed_particle_filter;
 mod annealing;
-mod estimate;
 mod descent;
+mod estimate;
 mod frozen;
 mod likelihood;
 mod limb_sides;

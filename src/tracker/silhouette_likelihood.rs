@@ -194,9 +194,8 @@ impl Likelihood for SilhouetteLikelihood {
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
         let outline = self.outline.as_ref()?;
         self.place(pose, scratch)?;
-        let buffers = scratch
-            .descent
-            .get_or_insert_with(|| DescentScratch::new(self.views.iter().map(|view| &view.camera)));
+        let buffers =
+            scratch.descent.get_or_insert_with(|| DescentScratch::new(self.views.iter().map(|view| &view.camera)));
         let about = pose.world_from_root.translation.vector.into();
         let mut equations = Accumulator::new(self.body.links.len(), about);
         for (index, view) in self.views.iter().enumerate() {
@@ -278,8 +277,9 @@ impl View {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
         self.sides = (settings.limb_side_weight > 0.0).then(|| LimbSides::new(pinhole, &ideal, tau));
-        self.outline =
-            descends.then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera))).flatten();
+        self.outline = descends
+            .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
+            .flatten();
         self.observed = ObservedView::new(&self.camera, ideal, fast, settings);
     }
 }

@@ -242,7 +242,12 @@ fn filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
     s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
     s.refinement.validate().map_err(|e| setting(table, &e))?;
     let set = s.paper && s.refinement != RefinementSettings::default();
-    require(&format!("{table}.refinement"), !set, "none of its keys beside `paper = true`, which has no refinement", "some")?;
+    require(
+        &format!("{table}.refinement"),
+        !set,
+        "none of its keys beside `paper = true`, which has no refinement",
+        "some",
+    )?;
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
 

@@ -56,6 +56,9 @@ impl ObservedOutline {
             }
             add(sample, Residual { value: found.distance / length, gradient: found.gradient });
         }
+        if samples.is_empty() {
+            return;
+        }
         let grid = SampleGrid::new(samples, NEAREST * length);
         for point in &self.points {
             let Some(nearest) = grid.nearest(samples, point) else { continue };
@@ -80,9 +83,7 @@ fn thinned(contour: &Mask, spacing: f64) -> Vec<(u32, u32)> {
     let mut kept = Vec::new();
     for (x, y) in contour.pixels() {
         let (i, j) = ((f64::from(x) / cell) as usize, (f64::from(y) / cell) as usize);
-        let near = |(a, b): (u32, u32)| {
-            (f64::from(a) - f64::from(x)).hypot(f64::from(b) - f64::from(y)) < spacing
-        };
+        let near = |(a, b): (u32, u32)| (f64::from(a) - f64::from(x)).hypot(f64::from(b) - f64::from(y)) < spacing;
         let around = (j.saturating_sub(2)..=(j + 2).min(rows - 1))
             .flat_map(|j| (i.saturating_sub(2)..=(i + 2).min(columns - 1)).map(move |i| j * columns + i));
         if !around.into_iter().any(|index| cells[index].is_some_and(near)) {
