@@ -1,5 +1,7 @@
 //! After the layers: descent of the estimate, and a search for limbs that the particles lost.
 
+use std::sync::{Mutex, PoisonError};
+
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -140,7 +142,7 @@ impl Refinement {
         starts: &[M::State],
         energy: f64,
     ) -> Refined<M::State> {
-        let mut search = Search { model, likelihood, anchor, evaluations: 0 };
+        let mut search = Search { model, likelihood, anchor, evaluations: 0, idle: Mutex::default() };
         let starts: Vec<&M::State> = starts.iter().collect();
         let descended = search.descend_all(&starts, self.settings.iterations);
         let mut best = lowest(descended);
@@ -162,6 +164,8 @@ struct Search<'a, M: MotionModel, L: Likelihood> {
     likelihood: &'a L,
     anchor: &'a Pose,
     evaluations: u64,
+    /// Buffers that no thread uses: making them anew for every few poses would take as long as the search.
+    idle: Mutex<Vec<L::Scratch>>,
 }
 
 impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
@@ -183,12 +187,14 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
 
     /// Descends from each of several states; what came of it, with energies.
     fn descend_all(&mut self, starts: &[&M::State], iterations: usize) -> Vec<(M::State, f64)> {
-        let descend = |scratch: &mut L::Scratch, start: &&M::State| {
-            let state = self.descend(start, iterations, scratch);
-            let energy = self.likelihood.energy(self.model.pose(&state), scratch);
-            (state, energy)
+        let descend = |start: &&M::State| {
+            self.with_scratch(|scratch| {
+                let state = self.descend(start, iterations, scratch);
+                let energy = self.likelihood.energy(self.model.pose(&state), scratch);
+                (state, energy)
+            })
         };
-        let descended: Vec<_> = starts.par_iter().map_init(|| self.likelihood.scratch(), descend).collect();
+        let descended: Vec<_> = starts.par_iter().map(descend).collect();
         self.evaluations += descended.len() as u64;
         descended
     }
@@ -210,8 +216,17 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
     fn energies(&mut self, states: &[M::State]) -> Vec<f64> {
         self.evaluations += states.len() as u64;
         let energy =
-            |scratch: &mut L::Scratch, state: &M::State| self.likelihood.energy(self.model.pose(state), scratch);
-        states.par_iter().map_init(|| self.likelihood.scratch(), energy).collect()
+            |state: &M::State| self.with_scratch(|scratch| self.likelihood.energy(self.model.pose(state), scratch));
+        states.par_iter().map(energy).collect()
+    }
+
+    fn with_scratch<T>(&self, work: impl FnOnce(&mut L::Scratch) -> T) -> T {
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let ready = idle().pop();
+        let mut scratch = ready.unwrap_or_else(|| self.likelihood.scratch());
+        let done = work(&mut scratch);
+        idle().push(scratch);
+        done
     }
 }
 
@@ -276,3 +291,6 @@ fn moved_by(body: &Humanoid, link: usize) -> Vec<usize> {
     numbers.dedup();
     numbers
 }
+
+#[cfg(test)]
+mod tests;

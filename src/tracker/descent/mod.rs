@@ -30,7 +30,7 @@ const OBSERVED_SPACING: f64 = 3.0;
 /// Parts of a silhouette, and holes in it, of fewer square lengths are taken for noise.
 const SPECK: f64 = 25.0;
 /// How far from a silhouette its distance field reaches, lengths.
-const REACH: f64 = 40.0;
+const REACH: f64 = 20.0;
 /// How far an observed point may lie from the model's outline, lengths.
 const NEAREST: f64 = 30.0;
 /// Least cosine between the directions in which a sample and the distance field inside the silhouette point.
@@ -92,3 +92,6 @@ fn is_on_the_contour(sample: &OutlineSample, drawn: &Mask) -> bool {
     let inside = u >= 0.0 && v >= 0.0 && u < f64::from(drawn.width()) && v < f64::from(drawn.height());
     inside && !drawn.get(u as u32, v as u32)
 }
+
+#[cfg(test)]
+mod tests;

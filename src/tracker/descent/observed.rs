@@ -56,6 +56,9 @@ impl ObservedOutline {
             }
             add(sample, Residual { value: found.distance / length, gradient: found.gradient });
         }
+        if samples.is_empty() {
+            return;
+        }
         let grid = SampleGrid::new(samples, NEAREST * length);
         for point in &self.points {
             let Some(nearest) = grid.nearest(samples, point) else { continue };
