@@ -10,6 +10,7 @@ mod frozen;
 mod likelihood;
 mod limb_sides;
 mod observed_view;
+mod placed_body;
 mod plausibility;
 mod rectification;
 mod refinement;

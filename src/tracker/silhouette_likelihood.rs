@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
+use super::placed_body::PlacedBody;
 use super::rectification::Rectification;
 use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
@@ -122,10 +123,15 @@ struct View {
 
 /// Buffers of one thread.
 pub struct LikelihoodScratch {
-    frames: LinkFrames,
+    placed: PlacedBody,
+    pub(super) compare: CompareBuffers,
+    descent: Option<DescentScratch>,
+}
+
+/// What comparing a body with all views takes.
+pub(super) struct CompareBuffers {
     views: ViewScratch,
     limbs: Vec<TaperedCapsule>,
-    descent: Option<DescentScratch>,
 }
 
 impl SilhouetteLikelihood {
@@ -158,11 +164,11 @@ impl SilhouetteLikelihood {
 }
 
 impl SilhouetteLikelihood {
-    /// What the sides of the limbs at `scratch.frames` add to a view's energy.
-    fn sides_energy(&self, view: &View, scratch: &mut LikelihoodScratch) -> f64 {
+    /// What the sides of the limbs of a body with its links at `frames` add to a view's energy.
+    fn sides_energy(&self, view: &View, frames: &LinkFrames, limbs: &mut Vec<TaperedCapsule>) -> f64 {
         let Some(sides) = &view.sides else { return 0.0 };
-        capsules_in_camera(&self.body, &scratch.frames, &view.camera, &mut scratch.limbs);
-        self.settings.limb_side_weight * sides.mean_distance(&scratch.limbs)
+        capsules_in_camera(&self.body, frames, &view.camera, limbs);
+        self.settings.limb_side_weight * sides.mean_distance(limbs)
     }
 }
 
@@ -172,7 +178,8 @@ impl Likelihood for SilhouetteLikelihood {
     fn scratch(&self) -> LikelihoodScratch {
         let painted = if self.fast { [].iter() } else { self.views.iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
-        LikelihoodScratch { frames: LinkFrames::default(), views, limbs: Vec::new(), descent: None }
+        let compare = CompareBuffers { views, limbs: Vec::new() };
+        LikelihoodScratch { placed: PlacedBody::default(), compare, descent: None }
     }
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
@@ -184,7 +191,11 @@ impl Likelihood for SilhouetteLikelihood {
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
-        if self.place(pose, scratch).is_some() { self.energy_in_place(scratch) } else { f64::NAN }
+        let LikelihoodScratch { placed, compare, .. } = scratch;
+        match placed.place(&self.body, pose) {
+            Some(_) => self.energy_of(placed, compare),
+            None => f64::NAN,
+        }
     }
 
     fn descends(&self) -> bool {
@@ -193,7 +204,7 @@ impl Likelihood for SilhouetteLikelihood {
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
         let outline = self.outline.as_ref()?;
-        self.place(pose, scratch)?;
+        scratch.placed.place(&self.body, pose)?;
         let buffers =
             scratch.descent.get_or_insert_with(|| DescentScratch::new(self.views.iter().map(|view| &view.camera)));
         let about = pose.world_from_root.translation.vector.into();
@@ -202,7 +213,7 @@ impl Likelihood for SilhouetteLikelihood {
             let Some(observed) = &view.outline else { continue };
             descent::add_view(
                 &self.body,
-                &scratch.frames,
+                &scratch.placed.frames,
                 outline,
                 &view.camera,
                 index,
@@ -212,7 +223,7 @@ impl Likelihood for SilhouetteLikelihood {
                 &mut equations,
             );
         }
-        Some(equations.finish(&self.body, &scratch.frames))
+        Some(equations.finish(&self.body, &scratch.placed.frames))
     }
 }
 
@@ -222,45 +233,25 @@ impl SilhouetteLikelihood {
         &self.body
     }
 
-    /// Where `pose` puts the body's links; `None` for a pose that is not finite.
-    pub(super) fn place<'s>(&self, pose: &Pose, scratch: &'s mut LikelihoodScratch) -> Option<&'s LinkFrames> {
-        let root = pose.world_from_root.translation.vector;
-        if !root.iter().chain(&pose.joint_angles).all(|number| number.is_finite()) {
-            return None;
-        }
-        self.body.link_frames_into(pose, &mut scratch.frames);
-        Some(&scratch.frames)
-    }
-
-    /// The energy of the pose that was placed last.
-    pub(super) fn energy_in_place(&self, scratch: &mut LikelihoodScratch) -> f64 {
+    /// The energy of a body that was put into a pose. Where [`Self::capsules_camera`] is a camera, the body's capsules are afterwards
+    /// those in its frame.
+    pub(super) fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, view) in self.views.iter().enumerate() {
-            let comparison =
-                view.observed.compare(&self.body, &scratch.frames, &view.camera, index, &mut scratch.views);
+            let comparison = view.observed.compare(&self.body, placed, &view.camera, index, &mut buffers.views);
             if let Some(energy) = self.view_energy(comparison) {
-                sum += energy + self.sides_energy(view, scratch);
+                sum += energy + self.sides_energy(view, &placed.frames, &mut buffers.limbs);
                 count += 1.0;
             }
         }
         if count > 0.0 { sum / count } else { 0.0 }
     }
 
-    /// Gives away where [`Self::energy_in_place`] left links and solids, for other memory of the kind; the camera in whose frame the
-    /// solids are, or `None` where not all of them are tapered capsules or silhouettes are drawn in another way.
-    pub(super) fn give_away(&self, scratch: &mut LikelihoodScratch, to: &mut PlacedBody) -> Option<&Camera> {
-        std::mem::swap(&mut scratch.frames, &mut to.frames);
-        std::mem::swap(scratch.views.capsules(), &mut to.capsules);
+    /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` where not all solids are tapered capsules or silhouettes
+    /// are drawn in another way.
+    pub(super) fn capsules_camera(&self) -> Option<&Camera> {
         self.views.last().filter(|_| self.fast).map(|view| &view.camera)
     }
-}
-
-/// A body in a pose.
-#[derive(Default)]
-pub(super) struct PlacedBody {
-    pub(super) frames: LinkFrames,
-    /// Its solids in the frame of a camera.
-    pub(super) capsules: Vec<TaperedCapsule>,
 }
 
 impl View {
