@@ -24,13 +24,8 @@ pub struct GraphSettings {
     /// Whether to learn one model of each whole motion in place of segments: the original GPDM.
     pub single: bool,
     /// Whether to learn one model of all motions together, none of which leads into another. Not for model files.
-    #[serde(skip_serializing_if = "is_false")]
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub joint: bool,
-}
-
-/// Settings of before there were joint models stay as they were written.
-fn is_false(joint: &bool) -> bool {
-    !joint
 }
 
 impl Default for GraphSettings {
