@@ -114,6 +114,7 @@ fn tune(root: &Path, mocap: &Path) -> Result<(), Box<dyn Error>> {
             let mut overrides = overrides(motion, views, 3);
             for weight in ["0.5", "2", "8"] {
                 let method = format!("methods.with_{}", weight.replace('.', "p"));
+                overrides.push(format!("{method}.annealed_particle_filter.paper=true"));
                 overrides.push(format!("{method}.annealed_particle_filter.plausibility.weight={weight}"));
             }
             run(root, &format!("tuning {} {views}", motion.0), &overrides, mocap)?;

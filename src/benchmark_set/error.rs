@@ -14,9 +14,9 @@ pub enum SetError {
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// What was tried, as in "cannot ...".
+        /// The failed action, as in "cannot ...".
         action: &'static str,
-        /// What the operating system answered.
+        /// The operating system's error.
         source: io::Error,
     },
     /// The directory is not a whole set.

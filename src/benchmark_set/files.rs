@@ -11,10 +11,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
 
 use super::SetError;
-use crate::input::{self, limits};
+use crate::input::{self, hex_sha256, limits};
 use crate::parallel;
 
 pub(super) const LISTING: &str = "files.sha256";
@@ -181,10 +180,6 @@ pub(super) fn holds_only_listed(directory: &Path) -> bool {
 
 fn unless(stop: Stop<'_>) -> Result<(), SetError> {
     if stop() { Err(SetError::Stopped) } else { Ok(()) }
-}
-
-fn hex_sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The greatest size of a file of a set.

@@ -10,7 +10,7 @@ use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::{ClipOptions, Destination, ExperimentError, LearnedModel, TrainingInput, train as learn};
-use crate::motion_model::gpdm_graph::GraphSettings;
+use crate::motion_model::gpdm_graph::{GraphSettings, ModelKind};
 use crate::scenario::ScenarioFile;
 
 /// Number of joints over which `[GPDM graph]` sums the distance that TH bounds.
@@ -92,6 +92,15 @@ enum Kind {
     GpdmGraph,
 }
 
+impl From<Kind> for ModelKind {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Gpdm => Self::Gpdm,
+            Kind::GpdmGraph => Self::GpdmGraph,
+        }
+    }
+}
+
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(volume);
     let input = arguments.input()?;
@@ -165,7 +174,7 @@ impl Arguments {
     }
 
     fn settings(&self, frames_per_second: f64) -> Result<GraphSettings, ExperimentError> {
-        let mut settings = GraphSettings { single: self.model == Kind::Gpdm, ..GraphSettings::default() };
+        let mut settings = GraphSettings::of_kind(self.model.into());
         settings.training.latent_dimensions = usize::from(self.dimensions);
         if !(self.threshold > 0.0 && self.threshold.is_finite()) {
             let detail = format!("expected rad^2 above zero, found {}", self.threshold);

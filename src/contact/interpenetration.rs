@@ -8,7 +8,8 @@ use super::capsule_distance::{Axis, AxisLength, squared_distance_of_axes};
 use super::self_collision::bounding_ball;
 use super::solid_distance::solid_distance;
 use crate::body::{Flesh, Humanoid, LinkFrames};
-use crate::raster::{Dispatched, TaperedCapsule, dispatch};
+use crate::raster::TaperedCapsule;
+use crate::simd::{Dispatched, dispatch};
 
 /// The solids of a body, prepared for many poses.
 ///

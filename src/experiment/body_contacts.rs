@@ -1,4 +1,4 @@
-//! What one body touches over a clip, frames without a pose left open.
+//! Contact of one body over a clip; frames without a pose stay unknown.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::parallel;
 use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use nalgebra::{Point3, Vector3};
 
-/// What of a body touches, frame by frame.
+/// Contact of a body, frame by frame.
 pub(super) struct BodyContacts {
     ground: GroundContacts,
     self_depth_m: Vec<f64>,

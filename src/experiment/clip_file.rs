@@ -4,12 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
-use super::model_file::hex_sha256;
+use super::error::scenario_error;
 use crate::benchmark_set::SourceRecording;
-use crate::input::{self, excerpt, limits};
+use crate::input::{self, excerpt, hex_sha256, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 use crate::retarget::MotionFingerprint;
-use crate::scenario::{Axis, MotionSettings, ScenarioError, ScenarioFile, did_you_mean};
+use crate::scenario::{Axis, MotionSettings, ScenarioFile, did_you_mean};
 
 /// The clips that are built in, by the name behind `embedded:`.
 pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
@@ -44,7 +44,7 @@ pub(super) fn load(
     mocap_directory: Option<&Path>,
 ) -> Result<Recording, ExperimentError> {
     read_part(&file.folder, Path::new(&settings.clip), settings, mocap_directory, &|key, message| {
-        ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
+        scenario_error(file, &format!("{table}.{key}"), message)
     })
 }
 
@@ -55,7 +55,7 @@ pub(super) fn missing(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Vec<ExperimentError> {
-    let unsound = |key: &str, message| ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into();
+    let unsound = |key: &str, message| scenario_error(file, &format!("{table}.{key}"), message);
     if let Some(name) = built_in(Path::new(&settings.clip)) {
         return embedded(name).err().map(|message| unsound("clip", message)).into_iter().collect();
     }

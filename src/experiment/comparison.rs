@@ -110,7 +110,7 @@ pub fn compare(
         let record = MethodRecord {
             tracker: settings.name().to_owned(),
             settings: settings.clone(),
-            given_roots: settings.is_given_roots(),
+            given_roots: settings.kind().is_given_roots(),
             learned_from: done.record.learned_from.clone(),
             models: occupancies().map(Vec::len).max().filter(|models| *models > 0),
             recovered_particles: occupancies().flatten().map(|model| u64::from(model.recovered)).sum(),

@@ -15,7 +15,7 @@ use crate::npz::NpzError;
 use crate::physics::PhysicsError;
 use crate::report::ReportError;
 use crate::retarget::RetargetError;
-use crate::scenario::ScenarioError;
+use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::scene::SceneError;
 use crate::tracker::{SettingError, TrackError};
 
@@ -239,6 +239,11 @@ impl From<SetError> for ExperimentError {
             other => Self::Set(other),
         }
     }
+}
+
+/// What is wrong with a scenario, at one of its keys.
+pub(super) fn scenario_error(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
+    ScenarioError::from(file.complaint(key, message)).into()
 }
 
 pub(super) fn output(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> ExperimentError {

@@ -1,4 +1,4 @@
-//! Learning the motion models that trackers ask for, or reading them from files, each once.
+//! Learns or reads the motion models of trackers, each once.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::benchmark_set::{BlindSet, SourceRecording, Training};
 use crate::body::{Humanoid, Motion};
 use crate::motion_model::LatentModel;
 use crate::motion_model::gpdm::{GpdmError, Round};
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, SegmentRange};
+use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind, SegmentRange};
 use crate::scenario::{LatentKind, LatentTrackerSettings, RootMode, ScenarioFile, TrackerSettings};
 
 /// A start pose farther than this from every training pose is told to the user: rad^2 per joint, half a radian each.
@@ -74,11 +74,11 @@ impl Models {
         Ok(graph)
     }
 
-    /// The model of a file, for this body and rate; `single` for one GPDM of each recording, else a graph.
+    /// The model of a file, for this kind, body and rate.
     fn of_file(
         &mut self,
         name: &str,
-        single: bool,
+        kind: ModelKind,
         body: &Humanoid,
         rate: f64,
         watch: &dyn Watch,
@@ -108,8 +108,8 @@ impl Models {
         let ReadModel { facts, sources, graph, .. } = &self.read[at];
         facts.check_fits(&path, body, rate)?;
         let unfit = |detail: String| Err(ExperimentError::Malformed { path: path.clone(), detail });
-        if facts.settings.single != single {
-            let (found, wanted) = if single { ("gpdm-graph", "gpdm") } else { ("gpdm", "gpdm-graph") };
+        if facts.settings.kind() != kind {
+            let (found, wanted) = (facts.settings.kind().name(), kind.name());
             return unfit(format!(
                 "is a {found} model, and this tracker needs a {wanted} model; train one with --model \
                 {wanted}"
@@ -138,8 +138,8 @@ impl Models {
         rate: f64,
         watch: &dyn Watch,
     ) -> Result<(), ExperimentError> {
-        match tracker.model_file().zip(tracker.learning()) {
-            Some((name, learning)) => self.of_file(name, learning.single, body, rate, watch).map(|_| ()),
+        match tracker.kind().model_file().zip(tracker.kind().learning()) {
+            Some((name, learning)) => self.of_file(name, learning.kind(), body, rate, watch).map(|_| ()),
             None => Ok(()),
         }
     }
@@ -159,7 +159,7 @@ impl Models {
     ) -> Result<LatentModel, ExperimentError> {
         let (body, learning) = (&set.start.body, settings.model.learning());
         let graph = match &settings.model_file {
-            Some(name) => self.of_file(name, learning.single, body, set.frames_per_second, watch)?,
+            Some(name) => self.of_file(name, learning.kind(), body, set.frames_per_second, watch)?,
             None => self.learn(&learning, body, &set.start.training, watch)?,
         };
         let model = LatentModel::new(body.clone(), graph, settings.latent())?;

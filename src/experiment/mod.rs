@@ -31,6 +31,7 @@ mod ownership;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod performed;
 mod place;
 mod placement;
 mod results;

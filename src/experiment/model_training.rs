@@ -5,10 +5,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::read_file;
+use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
-use super::model_file::hex_sha256;
 use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
 use super::{
@@ -17,11 +16,11 @@ use super::{
 };
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
-use crate::input::limits;
+use crate::input::{hex_sha256, limits};
 use crate::motion_model::gpdm::GpdmError;
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
+use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
 use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
-use crate::scenario::{MotionSettings, ScenarioError, ScenarioFile};
+use crate::scenario::{MotionSettings, ScenarioFile};
 
 /// What a model is learned from.
 #[derive(Clone, Debug)]
@@ -72,7 +71,7 @@ impl TrainingInput {
     pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
             let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
-            return Err(ScenarioError::from(file.complaint("training", message.to_owned())).into());
+            return Err(scenario_error(file, "training", message.to_owned()));
         };
         let staged = Staged::new(file, mocap_directory)?;
         let motions = staged.start.training.motions().to_vec();
@@ -135,7 +134,7 @@ impl TrainingInput {
         self.motions.iter().map(|motion| motion.poses.len()).sum()
     }
 
-    /// What of the motions makes a model worse than it could be.
+    /// Properties of the motions that degrade the model.
     fn doubts(&self) -> Vec<String> {
         let poses = || self.motions.iter().flat_map(|motion| &motion.poses);
         let Some(first) = poses().next() else { return Vec::new() };
@@ -210,7 +209,7 @@ pub fn train(
         watch.say(&format!("resuming with {kept} saved in {}", partial.display()));
         unfinished::keep(Some(&partial));
     } else {
-        // whoever cannot write there shall know before the work
+        // report an unwritable output before the work
         keeping.put(&state(learner.graph(), false).to_bytes()?)?;
         unfinished::begin(&partial);
     }
@@ -242,7 +241,7 @@ pub fn train(
     std::fs::remove_file(&partial).ok();
     let mut notes = input.notes.clone();
     notes.extend(input.doubts());
-    if model.graph.candidates.is_empty() && !settings.single {
+    if model.graph.candidates.is_empty() && settings.kind() == ModelKind::GpdmGraph {
         notes.push(
             "no inter-transition candidates were found: particles only pass from one model to the next of the same \
             recording"

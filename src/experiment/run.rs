@@ -1,4 +1,4 @@
-//! Rendering, tracking and measuring, from and to directories that are whole or absent; and the three in one.
+//! Rendering, tracking and measuring with atomic directories, and all three in one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,6 +10,7 @@ use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
+use super::place::write_synced;
 use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
@@ -120,7 +121,7 @@ pub fn track_set(
     Inputs::of_set(set, settings).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let blind = BlindSet::read(set)?;
-    let truth = if settings.needs_truth() { TruthSet::read(set)?.refitted } else { None };
+    let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
     directory.finish()?;
@@ -272,7 +273,7 @@ impl Attempt<'_> {
     pub(super) fn run(&self, models: &mut Models, watch: &dyn Watch) -> Result<Outcome, ExperimentError> {
         let truth = self.set.truth.refitted.as_ref();
         let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, watch)?;
-        // As somebody does who tracks first and evaluates later: what is measured is what is on the disk.
+        // As when tracking and evaluating separately: the files on disk are measured.
         self.write(&tracked.files(&self.set.blind)?)?;
         let folder = self.directory.folder().join(self.folder);
         let tracked = Tracked::read(&folder, &self.set.blind.start.body)?;
@@ -342,10 +343,6 @@ fn replace_files(folder: &Path, listing: &Listing, files: &Files) -> Result<(), 
 fn write_partial(partial: &impl Fn(&str) -> PathBuf, files: &Files) -> Result<(), ExperimentError> {
     files.iter().try_for_each(|(name, bytes)| {
         let path = partial(name);
-        let written = fs::File::create(&path).and_then(|mut file| {
-            std::io::Write::write_all(&mut file, bytes)?;
-            file.sync_all()
-        });
-        written.map_err(output(&path, "write"))
+        write_synced(&path, bytes).map_err(output(&path, "write"))
     })
 }

@@ -1,16 +1,17 @@
-//! What of a scene can be said before it is drawn: what is refused, where the actor goes, and how the cameras see it.
+//! Checks of a scene before it is drawn: refusals, the actor's path, and the cameras' views.
 
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
 use super::ExperimentError;
+use super::error::scenario_error;
 use super::staging::Staged;
 use crate::body::{Flesh, LinkFrames, Ray};
 use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
 use crate::observation::{Observation, Observer};
 use crate::parallel;
-use crate::scenario::{ScenarioError, ScenarioFile};
+use crate::scenario::ScenarioFile;
 
 /// At most so many frames are drawn to say how the cameras see the actor,
 const FRAMES_LOOKED_AT: usize = 120;
@@ -71,7 +72,7 @@ impl ActorPath {
     }
 }
 
-/// In how many frames a camera may be inside the actor before the scene is refused: whoever walks on and on passes through a
+/// Share of frames in which a camera may be inside the actor before the scene is refused: a long walk passes through a
 /// ring of cameras.
 const SHARE_INSIDE: f64 = 0.01;
 
@@ -104,7 +105,7 @@ impl CamerasInside {
             }
             let key = if index < on_ring { "rig.ring".to_owned() } else { format!("rig.camera[{}]", index - on_ring) };
             let message = format!("expected every camera outside the actor: {place}; move the camera or the motion");
-            found.refused.push(ScenarioError::from(file.complaint(&key, message)).into());
+            found.refused.push(scenario_error(file, &key, message));
         }
         found
     }
@@ -209,7 +210,7 @@ pub(super) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
         "expected a camera that sees the subject, found no pixel of it in {frames} frames; props hide it or the cameras \
         are too far away"
     );
-    ScenarioError::from(file.complaint("rig", message)).into()
+    scenario_error(file, "rig", message)
 }
 
 /// At most `most` set frames at equal distances, the first and the last among them.

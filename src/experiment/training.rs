@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use super::error::scenario_error;
+use super::performed::{markers, refit, retargeted, settle};
 use super::placement::place;
-use super::staging::{refit, retargeted, settle};
 use super::{ExperimentError, clip_file};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
-use crate::body::{Humanoid, LinkFrames, Markers, Motion};
-use crate::scenario::{ScenarioError, ScenarioFile};
+use crate::body::Humanoid;
+use crate::scenario::ScenarioFile;
 
 /// What a scenario's tracker may learn from.
 pub(super) struct Learned {
@@ -35,7 +36,7 @@ pub(super) fn load(
     for (index, clip) in settings.clips.iter().enumerate() {
         let table = format!("training.clips[{index}]");
         let unsound = |key: &str, message: String| -> ExperimentError {
-            ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
+            scenario_error(file, &format!("{table}.{key}"), message)
         };
         if clip.frames_per_second != rate {
             let message = format!(
@@ -68,14 +69,4 @@ pub(super) fn load(
         learned.sources.push(source);
     }
     Ok(Some(learned))
-}
-
-/// Where a body's markers are, frame by frame.
-fn markers(body: &Humanoid, motion: &Motion) -> Vec<Markers> {
-    let mut frames = LinkFrames::default();
-    let of = |pose| {
-        body.link_frames_into(pose, &mut frames);
-        body.markers(&frames)
-    };
-    motion.poses.iter().map(of).collect()
 }

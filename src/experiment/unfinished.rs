@@ -1,4 +1,4 @@
-//! What this process has begun to write and not finished, so that it can be removed when the process is stopped early.
+//! Unfinished outputs of this process, which are removed when it is stopped.
 
 use std::fs;
 use std::io;

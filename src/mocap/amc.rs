@@ -5,8 +5,10 @@ use std::collections::HashMap;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::asf::{AcclaimChannel, AcclaimJoint, AcclaimSkeleton};
-use super::read::{ReadOptions, UpAxis, clip_name};
-use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording};
+use super::clip::clip_name;
+use super::options::GREATEST_RATE;
+use super::options::{ReadOptions, UpAxis};
+use super::recording::{MOST_JOINT_FRAMES, Recording};
 use super::text_cursor::{TextCursor, quoted};
 use super::{Clip, MocapError};
 

@@ -8,8 +8,10 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::bvh_hierarchy::{Channel, Hierarchy, parse_hierarchy};
-use super::read::{ReadOptions, clip_name};
-use super::recording::{GREATEST_RATE, LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, rate_from_frame_time};
+use super::clip::clip_name;
+use super::options::GREATEST_RATE;
+use super::options::ReadOptions;
+use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, rate_from_frame_time};
 use super::text_cursor::{TextCursor, finite_number};
 use super::{Clip, MocapError};
 

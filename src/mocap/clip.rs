@@ -1,5 +1,7 @@
 //! A recording: a skeleton and, for every frame, a rigid transform per joint.
 
+use std::path::Path;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// One joint of a recorded skeleton. The origin of its frame is the centre of rotation (an Acclaim bone's *start*, a
@@ -71,4 +73,9 @@ impl Clip {
     pub fn joint_positions(&self, frame: usize) -> Vec<Point3<f64>> {
         self.joint_frames(frame).iter().map(|f| f.translation.vector.into()).collect()
     }
+}
+
+/// Display name: the stem of a file's name.
+pub(super) fn clip_name(file: &str) -> String {
+    Path::new(file).file_stem().map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

@@ -8,10 +8,10 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use super::read::{ReadOptions, UpAxis, clip_name};
-use super::recording::{
-    GREATEST_RATE, LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, pose_between, rate_from_frame_time,
-};
+use super::clip::clip_name;
+use super::options::GREATEST_RATE;
+use super::options::{ReadOptions, UpAxis};
+use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, pose_between, rate_from_frame_time};
 use super::rotation::Axis;
 use super::text_cursor::is_sane;
 use super::{Clip, MocapError, Skeleton, SkeletonJoint};

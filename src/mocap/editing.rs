@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, pose_between};
+use super::options::GREATEST_RATE;
+use super::recording::{MOST_JOINT_FRAMES, pose_between};
 use super::rotation::make_signs_continuous;
 use super::{Clip, MocapError};
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::read::{ReadOptions, UpAxis};
+use super::options::{ReadOptions, UpAxis};
 use super::rest_pose::REST_POSE_NOTE;
 use super::rotation::{Axis, between, make_signs_continuous};
 use super::stature::Stature;
@@ -18,9 +18,6 @@ pub(super) const MOST_JOINTS: usize = 1_000;
 
 /// Longest plausible frame time, seconds: with longer ones a small file could claim hours.
 pub(super) const LONGEST_FRAME: f64 = 10.0;
-
-/// Greatest plausible rate.
-pub(super) const GREATEST_RATE: f64 = 1e5;
 
 /// A parsed file. `clip` is in file units and file axes.
 pub(super) struct Recording {

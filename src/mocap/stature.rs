@@ -9,7 +9,7 @@
 use nalgebra::{Isometry3, Vector3};
 
 use super::body_length::{Body, bounds, quantile, sampled};
-use super::read::UpAxis;
+use super::options::UpAxis;
 use super::{Clip, MocapError};
 
 /// Typical height of a standing skeleton's joints and tips, metres.

@@ -8,10 +8,10 @@ use nalgebra::Vector3;
 
 use crate::camera::Pinhole;
 
-use super::dispatch::{Dispatched, dispatch};
 use super::outline::{CapsuleBlock, Outline, OutlineBlock, RowSpans};
 use super::strips::{ROWS, Rows, STRIP, StripImage, StripLayout};
 use super::{Mask, PixelBounds, TaperedCapsule};
+use crate::simd::{Dispatched, dispatch};
 
 /// Beyond this many pixels single precision no longer resolves half pixels.
 const FAR_AWAY: f32 = 65536.0;

@@ -3,9 +3,9 @@
 use crate::camera::Pinhole;
 
 use super::contour_distance::ContourDistance;
-use super::dispatch::{Dispatched, dispatch};
 use super::strips::StripImage;
 use super::{Mask, Overlap, SilhouetteScratch, TaperedCapsule};
+use crate::simd::{Dispatched, dispatch};
 
 /// Comparison of an observed silhouette with a model's.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -265,15 +265,14 @@ fn annealing(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
 
 /// Stacked bands, one per model (`[GPDM graph]`, Fig. 7).
 fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
-    let models = run.occupancy.iter().map(Vec::len).max().unwrap_or(0);
+    let models = run.occupancy.iter().map(|models| models.len()).max().unwrap_or(0);
     if models < 2 {
         return Ok(None);
     }
-    let up_to = |frame: &Vec<ModelOccupancy>, end: usize| {
-        frame[..end.min(frame.len())].iter().map(|m| m.particles).sum::<u32>()
-    };
+    let up_to =
+        |frame: &[ModelOccupancy], end: usize| frame[..end.min(frame.len())].iter().map(|m| m.particles).sum::<u32>();
     let band = |model: usize| {
-        let ends = |frame: &Vec<ModelOccupancy>| [f64::from(up_to(frame, model)), f64::from(up_to(frame, model + 1))];
+        let ends = |frame: &&[ModelOccupancy]| [f64::from(up_to(frame, model)), f64::from(up_to(frame, model + 1))];
         let edges = run.occupancy.iter().map(ends).enumerate().map(|(frame, ends)| (frame as f64, ends));
         let stroke = Stroke::solid(Colour::of_rank(model, models));
         let points = edges.clone().map(|(frame, [_, high])| (frame, Some(high))).collect();
@@ -289,7 +288,7 @@ fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         y_from: Some(0.0),
         ..LinePlot::default()
     };
-    let recovered: u32 = run.occupancy.iter().flatten().map(|m| m.recovered).sum();
+    let recovered: u32 = run.occupancy.iter().copied().flatten().map(|m| m.recovered).sum();
     let how = format!(
         "Number of particles in each learned model before resampling, stacked: a motion that passes through several \
         models moves from band to band. Particles left the region known to their model and were reset {recovered} times.{}",
@@ -299,9 +298,9 @@ fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
 }
 
 fn of_layers(run: &ReportRun<'_>, value: fn(&LayerRecord) -> f64) -> Vec<Line> {
-    let count = run.layers.iter().map(Vec::len).max().unwrap_or(0);
+    let count = run.layers.iter().map(|layers| layers.len()).max().unwrap_or(0);
     let of_layer = |layer: usize| {
-        let finite = |frame: &Vec<LayerRecord>| frame.get(layer).map(value).filter(|value| value.is_finite());
+        let finite = |frame: &[LayerRecord]| frame.get(layer).map(value).filter(|value| value.is_finite());
         let points = run.layers.iter().enumerate().map(|(frame, layers)| (frame as f64, finite(layers))).collect();
         Line::new(&format!("layer {}", layer + 1), Stroke::solid(Colour::of_rank(layer, count)), points)
     };

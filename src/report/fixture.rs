@@ -89,8 +89,8 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
             run: *run,
             truth_energy,
             estimate_energy,
-            layers,
-            occupancy: &occupancy,
+            layers: layers.iter().map(Vec::as_slice).collect(),
+            occupancy: occupancy.iter().map(Vec::as_slice).collect(),
             stances: &stances,
         })
         .collect();

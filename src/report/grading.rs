@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::ReportInput;
-use super::verdict::percent;
 use crate::evaluation::{Direction, Unit, find_metric};
 
 /// The grade of a run; the worst last.
@@ -177,6 +176,18 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
         why: "a tracker that ignores all images and keeps its start pose reaches this floor; compared are errors of \
             position and pose, and the overlap",
     })
+}
+
+/// A share as a whole percentage; 0 % and 100 % only if exact.
+pub(super) fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    if value > 0.0 && value < 1.0 {
+        "under 1 %".into()
+    } else if value > 99.0 && value < 100.0 {
+        "over 99 %".into()
+    } else {
+        format!("{value:.0} %")
+    }
 }
 
 #[cfg(test)]

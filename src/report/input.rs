@@ -13,7 +13,7 @@ pub struct ReportInput<'a> {
     pub title: &'a str,
     /// The tracker, in words: its name and its main settings.
     pub tracker: &'a str,
-    /// Whether actor and tracker share body and flesh.
+    /// Whether actor and tracker have the same body.
     pub matched: bool,
     /// Further facts, in groups: bodies, cameras, noise, settings, version.
     pub facts: &'a [FactGroup],
@@ -37,7 +37,7 @@ pub struct FactGroup {
 }
 
 /// One seed's run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ReportRun<'a> {
     /// Clip, seed and what was measured.
     pub run: Run<'a>,
@@ -46,9 +46,9 @@ pub struct ReportRun<'a> {
     /// Energy of the estimate per frame; empty where unknown.
     pub estimate_energy: &'a [Option<f64>],
     /// Records of every annealing layer, `[frame][layer]`; empty for trackers without layers.
-    pub layers: &'a [Vec<LayerRecord>],
+    pub layers: Vec<&'a [LayerRecord]>,
     /// Number of particles in every motion model, `[frame][model]`; empty for trackers without learned models.
-    pub occupancy: &'a [Vec<ModelOccupancy>],
+    pub occupancy: Vec<&'a [ModelOccupancy]>,
     /// Stances of the feet, one entry per foot; empty if the bodies have no feet.
     pub stances: &'a [FootStances],
 }

@@ -1,7 +1,7 @@
 //! The plots of a motion model's page.
 
 use super::ReportError;
-use super::model_page::{LatentPath, ModelPageInput, OneModel};
+use super::model_input::{LatentPath, ModelPageInput, OneModel};
 use super::plots::{Colour, Line, LinePlot, Path, PathPanel, PathPlot, Size, Stroke, Svg};
 
 /// A drawing for each width of a page.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::ReportInput;
-use super::grading::{Criterion, Grade, criteria};
+use super::grading::{Criterion, Grade, criteria, percent};
 use crate::evaluation::METRICS;
 
 /// The verdict on a run.
@@ -76,18 +76,6 @@ fn cause(input: &ReportInput<'_>) -> Option<String> {
             percent(1.0 - share)
         )
     })
-}
-
-/// A share as a whole percentage; 0 % and 100 % only if exact.
-pub(super) fn percent(share: f64) -> String {
-    let value = 100.0 * share;
-    if value > 0.0 && value < 1.0 {
-        "under 1 %".into()
-    } else if value > 99.0 && value < 100.0 {
-        "over 99 %".into()
-    } else {
-        format!("{value:.0} %")
-    }
 }
 
 #[cfg(test)]

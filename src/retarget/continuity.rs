@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::anatomy::SubjectFrame;
 use super::calibration::Calibration;
-use super::fit::{FitOptions, marker_distances, marker_goals, priors, solve_from_afar, stay};
+use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_afar, stay};
 use super::turning::greatest_turn;
 use crate::body::inverse_kinematics::{Goals, Solution, Solver};
 use crate::body::{Humanoid, Markers, Pose};

@@ -21,6 +21,7 @@ mod continuity;
 mod crops;
 mod fingerprint;
 mod fit;
+mod goals;
 mod ground;
 mod lengths;
 #[cfg(test)]
@@ -36,7 +37,8 @@ use anatomy::{Anatomy, SubjectFrame};
 use calibration::Calibration;
 
 pub use fingerprint::{FINGERPRINT_DISTANCES, MotionFingerprint, SharedFrames};
-pub use fit::{Fit, FitOptions, fit_motion_to_markers, fit_to_markers};
+pub use fit::{Fit, fit_motion_to_markers, fit_to_markers};
+pub use goals::FitOptions;
 pub use lengths::SegmentLengths;
 pub use residuals::{FootHeight, LandmarkResidual, LimitHits, RetargetReport};
 pub use shape_fit::fit_shape;

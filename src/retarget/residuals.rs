@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::SegmentLengths;
 use super::anatomy::SubjectFrame;
-use super::fit::marker_distances;
+use super::goals::marker_distances;
 use crate::body::{Humanoid, LANDMARKS, Motion};
 
 /// Quality measures of a retargeting; millimetres if the name says so, else metres.

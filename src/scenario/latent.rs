@@ -5,12 +5,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::motion_model::gpdm::TrainingOptions;
-use crate::motion_model::gpdm_graph::GraphSettings;
+use crate::motion_model::gpdm_graph::{Detector, GraphSettings};
 use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
 use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
 
 /// Properties of a kind of latent motion model: how it is learned, and how particles change models.
 pub trait LatentKind {
+    /// The tracker's name.
+    const NAME: &str;
+
     /// How the model is learned.
     fn learning(&self) -> GraphSettings;
 
@@ -90,10 +93,13 @@ pub enum RootMode {
     Oracle,
 }
 
-/// The original GPDM: one model per training clip; particles never change models.
+/// The original GPDM: one model of each training clip, or one of all; particles never change models.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gpdm {
+    /// Whether one model is learned of all training clips together, which then share a latent space. Not with `model_file`. Default: false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub joint: bool,
     /// How the model is learned.
     pub training: TrainingOptions,
 }
@@ -124,7 +130,7 @@ pub struct GpdmGraph {
     pub threshold_per_joint: f64,
     /// Detector of frames at which particles may jump to another model: `"short_term_pca"`, `"speed_minima"` or
     /// `"every_frame"`. Default: `"short_term_pca"`.
-    pub detector: String,
+    pub detector: Detector,
     /// Rule for jumps of particles near candidates: `"stay_weighted"`, `"stay_shared"` (the same, weights divided by
     /// the number of candidates of their model) or `"literal"`. Default: `"stay_weighted"`.
     pub jump_rule: JumpRule,
@@ -179,8 +185,10 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
 }
 
 impl LatentKind for Gpdm {
+    const NAME: &str = "gpdm";
+
     fn learning(&self) -> GraphSettings {
-        GraphSettings { single: true, training: self.training.clone(), ..GraphSettings::default() }
+        GraphSettings { single: true, joint: self.joint, training: self.training.clone(), ..GraphSettings::default() }
     }
 
     fn transition(&self) -> InterTransition {
@@ -189,6 +197,8 @@ impl LatentKind for Gpdm {
 }
 
 impl LatentKind for SwitchingGpdm {
+    const NAME: &str = "switching_gpdm";
+
     fn learning(&self) -> GraphSettings {
         GraphSettings {
             clip_s: self.clip_s,
@@ -204,13 +214,16 @@ impl LatentKind for SwitchingGpdm {
 }
 
 impl LatentKind for GpdmGraph {
+    const NAME: &str = "gpdm_graph";
+
     fn learning(&self) -> GraphSettings {
         GraphSettings {
             clip_s: self.clip_s,
             threshold_per_joint: self.threshold_per_joint,
-            detector: self.detector.clone(),
+            detector: self.detector,
             training: self.training.clone(),
             single: false,
+            joint: false,
         }
     }
 

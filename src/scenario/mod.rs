@@ -1,8 +1,8 @@
 //! A scenario: the definition of one experiment, as in `scenarios/*.toml`.
 //!
-//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths
-//! are metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's
-//! file, from 1. Keys are checked by type here and by range in [`Scenario::first_problem`].
+//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths are
+//! metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's file,
+//! from 1. Key by key the file is checked by type here and by range in `Scenario::first_problem`.
 
 mod bodies;
 mod complaint;
@@ -17,6 +17,7 @@ mod read;
 mod rig;
 mod survey;
 mod tracker;
+mod tracker_kind;
 mod tree;
 
 pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBodySettings};
@@ -25,12 +26,14 @@ pub use complaint::{Complaint, Place};
 pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
 pub use motion::{Axis, MotionSettings, TrainingSettings};
 pub use props::{PropSettings, PropShape};
+pub use ranges::Problem;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };
+pub use tracker_kind::{TrackerKind, TrainingUse};
 
 use std::collections::BTreeMap;
 

@@ -5,20 +5,19 @@ use std::ops::RangeInclusive;
 
 use super::{
     ActorSettings, AnnealedParticleFilterSettings, CameraSettings, ContactMode, LatentKind, LatentTrackerSettings,
-    MotionSettings, OracleSettings, PropSettings, RingSettings, Scenario, TrackerSettings,
+    MotionSettings, OracleSettings, PropSettings, RingSettings, Scenario, TrainingUse,
 };
 use crate::input::excerpt;
 use crate::motion_model::MotionModelError;
-use crate::motion_model::gpdm_graph::detector;
-use crate::tracker::{FilterSettings, SettingError, SilhouetteSettings};
+use crate::tracker::{FilterSettings, RefinementSettings, SettingError, SilhouetteSettings};
 
 /// An invalid value.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Problem {
+pub struct Problem {
     /// Dotted key.
-    pub(crate) key: String,
+    pub key: String,
     /// What was expected and what was found.
-    pub(crate) message: String,
+    pub message: String,
 }
 
 type Verdict = Result<(), Problem>;
@@ -88,27 +87,13 @@ impl Scenario {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
             let sound = name.len() <= 64 && name.chars().all(plain);
             require(&prefix, sound, "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
-            settings.first_problem(&prefix)?;
             let key = format!("{prefix}{}", settings.name());
-            let needed = settings.learns() || matches!(settings, TrackerSettings::NearestTrainingPose(_));
+            settings.kind().first_problem(&key)?;
+            let needed = settings.kind().training() == TrainingUse::Required;
             require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
         }
         let both = self.tracker.is_some() && !self.methods.is_empty();
         require("tracker", !both, "either [tracker.*] or [methods.NAME.*]", "both")
-    }
-}
-
-impl TrackerSettings {
-    /// As [`Scenario::first_problem`]; `prefix` precedes the tracker's name in keys.
-    pub(crate) fn first_problem(&self, prefix: &str) -> Verdict {
-        match self {
-            Self::AnnealedParticleFilter(s) => filter(&format!("{prefix}annealed_particle_filter"), s),
-            Self::Gpdm(s) => latent(&format!("{prefix}gpdm"), s),
-            Self::SwitchingGpdm(s) => latent(&format!("{prefix}switching_gpdm"), s),
-            Self::GpdmGraph(s) => latent(&format!("{prefix}gpdm_graph"), s),
-            Self::Frozen(_) | Self::NearestTrainingPose(_) => Ok(()),
-            Self::Oracle(s) => oracle(&format!("{prefix}oracle"), s),
-        }
     }
 }
 
@@ -242,9 +227,17 @@ fn image_size(key: &str, size: [u32; 2]) -> Verdict {
     require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIDE} px"), format!("{size:?}"))
 }
 
-fn filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
+pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
     searching(table, s.filter(), s.likelihood())?;
     s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
+    s.refinement.validate().map_err(|e| setting(table, &e))?;
+    let set = s.paper && s.refinement != RefinementSettings::default();
+    require(
+        &format!("{table}.refinement"),
+        !set,
+        "none of its keys beside `paper = true`, which has no refinement",
+        "some",
+    )?;
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
 
@@ -258,7 +251,7 @@ fn setting(table: &str, e: &SettingError) -> Problem {
     Problem { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
 }
 
-fn latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {
+pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {
     searching(table, s.filter(), s.likelihood())?;
     match s.latent().validate() {
         Err(MotionModelError::Setting { key, expected, found }) => {
@@ -274,14 +267,7 @@ fn latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) ->
     within(&format!("{table}.model.threshold_per_joint"), learning.threshold_per_joint, 1e-9..=10.0)?;
     within(&format!("{table}.model.training.latent_dimensions"), learning.training.latent_dimensions, 1..=8)?;
     within(&format!("{table}.model.training.rounds"), learning.training.rounds, 1..=1000)?;
-    within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)?;
-    let known = detector(&learning.detector).is_some();
-    require(
-        &format!("{table}.model.detector"),
-        known,
-        "\"short_term_pca\", \"speed_minima\" or \"every_frame\"",
-        excerpt(&learning.detector),
-    )
+    within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)
 }
 
 fn name(key: &str, name: &str) -> Verdict {
@@ -294,7 +280,7 @@ fn at_most(key: &str, found: usize, most: usize, what: &str) -> Verdict {
     require(key, found <= most, format_args!("at most {most} {what}"), found)
 }
 
-fn oracle(table: &str, s: &OracleSettings) -> Verdict {
+pub(super) fn first_of_oracle(table: &str, s: &OracleSettings) -> Verdict {
     for (i, offset) in s.root_offset_m.into_iter().enumerate() {
         within(&format!("{table}.root_offset_m[{i}]"), offset, -1e3..=1e3)?;
     }

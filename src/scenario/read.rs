@@ -119,7 +119,8 @@ impl TrackerSettings {
             }
             settings = settings_of(tree, |mistake| mistake.about(&named(assignment)))?;
             settings
-                .first_problem("")
+                .kind()
+                .first_problem(settings.name())
                 .map_err(|problem| Complaint { key: problem.key, ..complain(problem.message) })?;
         }
         Ok(settings)
@@ -281,6 +282,11 @@ mod tests {
             ("[rig.ring]\nsize_px = [160, 120, 3]", "rig.ring.size_px: invalid length 3", "size_px = [160, 120, 3]"),
             ("[tracker_body]\nmismatch = 4", "integer `4`, expected a text or a table", "mismatch = 4"),
             ("[tracker.frosen]", "tracker: unknown name `frosen`, did you mean `frozen`?", "[tracker.frosen]"),
+            (
+                "[tracker.gpdm_graph]\nmodel.detector = \"speed_minimum\"",
+                "model.detector: unknown name `speed_minimum`, did you mean `speed_minima`?",
+                "model.detector = \"speed_minimum\"",
+            ),
             ("[tracker.frozen]\n[tracker.oracle]", "tracker: expected a single name in this table", "[tracker.frozen]"),
         ] {
             let error = parse(extra, &[]).unwrap_err();
@@ -340,7 +346,7 @@ mod tests {
     #[test]
     fn a_tracker_takes_overrides_by_its_own_keys() {
         let settings = TrackerSettings::default().overridden(&["particles=7".to_owned()]).unwrap();
-        assert!(matches!(settings, TrackerSettings::AnnealedParticleFilter(s) if s.particles == 7));
+        assert!(matches!(settings, TrackerSettings::AnnealedParticleFilter(s) if s.particles == Some(7)));
         let error = TrackerSettings::default().overridden(&["layers=0".to_owned()]).unwrap_err().to_string();
         assert!(error.contains("annealed_particle_filter.layers: expected at least 1"), "{error}");
     }

@@ -4,11 +4,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::complaint::{Complaint, did_you_mean};
-use super::latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
-use crate::motion_model::gpdm_graph::GraphSettings;
+use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, SwitchingGpdm};
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
-    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, SilhouetteSettings, SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
+    SilhouetteTerm,
 };
 
 /// The tracker.
@@ -31,12 +31,16 @@ pub enum TrackerSettings {
     Oracle(OracleSettings),
 }
 
-/// The annealed particle filter. One frame costs `particles x layers` likelihood evaluations.
+/// The annealed particle filter, its answer refined on the silhouettes' outlines. One frame costs `particles x layers` likelihood
+/// evaluations, and what the refinement takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
-    /// Particles. Default: 200.
-    pub particles: usize,
+    /// Algorithm 1 as printed in the paper: no refinement. Default: false.
+    pub paper: bool,
+    /// Particles. Default: 60; 200 with `paper = true`, which takes as long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particles: Option<usize>,
     /// Annealing layers. Default: 5.
     pub layers: usize,
     /// Share of the particles that survives each layer (effective sample size over particles), in (0, 1]. The
@@ -68,7 +72,14 @@ pub struct AnnealedParticleFilterSettings {
     /// Penalty for poses that penetrate the ground or themselves or exceed joint limits. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
+    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs. Not with
+    /// `paper = true`.
+    pub refinement: RefinementSettings,
 }
+
+/// Particles of the algorithm as printed, and of the refined one, which takes as long with them (`results/search.md`).
+const PAPER_PARTICLES: usize = 200;
+const REFINED_PARTICLES: usize = 60;
 
 /// No settings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -99,19 +110,6 @@ impl Default for TrackerSettings {
 }
 
 impl TrackerSettings {
-    /// The tracker's name, as the command line and the scenario spell it.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::AnnealedParticleFilter(_) => "annealed_particle_filter",
-            Self::Frozen(_) => "frozen",
-            Self::Gpdm(_) => "gpdm",
-            Self::SwitchingGpdm(_) => "switching_gpdm",
-            Self::GpdmGraph(_) => "gpdm_graph",
-            Self::NearestTrainingPose(_) => "nearest_training_pose",
-            Self::Oracle(_) => "oracle",
-        }
-    }
-
     /// All trackers, with their default settings.
     pub fn all() -> [Self; 7] {
         [
@@ -123,82 +121,6 @@ impl TrackerSettings {
             Self::NearestTrainingPose(NearestTrainingPoseSettings::default()),
             Self::Oracle(OracleSettings::default()),
         ]
-    }
-
-    /// The settings of its likelihood; `None` for trackers without one.
-    pub fn likelihood(&self) -> Option<SilhouetteSettings> {
-        match self {
-            Self::AnnealedParticleFilter(s) => Some(s.likelihood()),
-            Self::Gpdm(s) => Some(s.likelihood()),
-            Self::SwitchingGpdm(s) => Some(s.likelihood()),
-            Self::GpdmGraph(s) => Some(s.likelihood()),
-            Self::Frozen(_) | Self::NearestTrainingPose(_) | Self::Oracle(_) => None,
-        }
-    }
-
-    /// The settings of its plausibility term, if any.
-    pub fn plausibility(&self) -> Option<PlausibilitySettings> {
-        match self {
-            Self::AnnealedParticleFilter(s) => s.plausibility,
-            _ => None,
-        }
-    }
-
-    /// The settings of its filter; `None` for trackers without one.
-    pub fn filter(&self) -> Option<FilterSettings> {
-        match self {
-            Self::AnnealedParticleFilter(s) => Some(s.filter()),
-            Self::Gpdm(s) => Some(s.filter()),
-            Self::SwitchingGpdm(s) => Some(s.filter()),
-            Self::GpdmGraph(s) => Some(s.filter()),
-            Self::Frozen(_) | Self::NearestTrainingPose(_) | Self::Oracle(_) => None,
-        }
-    }
-
-    /// Whether it needs a learned motion model.
-    pub fn learns(&self) -> bool {
-        match self {
-            Self::Gpdm(s) => s.model_file.is_none(),
-            Self::SwitchingGpdm(s) => s.model_file.is_none(),
-            Self::GpdmGraph(s) => s.model_file.is_none(),
-            _ => false,
-        }
-    }
-
-    /// How its motion model is learned; `None` for trackers without one.
-    pub fn learning(&self) -> Option<GraphSettings> {
-        match self {
-            Self::Gpdm(s) => Some(s.model.learning()),
-            Self::SwitchingGpdm(s) => Some(s.model.learning()),
-            Self::GpdmGraph(s) => Some(s.model.learning()),
-            _ => None,
-        }
-    }
-
-    /// The model file that it reads; `None` for trackers that read none.
-    pub fn model_file(&self) -> Option<&str> {
-        match self {
-            Self::Gpdm(s) => s.model_file.as_deref(),
-            Self::SwitchingGpdm(s) => s.model_file.as_deref(),
-            Self::GpdmGraph(s) => s.model_file.as_deref(),
-            _ => None,
-        }
-    }
-
-    /// Whether it is given the true root of every frame.
-    pub fn is_given_roots(&self) -> bool {
-        let root = match self {
-            Self::Gpdm(s) => s.root,
-            Self::SwitchingGpdm(s) => s.root,
-            Self::GpdmGraph(s) => s.root,
-            _ => RootMode::Tracked,
-        };
-        root == RootMode::Oracle
-    }
-
-    /// Whether it cannot be built without the truth.
-    pub fn needs_truth(&self) -> bool {
-        matches!(self, Self::Oracle(_) | Self::NearestTrainingPose(_)) || self.is_given_roots()
     }
 
     /// The tracker of that name with its default settings.
@@ -223,12 +145,17 @@ impl AnnealedParticleFilterSettings {
     /// The settings of the filter.
     pub fn filter(&self) -> FilterSettings {
         FilterSettings {
-            particles: self.particles,
+            particles: self.particles.unwrap_or(if self.paper { PAPER_PARTICLES } else { REFINED_PARTICLES }),
             layers: self.layers,
             survival_rate: self.survival_rate,
             kernel: self.kernel,
             estimator: self.estimator,
         }
+    }
+
+    /// What refines the filter's answer; `None` for the algorithm as printed.
+    pub fn refinement(&self) -> Option<RefinementSettings> {
+        (!self.paper).then_some(self.refinement)
     }
 
     /// The settings of the likelihood.
@@ -250,12 +177,13 @@ impl AnnealedParticleFilterSettings {
 
 impl Default for AnnealedParticleFilterSettings {
     fn default() -> Self {
-        let FilterSettings { particles, layers, survival_rate, kernel, estimator } = FilterSettings::default();
+        let FilterSettings { particles: _, layers, survival_rate, kernel, estimator } = FilterSettings::default();
         let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
             SilhouetteSettings::default();
         let DiffusionSettings { prediction, .. } = DiffusionSettings::default();
         Self {
-            particles,
+            paper: false,
+            particles: None,
             layers,
             survival_rate,
             silhouette,
@@ -268,6 +196,7 @@ impl Default for AnnealedParticleFilterSettings {
             kernel,
             estimator,
             plausibility: None,
+            refinement: RefinementSettings::default(),
         }
     }
 }

@@ -69,8 +69,12 @@ fn frames_beyond_the_clip() {
     let room = Room::new();
     assert_refused(&room, &["motion.last_frame=400"], &["override motion.last_frame=400", "1 to 39", "found 400"]);
     assert_refused(&room, &["motion.first_frame=0"], &["motion.first_frame: expected a frame number from 1, found 0"]);
-    assert_refused(&room, &["motion.first_frame=9"], &["tiny.toml:8: motion.last_frame: expected a frame after the \
-        first, 9"]);
+    assert_refused(
+        &room,
+        &["motion.first_frame=9"],
+        &["tiny.toml:8: motion.last_frame: expected a frame after the \
+        first, 9"],
+    );
 }
 
 #[test]

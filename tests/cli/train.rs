@@ -194,7 +194,7 @@ fn a_model_that_does_not_fit_is_refused_with_the_reason_and_nothing_is_left() {
         ("actor.model", "whose joints differ from those of"),
         ("slow.model", "learned at 30 frames a second, needed at 60"),
         ("walk.model", "of `embedded:walk`, which are also frames of"),
-        ("run.model\"\nmodel.clip_s = 0.7 # \"", "model_file: expected no keys of `model`"),
+        ("run.model\"\nmodel.clip_s = 0.7 # \"", "model_file: expected no training keys of `model`"),
     ];
     for (file, words) in cases {
         room.write("tiny.toml", tiny_with(&ON_A_MODEL.replace("run.model", file)));

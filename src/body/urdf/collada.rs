@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Matrix4, Point3, Unit, Vector3};
 use roxmltree::{Node, NodeId};
 
 use super::limits::{MOST_MESH_NODES, parse_xml};
-use super::mesh::Mesh;
+use super::triangles::Mesh;
 use crate::body::rotation_about;
 
 /// Deeper nodes than this are refused.
@@ -26,7 +26,8 @@ const MAX_ELEMENTS: usize = 1 << 22;
 /// # Errors
 /// The problem, for a message that already names the mesh.
 pub(super) fn read(text: &str) -> Result<Mesh, String> {
-    let xml = parse_xml(text, MOST_MESH_NODES).map_err(|(line, problem)| format!("line {line}: {problem}"))?;
+    let xml = parse_xml(text, MOST_MESH_NODES)
+        .map_err(|(line, problem)| format!("not well-formed XML: line {line}: {problem}"))?;
     let root = xml.root_element();
     if !is(&root, "COLLADA") {
         return Err("expected <COLLADA> as the outermost element".to_owned());

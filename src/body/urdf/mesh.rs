@@ -5,10 +5,8 @@ use std::collections::HashMap;
 use nalgebra::Point3;
 
 use super::collada;
+use super::triangles::Mesh;
 use crate::input::{excerpt, plain};
-
-/// Vertices, and triangles that index them.
-pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
 /// The reason why a mesh of that name cannot be read, if any.
 pub(super) fn unsupported(name: &str) -> Option<String> {
@@ -28,7 +26,7 @@ fn ending(name: &str) -> Option<String> {
 /// Reads a mesh by the ending of its name.
 ///
 /// # Errors
-/// What is wrong, for a message that already names the mesh.
+/// The problem, for a message that already names the mesh.
 pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
     if let Some(reason) = unsupported(name) {
         return Err(reason);

@@ -15,6 +15,7 @@ mod markers;
 mod mesh;
 mod package;
 mod tree;
+mod triangles;
 
 use std::io;
 use std::path::Path;
@@ -115,7 +116,7 @@ pub type MeshParts = (Vec<nalgebra::Point3<f64>>, Vec<[u32; 3]>);
 /// The vertices and triangles of a mesh file of that name, or what is wrong with it; for `fuzz/`.
 ///
 /// # Errors
-/// What is wrong, for a message that already names the mesh.
+/// The problem, for a message that already names the mesh.
 #[doc(hidden)]
 pub fn mesh_from_bytes(name: &str, bytes: &[u8]) -> Result<MeshParts, String> {
     mesh::read(name, bytes)

@@ -1,4 +1,4 @@
-//! `skiagraph inspect MOTION --contacts`: how a motion stands on the ground, and where it does so worst.
+//! `skiagraph inspect MOTION --contacts`: ground contact of a motion, and its worst frames.
 
 use std::path::Path;
 
@@ -133,7 +133,7 @@ pub fn inspect_contacts(
     picture: Option<Destination<'_>>,
 ) -> Result<ContactSummary, ExperimentError> {
     let kind = picture.map(|to| Picture::of(to.path).map(|kind| (to, kind))).transpose()?;
-    // whoever cannot write there shall know before the work
+    // report an unwritable output before the work
     let kind = kind.map(|(to, kind)| place_for(to, [Some(name)]).map(|place| (place, kind))).transpose()?;
     let (body, motion, notes) = moved(name, metres_per_unit)?;
     let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;

@@ -1,4 +1,4 @@
-//! `skiagraph inspect`: what a file or directory holds, whichever kind of ours it is.
+//! `skiagraph inspect`: describes a file or directory of any known kind.
 
 mod clip;
 mod contacts;

@@ -23,9 +23,9 @@ pub struct ModelSummary {
     pub candidates: usize,
     /// Pairs of candidates of different models, either way: the inter-transitions that are possible.
     pub inter_transitions: usize,
-    /// Distance between recording and simulation over all frames (S1 Eq. 9).
+    /// Distance between recording and simulation over all frames (`[GPDM graph]`, Eq. 9).
     pub reconstruction_error_rad2: Spread,
-    /// The same of the model that this one is held against, and the ratio of the means.
+    /// The same for the compared model, and the ratio of the means.
     pub against: Option<Against>,
 }
 

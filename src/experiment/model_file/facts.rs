@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::malformed;
 use crate::body::{Humanoid, JointKind};
 use crate::experiment::ExperimentError;
+use crate::input::hex_sha256;
 use crate::motion_model::gpdm_graph::GraphSettings;
 
 /// What a model was learned from and how.
@@ -83,7 +83,7 @@ impl RobotFacts {
 impl ModelFacts {
     /// `gpdm` or `gpdm-graph`.
     pub fn kind(&self) -> &'static str {
-        if self.settings.single { "gpdm" } else { "gpdm-graph" }
+        self.settings.kind().name()
     }
 
     /// An error unless the model was learned for this robot, of whatever size, and this rate. `path` is its file.
@@ -108,8 +108,4 @@ impl ModelFacts {
         }
         Ok(())
     }
-}
-
-pub(in crate::experiment) fn hex_sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

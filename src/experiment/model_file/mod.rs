@@ -9,13 +9,13 @@
 //! | `map_kernel` | (S, 2) | inverse width, noise precision |
 //! | `dynamics_kernel` | (S, 4) | amplitude, inverse width, linear amplitude, noise precision |
 //! | `centred`, `latents` | (N, D), (N, d) | observations less their mean and latents, model after model |
-//! | `errors` | (N) | distance between recording and simulation, rad^2 (S1 Eq. 9) |
+//! | `errors` | (N) | distance between recording and simulation, rad^2 (`[GPDM graph]`, Eq. 9) |
 //! | `rotations` | (N, J, 4) | joint rotations of the training frames, `w x y z` |
 //! | `candidates` | (C, 2) | model and row of every inter-transition candidate |
 //! | `chart_means`, `root_units` | (J, 4), (6) | mean rotations and units of the observation vectors |
 //! | `fingerprint`, `fingerprint_rows`, `fingerprint_version` | (F, 16), (M), () | what the frames of the M recordings are known by in any other file |
 //!
-//! Every array carries a checksum. Kernel matrices are worked out again when a model is read.
+//! Every array carries a checksum. Kernel matrices are recomputed when a model is read.
 
 mod arrays;
 mod facts;
@@ -27,7 +27,6 @@ use std::path::Path;
 use serde::Deserialize;
 
 use self::arrays::{Arrays, ArraysError};
-pub(super) use self::facts::hex_sha256;
 pub use self::facts::{LearnedFrom, ModelFacts, RobotFacts};
 use super::error::read_file;
 use super::{ExperimentError, to_json};

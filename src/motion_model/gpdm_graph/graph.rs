@@ -1,10 +1,11 @@
 //! A learned graph: its models, where they came from and where they may turn into each other.
 
+use std::ops::Range;
+
 use nalgebra::UnitQuaternion;
 
-use super::learner::GraphLearner;
+use super::candidates::Detector;
 use super::segmentation::SegmentRange;
-use crate::body::{Humanoid, Motion};
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 
@@ -16,12 +17,15 @@ pub struct GraphSettings {
     pub clip_s: f64,
     /// TH of S1's Table 1 per anatomical joint, rad^2: S1's 1.0 over the 13 joints of a CMU body.
     pub threshold_per_joint: f64,
-    /// `short_term_pca` (S1), `speed_minima` or `every_frame`.
-    pub detector: String,
+    /// What finds the moments at which the motion may turn into another.
+    pub detector: Detector,
     /// How each model is learned.
     pub training: TrainingOptions,
     /// Whether to learn one model of each whole motion in place of segments: the original GPDM.
     pub single: bool,
+    /// Whether to learn one model of all motions together, none of which leads into another. Not for model files.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub joint: bool,
 }
 
 impl Default for GraphSettings {
@@ -29,9 +33,10 @@ impl Default for GraphSettings {
         Self {
             clip_s: 0.5,
             threshold_per_joint: 1.0 / 13.0,
-            detector: "short_term_pca".to_owned(),
+            detector: Detector::default(),
             training: TrainingOptions::default(),
             single: false,
+            joint: false,
         }
     }
 }
@@ -39,7 +44,7 @@ impl Default for GraphSettings {
 /// One model of the graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// The training frames that it was learned from.
+    /// The training frames that it was learned from; of a model of several motions those of the first, the others follow whole.
     pub range: SegmentRange,
     /// The model.
     pub gpdm: Gpdm,
@@ -47,6 +52,26 @@ pub struct Segment {
     pub errors: Vec<f64>,
     /// Joint rotations of the training frames.
     pub rotations: Vec<Vec<UnitQuaternion<f64>>>,
+}
+
+impl Segment {
+    /// The rows of the motion that a row belongs to: what is next to each other elsewhere does not follow each other.
+    pub fn sequence_of(&self, row: usize) -> Range<usize> {
+        self.sequences().find(|rows| rows.contains(&row)).unwrap_or(0..self.rotations.len())
+    }
+
+    /// The training motion and its frame that a row was learned from.
+    pub fn source_of(&self, row: usize) -> (usize, usize) {
+        let index = self.sequences().position(|rows| rows.contains(&row)).unwrap_or(0);
+        let first = if index == 0 { self.range.first } else { 0 };
+        (self.range.motion + index, first + row - self.sequence_of(row).start)
+    }
+
+    /// The rows of every motion.
+    fn sequences(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        let layout = self.gpdm.layout();
+        layout.starts().zip(&layout.lengths).map(|(start, length)| start..start + length)
+    }
 }
 
 /// A moment at which the motion may turn into another (S1's `b_i`).
@@ -121,30 +146,16 @@ pub enum GraphError {
 }
 
 impl GpdmGraph {
-    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
-    /// [`GraphLearner`] does the same step by step.
-    ///
-    /// # Errors
-    /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
-    pub fn learn(
-        body: &Humanoid,
-        motions: &[Motion],
-        settings: &GraphSettings,
-        mut progress: impl FnMut(&Segment, usize),
-    ) -> Result<Self, GraphError> {
-        let mut learner = GraphLearner::new(body, motions, settings)?;
-        while let Some(segment) = learner.grow(&mut |_, _| true)? {
-            let segment = segment.clone();
-            progress(&segment, learner.frames_done());
-        }
-        Ok(learner.finish())
-    }
-
     /// The model and row of a training frame.
     pub(super) fn locate(&self, motion: usize, frame: usize) -> Option<Candidate> {
-        let holds = |s: &Segment| s.range.motion == motion && (s.range.first..s.range.end).contains(&frame);
-        let segment = self.segments.iter().position(holds)?;
-        Some(Candidate { segment, row: frame - self.segments[segment].range.first })
+        let row_in = |s: &Segment| {
+            let mut sequences = (s.range.motion..).zip(s.sequences());
+            let (_, rows) = sequences.find(|(other, _)| *other == motion)?;
+            let first = if s.range.motion == motion { s.range.first } else { 0 };
+            frame.checked_sub(first).map(|row| rows.start + row).filter(|row| rows.contains(row))
+        };
+        let located = |(segment, s): (usize, &Segment)| Some(Candidate { segment, row: row_in(s)? });
+        self.segments.iter().enumerate().find_map(located)
     }
 
     /// The model that continues segment `segment` in its recording.

@@ -2,9 +2,8 @@
 
 use nalgebra::Point3;
 
-use super::candidates::{CandidateDetector, detector};
 use super::graph::{GpdmGraph, GraphError, GraphSettings, Segment};
-use super::segmentation::{Learned, SegmentRange, TrainingMotion, grow_segment, learn};
+use super::segmentation::{Learned, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::motion_model::gpdm::Round;
 use crate::motion_model::pose_chart::PoseChart;
@@ -28,7 +27,6 @@ pub struct GraphLearner<'a> {
     training: Vec<TrainingMotion>,
     clip: usize,
     threshold: f64,
-    detector: Box<dyn CandidateDetector>,
     graph: GpdmGraph,
 }
 
@@ -38,7 +36,7 @@ impl<'a> GraphLearner<'a> {
     /// # Errors
     /// [`GraphError`] where settings are out of range or a motion is too short.
     pub fn new(body: &'a Humanoid, motions: &'a [Motion], settings: &'a GraphSettings) -> Result<Self, GraphError> {
-        let (frames_per_second, clip, detector) = checked(motions, settings)?;
+        let (frames_per_second, clip) = checked(motions, settings)?;
         let chart = PoseChart::learn(body, motions);
         let threshold = settings.threshold_per_joint * chart.groups().len() as f64;
         let observed = |(index, motion): (usize, &Motion)| TrainingMotion {
@@ -48,7 +46,7 @@ impl<'a> GraphLearner<'a> {
         };
         let training = motions.iter().enumerate().map(observed).collect();
         let graph = GpdmGraph { chart, frames_per_second, segments: Vec::new(), candidates: Vec::new() };
-        Ok(Self { body, motions, settings, training, clip, threshold, detector, graph })
+        Ok(Self { body, motions, settings, training, clip, threshold, graph })
     }
 
     /// Takes up where another learner of the same motions and settings was stopped.
@@ -74,7 +72,7 @@ impl<'a> GraphLearner<'a> {
 
     /// Training frames that have their model.
     pub fn frames_done(&self) -> usize {
-        self.graph.segments.iter().map(|s| s.range.end - s.range.first).sum()
+        self.graph.segments.iter().map(|s| s.rotations.len()).sum()
     }
 
     /// Learns the next segment; `None` when every frame has its model. `keep_on` hears of every round of every model that
@@ -87,6 +85,9 @@ impl<'a> GraphLearner<'a> {
         keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
     ) -> Result<Option<&Segment>, GraphError> {
         let Some((index, first)) = self.next_frame() else { return Ok(None) };
+        if self.settings.joint {
+            return self.grow_jointly(keep_on).map(Some);
+        }
         let (training, options) = (&self.training[index], &self.settings.training);
         let end = self.motions[index].poses.len();
         let learned = if self.settings.single {
@@ -101,10 +102,20 @@ impl<'a> GraphLearner<'a> {
         Ok(self.graph.segments.last())
     }
 
+    fn grow_jointly(&mut self, keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool) -> Result<&Segment, GraphError> {
+        let learned = learn_jointly(&self.training, &self.graph.chart, &self.settings.training, keep_on);
+        let range = SegmentRange { motion: 0, first: 0, end: self.motions[0].poses.len() };
+        let Learned { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
+        let rotations = self.training.iter().flat_map(|t| t.rotations.iter().cloned()).collect();
+        self.graph.segments.push(Segment { range, gpdm, errors, rotations });
+        Ok(&self.graph.segments[0])
+    }
+
     /// The graph of what was learned, its inter-transition candidates found.
     pub fn finish(mut self) -> GpdmGraph {
+        let detector = self.settings.detector.build();
         for (index, motion) in self.motions.iter().enumerate() {
-            let turns = self.detector.detect(&joint_positions(self.body, motion), self.graph.frames_per_second);
+            let turns = detector.detect(&joint_positions(self.body, motion), self.graph.frames_per_second);
             let located = turns.into_iter().filter_map(|frame| self.graph.locate(index, frame)).collect::<Vec<_>>();
             self.graph.candidates.extend(located);
         }
@@ -116,6 +127,9 @@ impl<'a> GraphLearner<'a> {
         let Some(SegmentRange { motion, end, .. }) = self.graph.segments.last().map(|s| s.range) else {
             return Some((0, 0));
         };
+        if self.settings.joint {
+            return None;
+        }
         if end < self.motions[motion].poses.len() {
             return Some((motion, end));
         }
@@ -123,10 +137,28 @@ impl<'a> GraphLearner<'a> {
     }
 }
 
-fn checked(
-    motions: &[Motion],
-    settings: &GraphSettings,
-) -> Result<(f64, usize, Box<dyn CandidateDetector>), GraphError> {
+impl GpdmGraph {
+    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
+    /// [`GraphLearner`] does the same step by step.
+    ///
+    /// # Errors
+    /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
+    pub fn learn(
+        body: &Humanoid,
+        motions: &[Motion],
+        settings: &GraphSettings,
+        mut progress: impl FnMut(&Segment, usize),
+    ) -> Result<Self, GraphError> {
+        let mut learner = GraphLearner::new(body, motions, settings)?;
+        while let Some(segment) = learner.grow(&mut |_, _| true)? {
+            let segment = segment.clone();
+            progress(&segment, learner.frames_done());
+        }
+        Ok(learner.finish())
+    }
+}
+
+fn checked(motions: &[Motion], settings: &GraphSettings) -> Result<(f64, usize), GraphError> {
     let rate = motions.first().ok_or(GraphError::NoMotion)?.frames_per_second;
     if let Some(other) = motions.iter().find(|m| m.frames_per_second != rate) {
         return Err(GraphError::Rates { first: rate, other: other.frames_per_second });
@@ -141,15 +173,12 @@ fn checked(
     if !(1..=8).contains(&settings.training.latent_dimensions) {
         return wrong("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions.to_string());
     }
-    let Some(detector) = detector(&settings.detector) else {
-        return wrong("detector", "\"short_term_pca\", \"speed_minima\" or \"every_frame\"", settings.detector.clone());
-    };
     let least = settings.training.latent_dimensions.max(settings.training.order.lag() + 1) + 1;
     let clip = ((settings.clip_s * rate).round() as usize).max(least);
     if let Some(motion) = motions.iter().position(|m| m.poses.len() < clip) {
         return Err(GraphError::ShorterThanClip { motion, frames: motions[motion].poses.len(), clip });
     }
-    Ok((rate, clip, detector))
+    Ok((rate, clip))
 }
 
 /// Where every moving joint is in the root's frame, frame by frame, metres.
@@ -168,6 +197,7 @@ fn joint_positions(body: &Humanoid, motion: &Motion) -> Vec<Vec<Point3<f64>>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::graph::Candidate;
     use super::*;
 
     /// A body that walks on the spot, so to say: every joint swings.
@@ -211,5 +241,37 @@ mod tests {
         other[0].poses[3].joint_angles[0] += 0.01;
         let refused = GraphLearner::new(&body, &other, &settings).unwrap().resume(graph.segments).err();
         assert!(matches!(refused, Some(GraphError::OtherSegments)));
+    }
+
+    #[test]
+    fn a_joint_model_of_one_motion_is_its_single_model() {
+        let body = Humanoid::tracker25().unwrap();
+        let motions = [swinging(&body, 40)];
+        let single = GraphSettings { single: true, ..quick() };
+        let [single, joint] = [single.clone(), GraphSettings { joint: true, ..single }]
+            .map(|settings| GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap());
+        assert_eq!(single, joint);
+    }
+
+    #[test]
+    fn a_joint_model_knows_which_motion_and_frame_every_row_is() {
+        let body = Humanoid::tracker25().unwrap();
+        let mut other = swinging(&body, 50);
+        other.poses.reverse();
+        let motions = [swinging(&body, 70), other];
+        let settings = GraphSettings { joint: true, ..quick() };
+        let graph = GpdmGraph::learn(&body, &motions, &settings, |_, _| ()).unwrap();
+        assert_eq!((graph.segments.len(), &graph.segments[0].gpdm.layout().lengths), (1, &vec![70, 50]));
+        let segment = &graph.segments[0];
+        assert_eq!([0, 69, 70, 119].map(|row| segment.source_of(row)), [(0, 0), (0, 69), (1, 0), (1, 49)]);
+        assert_eq!([segment.sequence_of(69), segment.sequence_of(70)], [0..70, 70..120]);
+        for (row, rotations) in segment.rotations.iter().enumerate() {
+            let (motion, frame) = segment.source_of(row);
+            assert_eq!(rotations, &graph.chart.rotations(&motions[motion].poses[frame]), "row {row}");
+            assert_eq!(graph.locate(motion, frame), Some(Candidate { segment: 0, row }));
+        }
+        assert_eq!((graph.locate(0, 70), graph.locate(1, 50), graph.locate(2, 0)), (None, None, None));
+        // each motion's simulation starts at its own first latent: without a step to take nothing strays
+        assert!(segment.errors[0] < 0.05 && segment.errors[70] < 0.05, "{} {}", segment.errors[0], segment.errors[70]);
     }
 }

@@ -76,6 +76,30 @@ pub(super) fn learn(
     Ok(Learned { range, gpdm, errors })
 }
 
+/// One model of all frames of all motions, of which none leads into the next.
+pub(super) fn learn_jointly(
+    motions: &[TrainingMotion],
+    chart: &PoseChart,
+    options: &TrainingOptions,
+    keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+) -> Result<Learned, GpdmError> {
+    let lengths: Vec<usize> = motions.iter().map(|motion| motion.observations.nrows()).collect();
+    let range = SegmentRange { motion: 0, first: 0, end: lengths.first().copied().unwrap_or(0) };
+    let mut rows = Mat::zeros(lengths.iter().sum(), chart.dimensions());
+    let starts = lengths.iter().scan(0, |next, length| Some(std::mem::replace(next, *next + length)));
+    let starts: Vec<usize> = starts.collect();
+    for (motion, start) in motions.iter().zip(&starts) {
+        rows.subrows_mut(*start, motion.observations.nrows()).copy_from(&motion.observations);
+    }
+    let gpdm = train_watched(rows.as_ref(), &lengths, options, &mut |round| keep_on(range, round))?;
+    let errors_of = |(index, motion): (usize, &TrainingMotion)| {
+        let simulated = gpdm.simulate(index).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
+        reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations)
+    };
+    let errors = motions.iter().enumerate().flat_map(errors_of).collect();
+    Ok(Learned { range, gpdm, errors })
+}
+
 /// S1 Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.
 pub(super) fn reconstruction_errors(
     gpdm: &Gpdm,

@@ -109,6 +109,7 @@ impl Footing {
         for segment in &graph.segments {
             let mut before: Option<(PlanarRoot, Feet)> = None;
             for row in 0..segment.rotations.len() {
+                before = before.filter(|_| row != segment.sequence_of(row).start);
                 let observation = segment.gpdm.observation(row);
                 let start = PlanarRoot { x: 0.0, y: 0.0, yaw: 0.0 };
                 let root =

@@ -27,7 +27,7 @@ pub(super) fn seeds(graph: &GpdmGraph, start: &[UnitQuaternion<f64>], rule: Init
         .enumerate()
         .flat_map(|(segment, s)| {
             let here =
-                move |(row, r): (usize, &Vec<_>)| (Candidate { segment, row }, s.range.motion, distance(start, r));
+                move |(row, r): (usize, &Vec<_>)| (Candidate { segment, row }, s.source_of(row).0, distance(start, r));
             s.rotations.iter().enumerate().map(here)
         })
         .collect();

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use faer::Mat;
 use nalgebra::{Isometry3, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
@@ -18,6 +17,7 @@ use super::root::{Place, RootDynamics, Stand};
 use super::settings::{LatentSettings, RootMotion};
 use super::transition::{Jumps, Moving, jump, training_means};
 use crate::body::{Humanoid, Pose};
+use crate::rng::normal;
 
 /// Latents farther than this many length scales of the map from every training latent are brought back. Out there the map
 /// falls back to the mean pose and the linear part of the dynamics may explode: the model knows nothing of that region.
@@ -145,6 +145,12 @@ impl LatentModel {
         self.graph.segments[at.segment].gpdm.latents().row(at.row).iter().copied().collect()
     }
 
+    /// The training frame before one, itself where it is the first of its motion.
+    fn frame_before(&self, at: Candidate) -> Candidate {
+        let first = self.graph.segments[at.segment].sequence_of(at.row).start;
+        Candidate { row: at.row.saturating_sub(1).max(first), ..at }
+    }
+
     fn nearest_row(&self, segment: usize, latent: &[f64]) -> usize {
         let z = self.graph.segments[segment].gpdm.latents();
         let squared = |i: usize| latent.iter().enumerate().map(|(c, x)| (z[(i, c)] - x).powi(2)).sum::<f64>();
@@ -176,7 +182,7 @@ impl LatentModel {
 
     /// A departure from a training frame in the pose of `state`.
     fn depart_from(&self, at: Candidate, state: &LatentParticle) -> Departure {
-        let before = Candidate { row: at.row.saturating_sub(1), ..at };
+        let before = self.frame_before(at);
         let mean: Vec<f64> = self.training_means[at.segment].row(at.row).iter().copied().collect();
         let observation = offset_by(state.mean.clone(), &state.offset);
         Departure {
@@ -279,7 +285,7 @@ impl LatentModel {
         rng: &mut ChaCha8Rng,
     ) -> LatentParticle {
         let at = seed_of(seeds, index, count).map_or(Candidate { segment: 0, row: 0 }, |seed| seed.at);
-        let before = self.training_latent(Candidate { row: at.row.saturating_sub(1), ..at });
+        let before = self.training_latent(self.frame_before(at));
         let jitter = self.settings.start_jitter * self.spreads[at.segment];
         let latent: Vec<f64> = self.training_latent(at).iter().map(|z| z + jitter * normal(rng)).collect();
         let root = PlanarRoot::of(start);
@@ -379,10 +385,6 @@ impl MotionModel for LatentModel {
     fn was_recovered(&self, state: &LatentParticle) -> bool {
         state.recovered
     }
-}
-
-pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 #[cfg(test)]

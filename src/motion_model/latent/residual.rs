@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use super::super::gpdm_graph::{GpdmGraph, Segment};
 use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart, ROOT_DIMENSIONS};
 use super::footing::Footing;
-use super::model::normal;
 use crate::body::Humanoid;
+use crate::rng::normal;
 
 /// Frames nearer in time than this are no new motion, seconds.
 const APART_S: f64 = 0.25;
@@ -102,7 +102,8 @@ impl Unseen {
                 let pose = graph.chart.place(&observation, &PlanarRoot { x: 0.0, y: 0.0, yaw: 0.0 });
                 observation[height] = footing.feet(body, &pose).lower_height() / graph.chart.height_unit();
             }
-            (s.range.motion, s.range.first + row, observation)
+            let (motion, frame) = s.source_of(row);
+            (motion, frame, observation)
         };
         let rows = graph.segments.iter().flat_map(|s| (0..s.rotations.len()).map(move |row| (s, row)));
         let frames: Vec<(usize, usize, Vec<f64>)> = rows.map(|(s, row)| of_row(s, row)).collect();

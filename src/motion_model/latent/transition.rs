@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::super::gpdm_graph::{Candidate, GpdmGraph};
+use super::super::gpdm_graph::{Candidate, GpdmGraph, Segment};
 use super::super::pose_chart::distance;
 use super::initialisation::literal_shares;
 use super::settings::{InterTransition, JUMP_THRESHOLD, JumpRule, LatentSettings, VELOCITY_WEIGHT};
@@ -88,7 +88,7 @@ impl Jumps {
         let mut counts = vec![0.0; graph.segments.len()];
         graph.candidates.iter().for_each(|at| counts[at.segment] += 1.0);
         let destination = |at: &Candidate| Destination { at: *at, share: 1.0 / counts[at.segment] };
-        let frames = means.iter().map(|of_segment| frames_of(graph, of_segment)).collect();
+        let frames = graph.segments.iter().zip(means).map(|(s, means)| frames_of(graph, s, means)).collect();
         Self { frames, destinations: graph.candidates.iter().map(destination).collect() }
     }
 
@@ -106,11 +106,12 @@ impl Jumps {
 }
 
 /// The frames of one model's means.
-fn frames_of(graph: &GpdmGraph, means: &Mat<f64>) -> Vec<Moving> {
+fn frames_of(graph: &GpdmGraph, segment: &Segment, means: &Mat<f64>) -> Vec<Moving> {
     let rotations = |row: usize| graph.chart.rotations_of(&means.row(row).iter().copied().collect::<Vec<_>>());
     let rotations: Vec<_> = (0..means.nrows()).map(rotations).collect();
     let moving = |row: usize| {
-        let last = row.max(1).min(rotations.len() - 1);
+        let rows = segment.sequence_of(row);
+        let last = row.max(rows.start + 1).min(rows.end - 1);
         let before = &rotations[last.saturating_sub(1)];
         let velocity = Moving::between(before, rotations[last].clone(), graph.frames_per_second);
         Moving { rotations: rotations[row].clone(), ..velocity }
@@ -159,7 +160,7 @@ pub(super) fn jump(
 
 /// Whether nothing was learned of what follows a row.
 fn is_end(graph: &GpdmGraph, segment: usize, row: usize) -> bool {
-    row + FRAMES_TO_THE_END >= graph.segments[segment].rotations.len()
+    row + FRAMES_TO_THE_END >= graph.segments[segment].sequence_of(row).end
 }
 
 /// Where a particle goes at the end of its segment: on into the next segment of the recording, and where the recording ends,

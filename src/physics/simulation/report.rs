@@ -45,7 +45,7 @@ impl fmt::Display for SimulationReport {
             Some((at, frame)) => write!(
                 f,
                 "the body FELL after {at:.2} s of {:.2} s (frame {frame}, from 0): from there on the truth is a fall, not the recorded \
-                 motion, whose joints it had within {:.1} mm on average until then; allow more root_wrench or cut the clip; ",
+                 motion; allow more root_wrench or cut the clip; until then joints were {:.1} mm from the recording on average; ",
                 self.duration_s, self.moved_until_fall_mm
             )?,
             None => write!(f, "the body stayed up for {:.2} s; ", self.duration_s)?,

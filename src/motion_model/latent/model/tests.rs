@@ -365,3 +365,33 @@ fn a_jump_moves_no_foothold() {
     let (here, there) = (moved(stays), moved(model.depart_from(Candidate { segment: 1, row: 3 }, &particle)));
     assert_eq!(here, there);
 }
+
+#[test]
+fn in_a_joint_model_no_motion_leads_into_the_next() {
+    let body = Humanoid::tracker25().unwrap();
+    let (one, mut other) = (gait(&body, 60), gait(&body, 50));
+    other.poses.reverse();
+    let settings = GraphSettings { single: true, joint: true, ..GraphSettings::default() };
+    let graph = GpdmGraph::learn(&body, &[one, other], &settings, |_, _| {}).unwrap();
+    let graph = Arc::new(graph);
+    let transition = InterTransition::None;
+    let settings = LatentSettings { transition, ..LatentSettings::default() };
+    let model = LatentModel::new(body, graph.clone(), settings).unwrap();
+    // velocities are those of steps within a motion
+    let at = |row: usize| model.jumps.frame(Candidate { segment: 0, row });
+    assert_eq!(at(60).velocities, at(61).velocities);
+    let across = Moving::between(&at(59).rotations, at(60).rotations.clone(), 60.0);
+    assert_ne!(at(60).velocities, across.velocities);
+    assert_eq!(model.frame_before(Candidate { segment: 0, row: 60 }).row, 60);
+    assert_eq!(model.frame_before(Candidate { segment: 0, row: 61 }).row, 60);
+    // a particle leaves for another frame at the end of the first motion, as at that of the second, and nowhere else
+    let leaves = |row: usize| {
+        let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
+        jump(&graph, &model.jumps, &settings, (0, row), at(row), &mut rng)
+    };
+    for row in [58, 59, 108, 109] {
+        let gone = leaves(row).unwrap().row;
+        assert!(![58, 59, 108, 109].contains(&gone), "from {row} to {gone}");
+    }
+    assert!([0, 30, 57, 60, 90].iter().all(|row| leaves(*row).is_none()));
+}

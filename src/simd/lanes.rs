@@ -1,35 +1,11 @@
-//! Loops over columns, compiled for several instruction sets and chosen among when they run.
-//!
-//! Sums run in lanes of a fixed number and nothing is fused, so that all builds give the same bits.
+//! Sums and exponentials over columns, in lanes.
 
 /// Lanes of a sum: two registers of four.
 const LANES: usize = 8;
 
-/// A loop and what it works on. It and all that it calls must be `#[inline(always)]`, else it is compiled for the baseline.
-pub(super) trait Loop {
-    type Output;
-
-    fn run(self) -> Self::Output;
-}
-
-/// Runs the loop with the best instructions this processor has.
-pub(super) fn dispatch<L: Loop>(work: L) -> L::Output {
-    pulp::Arch::new().dispatch(Kernel(work))
-}
-
-struct Kernel<L>(L);
-
-impl<L: Loop> pulp::WithSimd for Kernel<L> {
-    type Output = L::Output;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> L::Output {
-        self.0.run()
-    }
-}
-
+/// Sum of the products.
 #[inline(always)]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a_lanes, a_rest), (b_lanes, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut sums = [0.0; LANES];
     for (a, b) in a_lanes.iter().zip(b_lanes) {
@@ -41,8 +17,9 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
+/// Sum.
 #[inline(always)]
-pub(super) fn sum(a: &[f64]) -> f64 {
+pub(crate) fn sum(a: &[f64]) -> f64 {
     let (lanes, rest) = a.as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
     for a in lanes {
@@ -55,7 +32,7 @@ pub(super) fn sum(a: &[f64]) -> f64 {
 
 /// `target += factor * values`.
 #[inline(always)]
-pub(super) fn add_scaled(target: &mut [f64], factor: f64, values: &[f64]) {
+pub(crate) fn add_scaled(target: &mut [f64], factor: f64, values: &[f64]) {
     for (target, value) in target.iter_mut().zip(values) {
         *target += factor * value;
     }
@@ -66,7 +43,7 @@ pub(super) fn add_scaled(target: &mut [f64], factor: f64, values: &[f64]) {
 /// Cody and Waite's reduction by multiples of ln 2 and the Taylor polynomial of degree 13, whose remainder there is below
 /// 1e-17: the result is within 2 units in the last place. NaN stays NaN.
 #[inline(always)]
-pub(super) fn scaled_exponentials(values: &mut [f64], amplitude: f64) {
+pub(crate) fn scaled_exponentials(values: &mut [f64], amplitude: f64) {
     /// Adding it rounds to a whole number, which then stands in the lowest bits.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
@@ -99,15 +76,16 @@ const INVERSE_FACTORIALS: [f64; 14] = {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Dispatched, dispatch};
     use super::*;
 
     struct Exponentials<'a>(&'a mut [f64]);
 
-    impl Loop for Exponentials<'_> {
+    impl Dispatched for Exponentials<'_> {
         type Output = ();
 
         #[inline(always)]
-        fn run(self) {
+        fn work(self) {
             scaled_exponentials(self.0, 1.0);
         }
     }
