@@ -45,7 +45,7 @@ pub struct Staged {
     pub report: RetargetReport,
     /// Facts for the set.
     pub facts: TruthFacts,
-    /// What a user should know: guesses, mended frames, doubtful views.
+    /// Notes: guesses, repaired frames, doubtful views.
     pub notes: Vec<String>,
 }
 

@@ -72,8 +72,7 @@ fn frames_beyond_the_clip() {
     assert_refused(
         &room,
         &["motion.first_frame=9"],
-        &["tiny.toml:8: motion.last_frame: expected a frame after the \
-        first, 9"],
+        &["tiny.toml:8: motion.last_frame: expected a frame after the first, 9"],
     );
 }
 

@@ -48,11 +48,7 @@ fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
     for (what, words) in [
         ("embedded:walk", "recording of"),
         ("actor", "44 joint angles"),
-        (
-            "set",
-            "all match \
-        files.sha256",
-        ),
+        ("set", "all match files.sha256"),
     ] {
         let answer = room.succeed(&format!("inspect {what}"));
         assert!(answer.stdout.contains(words), "{}", answer.stdout);
