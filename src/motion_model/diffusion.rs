@@ -31,7 +31,8 @@ const DESCENT_SLIDE_M: f64 = 0.1;
 /// Farthest that it turns the root or a joint, radians.
 const DESCENT_TURN_RAD: f64 = 0.3;
 
-/// `x_t = x_{t-1} (+ velocity) + N(0, P_0)` with `P_0` diagonal: S2's temporal model. A particle carries a pose.
+/// `x_t = x_{t-1} (+ velocity) + N(0, P_0)` with `P_0` diagonal: `[Skinned APF]`'s temporal model. A particle carries a
+/// pose.
 ///
 /// Joint angles that step over a limit are reflected back from it, and where that leads over the other limit, clamped: unlike
 /// clamping alone, no heap of particles gathers at the limit.

@@ -22,7 +22,8 @@ pub use proposal::{Prediction, ProposalScales};
 
 use crate::body::{Humanoid, Pose};
 
-/// The prior over motion, `p(x_t | x_{t-1})` of S2 section 6.1, and the space in which a filter spreads its particles.
+/// The prior over motion, `p(x_t | x_{t-1})` of `[Skinned APF]` section 6.1, and the space in which a filter spreads
+/// its particles.
 ///
 /// A particle's state is a point of a manifold: [`Self::step`] moves it by a vector of [`Self::deviations`]' length,
 /// [`Self::difference`] is the vector between two states. A filter needs no more to anneal.
@@ -48,7 +49,8 @@ pub trait MotionModel: Send + Sync {
     /// The pose behind a state.
     fn pose<'a>(&self, state: &'a Self::State) -> &'a Pose;
 
-    /// Standard deviations of the spread between frames, one per number of a step: the roots of S2's diagonal `P_0`.
+    /// Standard deviations of the spread between frames, one per number of a step: the roots of `[Skinned APF]`'s
+    /// diagonal `P_0`.
     fn deviations(&self) -> &[f64];
 
     /// The state moved by a step, kept within what the model allows (joint limits).
@@ -75,7 +77,7 @@ pub trait MotionModel: Send + Sync {
         None
     }
 
-    /// How many models a state can be in (the K latent spaces of S1); 0 where no model was learned.
+    /// How many models a state can be in (the K latent spaces of `[GPDM graph]`); 0 where no model was learned.
     fn models(&self) -> usize {
         0
     }

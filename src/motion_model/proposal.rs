@@ -18,7 +18,8 @@ pub enum Prediction {
     ConstantVelocity,
 }
 
-/// Standard deviations of the change of a pose from one frame to the next: S2's `P_0 = diag(std^2)`, before any factor.
+/// Standard deviations of the change of a pose from one frame to the next: `[Skinned APF]`'s `P_0 = diag(std^2)`,
+/// before any factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProposalScales {
     /// Root translation along the world's x, y and z, metres.

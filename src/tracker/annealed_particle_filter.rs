@@ -1,4 +1,4 @@
-//! The annealed particle filter: S2's Algorithm 1.
+//! The annealed particle filter: Algorithm 1 of `[Skinned APF]`.
 
 use rand::RngExt;
 use rayon::prelude::*;
@@ -18,9 +18,10 @@ use crate::rng::{Purpose, normal, stream};
 /// Particles whose energies are asked for at once.
 const BATCH: usize = 8;
 
-/// Follows a body by annealing a cloud of particles on each frame's energy (Deutscher et al. 2000; S2, Algorithm 1).
+/// Follows a body by annealing a cloud of particles on each frame's energy (Deutscher et al. 2000; `[Skinned APF]`,
+/// Algorithm 1).
 ///
-/// | S2 | here |
+/// | `[Skinned APF]` | here |
 /// |---|---|
 /// | x_t^i | a particle: a [`MotionModel::State`] |
 /// | p(x_t given x_{t-1}) | [`MotionModel::propagate`], its noise P_0 included |
@@ -147,7 +148,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         survivors.par_iter().enumerate().map(nudge).collect()
     }
 
-    /// What the kernel makes of S2's `P_m` (`geometric` holds its roots) and of the weighted particles.
+    /// What the kernel makes of `[Skinned APF]`'s `P_m` (`geometric` holds its roots) and of the weighted particles.
     fn spread(&self, particles: &[M::State], weights: &[f64], geometric: &[f64]) -> Spread<M::State> {
         match self.settings.kernel {
             Kernel::Geometric => Spread { deviations: geometric.to_vec(), shrinkage: None },

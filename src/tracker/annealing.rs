@@ -1,9 +1,9 @@
-//! The annealing variable: how sharply a layer selects its particles (S2 Eq. 2 and 4).
+//! The annealing variable: how sharply a layer selects its particles (`[Skinned APF]` Eq. 2 and 4).
 
 /// What one layer makes of its energies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// S2's lambda_m; 0 where every valid particle weighs the same.
+    /// `[Skinned APF]`'s lambda_m; 0 where every valid particle weighs the same.
     pub lambda: f64,
     /// Normalised weights, one per particle, 0 for invalid ones.
     pub weights: Vec<f64>,
@@ -13,7 +13,7 @@ pub struct Selection {
     pub degenerate: bool,
 }
 
-/// Solves S2's Eq. 4 for lambda and weighs the particles by Eq. 2, `w_i = exp(-lambda E_i)`, normalised.
+/// Solves `[Skinned APF]` Eq. 4 for lambda and weighs the particles by Eq. 2, `w_i = exp(-lambda E_i)`, normalised.
 ///
 /// With alpha the `survival_rate` in (0, 1] and N all particles, invalid ones (energy not finite, weight 0) included,
 /// Eq. 4 reads `f(lambda) = (sum w)^2 / (N sum w^2) = alpha`: the effective sample size is alpha N. f is continuous and

@@ -40,7 +40,7 @@ pub struct ModelOccupancy {
 /// What happened in one annealing layer of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayerRecord {
-    /// Annealing variable of S2's Eq. 2.
+    /// Annealing variable of `[Skinned APF]` Eq. 2.
     pub lambda: f64,
     /// `1 / sum w^2` of the normalised weights.
     pub effective_sample_size: f64,

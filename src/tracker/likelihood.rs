@@ -5,7 +5,7 @@ use crate::body::Pose;
 use crate::motion_model::NormalEquations;
 use crate::observation::Observation;
 
-/// An energy of poses given an observation, `E(y_t, x_t)` of S2's Eq. 2; lower is better.
+/// An energy of poses given an observation, `E(y_t, x_t)` of `[Skinned APF]` Eq. 2; lower is better.
 ///
 /// Work that depends on the observation alone is done once in [`Self::prepare`]; [`Self::energy`] is then called for
 /// many poses, from many threads at once, each with its own scratch.

@@ -93,7 +93,7 @@ impl ObservedEdge {
         Self { contour, distances, term, tau }
     }
 
-    /// S2's `D_c` of a drawn model.
+    /// `[Skinned APF]`'s `D_c` of a drawn model.
     fn distance_of(&self, model: &Mask) -> f64 {
         let edge = contour(model);
         let there = truncated_mean(&edge, &self.contour, &self.distances, self.tau);

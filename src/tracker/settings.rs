@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Kernel {
-    /// S2's Algorithm 1: Gaussian noise of covariance `P_m = alpha_m P_{m-1}`, whatever the particles do.
+    /// Algorithm 1 of `[Skinned APF]`: Gaussian noise of covariance `P_m = alpha_m P_{m-1}`, whatever the particles do.
     #[default]
     Geometric,
     /// As geometric, but no deviation exceeds `factor` times that of the weighted particles.
@@ -26,23 +26,25 @@ pub enum Kernel {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
-    /// The weighted mean of S2 section 6.1; rotations on their manifold, see [`crate::body::Humanoid::mean_pose`].
+    /// The weighted mean of `[Skinned APF]` section 6.1; rotations on their manifold, see
+    /// [`crate::body::Humanoid::mean_pose`].
     #[default]
     WeightedMean,
     /// The particle of least energy.
     Best,
 }
 
-/// Settings of [`super::AnnealedParticleFilter`]. S2 gives no numbers; the defaults are those of Balan et al. (2005).
+/// Settings of [`super::AnnealedParticleFilter`]. `[Skinned APF]` gives no numbers; the defaults are those of Balan et
+/// al. (2005).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FilterSettings {
-    /// S2's N, particles per layer, >= 1.
+    /// `[Skinned APF]`'s N, particles per layer, >= 1.
     pub particles: usize,
-    /// S2's M, annealing layers per frame, >= 1; one layer is a plain particle filter.
+    /// `[Skinned APF]`'s M, annealing layers per frame, >= 1; one layer is a plain particle filter.
     pub layers: usize,
-    /// S2's alpha_m, the same in every layer, in (0, 1]: which share of the particles a selection keeps, and by which
-    /// factor the covariance shrinks from layer to layer.
+    /// `[Skinned APF]`'s alpha_m, the same in every layer, in (0, 1]: which share of the particles a selection keeps,
+    /// and by which factor the covariance shrinks from layer to layer.
     pub survival_rate: f64,
     /// How particles are spread after a selection.
     pub kernel: Kernel,

@@ -1,4 +1,4 @@
-//! The energy of a pose from silhouettes: S2's Eq. 3.
+//! The energy of a pose from silhouettes: `[Skinned APF]` Eq. 3.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -17,20 +17,20 @@ use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
 
-/// How the areas of two silhouettes are compared: S2's `D_s`, in [0, 1]. With B pixels of the model alone, R of the
-/// observation alone and Y of both:
+/// How the areas of two silhouettes are compared: `[Skinned APF]`'s `D_s`, in [0, 1]. With B pixels of the model alone,
+/// R of the observation alone and Y of both:
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SilhouetteTerm {
     /// `(B / (B + Y) + R / (R + Y)) / 2` (Sigal et al. 2010, both directions alike); a share of nothing counts as 1.
     Bidirectional,
-    /// `(R + B) / (R + B + Y)`, one minus intersection over union: S2's "non-overlapping area".
+    /// `(R + B) / (R + B + Y)`, one minus intersection over union: `[Skinned APF]`'s "non-overlapping area".
     #[default]
     Overlap,
 }
 
-/// How the contours of two silhouettes are compared: S2's `D_c`, in [0, 1]. S2 leaves it open; here it is the mean
-/// over contour pixels of `min(d, tau) / tau`, with d the distance to the other contour.
+/// How the contours of two silhouettes are compared: `[Skinned APF]`'s `D_c`, in [0, 1]. `[Skinned APF]` leaves it
+/// open; here it is the mean over contour pixels of `min(d, tau) / tau`, with d the distance to the other contour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContourTerm {
@@ -45,17 +45,18 @@ pub enum ContourTerm {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SilhouetteSettings {
-    /// S2's `D_s`.
+    /// `[Skinned APF]`'s `D_s`.
     pub silhouette: SilhouetteTerm,
-    /// S2's `D_c`.
+    /// `[Skinned APF]`'s `D_c`.
     pub contour: ContourTerm,
-    /// S2's alpha of Eq. 3, >= 0: weight of the contour beside the silhouette; 0 leaves the contour out.
+    /// `[Skinned APF]`'s alpha of Eq. 3, >= 0: weight of the contour beside the silhouette; 0 leaves the contour out.
     pub contour_weight: f64,
     /// The distance tau at which the contour term and that of the limbs' sides saturate, as a share of the image's height, > 0.
     pub contour_reach: f64,
-    /// Weight, >= 0, of the sides of limbs: S1's edges of the model against those observed. Mean over samples along the two
-    /// sides of every capsule of `min(d, tau) / tau`, d being the distance to the observed contour. Sides that lie inside the
-    /// observed silhouette have no contour to lie on and count as missed; 0 leaves the term out.
+    /// Weight, >= 0, of the sides of limbs: `[GPDM graph]`'s edges of the model against those observed. Mean over
+    /// samples along the two sides of every capsule of `min(d, tau) / tau`, d being the distance to the observed
+    /// contour. Sides that lie inside the observed silhouette have no contour to lie on and count as missed; 0 leaves
+    /// the term out.
     pub limb_side_weight: f64,
 }
 
@@ -86,8 +87,8 @@ impl SilhouetteSettings {
     }
 }
 
-/// `E = 1/N_v sum_v (D_s + alpha D_c)`: S2's Eq. 3, alpha inside the sum; to each view's part a third term may be added, for
-/// the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
+/// `E = 1/N_v sum_v (D_s + alpha D_c)`: `[Skinned APF]` Eq. 3, alpha inside the sum; to each view's part a third term
+/// may be added, for the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
 ///
 /// Views in which neither the model nor the observation has a pixel are left out of N_v; without any view left the
 /// energy is 0, for nothing seen is then nothing missed. A view in which only one of them has pixels counts in full, so

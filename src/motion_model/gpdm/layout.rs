@@ -6,7 +6,7 @@ use faer::{Mat, MatRef};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DynamicsOrder {
-    /// `z_t` from `z_{t-1}`, as S1 assumes.
+    /// `z_t` from `z_{t-1}`, as `[GPDM graph]` assumes.
     First,
     /// `z_t` from `z_{t-1}` and `z_{t-2}`, as Wang's own code trains.
     Second,

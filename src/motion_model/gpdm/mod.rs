@@ -1,5 +1,6 @@
 //! The Gaussian process dynamical model (GPDM): poses as a smooth function of a point that moves in a low-dimensional
-//! latent space by a smooth, noisy first- or second-order dynamics (S1 Eqs. 1 to 6, after Wang, Fleet and Hertzmann).
+//! latent space by a smooth, noisy first- or second-order dynamics (`[GPDM graph]` Eqs. 1 to 6, after Wang, Fleet and
+//! Hertzmann).
 //!
 //! | paper | here |
 //! |---|---|
@@ -9,8 +10,8 @@
 //! | `k_Z` with alpha | [`DynamicsKernel`] |
 //! | `W` | [`Gpdm::scales`] |
 //!
-//! S1's Eqs. 3 to 6 survive only in part; the kernels are Wang's. Learning minimises the negative log posterior by
-//! alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms ([`train`]).
+//! `[GPDM graph]` Eqs. 3 to 6 survive only in part; the kernels are Wang's. Learning minimises the negative log
+//! posterior by alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms ([`train`]).
 
 mod kernel;
 mod layout;

@@ -112,7 +112,7 @@ impl Gpdm {
         &self.layout
     }
 
-    /// Mean observations at latent points (P x d): P x D (S1 Eq. 2 and 6).
+    /// Mean observations at latent points (P x d): P x D (`[GPDM graph]` Eq. 2 and 6).
     pub fn map_mean(&self, latents: MatRef<'_, f64>) -> Mat<f64> {
         self.with_mean(self.predictors.map.mean(latents, |points, cross| self.map.cross(&self.latents, points, cross)))
     }
@@ -165,7 +165,7 @@ impl Gpdm {
     }
 
     /// The mean prediction sequence: the dynamics' mean iterated from the first learned latents of sequence `sequence`,
-    /// as long as that sequence (S1 Eq. 10).
+    /// as long as that sequence (`[GPDM graph]` Eq. 10).
     pub fn simulate(&self, sequence: usize) -> Option<Mat<f64>> {
         let (d, lag) = (self.latents.ncols(), self.layout.order.lag());
         let start = self.layout.starts().nth(sequence)?;

@@ -5,8 +5,8 @@
 //!   + balance [ d/2 ln|K_Z| + 1/2 tr(K_Z^-1 V V^T) + 1/2 |z_1|^2 (+ 1/2 |z_2 - z_1|^2, second order) ]
 //!   + sum ln beta + sum ln alpha + 1/2 kappa^-2 tr W^2
 //! ```
-//! (negative logarithms of S1 Eqs. 3 and 4 with Wang's priors; constants left out). `balance` = 1 is the plain GPDM,
-//! `D/d` the balanced one.
+//! (negative logarithms of `[GPDM graph]` Eqs. 3 and 4 with Wang's priors; constants left out). `balance` = 1 is the
+//! plain GPDM, `D/d` the balanced one.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matmul};
 use faer::{Accum, Mat, MatRef, Par, Scale};

@@ -22,7 +22,7 @@ pub(super) const MOST_FRAMES: usize = 8192;
 pub struct TrainingOptions {
     /// Dimensions of the latent space, d. 3 in all of the literature that this follows.
     pub latent_dimensions: usize,
-    /// Order of the dynamics. S1 assumes the first.
+    /// Order of the dynamics. `[GPDM graph]` assumes the first.
     pub order: DynamicsOrder,
     /// Whether the dynamics predicts steps in place of points.
     pub delta: bool,

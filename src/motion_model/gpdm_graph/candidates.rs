@@ -42,11 +42,12 @@ impl Detector {
     }
 }
 
-/// Peaks and valleys of the first principal component in a sliding window (short-term PCA, as S1 section 3.2 sketches).
+/// Peaks and valleys of the first principal component in a sliding window (short-term PCA, as `[GPDM graph]` section
+/// 3.2 sketches).
 ///
-/// S1 leaves window and smoothing open. Here: within each window the leading right singular vector, its sign kept from
-/// window to window; the coordinates, centred per window, averaged where windows overlap; smoothed; local extrema at
-/// least [`Self::separation_s`] apart.
+/// `[GPDM graph]` leaves window and smoothing open. Here: within each window the leading right singular vector, its
+/// sign kept from window to window; the coordinates, centred per window, averaged where windows overlap; smoothed;
+/// local extrema at least [`Self::separation_s`] apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShortTermPca {
     /// Length of a window, seconds.
@@ -76,8 +77,9 @@ impl Default for SpeedMinima {
     }
 }
 
-/// Every frame but the ends, which nothing precedes or follows. Turning points are few, and a particle meets one that moves as
-/// it does by luck; how alike poses and their velocities must be is then the jump's business alone. Not in S1.
+/// Every frame but the ends, which nothing precedes or follows. Turning points are few, and a particle meets one that
+/// moves as it does by luck; how alike poses and their velocities must be is then the jump's business alone. Not in
+/// `[GPDM graph]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EveryFrame;
 

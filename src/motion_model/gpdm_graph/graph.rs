@@ -13,9 +13,10 @@ use crate::motion_model::pose_chart::{PoseChart, distance};
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GraphSettings {
-    /// Length of a clip, seconds. S1: "60 frames or 0.5 s".
+    /// Length of a clip, seconds. `[GPDM graph]`: "60 frames or 0.5 s".
     pub clip_s: f64,
-    /// TH of S1's Table 1 per anatomical joint, rad^2: S1's 1.0 over the 13 joints of a CMU body.
+    /// TH of Table 1 of `[GPDM graph]` per anatomical joint, rad^2: `[GPDM graph]`'s 1.0 over the 13 joints of a CMU
+    /// body.
     pub threshold_per_joint: f64,
     /// What finds the moments at which the motion may turn into another.
     pub detector: Detector,
@@ -48,7 +49,7 @@ pub struct Segment {
     pub range: SegmentRange,
     /// The model.
     pub gpdm: Gpdm,
-    /// Distance between recording and simulation, per frame (S1 Eq. 9, rad^2).
+    /// Distance between recording and simulation, per frame (`[GPDM graph]` Eq. 9, rad^2).
     pub errors: Vec<f64>,
     /// Joint rotations of the training frames.
     pub rotations: Vec<Vec<UnitQuaternion<f64>>>,
@@ -74,10 +75,10 @@ impl Segment {
     }
 }
 
-/// A moment at which the motion may turn into another (S1's `b_i`).
+/// A moment at which the motion may turn into another (`[GPDM graph]`'s `b_i`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Candidate {
-    /// Index of the model, S1's `k`.
+    /// Index of the model, `[GPDM graph]`'s `k`.
     pub segment: usize,
     /// Row of that model's latents.
     pub row: usize,
@@ -164,7 +165,7 @@ impl GpdmGraph {
         (next.range.motion == this.motion && next.range.first == this.end).then_some(segment + 1)
     }
 
-    /// Mean over all frames of the distance between recording and simulation (S1 Eq. 9, Fig. 3), rad^2.
+    /// Mean over all frames of the distance between recording and simulation (`[GPDM graph]` Eq. 9, Fig. 3), rad^2.
     pub fn mean_reconstruction_error(&self) -> f64 {
         let errors = || self.segments.iter().flat_map(|s| &s.errors);
         errors().sum::<f64>() / errors().count().max(1) as f64

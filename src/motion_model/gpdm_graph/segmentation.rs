@@ -1,4 +1,4 @@
-//! S1's Table 1: where one model ends and the next begins.
+//! Table 1 of `[GPDM graph]`: where one model ends and the next begins.
 
 use faer::{Mat, MatRef};
 use nalgebra::UnitQuaternion;
@@ -24,7 +24,8 @@ pub(super) struct TrainingMotion {
     pub(super) rotations: Vec<Vec<UnitQuaternion<f64>>>,
 }
 
-/// A model of one segment and how far its simulation strays from the recording, per frame (S1 Eq. 9, rad^2).
+/// A model of one segment and how far its simulation strays from the recording, per frame (`[GPDM graph]` Eq. 9,
+/// rad^2).
 pub(super) struct Learned {
     pub(super) range: SegmentRange,
     pub(super) gpdm: Gpdm,
@@ -100,7 +101,7 @@ pub(super) fn learn_jointly(
     Ok(Learned { range, gpdm, errors })
 }
 
-/// S1 Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.
+/// `[GPDM graph]` Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.
 pub(super) fn reconstruction_errors(
     gpdm: &Gpdm,
     chart: &PoseChart,

@@ -1,4 +1,5 @@
-//! Seeds for the first frame: training poses like the start pose, and how many particles each gets (S1 Eqs. 11 to 14).
+//! Seeds for the first frame: training poses like the start pose, and how many particles each gets (`[GPDM graph]` Eqs.
+//! 11 to 14).
 
 use nalgebra::UnitQuaternion;
 
@@ -18,8 +19,8 @@ pub(super) struct Seed {
     pub(super) share: f64,
 }
 
-/// Local minima of the distance to the start pose that lie below its mean (what S1 Eq. 11 must mean: a negative derivative
-/// selects no minimum); the nearest training pose where there are none.
+/// Local minima of the distance to the start pose that lie below its mean (what `[GPDM graph]` Eq. 11 must mean: a
+/// negative derivative selects no minimum); the nearest training pose where there are none.
 pub(super) fn seeds(graph: &GpdmGraph, start: &[UnitQuaternion<f64>], rule: Initialisation) -> Vec<Seed> {
     let along: Vec<(Candidate, usize, f64)> = graph
         .segments
@@ -54,7 +55,7 @@ pub(super) fn seeds(graph: &GpdmGraph, start: &[UnitQuaternion<f64>], rule: Init
     found.into_iter().zip(shares).map(|((at, distance), share)| Seed { at, distance, share }).collect()
 }
 
-/// S1 Eqs. 12 and 13: `q = exp(-dist / sum dist)`, normalised.
+/// `[GPDM graph]` Eqs. 12 and 13: `q = exp(-dist / sum dist)`, normalised.
 pub(super) fn literal_shares(distances: &[f64]) -> Vec<f64> {
     let total: f64 = distances.iter().sum();
     normalised(distances.iter().map(|d| libm::exp(-d / total.max(f64::MIN_POSITIVE))).collect())

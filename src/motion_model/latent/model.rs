@@ -27,7 +27,7 @@ const GREATEST_LENGTHS: f64 = 2.0;
 /// another order, and a particle's bits may not depend on its company.
 const BATCH: usize = 128;
 
-/// A GPDM graph that moves particles: S1's latent particles.
+/// A GPDM graph that moves particles: `[GPDM graph]`'s latent particles.
 #[derive(Clone, Debug)]
 pub struct LatentModel {
     body: Humanoid,
@@ -48,7 +48,7 @@ pub struct LatentModel {
 /// One particle: a point in one model's latent space, and where the body stands.
 #[derive(Clone, Debug)]
 pub struct LatentParticle {
-    /// Index of the model, S1's `k`.
+    /// Index of the model, `[GPDM graph]`'s `k`.
     pub segment: usize,
     /// `z_t`, d values.
     pub latent: Vec<f64>,
@@ -157,8 +157,9 @@ impl LatentModel {
         (0..z.nrows()).map(|i| (i, squared(i))).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
     }
 
-    /// S1's inter-transition: where the particle leaves from, in its own model or in the one it jumps to. Its pose stays what it is:
-    /// what the means of the two models differ by goes into the offset, and dies out from there.
+    /// `[GPDM graph]`'s inter-transition: where the particle leaves from, in its own model or in the one it jumps to.
+    /// Its pose stays what it is: what the means of the two models differ by goes into the offset, and dies out from
+    /// there.
     fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> Departure {
         let at = (state.segment, self.nearest_row(state.segment, &state.latent));
         match jump(&self.graph, &self.jumps, &self.settings, at, &self.compared(state), rng) {
@@ -204,8 +205,8 @@ impl LatentModel {
         offset
     }
 
-    /// S1's intra-transition and mapping for particles of one model: the next latent points, drawn from its dynamics, and the
-    /// poses there. All in one product of matrices, which is many times faster than one by one.
+    /// `[GPDM graph]`'s intra-transition and mapping for particles of one model: the next latent points, drawn from its
+    /// dynamics, and the poses there. All in one product of matrices, which is many times faster than one by one.
     fn advance(&self, journeys: &mut [Journey<'_>]) -> Vec<(usize, LatentParticle)> {
         let Some(segment) = journeys.first().map(|j| j.departure.segment) else { return Vec::new() };
         let gpdm = &self.graph.segments[segment].gpdm;
@@ -259,7 +260,7 @@ impl LatentModel {
         if lengths <= GREATEST_LENGTHS * GREATEST_LENGTHS { (next, false) } else { (nearest, true) }
     }
 
-    /// The mean observation vector at a latent point (S1 Eq. 6).
+    /// The mean observation vector at a latent point (`[GPDM graph]` Eq. 6).
     fn observation(&self, segment: usize, latent: &[f64]) -> Vec<f64> {
         let point = Mat::from_fn(1, latent.len(), |_, c| latent[c]);
         self.graph.segments[segment].gpdm.map_mean(point.as_ref()).row(0).iter().copied().collect()

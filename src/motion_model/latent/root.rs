@@ -29,7 +29,7 @@ const LEAST_VARIANCE: f64 = 1e-12;
 /// frames. Height comes of the feet likewise: the lower foot of a pose off the manifold is as high as that of the pose on it, up to an
 /// offset of its own.
 ///
-/// S1 does not say how the root moves.
+/// `[GPDM graph]` does not say how the root moves.
 #[derive(Clone, Debug)]
 pub(super) struct RootDynamics {
     footing: Option<Footing>,

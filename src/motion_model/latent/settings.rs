@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::MotionModelError;
 
-/// Greatest distance of a jump, rad^2 per anatomical joint: S1's.
+/// Greatest distance of a jump, rad^2 per anatomical joint: `[GPDM graph]`'s.
 pub(super) const JUMP_THRESHOLD: f64 = 1.0 / 13.0;
 /// Weight of velocities beside poses, s^2.
 pub(super) const VELOCITY_WEIGHT: f64 = 0.02;
@@ -22,8 +22,8 @@ pub struct LatentSettings {
     pub noise_floor: f64,
     /// Standard deviation of the first latents about their seeds, as a share of the latents' spread.
     pub start_jitter: f64,
-    /// How far particles may lie off the latent manifold, as a multiple of how far training frames lie from the most similar
-    /// ones of other moments; 0 keeps them on it, as in S1.
+    /// How far particles may lie off the latent manifold, as a multiple of how far training frames lie from the most
+    /// similar ones of other moments; 0 keeps them on it, as in `[GPDM graph]`.
     pub residual_scale: f64,
     /// Time after which such an offset is 1/e as great, seconds.
     pub residual_s: f64,
@@ -42,8 +42,8 @@ pub struct LatentSettings {
 pub enum RootMotion {
     /// The models' own velocities.
     Model,
-    /// Feet, each held to a foothold that the particle remembers, as firmly as feet of that height stood in training; in flight the
-    /// models' velocities. S1 does not have it.
+    /// Feet, each held to a foothold that the particle remembers, as firmly as feet of that height stood in training;
+    /// in flight the models' velocities. `[GPDM graph]` does not have it.
     #[default]
     Planted,
 }
@@ -54,7 +54,8 @@ pub enum RootMotion {
 pub enum InterTransition {
     /// Not at all: the original GPDM, which has one model.
     None,
-    /// With a constant probability per frame to any other model, to that model's most similar pose: S1's switching GPDM.
+    /// With a constant probability per frame to any other model, to that model's most similar pose: `[GPDM graph]`'s
+    /// switching GPDM.
     Switching {
         /// Probability of leaving a model in one frame.
         probability: f64,
@@ -77,7 +78,7 @@ pub enum InterTransition {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JumpRule {
-    /// Every particle within the threshold, shared among candidates by S1 Eqs. 12 and 13 as printed.
+    /// Every particle within the threshold, shared among candidates by `[GPDM graph]` Eqs. 12 and 13 as printed.
     Literal,
     /// Jumping weighs `exp(-distance / width)` per candidate against 1 for staying.
     #[default]
@@ -91,7 +92,7 @@ pub enum JumpRule {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Initialisation {
-    /// S1 Eqs. 12 to 14 as printed: nearly equal shares, whatever the distances.
+    /// `[GPDM graph]` Eqs. 12 to 14 as printed: nearly equal shares, whatever the distances.
     Literal,
     /// `exp(-distance / width)`, the width 0.25/13 rad^2 per anatomical joint.
     #[default]
@@ -99,7 +100,8 @@ pub enum Initialisation {
 }
 
 impl Default for InterTransition {
-    /// S1's jump threshold, and the stay-weighted rule with widths chosen on walks other than the benchmark's.
+    /// `[GPDM graph]`'s jump threshold, and the stay-weighted rule with widths chosen on walks other than the
+    /// benchmark's.
     fn default() -> Self {
         Self::Graph {
             rule: JumpRule::StayWeighted,

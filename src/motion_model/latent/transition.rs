@@ -1,4 +1,4 @@
-//! Between models: where a particle may jump to, and how likely (S1 Eq. 7 and step 3 of section 3.3).
+//! Between models: where a particle may jump to, and how likely (`[GPDM graph]` Eq. 7 and step 3 of section 3.3).
 
 use faer::Mat;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -68,7 +68,7 @@ struct Destination {
 
 /// What particles may jump to.
 ///
-/// A destination's pose is the map's mean at its latent point, as in S1 Eq. 7, not the recorded pose.
+/// A destination's pose is the map's mean at its latent point, as in `[GPDM graph]` Eq. 7, not the recorded pose.
 #[derive(Clone, Debug)]
 pub(super) struct Jumps {
     /// Per segment, every training frame at the map's mean; the velocity of a first frame is that of the second.
@@ -119,8 +119,8 @@ fn frames_of(graph: &GpdmGraph, segment: &Segment, means: &Mat<f64>) -> Vec<Movi
     (0..rotations.len()).map(moving).collect()
 }
 
-/// Where a particle in `segment`, nearest to training row `row` there, jumps to; `None` to stay. `moving` has the particle's own
-/// pose, offset included (step 3 of S1 section 3.3), and the velocity of the map's mean.
+/// Where a particle in `segment`, nearest to training row `row` there, jumps to; `None` to stay. `moving` has the
+/// particle's own pose, offset included (step 3 of `[GPDM graph]` section 3.3), and the velocity of the map's mean.
 pub(super) fn jump(
     graph: &GpdmGraph,
     jumps: &Jumps,

@@ -240,8 +240,8 @@ impl PlanarRoot {
     }
 }
 
-/// Squared geodesic angles between the rotations of corresponding joints, summed over all joints with weight 1 (S1 Eq. 8,
-/// rad^2). The angle is the full one, twice the norm of the quaternion's logarithm.
+/// Squared geodesic angles between the rotations of corresponding joints, summed over all joints with weight 1
+/// (`[GPDM graph]` Eq. 8, rad^2). The angle is the full one, twice the norm of the quaternion's logarithm.
 pub fn distance(a: &[UnitQuaternion<f64>], b: &[UnitQuaternion<f64>]) -> f64 {
     a.iter()
         .zip(b)
