@@ -1,5 +1,5 @@
-//! What a refined frame is made of, beside the plain one: 640 x 480, four views, a person who fills half the image's height.
-//! `cargo bench --bench refinement`; on one thread with `RAYON_NUM_THREADS=1`.
+//! What a refined frame is made of, beside the plain one: 640 x 480, four views, a person who fills half the image's
+//! height. `cargo bench --bench refinement`; on one thread with `RAYON_NUM_THREADS=1`.
 
 mod scene;
 

@@ -1,5 +1,5 @@
-//! From a pose to its energy terms: kinematics, silhouette and comparison with an observed mask, in particle-views a second
-//! on one thread. `cargo bench --bench silhouette`
+//! From a pose to its energy terms: kinematics, silhouette and comparison with an observed mask, in particle-views a
+//! second on one thread. `cargo bench --bench silhouette`
 //!
 //! tracker25 (18 tapered capsules), 256 poses jittered around the standing pose, four cameras on a ring of 4.5 m, the
 //! figure 265 pixels tall at 640x480.

@@ -1,12 +1,12 @@
 //! Tracking with learned motion models from one camera, after the paper's Tables 2 and 3: regenerates `results/s1.md`,
 //! `results/s1.json` and `results/s1-MOTION.svg`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_s1`, where DIR holds the CMU recordings that `scenarios/s1/*.toml` name and their
-//! skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. Without DIR nothing is written.
+//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_s1`, where DIR holds the CMU recordings that `scenarios/s1/*.toml`
+//! name and their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. Without DIR nothing is written.
 //!
-//! Every motion under every protocol is a part of its own, kept in `runs/s1/parts`: who stops the study and starts it again has what
-//! was done, and the page is written anew after each part. A part is made again where its scenario has changed. Changes of
-//! the program are not noticed: remove the folder then.
+//! Every motion under every protocol is a part of its own, kept in `runs/s1/parts`: who stops the study and starts it
+//! again has what was done, and the page is written anew after each part. A part is made again where its scenario has
+//! changed. Changes of the program are not noticed: remove the folder then.
 
 mod s1;
 

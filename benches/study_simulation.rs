@@ -1,8 +1,9 @@
 //! How long simulated recordings stay upright, and with how much residual wrench: regenerates `results/simulation.md`
 //! and `results/simulation.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_simulation`, where DIR holds CMU's clips and their skeletons, in itself or in
-//! `DIR/cmu_asf_amc`. Nothing in it is random, and no figure depends on the number of cores. Without DIR nothing is written.
+//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_simulation`, where DIR holds CMU's clips and their skeletons, in
+//! itself or in `DIR/cmu_asf_amc`. Nothing in it is random, and no figure depends on the number of cores. Without DIR
+//! nothing is written.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -90,7 +91,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// All clips on the actor at 60 Hz and on the other robot that ships; and the walks at other rates and from other beginnings.
+/// All clips on the actor at 60 Hz and on the other robot that ships; and the walks at other rates and from other
+/// beginnings.
 fn cases() -> Vec<Case> {
     let case = |(kind, clip, chosen_on), robot, frames_per_second, from| Case {
         kind,

@@ -22,8 +22,8 @@ fn walk(name: &str, frames_per_second: f64) -> Option<Retargeted> {
     Some(retarget(&clip, &shipped("actor").unwrap(), &RetargetOptions::default()).unwrap())
 }
 
-/// First and last instants of the stances of a foot, seconds, without those at which the clip begins or ends: they are none of
-/// the foot's.
+/// First and last instants of the stances of a foot, seconds, without those at which the clip begins or ends: they are
+/// none of the foot's.
 type Stances = Vec<[Option<f64>; 2]>;
 
 fn stances(walk: &Retargeted) -> [Stances; 2] {
@@ -49,8 +49,8 @@ fn apart(of_fast: &[Stances; 2], of_slow: &[Stances; 2]) -> Option<f64> {
     Some(apart)
 }
 
-/// Prints a line of the table of `results/contact.md`: 120 with 60, 120 with 30, and 60 with 30 Hz. Whether all are within a frame
-/// at 30 Hz; `None` without the clip.
+/// Prints a line of the table of `results/contact.md`: 120 with 60, 120 with 30, and 60 with 30 Hz. Whether all are
+/// within a frame at 30 Hz; `None` without the clip.
 fn has_same_stances_at_all_rates(name: &str) -> Option<bool> {
     let mut found = Vec::new();
     for fps in RATES {
@@ -115,7 +115,8 @@ fn settled_well(cases: impl IntoIterator<Item = (&'static str, f64)>) -> Option<
     Some(())
 }
 
-/// The clips on which labels were once told apart: a stance that fell in two, ones lost at an end, beginnings 1.75 frames apart.
+/// The clips on which labels were once told apart: a stance that fell in two, ones lost at an end, beginnings 1.75
+/// frames apart.
 #[test]
 fn the_same_walk_at_30_60_and_120_hz_has_the_same_stances_within_a_frame_of_the_slowest() {
     for name in ["16_17", "16_22", "02_01"] {

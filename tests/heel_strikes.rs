@@ -1,11 +1,12 @@
 //! Beginnings of contact against heel strikes that were read from the recordings themselves.
 //!
-//! The rule by which the labels were made, after Ghoussayni et al. (2004, Gait and Posture 20: speed of the foot under a
-//! threshold), looks at nothing but the recorded ankle joint (`lfoot`, `rfoot` of the skeleton's file): a heel strike is the first
-//! frame after a swing in which the ankle's speed, a central difference over one frame either way at 120 Hz, is below 0.5 m/s. The heel
-//! stops when it strikes, and the ankle then turns about it at 0.2 to 0.5 m/s while the sole comes down. Every frame was looked at
-//! beside the heights of ankle and ball: at all of them the ball is past its highest and the ankle within 20 mm of its lowest.
-//! Neither the ground, nor the body's solids, nor its retargeting come into it.
+//! The rule by which the labels were made, after Ghoussayni et al. (2004, Gait and Posture 20: speed of the foot under
+//! a threshold), looks at nothing but the recorded ankle joint (`lfoot`, `rfoot` of the skeleton's file): a heel strike
+//! is the first frame after a swing in which the ankle's speed, a central difference over one frame either way at 120
+//! Hz, is below 0.5 m/s. The heel stops when it strikes, and the ankle then turns about it at 0.2 to 0.5 m/s while the
+//! sole comes down. Every frame was looked at beside the heights of ankle and ball: at all of them the ball is past its
+//! highest and the ankle within 20 mm of its lowest. Neither the ground, nor the body's solids, nor its retargeting
+//! come into it.
 
 mod support;
 

@@ -1,5 +1,5 @@
-//! Issue 12: `render` wrote the poses of the test where trackers may read, and the guard against learning from the test knew files by
-//! their names alone.
+//! Issue 12: `render` wrote the poses of the test where trackers may read, and the guard against learning from the test
+//! knew files by their names alone.
 
 mod support;
 

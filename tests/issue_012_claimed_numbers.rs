@@ -1,5 +1,5 @@
-//! Issue 12, item 15: sizes, counts and magnitudes that a file claims are bounded where they are read, and the message says the
-//! limit. Every case here once took all memory, hung or ended in a panic.
+//! Issue 12, item 15: sizes, counts and magnitudes that a file claims are bounded where they are read, and the message
+//! says the limit. Every case here once took all memory, hung or ended in a panic.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -33,7 +33,8 @@ fn numbers(npz: &Npz, name: &str) -> (Vec<usize>, Vec<f64>) {
     }
 }
 
-/// Poses of the set's body that are off by 10 mm along x and a little in every angle: arrays `estimate_root`, `estimate_angles`.
+/// Poses of the set's body that are off by 10 mm along x and a little in every angle: arrays `estimate_root`,
+/// `estimate_angles`.
 fn poses(room: &Room) -> [(Vec<usize>, Vec<f64>); 2] {
     let npz = Npz::from_bytes("truth.npz", &room.read("set/truth/truth.npz")).unwrap();
     let ((roots, mut root), (angles, mut angle)) = (numbers(&npz, "refitted_root"), numbers(&npz, "refitted_angles"));

@@ -1,5 +1,5 @@
-//! `fix` left links under the ground that are no feet, and bodies without ankles under it and torn about: after it nothing sinks, in
-//! any motion. Depths are measured by parry, which knows nothing of our lowest points.
+//! `fix` left links under the ground that are no feet, and bodies without ankles under it and torn about: after it
+//! nothing sinks, in any motion. Depths are measured by parry, which knows nothing of our lowest points.
 
 mod support;
 
@@ -90,8 +90,8 @@ fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
     }
 }
 
-/// A leg without an ankle cannot choose how its foot is turned: held by place and orientation it tore the whole body about, by up to
-/// 540 m/s^2 and 181 mm.
+/// A leg without an ankle cannot choose how its foot is turned: held by place and orientation it tore the whole body
+/// about, by up to 540 m/s^2 and 181 mm.
 #[test]
 fn a_body_without_ankles_is_not_torn_about_when_its_feet_are_planted() {
     let Some(folder) = support::test_data("mocap/cmu_asf_amc") else { return };

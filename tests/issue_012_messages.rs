@@ -1,5 +1,5 @@
-//! Issue 12, item 18: every message names the file that is at fault, quotes little of it and no control characters; paths need not
-//! be UTF-8.
+//! Issue 12, item 18: every message names the file that is at fault, quotes little of it and no control characters;
+//! paths need not be UTF-8.
 
 use std::ffi::OsStr;
 use std::fs;

@@ -1,4 +1,5 @@
-//! Results are never lost: to a second process, to an interruption, to a kill, to another kind of run, or to a mistaken `--out`.
+//! Results are never lost: to a second process, to an interruption, to a kill, to another kind of run, or to a mistaken
+//! `--out`.
 
 #[path = "cli/rooms.rs"]
 #[allow(dead_code, reason = "each test binary uses its own part")]

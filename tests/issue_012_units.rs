@@ -1,5 +1,5 @@
-//! Issue 12: a recording in centimetres whose rest pose lies was read in decimetres, and an actor of 7,360 kg was drawn. Units are told
-//! from motion and bones, whatever the rest pose, and a body that is none asks for its unit.
+//! Issue 12: a recording in centimetres whose rest pose lies was read in decimetres, and an actor of 7,360 kg was
+//! drawn. Units are told from motion and bones, whatever the rest pose, and a body that is none asks for its unit.
 
 mod support;
 

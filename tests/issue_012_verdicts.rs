@@ -1,4 +1,5 @@
-//! Runs that were told wrongly: false verdicts, pictures of another seed, a model called mismatched because of its file's name.
+//! Runs that were told wrongly: false verdicts, pictures of another seed, a model called mismatched because of its
+//! file's name.
 
 use std::path::{Path, PathBuf};
 

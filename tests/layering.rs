@@ -1,7 +1,7 @@
 //! Who may use whom: the table of ARCHITECTURE.md, checked on the syntax tree of every source file.
 //!
-//! A room is a top-level module. The check sees imports in every form (grouped, renamed, `self`, `super::`, `crate::` in
-//! the midst of code or inside a macro), re-exports, and public aliases of another room's types.
+//! A room is a top-level module. The check sees imports in every form (grouped, renamed, `self`, `super::`, `crate::`
+//! in the midst of code or inside a macro), re-exports, and public aliases of another room's types.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

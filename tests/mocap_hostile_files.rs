@@ -1,4 +1,5 @@
-//! Whatever bytes a file holds, its reader answers with a clip or an error: it never panics and never asks for much memory.
+//! Whatever bytes a file holds, its reader answers with a clip or an error: it never panics and never asks for much
+//! memory.
 
 use proptest::prelude::*;
 use proptest::sample::Index;

@@ -83,7 +83,8 @@ fn every_cmu_recording_has_the_manifests_frames_speeds_and_heights() {
         let measured =
             [ground_speed(&clip, 0, last), ground_speed(&clip, 0, sixth), ground_speed(&clip, last - sixth, last)];
         for (measured, expected) in measured.iter().zip(speeds) {
-            // the manifest does not say how it smooths; 16_17 turns and is shaky at its end, which lengthens its path by 2.4 %
+            // the manifest does not say how it smooths; 16_17 turns and is shaky at its end, which lengthens its path
+            // by 2.4 %
             assert!((measured - expected).abs() < 0.03, "{name}: {measured:.3} m/s against {expected}");
         }
         for (joint, expected) in ["root", "head"].into_iter().zip(heights) {

@@ -1,8 +1,9 @@
 //! Projection agrees with OpenCV's `projectPoints` to a millionth of a pixel, half a pixel of convention apart.
 //!
-//! The numbers were made once with opencv-python-headless 5.0.0: for each case K, R (`cv2.Rodrigues` of a rotation vector),
-//! t and `k1 k2 p1 p2 k3`, eight points were drawn in the camera's view (x/z within 0.6, y/z within 0.5, z within 0.5 m
-//! to 8 m), taken to the world, rounded to 0.1 mm and given to `cv2.projectPoints(points, R, t, K, distortion)`.
+//! The numbers were made once with opencv-python-headless 5.0.0: for each case K, R (`cv2.Rodrigues` of a rotation
+//! vector), t and `k1 k2 p1 p2 k3`, eight points were drawn in the camera's view (x/z within 0.6, y/z within 0.5, z
+//! within 0.5 m to 8 m), taken to the world, rounded to 0.1 mm and given to `cv2.projectPoints(points, R, t, K,
+//! distortion)`.
 
 use nalgebra::{Point2, Point3};
 use skiagraph::camera::Camera;

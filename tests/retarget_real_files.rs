@@ -1,5 +1,5 @@
-//! Real recordings retargeted to the shipped bodies: how near the landmarks come, whether feet stand, whether anything leaps.
-//! Clips are thinned so that the table is quick also unoptimised.
+//! Real recordings retargeted to the shipped bodies: how near the landmarks come, whether feet stand, whether anything
+//! leaps. Clips are thinned so that the table is quick also unoptimised.
 
 mod support;
 

@@ -1,7 +1,7 @@
 //! Silhouettes drawn by row extents agree with rays cast one by one, for bodies before, around and behind the camera.
 //!
-//! Two other roads to the same mask: parry's ray cast on capsules, and, for tapered capsules, the distance between a ray and
-//! the balls that make up the solid.
+//! Two other roads to the same mask: parry's ray cast on capsules, and, for tapered capsules, the distance between a
+//! ray and the balls that make up the solid.
 
 use nalgebra::{Point3, Vector3};
 use parry3d::query::{Ray, RayCast};
@@ -25,8 +25,8 @@ fn vector(random: &mut ChaCha8Rng, reach: f64) -> Vector3<f64> {
     Vector3::from_fn(|_, _| random.random_range(-reach..reach))
 }
 
-/// A body of sixteen parts in the camera frame, each part growing from the end of another. Of five bodies three stand before
-/// the camera, one around it, one is cut by the near plane or lies behind it.
+/// A body of sixteen parts in the camera frame, each part growing from the end of another. Of five bodies three stand
+/// before the camera, one around it, one is cut by the near plane or lies behind it.
 fn body(index: u64, tapered: bool) -> Vec<TaperedCapsule> {
     let mut random = stream(index, Purpose::Corruption, 0, 0, 0);
     let root = match index % 5 {
@@ -47,8 +47,8 @@ fn body(index: u64, tapered: bool) -> Vec<TaperedCapsule> {
     parts
 }
 
-/// Whether a ray, from the near plane on, comes within the radius of one of the balls between the ends. The distance of a
-/// centre from the ray less its radius is convex in the centre's place, so bisection on its slope finds the least.
+/// Whether a ray, from the near plane on, comes within the radius of one of the balls between the ends. The distance of
+/// a centre from the ray less its radius is convex in the centre's place, so bisection on its slope finds the least.
 fn ray_meets(part: &TaperedCapsule, direction: &Vector3<f64>) -> bool {
     let axis = part.b - part.a;
     let start = direction * NEAR;

@@ -8,8 +8,9 @@ use skiagraph::experiment::Staged;
 use skiagraph::motion_model::gpdm_graph::GpdmGraph;
 use skiagraph::motion_model::pose_chart::PlanarRoot;
 
-/// Mean over frames of the least error that a latent point of `models` has at the true root: from the three best training
-/// latents of every model, down the true error along the axes, steps from a tenth of the latents' spread to a thousandth.
+/// Mean over frames of the least error that a latent point of `models` has at the true root: from the three best
+/// training latents of every model, down the true error along the axes, steps from a tenth of the latents' spread to a
+/// thousandth.
 pub(crate) fn best_latent(staged: &Staged, models: &GpdmGraph) -> f64 {
     let body = &staged.start.body;
     let frames: Vec<usize> = (1..staged.frames()).collect();

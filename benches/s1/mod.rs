@@ -1,4 +1,5 @@
-//! What the study of learned motion models is made of: who is tracked how, what was measured, and the page that tells it.
+//! What the study of learned motion models is made of: who is tracked how, what was measured, and the page that tells
+//! it.
 
 pub(crate) mod best_latent;
 pub(crate) mod learning;

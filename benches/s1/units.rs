@@ -134,7 +134,8 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
-    /// All of them: what the paper has under the two protocols that matter most, then the rest, the third protocol at last.
+    /// All of them: what the paper has under the two protocols that matter most, then the rest, the third protocol at
+    /// last.
     pub(crate) fn all() -> Vec<Self> {
         let of = |protocol| SUBJECTS.iter().map(move |subject| Self { subject, protocol });
         let mut units: Vec<Self> = PROTOCOLS.iter().flat_map(of).collect();
@@ -147,7 +148,8 @@ impl Unit {
         format!("{}-{}", self.subject.name, self.protocol.name)
     }
 
-    /// Whether it is tracked with the standard mismatch, as its scenario stands in the file: the table of learning tells of that body.
+    /// Whether it is tracked with the standard mismatch, as its scenario stands in the file: the table of learning
+    /// tells of that body.
     pub(crate) fn is_standard(&self) -> bool {
         self.protocol.name == "standard"
     }

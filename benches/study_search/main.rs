@@ -1,10 +1,11 @@
 //! What descent on outlines and the search for limbs find: regenerates `results/search.md` and `results/search.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_search`, where DIR holds the CMU takes that `takes.rs` names and their skeletons.
-//! Five seeds, or as many as `SKIAGRAPH_SEEDS` says. What was measured is kept in `runs/search/outcomes.jsonl`, so that a study that
-//! was stopped goes on where it was; remove that file after a change of the program. With `SKIAGRAPH_TUNE=SETTINGS` the tuning takes
-//! are tracked with these settings (lines of `[tracker.annealed_particle_filter]`, parted by `;`) in small pictures and printed, and
-//! nothing is written; `SKIAGRAPH_TAKES` names some of them, `SKIAGRAPH_CONDITION` a condition. Without DIR nothing is run.
+//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_search`, where DIR holds the CMU takes that `takes.rs` names and
+//! their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. What was measured is kept in
+//! `runs/search/outcomes.jsonl`, so that a study that was stopped goes on where it was; remove that file after a change
+//! of the program. With `SKIAGRAPH_TUNE=SETTINGS` the tuning takes are tracked with these settings (lines of
+//! `[tracker.annealed_particle_filter]`, parted by `;`) in small pictures and printed, and nothing is written;
+//! `SKIAGRAPH_TAKES` names some of them, `SKIAGRAPH_CONDITION` a condition. Without DIR nothing is run.
 
 mod page;
 mod spoiled;

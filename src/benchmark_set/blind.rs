@@ -20,8 +20,8 @@ pub struct BlindSet {
     pub frames_per_second: f64,
     /// Number of frames, at least 1.
     pub frame_count: usize,
-    /// The way the body faces in frame 0, a unit vector on the ground; `None` where it has no heading, and in sets that were made
-    /// before it was written down.
+    /// The way the body faces in frame 0, a unit vector on the ground; `None` where it has no heading, and in sets that
+    /// were made before it was written down.
     pub forward: Option<[f64; 3]>,
     /// The cameras.
     pub rig: CameraRig,
@@ -92,8 +92,8 @@ impl BlindSet {
     }
 }
 
-/// Whether there are as many silhouettes as the manifest says, told by the last of every camera: nothing is made by a number that
-/// no file stands behind.
+/// Whether there are as many silhouettes as the manifest says, told by the last of every camera: nothing is made by a
+/// number that no file stands behind.
 fn check_listed(files: &SetFiles, manifest: &BlindManifest) -> Result<(), SetError> {
     let Sequence { frames, cameras, .. } = manifest.sequence;
     match (0..cameras).map(|camera| silhouette_path(camera, frames - 1)).find(|path| !files.has(path)) {

@@ -121,7 +121,8 @@ pub fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
     super::json::to_bytes(file, &record)
 }
 
-/// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked. `file` is what errors call it.
+/// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked. `file` is what errors call
+/// it.
 ///
 /// # Errors
 /// [`SetError::Malformed`] that says what is wrong.

@@ -1,5 +1,5 @@
-//! `truth/contact.npz`: contact of the actor, for T frames, K links with flesh, P pairs of them. Absent for an actor whose feet
-//! have no geometry.
+//! `truth/contact.npz`: contact of the actor, for T frames, K links with flesh, P pairs of them. Absent for an actor
+//! whose feet have no geometry.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
@@ -9,8 +9,8 @@
 //! | `foot_gap`, `foot_point`, `foot_velocity`, `foot_in_contact` | (T, 2, ...) | the same of the left and the right foot |
 //! | `self_depth` | (T, P) | depth by which two links are inside each other, m; 0 apart |
 //!
-//! `link_names` (K) and `pair_names` (P, "one two") name the columns, `left_out_names` the pairs that are not looked at because
-//! they are adjacent or touch in the bind pose; `rule` holds m, m/s, m, m/s, s, s as `rule_names` says.
+//! `link_names` (K) and `pair_names` (P, "one two") name the columns, `left_out_names` the pairs that are not looked at
+//! because they are adjacent or touch in the bind pose; `rule` holds m, m/s, m, m/s, s, s as `rule_names` says.
 //!
 //! Where Q props stand about (`truth/props.json`) also:
 //!

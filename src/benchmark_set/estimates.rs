@@ -1,4 +1,5 @@
-//! `poses.npz`: what a tracker estimated, with every seed, beside the truth where it is known. Anybody's tracker may write it.
+//! `poses.npz`: what a tracker estimated, with every seed, beside the truth where it is known. Anybody's tracker may
+//! write it.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
@@ -10,14 +11,16 @@
 //! | `truth_root`, `truth_angles` | (T, 7), (T, m) | the actor's poses, where the truth is known |
 //! | `truth_joints`, `truth_markers` | (T, K, 3), (T, 15, 3) | where they put it, m |
 //!
-//! Names of columns: `estimate_angle_names`, `marker_names`, `estimate_joint_names`, `truth_angle_names`, `truth_joint_names`.
+//! Names of columns: `estimate_angle_names`, `marker_names`, `estimate_joint_names`, `truth_angle_names`,
+//! `truth_joint_names`.
 //!
 //! This program writes all of them. Of an estimate that another program made (see [`Estimates::from_bytes`])
 //! - `fps`, `seeds` and one of poses, markers and joints are enough; what is given twice must agree to a millimetre;
 //! - columns may stand in any order: names put them in order. Without `estimate_angle_names` the order is that of
 //!   `start/start.json`; markers and joints need their names, but not all of them need be there;
 //! - a frame without an estimate is NaN throughout, and so is a marker or joint that a frame lacks;
-//! - joints alone give the markers that lie on them; `estimate_root` alone gives those of the root link and its rotation.
+//! - joints alone give the markers that lie on them; `estimate_root` alone gives those of the root link and its
+//!   rotation.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -49,7 +52,8 @@ pub struct EstimatedSequence {
     pub markers: Vec<Markers>,
 }
 
-/// What an estimate says of the body beyond the places of its markers: one entry a frame, `None` where there is no estimate.
+/// What an estimate says of the body beyond the places of its markers: one entry a frame, `None` where there is no
+/// estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Articulation {
     /// Poses of the tracker's body.
@@ -106,12 +110,12 @@ impl Estimates {
         self.sequences.first().map_or(0, EstimatedSequence::frames)
     }
 
-    /// The bytes of `poses.npz`; `body` is the tracker's. Without a truth, the `truth_` arrays are left out; what is not known
-    /// of the estimates is left out too, and a frame without an estimate is NaN.
+    /// The bytes of `poses.npz`; `body` is the tracker's. Without a truth, the `truth_` arrays are left out; what is
+    /// not known of the estimates is left out too, and a frame without an estimate is NaN.
     ///
     /// # Errors
-    /// [`SetError::Inconsistent`] unless every seed has as many frames, known alike, as every other (and as the truth), of that
-    /// body; [`SetError::Malformed`] beyond 4 GiB.
+    /// [`SetError::Inconsistent`] unless every seed has as many frames, known alike, as every other (and as the truth),
+    /// of that body; [`SetError::Malformed`] beyond 4 GiB.
     pub fn to_bytes(&self, file: &str, body: &Humanoid, truth: Option<&GroundTruth>) -> Result<Vec<u8>, SetError> {
         self.check(file, body, truth)?;
         let seeds = self.seeds.iter().map(|seed| i64::try_from(*seed)).collect::<Result<Vec<_>, _>>();

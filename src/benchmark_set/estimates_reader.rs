@@ -14,10 +14,12 @@ const QUOTED: usize = 60;
 
 impl Estimates {
     /// The estimates of a `poses.npz` for the tracker's body. What the arrays may be stands at the head of
-    /// `benchmark_set/estimates.rs`: numbers of any type, columns in any order with their names, NaN where there is no estimate.
+    /// `benchmark_set/estimates.rs`: numbers of any type, columns in any order with their names, NaN where there is no
+    /// estimate.
     ///
     /// # Errors
-    /// [`SetError::Malformed`] naming the array, the name of a column, or the seed and frame that is not what it should be.
+    /// [`SetError::Malformed`] naming the array, the name of a column, or the seed and frame that is not what it should
+    /// be.
     pub fn from_bytes(file: &str, bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {
         let npz = Npz::from_bytes(file, bytes)?;
         let refuse = |detail: &str| SetError::malformed(file, detail);

@@ -1,8 +1,8 @@
 //! Optional truth images, one OpenEXR file per camera and frame: the only place that knows `exr`.
 //!
 //! Channels: `depth.Z` (32-bit float, metres along the camera's z axis, +inf where no flesh is) and `id.part` (32-bit
-//! unsigned, index of the link in `truth.npz`'s `link_names` plus 1, 0 where no flesh is), at the centre of each pixel. The
-//! data window holds the figure alone; the display window is the image, outside the data window there is no flesh.
+//! unsigned, index of the link in `truth.npz`'s `link_names` plus 1, 0 where no flesh is), at the centre of each pixel.
+//! The data window holds the figure alone; the display window is the image, outside the data window there is no flesh.
 
 use std::io::Cursor;
 
@@ -55,7 +55,8 @@ pub(super) fn encode(file: &str, image: &DepthImage, layers: &[Layer]) -> Result
     Ok(bytes.into_inner())
 }
 
-/// Names of the channels of a set's truth images, those of the first camera and frame; none where the set has no images.
+/// Names of the channels of a set's truth images, those of the first camera and frame; none where the set has no
+/// images.
 ///
 /// # Errors
 /// [`SetError`] where that image cannot be read or is no OpenEXR file.

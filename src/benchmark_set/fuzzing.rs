@@ -1,4 +1,5 @@
-//! Readers of single files of a set, for `fuzz/`: in a set they stand behind checksums, which no random change gets past.
+//! Readers of single files of a set, for `fuzz/`: in a set they stand behind checksums, which no random change gets
+//! past.
 
 use super::manifest::BlindManifest;
 use super::{SetError, StepSpread, TrainingMotions, cameras_file, manifest, props_file};

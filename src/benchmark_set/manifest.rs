@@ -1,5 +1,5 @@
-//! `set.toml`: what the set is, and in which conventions its files speak; `truth/facts.toml`: what is known of the truth in words,
-//! which recording it is among it.
+//! `set.toml`: what the set is, and in which conventions its files speak; `truth/facts.toml`: what is known of the
+//! truth in words, which recording it is among it.
 
 use serde::{Deserialize, Serialize};
 
@@ -77,8 +77,8 @@ pub struct TruthFacts {
     pub matched: bool,
     /// How the bodies differ, in words; empty when matched.
     pub mismatch: String,
-    /// How the motion came to stand on the ground; absent where contact was neither measured nor changed, and in sets that were
-    /// made before it was written down.
+    /// How the motion came to stand on the ground; absent where contact was neither measured nor changed, and in sets
+    /// that were made before it was written down.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
 }

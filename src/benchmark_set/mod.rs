@@ -1,8 +1,9 @@
 //! A benchmark set: cameras, observations and a start for trackers; the truth for whoever measures them.
 //!
-//! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that trackers
-//! may see, [`TruthSet`] the other. Files are known by their SHA-256; a file that is not what was written is refused by
-//! name, and the whole set has one hash. `readme.txt`, which lies in every set as `README.txt`, says what is where.
+//! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that
+//! trackers may see, [`TruthSet`] the other. Files are known by their SHA-256; a file that is not what was written is
+//! refused by name, and the whole set has one hash. `readme.txt`, which lies in every set as `README.txt`, says what is
+//! where.
 
 mod blind;
 mod body_file;

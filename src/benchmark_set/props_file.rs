@@ -1,5 +1,5 @@
-//! `truth/props.json`: what stands about besides the actor; absent where nothing does. Solids are written as a body's flesh is, in
-//! the world's frame.
+//! `truth/props.json`: what stands about besides the actor; absent where nothing does. Solids are written as a body's
+//! flesh is, in the world's frame.
 
 use serde::{Deserialize, Serialize};
 

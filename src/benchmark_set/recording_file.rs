@@ -1,8 +1,10 @@
-//! `truth/recording.npz`: which recording the actor performs, and the fingerprint by which frames of it are known in any other file.
+//! `truth/recording.npz`: which recording the actor performs, and the fingerprint by which frames of it are known in
+//! any other file.
 //!
-//! It lies on the truth's side: somebody who has the fingerprint of a frame can tell whether a guessed pose is the right one, were it hashed
-//! ever so well, for poses are few. `skiagraph track` therefore does not compare; it writes down what its models learned from
-//! (`learned_from.npz` of a run, in the same format), and `skiagraph evaluate` refuses a run whose models know the test.
+//! It lies on the truth's side: somebody who has the fingerprint of a frame can tell whether a guessed pose is the
+//! right one, were it hashed ever so well, for poses are few. `skiagraph track` therefore does not compare; it writes
+//! down what its models learned from (`learned_from.npz` of a run, in the same format), and `skiagraph evaluate`
+//! refuses a run whose models know the test.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
@@ -37,10 +39,11 @@ pub struct SourceRecording {
 }
 
 impl SourceRecording {
-    /// First and last frame of this recording, as its file counts, that the other one has too; `None` where it has none.
+    /// First and last frame of this recording, as its file counts, that the other one has too; `None` where it has
+    /// none.
     ///
-    /// The same file (by hash; by name where a hash or the fingerprint is missing) shares the frames of the same numbers; besides, frames
-    /// are compared by what they hold.
+    /// The same file (by hash; by name where a hash or the fingerprint is missing) shares the frames of the same
+    /// numbers; besides, frames are compared by what they hold.
     pub fn shared_frames(&self, other: &Self) -> Option<(usize, usize)> {
         let name = |clip: &str| clip.rsplit(['/', '\\']).next().map(str::to_owned);
         let same_file = match (&self.sha256, &other.sha256) {

@@ -23,11 +23,12 @@ use crate::scene::GroundTruth;
 pub const SET_ENTRIES: [&str; 7] =
     [manifest::PATH, README, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
-/// Most memory that images in work take while layers are written, unless a single image takes more: so many threads draw at a
-/// time that their images stay below it.
+/// Most memory that images in work take while layers are written, unless a single image takes more: so many threads
+/// draw at a time that their images stay below it.
 pub const LAYERS_MEMORY_BYTES: usize = 1 << 30;
 
-/// What one thread that writes layers holds for every pixel: its ray, depth and part, the parts cut out, and the file's bytes.
+/// What one thread that writes layers holds for every pixel: its ray, depth and part, the parts cut out, and the file's
+/// bytes.
 const LAYER_BYTES_A_PIXEL: usize = 16 + 8 + 8 + 8;
 
 const README: &str = "README.txt";
@@ -51,7 +52,8 @@ pub struct TruthSet {
     pub refitted: Option<Motion>,
     /// What is known beyond the numbers.
     pub facts: TruthFacts,
-    /// The recording that the actor performs, by which a model is known that learned from it; `None` in sets that do not say.
+    /// The recording that the actor performs, by which a model is known that learned from it; `None` in sets that do
+    /// not say.
     pub recording: Option<SourceRecording>,
 }
 
@@ -109,7 +111,8 @@ impl TruthSet {
 }
 
 impl BenchmarkSet {
-    /// Makes a set in memory. `observe(frame)` is what the cameras saw; it is called once for every frame, on any thread.
+    /// Makes a set in memory. `observe(frame)` is what the cameras saw; it is called once for every frame, on any
+    /// thread.
     ///
     /// # Errors
     /// [`SetError`] when the parts do not fit together.
@@ -192,8 +195,8 @@ impl BenchmarkSet {
         self.write_with_layers(folder, &[])
     }
 
-    /// As [`Self::write`], with truth images of every camera and frame below `truth/layers/`. They are worked out of the
-    /// truth while they are written and do not change [`BlindSet::set_hash`].
+    /// As [`Self::write`], with truth images of every camera and frame below `truth/layers/`. They are worked out of
+    /// the truth while they are written and do not change [`BlindSet::set_hash`].
     ///
     /// # Errors
     /// As [`Self::write`].
@@ -238,7 +241,8 @@ impl BenchmarkSet {
         })
     }
 
-    /// One camera after another, each image drawn, written and forgotten: memory is that of some images, however many there are.
+    /// One camera after another, each image drawn, written and forgotten: memory is that of some images, however many
+    /// there are.
     fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: Sink<'_>) -> Result<(), SetError> {
         let frames = self.blind.frame_count;
         for (index, camera) in self.blind.rig.cameras.iter().enumerate() {

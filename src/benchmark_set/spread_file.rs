@@ -1,5 +1,5 @@
-//! `start/spread.npz`: how far each number of a pose moves from frame to frame, for sets without training motion. No pose can be read from
-//! it: it holds root mean squares over all frames of the test, one per number of a step.
+//! `start/spread.npz`: how far each number of a pose moves from frame to frame, for sets without training motion. No
+//! pose can be read from it: it holds root mean squares over all frames of the test, one per number of a step.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
@@ -19,8 +19,8 @@ pub(super) const PATH: &str = "start/spread.npz";
 const ROOT_NAMES: [&str; ROOT_STEP] =
     ["root_x", "root_y", "root_z", "root_turn_about_x", "root_turn_about_y", "root_turn_about_z"];
 
-/// Root mean squares of what changes from frame to frame, in the order of a step of the tracker's body: root translation (world x y z,
-/// metres), root rotation (about its own x y z, radians), then one per degree of freedom.
+/// Root mean squares of what changes from frame to frame, in the order of a step of the tracker's body: root
+/// translation (world x y z, metres), root rotation (about its own x y z, radians), then one per degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepSpread {
     /// Of the difference between successive frames.

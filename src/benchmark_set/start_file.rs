@@ -1,5 +1,6 @@
-//! `start/`: what a tracker is told before the first frame. `body.json` is its body, `start.json` where that begins; `training.npz`
-//! has motions to learn from, where there are any, else `spread.npz` how far a pose moves from frame to frame.
+//! `start/`: what a tracker is told before the first frame. `body.json` is its body, `start.json` where that begins;
+//! `training.npz` has motions to learn from, where there are any, else `spread.npz` how far a pose moves from frame to
+//! frame.
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
-//! `start/training.npz`: motions of the tracker's body that are not the test's, to learn from. Arrays `fps`, `root`, `angles` and
-//! `angle_names`, the frames of all motions one after another; `lengths`, frames of every motion, where there are several; and
-//! `sources`, which recordings they are, in words. Sets without such motions have [`super::StepSpread`] in its place.
+//! `start/training.npz`: motions of the tracker's body that are not the test's, to learn from. Arrays `fps`, `root`,
+//! `angles` and `angle_names`, the frames of all motions one after another; `lengths`, frames of every motion, where
+//! there are several; and `sources`, which recordings they are, in words. Sets without such motions have
+//! [`super::StepSpread`] in its place.
 
 use super::manifest::check_rate;
 use super::truth_file::{push_poses, read_poses};

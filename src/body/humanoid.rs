@@ -81,7 +81,8 @@ pub enum JointKind {
         /// Index of the first of three degrees of freedom.
         first: usize,
     },
-    /// Any rigid motion: degrees of freedom `first .. first + 3` translate, `first + 3 .. first + 6` are a rotation vector.
+    /// Any rigid motion: degrees of freedom `first .. first + 3` translate, `first + 3 .. first + 6` are a rotation
+    /// vector.
     Floating {
         /// Index of the first of six degrees of freedom.
         first: usize,

@@ -1,8 +1,9 @@
 //! The geometric Jacobian: velocities of points and links for a change of pose.
 //!
-//! A pose has `6 + degrees_of_freedom.len()` directions, in this order: the root's translation along the world's x, y, z
-//! (metres), the root's rotation about its own x, y, z (radians), then every degree of freedom. A hinge with axis `a`
-//! through `o` moves a point `p` by `a x (p - o)` and turns all beyond it by `a` (Craig, Introduction to Robotics, ch. 5).
+//! A pose has `6 + degrees_of_freedom.len()` directions, in this order: the root's translation along the world's x, y,
+//! z (metres), the root's rotation about its own x, y, z (radians), then every degree of freedom. A hinge with axis `a`
+//! through `o` moves a point `p` by `a x (p - o)` and turns all beyond it by `a` (Craig, Introduction to Robotics, ch.
+//! 5).
 
 use nalgebra::{Matrix3, Matrix3xX, Point3, Vector3};
 
@@ -33,8 +34,8 @@ impl Screw {
 }
 
 impl Humanoid {
-    /// Derivative of the world position of a point that is fixed to `link`, 3 rows, one column per direction of the pose
-    /// (module documentation), metres per metre or radian. `frames` must be `pose`'s.
+    /// Derivative of the world position of a point that is fixed to `link`, 3 rows, one column per direction of the
+    /// pose (module documentation), metres per metre or radian. `frames` must be `pose`'s.
     pub fn point_jacobian(
         &self,
         pose: &Pose,
@@ -47,16 +48,16 @@ impl Humanoid {
         self.dense(&columns)
     }
 
-    /// Angular velocity of `link` in the world per unit speed of each direction of the pose (module documentation), 3 rows.
-    /// `frames` must be `pose`'s.
+    /// Angular velocity of `link` in the world per unit speed of each direction of the pose (module documentation), 3
+    /// rows. `frames` must be `pose`'s.
     pub fn link_angular_jacobian(&self, pose: &Pose, frames: &LinkFrames, link: usize) -> Matrix3xX<f64> {
         let mut columns = Vec::new();
         self.angular_columns(pose, frames, link, &mut columns);
         self.dense(&columns)
     }
 
-    /// The columns of [`Self::point_jacobian`] that are not zero, with their numbers; mimicking joints repeat a number, and
-    /// the repeated columns add up.
+    /// The columns of [`Self::point_jacobian`] that are not zero, with their numbers; mimicking joints repeat a number,
+    /// and the repeated columns add up.
     pub(super) fn point_columns(
         &self,
         pose: &Pose,
@@ -83,12 +84,13 @@ impl Humanoid {
         self.for_each_screw(pose, frames, link, |direction, screw| columns.push((direction, screw.turns())));
     }
 
-    /// How a step of the pose ([`Humanoid::step`]) moves `link`: for every number of the step that does, its index and the twist
-    /// `[v, w]` by which a point `p` of the link moves, `v + w x (p - about)` per unit. Root first, then from the link up its
-    /// chain; mimicking joints repeat an index, and the repeated twists add up. `frames` must be the pose's.
+    /// How a step of the pose ([`Humanoid::step`]) moves `link`: for every number of the step that does, its index and
+    /// the twist `[v, w]` by which a point `p` of the link moves, `v + w x (p - about)` per unit. Root first, then from
+    /// the link up its chain; mimicking joints repeat an index, and the repeated twists add up. `frames` must be the
+    /// pose's.
     ///
-    /// Unlike the columns of [`Self::point_jacobian`], those of a rotation vector (spherical and floating joints) are about the
-    /// joint's own axes, for there a step composes.
+    /// Unlike the columns of [`Self::point_jacobian`], those of a rotation vector (spherical and floating joints) are
+    /// about the joint's own axes, for there a step composes.
     pub fn step_twists(
         &self,
         frames: &LinkFrames,
@@ -118,8 +120,8 @@ impl Humanoid {
         self.for_each_screw_with(frames, link, of_vector, visit);
     }
 
-    /// As [`Self::for_each_screw`]; `turn` gives, for the index of a rotation vector's first number, the axes in the child's frame
-    /// about which its three numbers turn, as columns.
+    /// As [`Self::for_each_screw`]; `turn` gives, for the index of a rotation vector's first number, the axes in the
+    /// child's frame about which its three numbers turn, as columns.
     fn for_each_screw_with(
         &self,
         frames: &LinkFrames,

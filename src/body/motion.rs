@@ -42,8 +42,8 @@ impl Motion {
     }
 
     /// The same motion at another rate, from its first instant to the last that falls inside it: translations and
-    /// angles linearly, rotations (the root's and those of spherical joints) along the shorter arc (slerp). `None` unless
-    /// the rate is positive and at most 10 kHz. The motion must be continuous ([`Self::made_continuous`]).
+    /// angles linearly, rotations (the root's and those of spherical joints) along the shorter arc (slerp). `None`
+    /// unless the rate is positive and at most 10 kHz. The motion must be continuous ([`Self::made_continuous`]).
     pub fn resampled(&self, humanoid: &Humanoid, frames_per_second: f64) -> Option<Self> {
         if !(frames_per_second > 0.0 && frames_per_second <= MAX_FRAMES_PER_SECOND) {
             return None;

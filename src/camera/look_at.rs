@@ -34,8 +34,8 @@ impl Camera {
     /// principal point is the image's centre, pixels are square, the near plane is [`DEFAULT_NEAR`].
     ///
     /// # Errors
-    /// [`CameraError`] for a field of view outside (0, pi), an image size outside `1..=16384`, a target at the eye, or an
-    /// up direction along the view.
+    /// [`CameraError`] for a field of view outside (0, pi), an image size outside `1..=16384`, a target at the eye, or
+    /// an up direction along the view.
     pub fn look_at(
         name: &str,
         eye: Point3<f64>,

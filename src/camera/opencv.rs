@@ -1,7 +1,7 @@
 //! Cameras as OpenCV writes them: K, R, t and five distortion coefficients.
 //!
-//! OpenCV puts pixel (0, 0) at the *centre* of the top-left pixel, we at its outer corner: `cx` and `cy` are half a pixel
-//! smaller there than here.
+//! OpenCV puts pixel (0, 0) at the *centre* of the top-left pixel, we at its outer corner: `cx` and `cy` are half a
+//! pixel smaller there than here.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 

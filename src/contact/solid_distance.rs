@@ -36,8 +36,8 @@ pub fn solid_distance(first: &Flesh, second: &Flesh, first_from_second: &Isometr
     }
 }
 
-/// The point of `second` that is nearest to `first`, or deepest in it, and the outward normal of `first` there, both in the frame of
-/// `first`'s link; by parry, to single precision. `None` where [`solid_distance`] may be infinite.
+/// The point of `second` that is nearest to `first`, or deepest in it, and the outward normal of `first` there, both in
+/// the frame of `first`'s link; by parry, to single precision. `None` where [`solid_distance`] may be infinite.
 pub(super) fn nearest_point(
     first: &Flesh,
     second: &Flesh,

@@ -10,13 +10,13 @@ use crate::rng::{Purpose, stream};
 /// Resamples behind every interval.
 pub(super) const RESAMPLES: usize = 10_000;
 
-/// Ends of the interval of the mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip `c`'s runs. Seeds are
-/// drawn again within their clip, and must not be equal in all of them.
+/// Ends of the interval of the mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip
+/// `c`'s runs. Seeds are drawn again within their clip, and must not be equal in all of them.
 ///
-/// BCa percentiles (Efron 1987): the share of resampled means below the mean corrects the bias, the skewness of the values the
-/// percentiles. They are taken further out than 2.5 %, by the ratio of Student's t to the normal deviate and by the bootstrap's
-/// divisor n in place of n - 1 (Hesterberg 2015, "What teachers should know about the bootstrap", section 5.3): plain ones cover
-/// 90 % of the time with ten runs.
+/// BCa percentiles (Efron 1987): the share of resampled means below the mean corrects the bias, the skewness of the
+/// values the percentiles. They are taken further out than 2.5 %, by the ratio of Student's t to the normal deviate and
+/// by the bootstrap's divisor n in place of n - 1 (Hesterberg 2015, "What teachers should know about the bootstrap",
+/// section 5.3): plain ones cover 90 % of the time with ten runs.
 pub(super) fn bca(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     let centre = mean_of_means(clips)?;
     let reach = reach(clips)?;
@@ -34,8 +34,8 @@ pub(super) fn bca(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     Some([end(-reach)?, end(reach)?])
 }
 
-/// The normal deviate that gives a normal sample the width of Student's interval: `t sqrt(n / (n - 1))`; over several clips the
-/// ratio is that of the variances of the mean. Something must vary.
+/// The normal deviate that gives a normal sample the width of Student's interval: `t sqrt(n / (n - 1))`; over several
+/// clips the ratio is that of the variances of the mean. Something must vary.
 fn reach(clips: &[Vec<f64>]) -> Option<f64> {
     let t = student_quantile(freedom_of_mean(clips)?)?;
     let squares = |runs: &Vec<f64>| influences(runs, clips.len()).map(|i| i * i).sum::<f64>();
@@ -96,7 +96,8 @@ mod tests {
         assert_eq!(share_below(&[1.0, 1.0], 5.0), 0.75, "not 1");
     }
 
-    /// A symmetric sample has no bias and no acceleration: the percentiles are Student's, and the resampled means nearly normal.
+    /// A symmetric sample has no bias and no acceleration: the percentiles are Student's, and the resampled means
+    /// nearly normal.
     #[test]
     fn a_symmetric_sample_has_nearly_the_interval_of_student() {
         let runs: Vec<f64> = (0..21).map(|i| f64::from(i) - 10.0).collect();

@@ -1,7 +1,8 @@
 //! Errors of motion: velocity, acceleration, and how much the estimate trembles.
 //!
 //! Differences are taken over frames and multiplied by the frame rate, so that sequences of different rates can be
-//! compared; noise is amplified all the same, the more the higher the rate, so these numbers need their fps beside them.
+//! compared; noise is amplified all the same, the more the higher the rate, so these numbers need their fps beside
+//! them.
 
 use nalgebra::Vector3;
 

@@ -88,8 +88,8 @@ const SLIDE_MM: f64 = 25.0;
 
 type Who = for<'a> fn(&ContactPair<'a>) -> Option<Touching<'a>>;
 
-/// Speeds, mm/s, of the feet whose counterpart stands in the truth; none where the difference touches a frame that is left out or
-/// has no pose.
+/// Speeds, mm/s, of the feet whose counterpart stands in the truth; none where the difference touches a frame that is
+/// left out or has no pose.
 fn speeds_in_stance(sequence: &Sequence<'_>, who: Who, frame: usize) -> impl Iterator<Item = f64> {
     let pair = sequence.contacts.filter(|_| frame > sequence.first_scored);
     let known = pair.and_then(|pair| Some((pair, who(&pair).filter(|body| body.is_known(frame, 1))?)));

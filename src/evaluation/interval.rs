@@ -1,8 +1,8 @@
 //! A 95 % interval of a mean over runs, and when there is none.
 //!
-//! The unit is the run (one clip, one seed), never the frame: frames of one run are correlated, and an interval over them would
-//! be several times too narrow. Seeds vary within their clip; the clips themselves are taken as given, so that the interval
-//! speaks of these clips.
+//! The unit is the run (one clip, one seed), never the frame: frames of one run are correlated, and an interval over
+//! them would be several times too narrow. Seeds vary within their clip; the clips themselves are taken as given, so
+//! that the interval speaks of these clips.
 //!
 //! Which rule holds where was decided by a simulation of coverage (`cargo bench --bench study_intervals`,
 //! `results/intervals.md`).
@@ -58,11 +58,12 @@ pub enum ValueRange {
 pub enum IntervalRule {
     /// Student's t interval; over several clips with the degrees of freedom of Welch (1938) and Satterthwaite (1946).
     Student,
-    /// Student's t interval on a logarithmic scale: the modified Cox interval (Olsson 2005) of the mean of log-normal values,
-    /// about the arithmetic mean. It is an interval of the mean; exponents of a t interval of the logarithms would be one of the
-    /// median.
+    /// Student's t interval on a logarithmic scale: the modified Cox interval (Olsson 2005) of the mean of log-normal
+    /// values, about the arithmetic mean. It is an interval of the mean; exponents of a t interval of the logarithms
+    /// would be one of the median.
     StudentOnLogs,
-    /// Bias-corrected and accelerated bootstrap (Efron 1987), stratified by clip, with expanded percentiles (Hesterberg 2015).
+    /// Bias-corrected and accelerated bootstrap (Efron 1987), stratified by clip, with expanded percentiles (Hesterberg
+    /// 2015).
     Bootstrap,
 }
 
@@ -76,13 +77,13 @@ impl fmt::Display for IntervalRule {
     }
 }
 
-/// 95 % interval of the mean over clips of each clip's mean over seeds, and the rule that made it; `clips[c]` holds the values
-/// of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, where a clip has a single run (one seed says nothing about
-/// the next), and where the runs of every clip are equal: an interval of no width would promise what three seeds without a lost
-/// frame do not show.
+/// 95 % interval of the mean over clips of each clip's mean over seeds, and the rule that made it; `clips[c]` holds the
+/// values of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, where a clip has a single run (one seed says
+/// nothing about the next), and where the runs of every clip are equal: an interval of no width would promise what
+/// three seeds without a lost frame do not show.
 ///
-/// From [`BOOTSTRAP_RUNS`] runs a clip on it is a bootstrap; with fewer Student's t, on a logarithmic scale for errors that are
-/// all above 0.
+/// From [`BOOTSTRAP_RUNS`] runs a clip on it is a bootstrap; with fewer Student's t, on a logarithmic scale for errors
+/// that are all above 0.
 pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval, IntervalRule)> {
     let fewest = clips.iter().map(Vec::len).min()?;
     let runs: usize = clips.iter().map(Vec::len).sum();

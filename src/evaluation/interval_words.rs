@@ -8,8 +8,8 @@ use super::interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, are_equal};
 /// `results/intervals.json`.
 const COVERAGE_WITH_LOST_TRACKS: [(usize, u32); 4] = [(3, 29), (5, 39), (10, 65), (20, 87)];
 
-/// How the interval of one metric was made, or why there is none. `clips` holds the values of the runs that have the metric,
-/// `of` is the number of all runs.
+/// How the interval of one metric was made, or why there is none. `clips` holds the values of the runs that have the
+/// metric, `of` is the number of all runs.
 pub(super) fn of_metric(clips: &[Vec<f64>], of: usize, rule: Option<IntervalRule>) -> String {
     match rule {
         Some(rule) => format!("{rule} over {}", counted(clips, of)),

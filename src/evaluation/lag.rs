@@ -44,8 +44,9 @@ fn lag_corrected(sequence: &Sequence<'_>) -> Option<Measurement> {
     best_shift(sequence).map(|(_, error)| Measurement::Whole(error))
 }
 
-/// The shift in frames of least error, and that error in millimetres; the smaller shift wins a tie. True frames count that have an
-/// estimate at every shift. `None` for sequences shorter than four times the longest lag, and for fewer such frames than those have.
+/// The shift in frames of least error, and that error in millimetres; the smaller shift wins a tie. True frames count
+/// that have an estimate at every shift. `None` for sequences shorter than four times the longest lag, and for fewer
+/// such frames than those have.
 fn best_shift(sequence: &Sequence<'_>) -> Option<(i64, f64)> {
     let reach = (LONGEST_LAG_S * sequence.frames_per_second) as usize;
     if sequence.scored().len() < 4 * reach.max(1) {

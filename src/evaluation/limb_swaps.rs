@@ -75,9 +75,10 @@ mod tests {
         assert!((metric.mean - 3.0 / 5.0).abs() < 1e-12);
     }
 
-    /// The ankles are 0.2 m apart and one behind the other by 0.22 m, the knees 0.2 and 0.14 m: moved to the left by 0.3 m every
-    /// right marker is 0.1 m to the left of the true left one. As they are they are 4 x 0.3 m off. Exchanged, the right ones are
-    /// hypot(0.1, 0.22) and hypot(0.1, 0.14) m off, the left ones hypot(0.5, 0.22) and hypot(0.5, 0.14): 1.479 m in all.
+    /// The ankles are 0.2 m apart and one behind the other by 0.22 m, the knees 0.2 and 0.14 m: moved to the left by
+    /// 0.3 m every right marker is 0.1 m to the left of the true left one. As they are they are 4 x 0.3 m off.
+    /// Exchanged, the right ones are hypot(0.1, 0.22) and hypot(0.1, 0.14) m off, the left ones hypot(0.5, 0.22) and
+    /// hypot(0.5, 0.14): 1.479 m in all.
     #[test]
     fn a_body_that_stands_beside_the_truth_is_not_exchanged() {
         let hypot = f64::hypot;

@@ -17,8 +17,8 @@ pub struct Metric {
     pub direction: Direction,
     /// What must be there for it to be measured, in words that follow "needs".
     pub needs: &'static str,
-    /// Joint set, alignment and mask rule. `{contact_rule}`, `{gravity}` and `{friction}` stand for numbers that other rooms
-    /// decide; they are filled in where a value gets its protocol.
+    /// Joint set, alignment and mask rule. `{contact_rule}`, `{gravity}` and `{friction}` stand for numbers that other
+    /// rooms decide; they are filled in where a value gets its protocol.
     pub protocol: &'static str,
     /// The measurement; `None` where the sequence lacks what it needs.
     pub measure: fn(&Sequence<'_>) -> Option<Measurement>,

@@ -6,7 +6,8 @@ use super::{
     orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
 };
 
-/// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the docs.
+/// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the
+/// docs.
 pub const METRICS: &[Metric] = &[
     humaneva::ABSOLUTE,
     humaneva::RELATIVE,

@@ -51,8 +51,8 @@ pub struct Touching<'a> {
     pub prop_depth_m: Option<&'a [f64]>,
     /// Balance and forces, where it has mass.
     pub dynamics: Option<&'a Dynamics>,
-    /// In which frames its pose is known, and what stands in the other lists means something; `None`: in all. Stretches between
-    /// frames without a pose are measured each by itself.
+    /// In which frames its pose is known, and what stands in the other lists means something; `None`: in all. Stretches
+    /// between frames without a pose are measured each by itself.
     pub known: Option<&'a [bool]>,
 }
 

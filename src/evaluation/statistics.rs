@@ -47,7 +47,8 @@ pub(super) fn standard_deviation(values: &[f64]) -> Option<f64> {
     variance(values).map(f64::sqrt)
 }
 
-/// The `q`-quantile (0 to 1) of an ascending list, linear between neighbours (type 7, numpy's default); `None` if empty.
+/// The `q`-quantile (0 to 1) of an ascending list, linear between neighbours (type 7, numpy's default); `None` if
+/// empty.
 pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let position = q.clamp(0.0, 1.0) * last as f64;

@@ -1,11 +1,12 @@
-//! Student's t interval of a mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip `c`'s runs.
+//! Student's t interval of a mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip `c`'s
+//! runs.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::statistics::{mean, variance};
 
-/// No logarithms of errors are taken to vary more than this (a standard deviation of 1 is a factor of e from run to run):
-/// one run whose error is all but zero would otherwise stretch an interval of three runs over many powers of ten.
+/// No logarithms of errors are taken to vary more than this (a standard deviation of 1 is a factor of e from run to
+/// run): one run whose error is all but zero would otherwise stretch an interval of three runs over many powers of ten.
 const GREATEST_LOG_VARIANCE: f64 = 1.0;
 
 /// `m +- t se`.
@@ -15,8 +16,8 @@ pub(super) fn student(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     Some([centre - half, centre + half])
 }
 
-/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (Olsson
-/// 2005); of several clips the `se^2` of the clips' means add up.
+/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms
+/// (Olsson 2005); of several clips the `se^2` of the clips' means add up.
 pub(super) fn student_on_logs(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     let centre = mean_of_means(clips)?;
     let half = half_width(clips, |runs| {

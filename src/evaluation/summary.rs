@@ -55,8 +55,8 @@ pub struct MetricSummary {
     pub unit: Unit,
     /// Mean over clips of each clip's mean over seeds, over the runs that have the metric.
     pub mean: f64,
-    /// Spread over frames; absent for a metric of the whole sequence. `std`, `median`, `p90`: of the frames of a run, averaged
-    /// over runs. `max`: of all frames of all runs.
+    /// Spread over frames; absent for a metric of the whole sequence. `std`, `median`, `p90`: of the frames of a run,
+    /// averaged over runs. `max`: of all frames of all runs.
     #[serde(flatten)]
     pub spread: Option<Spread>,
     /// 95 % interval of the mean; `None` for fewer than three runs, where a clip has one seed and where all are equal.
@@ -66,7 +66,8 @@ pub struct MetricSummary {
     /// Standard deviation of the runs' means; absent for a single run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_between_runs: Option<f64>,
-    /// Share of the truth's markers that the estimates of all runs have: what is not covered is left out of the mean of an error.
+    /// Share of the truth's markers that the estimates of all runs have: what is not covered is left out of the mean of
+    /// an error.
     pub coverage: f64,
     /// Mean of every run, in the order of [`Summary::runs`]; `None` where a run lacks the metric.
     pub per_run: Vec<Option<f64>>,

@@ -35,7 +35,8 @@ impl BodyContacts {
         Some(Self { ground, self_depth_m, prop_depth_m, dynamics, known: None })
     }
 
-    /// As [`Self::of_motion`], of poses some of which may be missing: each stretch between gaps by itself. `None` without any pose.
+    /// As [`Self::of_motion`], of poses some of which may be missing: each stretch between gaps by itself. `None`
+    /// without any pose.
     pub(super) fn of_poses(
         body: &Humanoid,
         poses: &[Option<Pose>],

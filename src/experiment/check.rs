@@ -55,7 +55,8 @@ pub struct Soundness {
     pub notes: Vec<String>,
 }
 
-/// Reads everything that a scenario names, sets the scene, looks at it through the cameras, and tracks a sample for the cost.
+/// Reads everything that a scenario names, sets the scene, looks at it through the cameras, and tracks a sample for the
+/// cost.
 ///
 /// # Errors
 /// All that `run` would refuse, each an [`ExperimentError`] that names the file, line or key.
@@ -111,8 +112,8 @@ fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<Ca
     }
 }
 
-/// Everything that is wrong with the files that a scenario names, each looked at by itself: recordings that are not there, robots
-/// and models that cannot be read.
+/// Everything that is wrong with the files that a scenario names, each looked at by itself: recordings that are not
+/// there, robots and models that cannot be read.
 pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Vec<ExperimentError> {
     let scenario = &file.scenario;
     let mut wrong = Vec::new();

@@ -24,8 +24,8 @@ const LONGEST_MOTION_S: f64 = 3600.0;
 /// Below a folder of recordings no path is this deep, unless links make a circle.
 const GREATEST_DEPTH: usize = 12;
 
-/// Statures that a body may have whose unit is not guessed but said, by the format or by whoever uses it, metres. What a guess may
-/// lead to is narrower (`mocap`).
+/// Statures that a body may have whose unit is not guessed but said, by the format or by whoever uses it, metres. What
+/// a guess may lead to is narrower (`mocap`).
 const STATURES: std::ops::RangeInclusive<f64> = 0.5..=3.0;
 
 /// The part of a recording that is used.
@@ -48,7 +48,8 @@ pub(super) fn load(
     })
 }
 
-/// What is wrong with the names of a recording that [`load`] reads: neither it nor its skeleton need be sound, but there.
+/// What is wrong with the names of a recording that [`load`] reads: neither it nor its skeleton need be sound, but
+/// there.
 pub(super) fn missing(
     file: &ScenarioFile,
     table: &str,
@@ -69,8 +70,8 @@ pub(super) fn missing(
     missing.map(|(key, name)| unsound(key, places.missing(name, settings))).collect()
 }
 
-/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `unsound` is how a complaint about
-/// a key of the settings is put.
+/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `unsound` is how a
+/// complaint about a key of the settings is put.
 pub(super) fn read_part(
     folder: &Path,
     recording: &Path,
@@ -154,8 +155,8 @@ fn check_stature(clip: &Clip) -> Result<(), String> {
     }
 }
 
-/// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`; `metres_per_unit` where
-/// the file's unit is known.
+/// A recording as its file holds it, whole and at its own rate: the path of one, or `embedded:NAME`; `metres_per_unit`
+/// where the file's unit is known.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file.
@@ -188,7 +189,8 @@ fn embedded(name: &str) -> Result<&'static str, String> {
     })
 }
 
-/// The files of a `recording`, which is the settings' clip, that [`load`] reads; none for a built-in clip and for files that are missing.
+/// The files of a `recording`, which is the settings' clip, that [`load`] reads; none for a built-in clip and for files
+/// that are missing.
 pub(super) fn paths_of(
     folder: &Path,
     recording: &Path,
@@ -220,8 +222,8 @@ struct Places<'a> {
 }
 
 impl Places<'_> {
-    /// The file of that path or name; of several below the recordings' folder, the one with the right hash, else the first
-    /// in alphabetical order.
+    /// The file of that path or name; of several below the recordings' folder, the one with the right hash, else the
+    /// first in alphabetical order.
     fn find(&self, name: &Path, sha256: Option<&str>) -> Option<PathBuf> {
         let beside = self.folder.join(name);
         if beside.exists() && !beside.is_dir() {

@@ -185,7 +185,8 @@ struct Work {
     refinement: Option<RefinementSettings>,
 }
 
-/// How fast a filter is: a frame, its refinement with it, costs so much by itself, and each evaluation so much more. Seconds.
+/// How fast a filter is: a frame, its refinement with it, costs so much by itself, and each evaluation so much more.
+/// Seconds.
 #[derive(Clone, Copy)]
 struct Speed {
     frame_s: f64,
@@ -247,7 +248,8 @@ fn pixels(staged: &Staged) -> impl Iterator<Item = f64> + Clone + '_ {
     staged.rig.cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
 }
 
-/// Most memory while a set is drawn and held: the truth twice, the files, what cameras need to be ready, and a thread's image.
+/// Most memory while a set is drawn and held: the truth twice, the files, what cameras need to be ready, and a thread's
+/// image.
 fn render_memory(file: &ScenarioFile, staged: &Staged, sample: &Sample) -> f64 {
     let truth = &staged.ground_truth;
     let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras.len() as f64);

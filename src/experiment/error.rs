@@ -194,8 +194,8 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work, 130 after
-    /// an interruption.
+    /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work,
+    /// 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Busy { .. } => 75,

@@ -39,8 +39,8 @@ struct ReadModel {
 }
 
 impl Models {
-    /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from `test`, the recording
-    /// of the truth.
+    /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from
+    /// `test`, the recording of the truth.
     pub fn of(file: &ScenarioFile, test: Option<&SourceRecording>) -> Self {
         Self { folder: file.folder.clone(), test: test.cloned(), ..Self::default() }
     }
@@ -144,12 +144,12 @@ impl Models {
         }
     }
 
-    /// The particles' motion that a tracker asks for. `truth`, one pose of the tracker's body a frame, gives roots away where the
-    /// settings want that; nothing else is taken of it.
+    /// The particles' motion that a tracker asks for. `truth`, one pose of the tracker's body a frame, gives roots away
+    /// where the settings want that; nothing else is taken of it.
     ///
     /// # Errors
-    /// As [`Self::learn`] and [`ModelFacts::check_fits`]; [`ExperimentError::OracleNeedsTruth`] where roots cannot be given
-    /// away.
+    /// As [`Self::learn`] and [`ModelFacts::check_fits`]; [`ExperimentError::OracleNeedsTruth`] where roots cannot be
+    /// given away.
     pub(super) fn latent<T: LatentKind>(
         &mut self,
         settings: &LatentTrackerSettings<T>,

@@ -212,7 +212,8 @@ impl<'a> Painters<'a> {
         seen.iter_mut().map(|painter| painter.depth_of_props(props).mask()).collect()
     }
 
-    /// `[answer][camera]`: intersection over union of each pose's silhouettes with those observed; `None` without a pose.
+    /// `[answer][camera]`: intersection over union of each pose's silhouettes with those observed; `None` without a
+    /// pose.
     fn overlaps<'p>(
         &mut self,
         observed: &Observation,

@@ -1,7 +1,7 @@
 //! Scenarios and what is done with them: the only room that knows every other.
 //!
-//! [`run()`] renders, tracks and measures a scenario; [`render()`], [`track_set`] and [`evaluate_run`] do the three apart,
-//! by way of a benchmark set on disk, with the same numbers.
+//! [`run()`] renders, tracks and measures a scenario; [`render()`], [`track_set`] and [`evaluate_run`] do the three
+//! apart, by way of a benchmark set on disk, with the same numbers.
 //!
 //! ```no_run
 //! use skiagraph::experiment::{Destination, Unwatched, run};

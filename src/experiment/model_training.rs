@@ -1,7 +1,7 @@
 //! `skiagraph train`: from recordings to a model file.
 //!
-//! Every finished segment is kept in `MODEL.partial` beside the model, itself a model file that says that it is not whole.
-//! The same training takes it up again; a training of anything else does not.
+//! Every finished segment is kept in `MODEL.partial` beside the model, itself a model file that says that it is not
+//! whole. The same training takes it up again; a training of anything else does not.
 
 use std::path::{Path, PathBuf};
 
@@ -67,7 +67,8 @@ impl TrainingInput {
     /// The `[training]` of a scenario, on the tracker's body.
     ///
     /// # Errors
-    /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is refused.
+    /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is
+    /// refused.
     pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
             let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";

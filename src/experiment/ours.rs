@@ -36,7 +36,8 @@ pub(crate) fn is_ours(path: &Path, kind: Kind) -> bool {
         }
 }
 
-/// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, by its mark.
+/// Whether `path` is a file that this program wrote: a page, a picture, a manual page, a JSON object or a model, by its
+/// mark.
 pub(crate) fn is_file_of_ours(path: &Path) -> bool {
     let Some(head) = head(path) else { return false };
     let text = String::from_utf8_lossy(&head);

@@ -1,4 +1,5 @@
-//! Which files of a folder this program wrote: `skiagraph.sha256` lists them as `sha256sum` does, and `sha256sum -c` checks them.
+//! Which files of a folder this program wrote: `skiagraph.sha256` lists them as `sha256sum` does, and `sha256sum -c`
+//! checks them.
 //!
 //! A directory is ours if everything in it is listed and unchanged. Only such a directory may be replaced. A folder
 //! inside that has a listing of its own (the run of a method) answers for itself.
@@ -16,7 +17,8 @@ pub(super) const LISTING: &str = "skiagraph.sha256";
 /// A listing is read up to this size: ours take a few hundred bytes.
 const LONGEST_LISTING: u64 = 16 << 20;
 
-/// Paths (parts divided by `/`) and their SHA-256. While files are being replaced a path has two: what was there, and what comes.
+/// Paths (parts divided by `/`) and their SHA-256. While files are being replaced a path has two: what was there, and
+/// what comes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Listing(BTreeSet<(String, String)>);
 

@@ -10,7 +10,8 @@ use super::ownership;
 use super::place::{Place, backup_of, replace, sync_parent, write_synced};
 use super::unfinished;
 
-/// A directory under construction. Dropped before [`Self::finish`] it disappears, and what stood in its place is untouched.
+/// A directory under construction. Dropped before [`Self::finish`] it disappears, and what stood in its place is
+/// untouched.
 #[derive(Debug)]
 pub(crate) struct PartialDirectory {
     kind: Kind,
@@ -19,12 +20,12 @@ pub(crate) struct PartialDirectory {
 }
 
 impl PartialDirectory {
-    /// Begins what shall become `target`. What is there already must be a result of ours of that kind, as it was written, which
-    /// will be replaced; with `force` anything else is moved aside to `target~` instead of refused.
+    /// Begins what shall become `target`. What is there already must be a result of ours of that kind, as it was
+    /// written, which will be replaced; with `force` anything else is moved aside to `target~` instead of refused.
     ///
     /// # Errors
-    /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes there,
-    /// [`ExperimentError::Output`] if nothing can be written.
+    /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes
+    /// there, [`ExperimentError::Output`] if nothing can be written.
     pub(crate) fn begin(target: &Path, kind: Kind, force: bool) -> Result<Self, ExperimentError> {
         let occupied = target.symlink_metadata().is_ok() && !is_ours(target, kind);
         if target.file_name().is_none() || (occupied && !force) {
@@ -55,7 +56,8 @@ impl PartialDirectory {
         write_synced(&path, bytes).map_err(output(&self.place.path.join(name), "write"))
     }
 
-    /// Puts the directory in its place: what stood there is replaced in one step where the system can exchange directories.
+    /// Puts the directory in its place: what stood there is replaced in one step where the system can exchange
+    /// directories.
     ///
     /// # Errors
     /// [`ExperimentError::Output`] if it cannot be moved; then what stood there stands there again.

@@ -23,12 +23,12 @@ pub(super) struct PartialFile {
 }
 
 impl PartialFile {
-    /// Begins what shall become the file `path`. What is there already must be a file of ours, which is replaced; with `force`
-    /// anything else is moved aside to `path~` instead of refused. Directories above are made.
+    /// Begins what shall become the file `path`. What is there already must be a file of ours, which is replaced; with
+    /// `force` anything else is moved aside to `path~` instead of refused. Directories above are made.
     ///
     /// # Errors
-    /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes there,
-    /// [`ExperimentError::Output`] if nothing can be written.
+    /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes
+    /// there, [`ExperimentError::Output`] if nothing can be written.
     pub(super) fn begin(path: &Path, force: bool) -> Result<Self, ExperimentError> {
         let occupied = path.symlink_metadata().is_ok() && !is_file_of_ours(path);
         if path.file_name().is_none() || path.is_dir() || (occupied && !force) {
@@ -68,7 +68,8 @@ impl PartialFile {
     }
 }
 
-/// Writes one file, whole: what is there is replaced if this program wrote it, else refused or, with `force`, moved aside.
+/// Writes one file, whole: what is there is replaced if this program wrote it, else refused or, with `force`, moved
+/// aside.
 ///
 /// # Errors
 /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Output`] if nothing can be written.

@@ -25,7 +25,8 @@ impl Place {
     /// Makes the directories above `path`, locks the place, and removes what processes that died left beside it.
     ///
     /// # Errors
-    /// [`ExperimentError::Busy`] while another process writes there, [`ExperimentError::Output`] if nothing can be written.
+    /// [`ExperimentError::Busy`] while another process writes there, [`ExperimentError::Output`] if nothing can be
+    /// written.
     pub(super) fn take(path: &Path) -> Result<Self, ExperimentError> {
         let parent = parent_of(path);
         let made = parent.ancestors().take_while(|a| !a.as_os_str().is_empty() && !a.exists());
@@ -45,8 +46,8 @@ impl Place {
         hidden_sibling(&self.path, &format!(".{purpose}-{}", std::process::id()))
     }
 
-    /// Nobody who is alive works here, so all siblings of that kind are leftovers of the dead. What was being replaced when its
-    /// process died goes back to its place if nothing is there.
+    /// Nobody who is alive works here, so all siblings of that kind are leftovers of the dead. What was being replaced
+    /// when its process died goes back to its place if nothing is there.
     fn clear_leftovers(&self) {
         for leftover in self.siblings("replaced") {
             if self.path.symlink_metadata().is_err() {
@@ -150,7 +151,8 @@ pub(super) fn exchange(_: &Path, _: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Puts `new` in the place of `old` and gives the path where `old` is now: that of `new` after an exchange, else `aside`.
+/// Puts `new` in the place of `old` and gives the path where `old` is now: that of `new` after an exchange, else
+/// `aside`.
 ///
 /// # Errors
 /// [`ExperimentError::Output`]; then `old` stands where it stood.

@@ -139,9 +139,10 @@ pub struct Evaluated {
     pub notes: Vec<String>,
 }
 
-/// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's folder with a
-/// `poses.npz`, or an `.npz` file. The results of a run of this program go into its folder unless `out` says otherwise; nothing else
-/// there is changed. Results of another program's estimate go beside it, into `NAME-evaluation` or `out`, never into it.
+/// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's
+/// folder with a `poses.npz`, or an `.npz` file. The results of a run of this program go into its folder unless `out`
+/// says otherwise; nothing else there is changed. Results of another program's estimate go beside it, into
+/// `NAME-evaluation` or `out`, never into it.
 ///
 /// # Errors
 /// [`ExperimentError`]; then nothing has changed on the disk.
@@ -203,7 +204,8 @@ fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
     Ok(run.with_file_name(name))
 }
 
-/// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies beside the truth.
+/// Refuses a run whose model file learned from frames of the test. `track` cannot: what the test is known by lies
+/// beside the truth.
 fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn Watch) -> Result<(), ExperimentError> {
     if tracked.sources.is_empty() {
         return Ok(());
@@ -315,9 +317,10 @@ fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), Experime
     files.iter().try_for_each(|(name, bytes)| directory.write(name, bytes))
 }
 
-/// Puts files into a directory that is there already: all of them or none. Each is written beside its place first, and only when
-/// all are on the disk are they moved; `run.json`, the last, is what makes a run. A file that is there must be listed as ours. The
-/// listing knows both the old and the new files while they are moved, so that a run is ours whenever the process dies.
+/// Puts files into a directory that is there already: all of them or none. Each is written beside its place first, and
+/// only when all are on the disk are they moved; `run.json`, the last, is what makes a run. A file that is there must
+/// be listed as ours. The listing knows both the old and the new files while they are moved, so that a run is ours
+/// whenever the process dies.
 fn replace_files(folder: &Path, listing: &Listing, files: &Files) -> Result<(), ExperimentError> {
     let path = |name: &str| folder.join(name);
     let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !listing.holds(folder, name));

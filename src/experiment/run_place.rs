@@ -29,8 +29,8 @@ enum Found {
 }
 
 impl RunPlace {
-    /// The place that the user `asked` for; else `runs/NAME`, or where that holds another run the first of `runs/NAME-2` and so on
-    /// where nothing is or the results of the same scenario with the same settings.
+    /// The place that the user `asked` for; else `runs/NAME`, or where that holds another run the first of
+    /// `runs/NAME-2` and so on where nothing is or the results of the same scenario with the same settings.
     ///
     /// # Errors
     /// [`ExperimentError`] if the scenario cannot be written down.

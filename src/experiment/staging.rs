@@ -144,8 +144,8 @@ impl Staged {
 /// Of how many differences a spread is made at least: a root mean square of fewer would tell the differences.
 const LEAST_DIFFERENCES: usize = 10;
 
-/// What a tracker's side may hold of the test's own motion: how far each number of a pose moves from frame to frame. Of a motion of
-/// very few frames not even that, but what is usual for a human.
+/// What a tracker's side may hold of the test's own motion: how far each number of a pose moves from frame to frame. Of
+/// a motion of very few frames not even that, but what is usual for a human.
 fn spread(body: &Humanoid, motion: &Motion) -> Result<Training, ExperimentError> {
     let of = |prediction: Prediction| match motion.poses.len() > LEAST_DIFFERENCES + 1 {
         true => ProposalScales::root_mean_squares(body, std::slice::from_ref(motion), prediction),

@@ -101,8 +101,8 @@ pub struct SearchRecord {
 
 /// Runs a tracker with every seed over a set, blindfolded; all seeds advance together, frame by frame.
 ///
-/// `truth` (one pose of the tracker's body a frame) is for oracles alone. Motion models that are among `models` are not learned
-/// again.
+/// `truth` (one pose of the tracker's body a frame) is for oracles alone. Motion models that are among `models` are not
+/// learned again.
 ///
 /// # Errors
 /// [`ExperimentError`] if the set cannot be read, the settings make no sense, or tracking cannot go on.

@@ -17,9 +17,9 @@ pub(super) struct Learned {
     pub(super) sources: Vec<SourceRecording>,
 }
 
-/// The recordings of `[training]` as motions of `body`, which is the tracker's. As for the test, a recording is first given to
-/// the actor's robot and settled as `[actor] contact` says, and the tracker's body is then fitted to the markers: what differs
-/// between training and test is the motion alone. `None` where the scenario has no training.
+/// The recordings of `[training]` as motions of `body`, which is the tracker's. As for the test, a recording is first
+/// given to the actor's robot and settled as `[actor] contact` says, and the tracker's body is then fitted to the
+/// markers: what differs between training and test is the motion alone. `None` where the scenario has no training.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file and key, also where training shares frames with `test` or differs in rate.

@@ -60,8 +60,8 @@ pub(super) fn keep(partial: Option<&Path>) {
     register().kept = partial.map(Path::to_owned);
 }
 
-/// Removes everything that this process has begun and not finished, for good: nothing can be begun or finished afterwards. For
-/// a process that ends at once. Returns what to tell the user.
+/// Removes everything that this process has begun and not finished, for good: nothing can be begun or finished
+/// afterwards. For a process that ends at once. Returns what to tell the user.
 pub fn abandon() -> String {
     let mut register = register();
     for path in std::mem::take(&mut register.begun) {

@@ -1,4 +1,5 @@
-//! AMC: the motion of an Acclaim skeleton. A frame is its number on a line, then a line of angles for each bone that moves.
+//! AMC: the motion of an Acclaim skeleton. A frame is its number on a line, then a line of angles for each bone that
+//! moves.
 
 use std::collections::HashMap;
 

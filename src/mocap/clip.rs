@@ -32,13 +32,13 @@ pub struct Clip {
     pub skeleton: Skeleton,
     /// Frames a second, > 0.
     pub frames_per_second: f64,
-    /// Per frame and joint: `parent_from_joint` (`world_from_joint` for the root). With every rotation but the root's the
-    /// identity, the skeleton is in its file's rest pose, in all three formats.
+    /// Per frame and joint: `parent_from_joint` (`world_from_joint` for the root). With every rotation but the root's
+    /// the identity, the skeleton is in its file's rest pose, in all three formats.
     pub frames: Vec<Vec<Isometry3<f64>>>,
     /// Notes: guessed units, interpolated dropout frames, differences between header and rows.
     pub notes: Vec<String>,
-    /// Whether the recording is one cycle of a motion meant to repeat (DeepMimic's `Loop: wrap`): its last frame is then
-    /// its first frame again, one cycle later, up to a step on the ground and a small misfit.
+    /// Whether the recording is one cycle of a motion meant to repeat (DeepMimic's `Loop: wrap`): its last frame is
+    /// then its first frame again, one cycle later, up to a step on the ground and a small misfit.
     pub cyclic: bool,
 }
 

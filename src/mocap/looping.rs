@@ -152,8 +152,8 @@ mod tests {
 
     const PERIOD: usize = 24;
 
-    /// One cycle of a walk on a circle about the origin, a quarter of it a cycle; an arm swings. `misfit` grows over the
-    /// cycle: it lifts the root and turns the arm.
+    /// One cycle of a walk on a circle about the origin, a quarter of it a cycle; an arm swings. `misfit` grows over
+    /// the cycle: it lifts the root and turns the arm.
     fn cycle(misfit: f64) -> Clip {
         let joint = |name: &str, parent| SkeletonJoint { name: name.to_owned(), parent, tip: None };
         let frame = |index: usize| {

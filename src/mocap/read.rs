@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use super::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
 use crate::input::{self, limits};
 
-/// Reads a recording by its extension: `.bvh`, `.amc` with its `.asf`, DeepMimic's `.txt` or `.json` (upper or lower case).
+/// Reads a recording by its extension: `.bvh`, `.amc` with its `.asf`, DeepMimic's `.txt` or `.json` (upper or lower
+/// case).
 ///
 /// An inserted rest pose is left out unless [`ReadOptions::keep_rest_pose`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {

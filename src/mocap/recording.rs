@@ -10,7 +10,8 @@ use super::rotation::{Axis, between, make_signs_continuous};
 use super::stature::Stature;
 use super::{Clip, MocapError};
 
-/// Joints times frames that a clip may have (an hour and a half of 31 joints at 120 Hz); more is a broken or hostile file.
+/// Joints times frames that a clip may have (an hour and a half of 31 joints at 120 Hz); more is a broken or hostile
+/// file.
 pub(super) const MOST_JOINT_FRAMES: usize = 20_000_000;
 
 /// Joints that a skeleton may have; a hand has about twenty.

@@ -23,8 +23,8 @@ impl Default for DiffusionSettings {
     }
 }
 
-/// Weight of the last estimate in a descent, in squared lengths of the residuals: weak, for it only has to hold what the images do
-/// not show. A hundred times as much loses a walk.
+/// Weight of the last estimate in a descent, in squared lengths of the residuals: weak, for it only has to hold what
+/// the images do not show. A hundred times as much loses a walk.
 const DESCENT_PULL: f64 = 0.005;
 /// Farthest that one step of a descent moves the root, metres.
 const DESCENT_SLIDE_M: f64 = 0.1;
@@ -34,8 +34,8 @@ const DESCENT_TURN_RAD: f64 = 0.3;
 /// `x_t = x_{t-1} (+ velocity) + N(0, P_0)` with `P_0` diagonal: `[Skinned APF]`'s temporal model. A particle carries a
 /// pose.
 ///
-/// Joint angles that step over a limit are reflected back from it, and where that leads over the other limit, clamped: unlike
-/// clamping alone, no heap of particles gathers at the limit.
+/// Joint angles that step over a limit are reflected back from it, and where that leads over the other limit, clamped:
+/// unlike clamping alone, no heap of particles gathers at the limit.
 #[derive(Clone, Debug)]
 pub struct Diffusion {
     body: Humanoid,

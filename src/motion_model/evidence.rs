@@ -2,11 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// A quadratic in a step `s` of a pose ([`crate::body::Humanoid::step`]): `cost + 2 s.gradient + s.(matrix s)`, the weighted
-/// squares of residuals linearised at the pose.
+/// A quadratic in a step `s` of a pose ([`crate::body::Humanoid::step`]): `cost + 2 s.gradient + s.(matrix s)`, the
+/// weighted squares of residuals linearised at the pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalEquations {
-    /// Sum of weighted outer products of the residuals' derivatives, symmetric, one row and column per number of a step.
+    /// Sum of weighted outer products of the residuals' derivatives, symmetric, one row and column per number of a
+    /// step.
     pub matrix: DMatrix<f64>,
     /// Sum of weighted residuals times their derivatives.
     pub gradient: DVector<f64>,
@@ -30,8 +31,8 @@ impl NormalEquations {
         }
     }
 
-    /// The damped step to the lowest point, with the numbers that `is_held` says kept at zero. `None` where the matrix is singular
-    /// or not finite.
+    /// The damped step to the lowest point, with the numbers that `is_held` says kept at zero. `None` where the matrix
+    /// is singular or not finite.
     fn solved(&self, is_held: &[bool]) -> Option<DVector<f64>> {
         let mut matrix = self.matrix.clone();
         let mut gradient = self.gradient.clone();
@@ -47,9 +48,10 @@ impl NormalEquations {
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
 
-    /// The damped step to the lowest point within bounds: number `i` of the step may go from `room[i][0]` to `room[i][1]`
-    /// (zero lies between them). Numbers that would leave through a bound at which they already are held, and the others solved
-    /// anew; what then leaves its bounds is cut off. `None` where the matrix is singular or not finite.
+    /// The damped step to the lowest point within bounds: number `i` of the step may go from `room[i][0]` to
+    /// `room[i][1]` (zero lies between them). Numbers that would leave through a bound at which they already are held,
+    /// and the others solved anew; what then leaves its bounds is cut off. `None` where the matrix is singular or not
+    /// finite.
     pub(super) fn step_within(&self, room: &[[f64; 2]]) -> Option<DVector<f64>> {
         const AT_BOUND: f64 = 1e-9;
         let mut is_held = vec![false; room.len()];

@@ -1,7 +1,7 @@
 //! Limited-memory BFGS with box bounds, for objectives that give value and gradient in one evaluation.
 //!
-//! A step that leaves the box is projected onto it; a variable that stands at a bound and is pushed outwards is held for
-//! that iteration. A value of infinity (a kernel that is not positive definite) makes the line search back off.
+//! A step that leaves the box is projected onto it; a variable that stands at a bound and is pushed outwards is held
+//! for that iteration. A value of infinity (a kernel that is not positive definite) makes the line search back off.
 
 use std::collections::VecDeque;
 

@@ -40,8 +40,8 @@ pub trait MotionModel: Send + Sync {
     /// A state of the next frame, drawn from the model. `past` holds the estimates of the frames before, oldest first.
     fn propagate(&self, state: &Self::State, past: &[Pose], rng: &mut ChaCha8Rng) -> Self::State;
 
-    /// As [`Self::propagate`] for all particles at once, each with its own random stream: models whose predictions are matrix
-    /// products save much by it. The result may not depend on the number of threads.
+    /// As [`Self::propagate`] for all particles at once, each with its own random stream: models whose predictions are
+    /// matrix products save much by it. The result may not depend on the number of threads.
     fn propagate_all(&self, states: &[Self::State], past: &[Pose], rngs: &mut [ChaCha8Rng]) -> Vec<Self::State> {
         states.par_iter().zip(rngs.par_iter_mut()).map(|(state, rng)| self.propagate(state, past, rng)).collect()
     }
@@ -64,15 +64,15 @@ pub trait MotionModel: Send + Sync {
         false
     }
 
-    /// The state moved one damped Gauss-Newton step down `evidence`, which was taken at its pose, the model's own prior added:
-    /// a pull towards `anchor`, the last estimate, or what else the model knows. `None` for models that cannot descend, and where the
-    /// equations are singular. Must be deterministic.
+    /// The state moved one damped Gauss-Newton step down `evidence`, which was taken at its pose, the model's own prior
+    /// added: a pull towards `anchor`, the last estimate, or what else the model knows. `None` for models that cannot
+    /// descend, and where the equations are singular. Must be deterministic.
     fn descend(&self, _state: &Self::State, _anchor: &Pose, _evidence: NormalEquations) -> Option<Self::State> {
         None
     }
 
-    /// `state` with another pose; `None` for models whose states cannot have any pose. Such a model is descended from particles alone,
-    /// and no limbs are drawn.
+    /// `state` with another pose; `None` for models whose states cannot have any pose. Such a model is descended from
+    /// particles alone, and no limbs are drawn.
     fn with_pose(&self, _state: &Self::State, _pose: &Pose) -> Option<Self::State> {
         None
     }

@@ -50,7 +50,8 @@ impl ProposalScales {
         Ok(Self::from_root_mean_squares(&Self::root_mean_squares(body, motions, prediction)?))
     }
 
-    /// The root mean squares that [`Self::from_motions`] measures, in the order of a step, before they are kept above the floors.
+    /// The root mean squares that [`Self::from_motions`] measures, in the order of a step, before they are kept above
+    /// the floors.
     ///
     /// # Errors
     /// As [`Self::from_motions`].

@@ -8,7 +8,8 @@ use crate::camera::CameraRig;
 use crate::parallel;
 use crate::scene::{GroundTruth, TruthFrame};
 
-/// Clean silhouettes of every frame, lens distortion included, without what props hide; the same bits for any number of threads.
+/// Clean silhouettes of every frame, lens distortion included, without what props hide; the same bits for any number of
+/// threads.
 pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
     let observer = Observer::new(truth, rig);
     parallel::map(truth.frames.len(), |frame| observer.observe(frame))
@@ -52,7 +53,8 @@ impl<'a> Observer<'a> {
         Observation { frame, time_s: *time_s, silhouettes }
     }
 
-    /// Depth and link at every pixel of one frame, which the truth must have, without what props hide; one image per camera.
+    /// Depth and link at every pixel of one frame, which the truth must have, without what props hide; one image per
+    /// camera.
     pub fn depths(&self, frame: usize) -> Vec<DepthImage> {
         let link_frames = &self.truth.frames[frame].link_frames;
         self.through_every_camera(|painter, screen| {

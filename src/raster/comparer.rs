@@ -12,18 +12,18 @@ use crate::simd::{Dispatched, dispatch};
 pub struct Comparison {
     /// Pixel counts of the two masks laid over each other, exact.
     pub overlap: Overlap,
-    /// Mean over all pixels of the model's contour ([`super::contour`]) of `min(d, tau) / tau`, where `d` is the distance to
-    /// the nearest pixel of the observed contour; in `[0, 1]`. A model without contour scores 0 against an observation
-    /// without one, else 1. `None` where the comparer was made without `tau`.
+    /// Mean over all pixels of the model's contour ([`super::contour`]) of `min(d, tau) / tau`, where `d` is the
+    /// distance to the nearest pixel of the observed contour; in `[0, 1]`. A model without contour scores 0 against an
+    /// observation without one, else 1. `None` where the comparer was made without `tau`.
     pub contour: Option<f64>,
 }
 
 /// Compares silhouettes of tapered capsules with one observed mask: made once per view and frame, used once per
 /// particle.
 ///
-/// A comparison draws the model as [`super::CapsulePainter`] does and counts only the words it drew: what both masks share
-/// and how many pixels the model has; the observed mask was counted once. With a [`SilhouetteScratch`] per thread it does
-/// not allocate. Results do not depend on the processor or on what the scratch was used for before.
+/// A comparison draws the model as [`super::CapsulePainter`] does and counts only the words it drew: what both masks
+/// share and how many pixels the model has; the observed mask was counted once. With a [`SilhouetteScratch`] per thread
+/// it does not allocate. Results do not depend on the processor or on what the scratch was used for before.
 ///
 /// ```
 /// use skiagraph::camera::Pinhole;
@@ -48,9 +48,9 @@ pub struct SilhouetteComparer {
 }
 
 impl SilhouetteComparer {
-    /// A comparer for one view. `observed` has the camera's size and is in its ideal pixels (what lies beyond the camera's
-    /// image is ignored); `contour_tau` is the distance in pixels, > 0, beyond which a contour pixel counts as missed, or
-    /// `None` to leave the contour out, which halves the time.
+    /// A comparer for one view. `observed` has the camera's size and is in its ideal pixels (what lies beyond the
+    /// camera's image is ignored); `contour_tau` is the distance in pixels, > 0, beyond which a contour pixel counts as
+    /// missed, or `None` to leave the contour out, which halves the time.
     pub fn new(pinhole: &Pinhole, observed: &Mask, contour_tau: Option<f64>) -> Self {
         let mut inside = Mask::new(pinhole.width, pinhole.height);
         inside |= observed;

@@ -2,8 +2,8 @@
 
 use super::{Mask, PixelBounds};
 
-/// For every pixel of an image, or of a window in it, the distance from its centre to the centre of the nearest set pixel of
-/// a mask.
+/// For every pixel of an image, or of a window in it, the distance from its centre to the centre of the nearest set
+/// pixel of a mask.
 ///
 /// Exact, in integers: squared distances by the lower envelope of parabolas (Felzenszwalb and Huttenlocher, *Distance
 /// Transforms of Sampled Functions*, 2012, algorithm 1), rows after columns, O(width * height).
@@ -22,8 +22,8 @@ impl DistanceMap {
         Self::within(mask, PixelBounds { left: 0, top: 0, right: mask.width(), bottom: mask.height() })
     }
 
-    /// Distances to the set pixels of `mask` *inside `window`*, for the pixels of the window only; what lies outside the
-    /// image is cut off.
+    /// Distances to the set pixels of `mask` *inside `window`*, for the pixels of the window only; what lies outside
+    /// the image is cut off.
     pub fn within(mask: &Mask, window: PixelBounds) -> Self {
         let window = window.grown(0, mask.width(), mask.height());
         let width = (window.right - window.left) as usize;
@@ -54,7 +54,8 @@ impl DistanceMap {
     }
 }
 
-/// Per pixel of the window the distance to the nearest set pixel of its column, not squared; [`NOWHERE`] in empty columns.
+/// Per pixel of the window the distance to the nearest set pixel of its column, not squared; [`NOWHERE`] in empty
+/// columns.
 fn columns(mask: &Mask, window: &PixelBounds) -> Vec<u32> {
     let width = (window.right - window.left) as usize;
     let height = (window.bottom - window.top) as usize;
@@ -92,8 +93,9 @@ impl Envelope {
             let height = i64::from(distance) * i64::from(distance);
             let mut from = 0;
             while let Some(&(last_at, last_height, last_from)) = self.parabolas.last() {
-                // The new parabola is lower than the last one beyond x = numerator / (2 (at - last_at)). Both are integers below
-                // 2^37, whose quotient in f64 is never rounded over an integer; it is several times as fast as theirs.
+                // The new parabola is lower than the last one beyond x = numerator / (2 (at - last_at)). Both are
+                // integers below 2^37, whose quotient in f64 is never rounded over an integer; it is several times as
+                // fast as theirs.
                 let numerator = height + at * at - last_height - last_at * last_at;
                 from = (numerator as f64 / (2 * (at - last_at)) as f64).floor() as i64 + 1;
                 if from > last_from {

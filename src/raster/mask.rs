@@ -6,8 +6,8 @@ use super::PixelBounds;
 
 /// A binary image, one bit a pixel, rows padded to whole 64-bit words; padding bits are always zero.
 ///
-/// Pixel `(x, y)` has its centre at `(x + 0.5, y + 0.5)`; bit `x % 64` (least significant first) of word `x / 64` of row `y`.
-/// Outside the image nothing is set: operations on two masks of different sizes take it so.
+/// Pixel `(x, y)` has its centre at `(x + 0.5, y + 0.5)`; bit `x % 64` (least significant first) of word `x / 64` of
+/// row `y`. Outside the image nothing is set: operations on two masks of different sizes take it so.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
     width: u32,
@@ -141,7 +141,8 @@ impl Mask {
         })
     }
 
-    /// The first pixel at or after `x` in row `y` whose bit differs from `flip`'s; the padded width where there is none.
+    /// The first pixel at or after `x` in row `y` whose bit differs from `flip`'s; the padded width where there is
+    /// none.
     fn next_in_row(&self, y: u32, x: u32, flip: u64) -> u32 {
         let row = self.row(y);
         let end = 64 * row.len() as u32;

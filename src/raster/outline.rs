@@ -1,12 +1,12 @@
 //! Silhouettes of tapered capsules in closed form, many at a time.
 //!
-//! Perspective maps convex hulls to convex hulls, so the silhouette of a tapered capsule beyond the near plane is the hull
-//! of the outlines of its two balls. Each outline is an ellipse; where neither holds the other, the hull adds the two
-//! outer tangents: the images of the planes through the camera's centre that touch both balls.
+//! Perspective maps convex hulls to convex hulls, so the silhouette of a tapered capsule beyond the near plane is the
+//! hull of the outlines of its two balls. Each outline is an ellipse; where neither holds the other, the hull adds the
+//! two outer tangents: the images of the planes through the camera's centre that touch both balls.
 //!
-//! *Ball* with centre c and radius r: the ray (u, v, 1) meets it iff (c.(u, v, 1))^2 >= (|c|^2 - r^2)(u^2 + v^2 + 1). With
-//! L = cz^2 - r^2, K1 = cy^2 + L and K = cx^2 + K1 (all > 0 before the camera) the solutions in a row v are
-//! u = cx (cy v + cz) / K1 +- sqrt(K L) / K1 sqrt(R^2 - (v - vc)^2), vc = cy cz / L, R = r sqrt(K1) / L.
+//! *Ball* with centre c and radius r: the ray (u, v, 1) meets it iff (c.(u, v, 1))^2 >= (|c|^2 - r^2)(u^2 + v^2 + 1).
+//! With L = cz^2 - r^2, K1 = cy^2 + L and K = cx^2 + K1 (all > 0 before the camera) the solutions in a row v are u = cx
+//! (cy v + cz) / K1 +- sqrt(K L) / K1 sqrt(R^2 - (v - vc)^2), vc = cy cz / L, R = r sqrt(K1) / L.
 //!
 //! *Tangent planes* with unit normal n: n.a = ra and n.b = rb. With w = a x b and q = ra b - rb a they are
 //! n = (q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2; they touch the balls at a - ra n and b - rb n.
@@ -313,8 +313,8 @@ impl RowSpans {
         Self { arcs: outline.arcs, edges: outline.tangents.map(Edge::new), width }
     }
 
-    /// Starts and ends (pixels set are `start..end`) in the rows whose centres are `centres`; empty where there is none,
-    /// also where the centre is NaN. A pixel whose centre lies exactly on the outline may fall on either side.
+    /// Starts and ends (pixels set are `start..end`) in the rows whose centres are `centres`; empty where there is
+    /// none, also where the centre is NaN. A pixel whose centre lies exactly on the outline may fall on either side.
     #[inline(always)]
     pub(super) fn of(&self, centres: &Rows<f32>) -> [Rows<u32>; 2] {
         let (mut starts, mut ends) = ([0; ROWS], [0; ROWS]);

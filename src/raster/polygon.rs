@@ -13,9 +13,10 @@ const LIMIT: f64 = 131_072.0;
 
 /// Adds a polygon with these corners (pixels, either sense of rotation) to a mask.
 ///
-/// A pixel is inside iff its centre is, by the even-odd rule; a centre on an edge belongs to the polygon to the right of the
-/// edge (below it, for level edges). So polygons that share an edge share no pixel and leave no gap. Corners are rounded to
-/// 1/4096 pixel and from there on the fill is exact, in integers. A polygon with a corner that is not finite is not drawn.
+/// A pixel is inside iff its centre is, by the even-odd rule; a centre on an edge belongs to the polygon to the right
+/// of the edge (below it, for level edges). So polygons that share an edge share no pixel and leave no gap. Corners are
+/// rounded to 1/4096 pixel and from there on the fill is exact, in integers. A polygon with a corner that is not finite
+/// is not drawn.
 pub fn paint_polygon(corners: &[Point2<f64>], mask: &mut Mask) {
     if corners.iter().any(|p| !(p.x.is_finite() && p.y.is_finite())) {
         return;

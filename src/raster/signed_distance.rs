@@ -24,8 +24,9 @@ pub struct DistanceSample {
 }
 
 impl SignedDistance {
-    /// Distances for the pixels within `margin` pixels of the mask's bounds; `None` for a mask without an outline (nothing is
-    /// set, or everything). `shown` has the mask's size and says which pixels show anything; without it, all do.
+    /// Distances for the pixels within `margin` pixels of the mask's bounds; `None` for a mask without an outline
+    /// (nothing is set, or everything). `shown` has the mask's size and says which pixels show anything; without it,
+    /// all do.
     pub fn new(mask: &Mask, shown: Option<&Mask>, margin: u32) -> Option<Self> {
         let window = mask.bounds().grown(margin.max(1), mask.width(), mask.height());
         let mut background = complement(mask);
@@ -55,7 +56,8 @@ impl SignedDistance {
         (has_outline && !mask.is_empty()).then_some(Self { window, values })
     }
 
-    /// The distance at pixel position `(u, v)` (centres lie at +0.5); `None` outside the window and beside pixels that show nothing.
+    /// The distance at pixel position `(u, v)` (centres lie at +0.5); `None` outside the window and beside pixels that
+    /// show nothing.
     #[inline]
     pub fn sample(&self, u: f64, v: f64) -> Option<DistanceSample> {
         let w = &self.window;

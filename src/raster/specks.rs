@@ -2,9 +2,9 @@
 
 use super::Mask;
 
-/// `mask` without what segmentation leaves of noise: connected parts (pixels that share a side or a corner) of fewer than `least`
-/// pixels are cleared, but for the largest part, and so are holes filled: connected parts of the background (pixels that share a
-/// side) of fewer than `least` that do not reach the image's border.
+/// `mask` without what segmentation leaves of noise: connected parts (pixels that share a side or a corner) of fewer
+/// than `least` pixels are cleared, but for the largest part, and so are holes filled: connected parts of the
+/// background (pixels that share a side) of fewer than `least` that do not reach the image's border.
 pub fn without_specks(mask: &Mask, least: u64) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     let mut cleaned = mask.clone();
@@ -73,7 +73,8 @@ struct Parts {
 }
 
 impl Parts {
-    /// Joins runs of neighbouring rows that overlap; `reach` is 1 where pixels that share a corner alone are connected too.
+    /// Joins runs of neighbouring rows that overlap; `reach` is 1 where pixels that share a corner alone are connected
+    /// too.
     fn of(rows: &[Vec<Run>], reach: u32) -> Self {
         let runs: Vec<Run> = rows.iter().flatten().copied().collect();
         let part = |run: &Run| Part {

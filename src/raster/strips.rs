@@ -13,8 +13,8 @@ pub(super) const ROWS: usize = 8;
 /// One number for every row of a block.
 pub(super) type Rows<T> = [T; ROWS];
 
-/// How an image is cut into vertical strips 32 pixels wide. A strip's rows lie one after another, one `u32` each, so that one
-/// instruction fills a word of eight rows.
+/// How an image is cut into vertical strips 32 pixels wide. A strip's rows lie one after another, one `u32` each, so
+/// that one instruction fills a word of eight rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct StripLayout {
     pub(super) width: u32,

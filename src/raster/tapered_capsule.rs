@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// Convex hull of two balls: a capsule where the radii are equal, a ball where the centres are (or one holds the other).
+/// Convex hull of two balls: a capsule where the radii are equal, a ball where the centres are (or one holds the
+/// other).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TaperedCapsule {
     /// Centre of the first ball, metres.
@@ -22,8 +23,8 @@ impl TaperedCapsule {
         Self { a: to_from_here * self.a, b: to_from_here * self.b, ..*self }
     }
 
-    /// Where the line `t * direction` through the origin leaves the solid: the greatest such `t`, negative where the solid
-    /// lies behind; `None` where the line misses it.
+    /// Where the line `t * direction` through the origin leaves the solid: the greatest such `t`, negative where the
+    /// solid lies behind; `None` where the line misses it.
     ///
     /// The solid is the union over `s` in `[0, 1]` of the balls about `a + s (b - a)` of radius
     /// `radius_a + s (radius_b - radius_a)`. A point belongs to one of them iff a quadratic in `s` is not positive

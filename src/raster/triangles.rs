@@ -8,8 +8,8 @@ use super::{Mask, paint_polygon};
 
 /// Adds the silhouette of a triangle mesh (vertices in the camera frame, metres; seen from either side) to `mask`.
 ///
-/// What lies before the near plane is cut off. Triangles that share an edge leave no gap, see [`paint_polygon`]. Triangles
-/// with an index beyond `vertices_in_camera` are not drawn.
+/// What lies before the near plane is cut off. Triangles that share an edge leave no gap, see [`paint_polygon`].
+/// Triangles with an index beyond `vertices_in_camera` are not drawn.
 pub fn paint_triangles(pinhole: &Pinhole, vertices_in_camera: &[Point3<f64>], triangles: &[[u32; 3]], mask: &mut Mask) {
     let mut corners = Vec::with_capacity(4);
     for triangle in triangles {
@@ -28,7 +28,8 @@ fn pixel(pinhole: &Pinhole, point: &Point3<f64>) -> Point2<f64> {
     pinhole.pixel(point.x / point.z, point.y / point.z)
 }
 
-/// Sutherland and Hodgman's step: the start of an edge if it lies beyond the near plane, then where the edge crosses it.
+/// Sutherland and Hodgman's step: the start of an edge if it lies beyond the near plane, then where the edge crosses
+/// it.
 fn beyond_near(from: &Point3<f64>, to: &Point3<f64>, near: f64) -> [Option<Point3<f64>>; 2] {
     let start = (from.z >= near).then_some(*from);
     let crosses = (from.z >= near) != (to.z >= near);

@@ -43,7 +43,8 @@ pub(super) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Intersection over union of the estimated and the observed silhouette; `None` without an estimate or without a pixel.
+    /// Intersection over union of the estimated and the observed silhouette; `None` without an estimate or without a
+    /// pixel.
     pub(super) fn overlap(&self) -> Option<f64> {
         intersection_over_union(self.estimated?, self.observed)
     }

@@ -143,8 +143,8 @@ pub struct Shown {
 /// Smallest distance between two listed worst frames of one run.
 const APART: usize = 10;
 
-/// The frames that a sheet should show: `count` spread evenly over the scored frames of the typical run, and the worst of all
-/// runs last.
+/// The frames that a sheet should show: `count` spread evenly over the scored frames of the typical run, and the worst
+/// of all runs last.
 pub fn frames_to_show(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
     let Some(run) = typical_run(runs) else { return vec![] };
     let evaluation = runs[run].evaluation;
@@ -161,8 +161,8 @@ pub fn frames_to_show(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
     shown
 }
 
-/// The `count` frames of the greatest HumanEva error of all runs, the worst first, no two within ten frames of each other in
-/// one run.
+/// The `count` frames of the greatest HumanEva error of all runs, the worst first, no two within ten frames of each
+/// other in one run.
 pub fn worst_frames(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
     let errors = |run: &Run<'_>| {
         run.evaluation.metrics.get("humaneva_mm").map(|metric| metric.per_frame.clone()).unwrap_or_default()

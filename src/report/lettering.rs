@@ -5,7 +5,8 @@ use tiny_skia::{Color, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stro
 /// Grid units from one letter to the next; letters are 4 wide and 6 high.
 const ADVANCE: f32 = 5.6;
 
-/// Strokes of a letter: points `xy` on the grid (x to the right, y down), a space between points, a bar between strokes.
+/// Strokes of a letter: points `xy` on the grid (x to the right, y down), a space between points, a bar between
+/// strokes.
 fn strokes(letter: char) -> &'static str {
     match letter.to_ascii_uppercase() {
         'A' => "06 20 46|14 34",

@@ -26,7 +26,8 @@ use super::RetargetError;
 use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::mocap::{Clip, Skeleton};
 
-/// Names of a joint on one side, without the side, best first. Names are compared without case, punctuation or name space.
+/// Names of a joint on one side, without the side, best first. Names are compared without case, punctuation or name
+/// space.
 const SIDED: [(Landmark, Landmark, &[&str]); 6] = [
     (Landmark::LeftHip, Landmark::RightHip, &["upleg", "upperleg", "thigh", "femur", "hip"]),
     (Landmark::LeftKnee, Landmark::RightKnee, &["leg", "lowleg", "lowerleg", "shin", "calf", "shank", "tibia", "knee"]),
@@ -99,7 +100,8 @@ pub(super) struct SubjectFrame {
 }
 
 impl Anatomy {
-    /// Reads the names of a clip's joints. `overrides` maps landmark names to `Joint`, `Joint:tip` or `Joint+Joint` (the middle).
+    /// Reads the names of a clip's joints. `overrides` maps landmark names to `Joint`, `Joint:tip` or `Joint+Joint`
+    /// (the middle).
     pub(super) fn of(clip: &Clip, overrides: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
         let names = Names::of(&clip.skeleton);
         let mut landmarks = named_landmarks(&names);

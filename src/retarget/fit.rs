@@ -18,8 +18,8 @@ pub struct Fit {
     pub per_marker: [Option<f64>; 15],
 }
 
-/// The pose of `humanoid` whose markers come nearest to `targets` in least squares, within the joint limits. Angles that
-/// markers do not determine stay at `start`'s; `start`, a pose of this humanoid, may be far away.
+/// The pose of `humanoid` whose markers come nearest to `targets` in least squares, within the joint limits. Angles
+/// that markers do not determine stay at `start`'s; `start`, a pose of this humanoid, may be far away.
 pub fn fit_to_markers(humanoid: &Humanoid, targets: &Markers, start: &Pose, options: &FitOptions) -> Fit {
     let mut solver = Solver::new(humanoid);
     let goals = marker_goals(humanoid, targets, priors(humanoid, start, options));

@@ -1,5 +1,5 @@
-//! What a pose shall meet: markers where they are wanted, angles where markers leave them open; and the starts from which the
-//! solver finds it.
+//! What a pose shall meet: markers where they are wanted, angles where markers leave them open; and the starts from
+//! which the solver finds it.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -47,8 +47,8 @@ pub(super) fn marker_goals(humanoid: &Humanoid, targets: &Markers, priors: Goals
     Goals { points: points.collect(), ..priors }
 }
 
-/// The best of several starts: the pose given, and the body set upright on the trunk's markers with its joints at the start's
-/// angles, half-way to the middle of their ranges, and at the middle.
+/// The best of several starts: the pose given, and the body set upright on the trunk's markers with its joints at the
+/// start's angles, half-way to the middle of their ranges, and at the middle.
 pub(super) fn solve_from_afar(
     solver: &mut Solver<'_>,
     humanoid: &Humanoid,

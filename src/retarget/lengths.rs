@@ -67,7 +67,8 @@ impl SegmentLengths {
         }
     }
 
-    /// Length of the body from ankle to crown, stretched out: shank, thigh, trunk and head; `None` where one is missing.
+    /// Length of the body from ankle to crown, stretched out: shank, thigh, trunk and head; `None` where one is
+    /// missing.
     pub fn ankle_to_crown(&self) -> Option<f64> {
         let mean = |[left, right]: [Option<f64>; 2]| Some(0.5 * (left? + right?));
         Some(mean(self.shank)? + mean(self.thigh)? + self.trunk? + self.head?)

@@ -1,5 +1,5 @@
-//! Planted answers: the actor moves by known angles, its frames become a recording with odd joint axes, and retargeting must
-//! find the motion again.
+//! Planted answers: the actor moves by known angles, its frames become a recording with odd joint axes, and retargeting
+//! must find the motion again.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 

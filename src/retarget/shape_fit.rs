@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use super::SegmentLengths;
 use crate::body::{BodyShape, Humanoid, Landmark, LinkFrames, LinkPoint, LinkShape};
 
-/// Body mass grows with stature squared (Quetelet's index), and mass is length times girth squared: girth grows with the
-/// square root of stature.
+/// Body mass grows with stature squared (Quetelet's index), and mass is length times girth squared: girth grows with
+/// the square root of stature.
 const GIRTH_EXPONENT: f64 = 0.5;
 
 /// Contributions of a chain of links to a length: link, axis of its frame along the length, and share, metres.

@@ -8,8 +8,8 @@ pub(super) const MARGIN: f64 = 3.0;
 /// Recorded speeds are maxima over this many frames to either side: a fit may lag by as much.
 const REACH: usize = 2;
 
-/// The greatest angle by which one of some recorded joints turns in the world from each frame to the next, radians: entry `i` of
-/// the step into frame `i`, the greatest over the neighbouring steps.
+/// The greatest angle by which one of some recorded joints turns in the world from each frame to the next, radians:
+/// entry `i` of the step into frame `i`, the greatest over the neighbouring steps.
 pub(super) fn recorded_turns(clip: &Clip, joints: &[usize]) -> Vec<f64> {
     let mut turns = vec![0.0; clip.frames.len()];
     let mut before = None;

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActorSettings {
-    /// `actor`, `tracker25`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded
-    /// subject. Default: `actor`.
+    /// `actor`, `tracker25`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
+    /// recorded subject. Default: `actor`.
     pub robot: String,
     /// Treatment of ground contact. `"off"`: none. `"measure"`: the motion is unchanged; notes report how much it
     /// skates, sinks and floats. `"fix"`: standing feet are planted and nothing is below the ground; notes report the
@@ -67,8 +67,8 @@ pub enum ContactMode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrackerBodySettings {
-    /// `tracker25`, `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded
-    /// subject before the mismatch. Default: `tracker25`.
+    /// `tracker25`, `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
+    /// recorded subject before the mismatch. Default: `tracker25`.
     pub robot: String,
     /// Mismatch of the tracker's body: `"none"`, `"standard"` or `{ percent = { length = 3.0, girth = 10.0 } }`.
     /// Default: `"standard"`.

@@ -1,5 +1,5 @@
-//! `[tracker.gpdm]`, `[tracker.switching_gpdm]` and `[tracker.gpdm_graph]`: particles in learned latent spaces (`[GPDM
-//! graph]`).
+//! `[tracker.gpdm]`, `[tracker.switching_gpdm]` and `[tracker.gpdm_graph]`: particles in learned latent spaces
+//! (`[GPDM graph]`).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -97,7 +97,8 @@ pub enum RootMode {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gpdm {
-    /// Whether one model is learned of all training clips together, which then share a latent space. Not with `model_file`. Default: false.
+    /// Whether one model is learned of all training clips together, which then share a latent space. Not with
+    /// `model_file`. Default: false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub joint: bool,
     /// How the model is learned.

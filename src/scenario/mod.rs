@@ -1,8 +1,8 @@
 //! A scenario: the definition of one experiment, as in `scenarios/*.toml`.
 //!
-//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths are
-//! metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's file,
-//! from 1. Key by key the file is checked by type here and by range in `Scenario::first_problem`.
+//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths
+//! are metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's
+//! file, from 1. Key by key the file is checked by type here and by range in `Scenario::first_problem`.
 
 mod bodies;
 mod complaint;

@@ -49,7 +49,8 @@ pub enum ScenarioError {
 }
 
 impl ScenarioFile {
-    /// Reads a scenario file; every override is `key=value` with a dotted key and a TOML value (a bare word is a string).
+    /// Reads a scenario file; every override is `key=value` with a dotted key and a TOML value (a bare word is a
+    /// string).
     ///
     /// # Errors
     /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or an invalid value.

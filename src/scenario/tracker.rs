@@ -31,8 +31,8 @@ pub enum TrackerSettings {
     Oracle(OracleSettings),
 }
 
-/// The annealed particle filter, its answer refined on the silhouettes' outlines. One frame costs `particles x layers` likelihood
-/// evaluations, and what the refinement takes.
+/// The annealed particle filter, its answer refined on the silhouettes' outlines. One frame costs `particles x layers`
+/// likelihood evaluations, and what the refinement takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
@@ -59,10 +59,12 @@ pub struct AnnealedParticleFilterSettings {
     /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
     /// it. Default: 0.
     pub limb_side_weight: f64,
-    /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of the
-    /// training motion. Default: 1.5, chosen on CMU 16_15 and 35_02, matched and mismatched, among 0.5, 1, 1.5 and 2.
+    /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of
+    /// the training motion. Default: 1.5, chosen on CMU 16_15 and 35_02, matched and mismatched, from 0.5, 1,
+    /// 1.5 and 2.
     pub proposal_scale: f64,
-    /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`. Default: `"none"`.
+    /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`. Default:
+    /// `"none"`.
     pub prediction: Prediction,
     /// How surviving particles are perturbed: `"geometric"`, `{ min = { factor = 1.0 } }` or `{ shrink = { h = 0.3 }
     /// }`. Default: `"geometric"`.

@@ -4,7 +4,8 @@
 pub(crate) trait Dispatched {
     type Output;
 
-    /// Does the work. It, and all that it calls, must be `#[inline(always)]` to be compiled for the chosen instructions.
+    /// Does the work. It, and all that it calls, must be `#[inline(always)]` to be compiled for the chosen
+    /// instructions.
     fn work(self) -> Self::Output;
 }
 

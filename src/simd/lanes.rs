@@ -40,8 +40,8 @@ pub(crate) fn add_scaled(target: &mut [f64], factor: f64, values: &[f64]) {
 
 /// `amplitude * exp(exponent)` of every value in its place, for exponents up to zero; below -708 as at -708.
 ///
-/// Cody and Waite's reduction by multiples of ln 2 and the Taylor polynomial of degree 13, whose remainder there is below
-/// 1e-17: the result is within 2 units in the last place. NaN stays NaN.
+/// Cody and Waite's reduction by multiples of ln 2 and the Taylor polynomial of degree 13, whose remainder there is
+/// below 1e-17: the result is within 2 units in the last place. NaN stays NaN.
 #[inline(always)]
 pub(crate) fn scaled_exponentials(values: &mut [f64], amplitude: f64) {
     /// Adding it rounds to a whole number, which then stands in the lowest bits.

@@ -206,8 +206,8 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         occupancy
     }
 
-    /// Refines the estimate where that is asked for, and lets a share of the particles go on from it. Starts: the last estimate, this
-    /// frame's and the heaviest particle, as far as the model's states can have such poses.
+    /// Refines the estimate where that is asked for, and lets a share of the particles go on from it. Starts: the last
+    /// estimate, this frame's and the heaviest particle, as far as the model's states can have such poses.
     fn refine(&mut self, estimate: &mut Estimate, heaviest: &M::State) {
         let (Some(refinement), Some(energy)) = (&self.refinement, estimate.energy) else { return };
         let Some(anchor) = self.past.last().or(self.start.as_ref()) else { return };

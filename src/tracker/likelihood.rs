@@ -25,15 +25,16 @@ pub trait Likelihood: Send + Sync {
     /// The energy of `pose`; not finite for a pose that cannot be. Same bits for the same pose, whatever the scratch.
     fn energy(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64;
 
-    /// The energies of several poses, as many as there are places for them: for likelihoods whose work falls into parts that are done
-    /// faster for all poses one after the other. Same bits as [`Self::energy`].
+    /// The energies of several poses, as many as there are places for them: for likelihoods whose work falls into parts
+    /// that are done faster for all poses one after the other. Same bits as [`Self::energy`].
     fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut Self::Scratch) {
         for (pose, energy) in poses.iter().zip(energies) {
             *energy = self.energy(pose, scratch);
         }
     }
 
-    /// The energy of `pose` as if no pose were rejected for what it is; the same as [`Self::energy`] where none ever is.
+    /// The energy of `pose` as if no pose were rejected for what it is; the same as [`Self::energy`] where none ever
+    /// is.
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64 {
         self.energy(pose, scratch)
     }
@@ -43,9 +44,9 @@ pub trait Likelihood: Send + Sync {
         false
     }
 
-    /// What the observation says of a small step from `pose`: squared residuals of contours, linearised, with robust weights of
-    /// `width` lengths (a length is 1/240 of an image's height). `None` for likelihoods without such residuals, which cannot be
-    /// descended, and for poses that are not finite.
+    /// What the observation says of a small step from `pose`: squared residuals of contours, linearised, with robust
+    /// weights of `width` lengths (a length is 1/240 of an image's height). `None` for likelihoods without such
+    /// residuals, which cannot be descended, and for poses that are not finite.
     fn linearise(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<NormalEquations> {
         None
     }

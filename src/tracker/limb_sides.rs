@@ -11,9 +11,10 @@ const SPACING: f64 = 4.0;
 /// How far the sides of limbs lie from the contour of one observed silhouette.
 ///
 /// A limb's *sides* are the two lines along which its outline runs from one end to the other, wherever they lie: on the
-/// model's contour or inside its silhouette. What was observed is a silhouette, so an edge inside the body was never seen,
-/// and a side that crosses the body far from the contour cannot be told from a wrong one. It costs what a side costs that
-/// missed the contour by `tau` or more, never more: a robust distance. Sides outside the picture cost the same.
+/// model's contour or inside its silhouette. What was observed is a silhouette, so an edge inside the body was never
+/// seen, and a side that crosses the body far from the contour cannot be told from a wrong one. It costs what a side
+/// costs that missed the contour by `tau` or more, never more: a robust distance. Sides outside the picture cost the
+/// same.
 #[derive(Debug)]
 pub(super) struct LimbSides {
     pinhole: Pinhole,
@@ -38,9 +39,9 @@ impl LimbSides {
         Self { pinhole: *pinhole, distances }
     }
 
-    /// Mean over samples along the sides of `limbs` (camera frame, metres) of `min(d, tau) / tau`, `d` being the distance to
-    /// the observed contour: in [0, 1]. Limbs without sides (balls, and what is not before the camera) have no say; where
-    /// all are so, 1.
+    /// Mean over samples along the sides of `limbs` (camera frame, metres) of `min(d, tau) / tau`, `d` being the
+    /// distance to the observed contour: in [0, 1]. Limbs without sides (balls, and what is not before the camera) have
+    /// no say; where all are so, 1.
     pub(super) fn mean_distance(&self, limbs: &[TaperedCapsule]) -> f64 {
         let (mut sum, mut count) = (0.0, 0_u32);
         for [from, to] in limbs.iter().flat_map(sides).flatten() {
@@ -73,8 +74,8 @@ impl LimbSides {
     }
 }
 
-/// Where the two planes through the camera's centre that touch both balls of a limb touch them; `None` where one ball hides
-/// the other.
+/// Where the two planes through the camera's centre that touch both balls of a limb touch them; `None` where one ball
+/// hides the other.
 ///
 /// A plane of unit normal `n` touches the balls at `a - ra n` and `b - rb n` where `n.a = ra` and `n.b = rb`. With
 /// `w = a x b` and `q = ra b - rb a` that is `n = (q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2`.

@@ -60,8 +60,8 @@ impl ObservedView {
         Self::Masks { observed, edge }
     }
 
-    /// Compares the body as it is placed; `view` is this view's number. [`ObservedView::Capsules`] leaves its capsules in the frame of
-    /// `camera`.
+    /// Compares the body as it is placed; `view` is this view's number. [`ObservedView::Capsules`] leaves its capsules
+    /// in the frame of `camera`.
     pub(super) fn compare(
         &self,
         body: &Humanoid,

@@ -19,13 +19,14 @@ const LIMIT_LEVER: f64 = 0.1;
 #[serde(default, deny_unknown_fields)]
 pub struct PlausibilitySettings {
     /// What a metre of depth adds to the energy, >= 0; 0 leaves the rule of rejection alone. 1/m. Default: 0.5, chosen
-    /// on CMU 16_15 and 35_02 among 0.5, 2 and 8: more keeps a body whose legs are too long out of the ground at the cost of the pose.
+    /// on CMU 16_15 and 35_02 among 0.5, 2 and 8: more keeps a body whose legs are too long out of the ground at the
+    /// cost of the pose.
     pub weight: f64,
-    /// Depths up to this are free: recordings sink by some millimetres, and the tracker's body is not the actor's. Metres, >= 0.
-    /// Default: 0.01.
+    /// Depths up to this are free: recordings sink by some millimetres, and the tracker's body is not the actor's.
+    /// Metres, >= 0. Default: 0.01.
     pub tolerance_m: f64,
-    /// Poses that are deeper than this beyond the tolerance, in the ground or in themselves, are rejected without being drawn.
-    /// Metres, > 0. Default: none is rejected.
+    /// Poses that are deeper than this beyond the tolerance, in the ground or in themselves, are rejected without being
+    /// drawn. Metres, > 0. Default: none is rejected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reject_beyond_m: Option<f64>,
 }
@@ -54,14 +55,15 @@ impl PlausibilitySettings {
     }
 }
 
-/// The energy of silhouettes and, added to it, `weight (g + s + l)`: `g` the depth of the body's deepest point under the ground
-/// z = 0, `s` the sum of the depths of all pairs of solids that are inside each other and must not be
-/// ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of what angles are beyond their limits, a
-/// radian counting as 0.1 m.
+/// The energy of silhouettes and, added to it, `weight (g + s + l)`: `g` the depth of the body's deepest point under
+/// the ground z = 0, `s` the sum of the depths of all pairs of solids that are inside each other and must not be
+/// ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of what angles are beyond their
+/// limits, a radian counting as 0.1 m.
 ///
 /// Balan, Sigal and Black (2005, A quantitative evaluation of video-based 3D person tracking) reject poses whose limbs
-/// interpenetrate or exceed their limits ("hard priors"); [`PlausibilitySettings::reject_beyond_m`] is that rule. The energy of
-/// a rejected pose is infinite; a filter that has no other particle asks for [`Likelihood::energy_unrejected`].
+/// interpenetrate or exceed their limits ("hard priors"); [`PlausibilitySettings::reject_beyond_m`] is that rule. The
+/// energy of a rejected pose is infinite; a filter that has no other particle asks for
+/// [`Likelihood::energy_unrejected`].
 #[derive(Debug)]
 pub struct PlausibleLikelihood {
     silhouettes: SilhouetteLikelihood,
@@ -83,8 +85,8 @@ impl PlausibleLikelihood {
         Ok(Self { solids: Interpenetration::new(body, settings.tolerance_m), limits, silhouettes, settings })
     }
 
-    /// Energies, silhouettes of all poses first: what looks for depths is small, and stays in the processor's nearest memory for as
-    /// long as nothing else is done.
+    /// Energies, silhouettes of all poses first: what looks for depths is small, and stays in the processor's nearest
+    /// memory for as long as nothing else is done.
     fn judge(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut PlausibleScratch, may_reject: bool) {
         let PlausibleScratch { silhouettes, bodies, solids } = scratch;
         bodies.resize_with(bodies.len().max(poses.len()), PlacedBody::default);

@@ -82,11 +82,12 @@ const LIMB_DESCENTS: usize = 2;
 
 /// Refines the estimate of a frame: never to a higher energy.
 ///
-/// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's and from the
-///    heaviest particle; the result of least energy is kept.
-/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, a third within its limits, a third
-///    near the estimate and a third near training poses; the best are descended. Legs that were taken for each other come free
-///    only together (after the limb crossover of Deutscher and Reid 2005 and the partitions of MacCormick and Isard 2000).
+/// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's and
+///    from the heaviest particle; the result of least energy is kept.
+/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, a third within its limits,
+///    a third near the estimate and a third near training poses; the best are descended. Legs that were taken for each
+///    other come free only together (after the limb crossover of Deutscher and Reid 2005 and the partitions of
+///    MacCormick and Isard 2000).
 #[derive(Debug)]
 pub struct Refinement {
     settings: RefinementSettings,
@@ -131,8 +132,8 @@ impl Refinement {
         (0..moved).map(move |i| i * count / moved.max(1))
     }
 
-    /// Looks for a state of less energy than `energy`, the estimate's: descends from all `starts`, then draws limbs. `anchor` is
-    /// the last estimate.
+    /// Looks for a state of less energy than `energy`, the estimate's: descends from all `starts`, then draws limbs.
+    /// `anchor` is the last estimate.
     pub(super) fn refine<M: MotionModel, L: Likelihood>(
         &self,
         model: &M,
@@ -259,8 +260,8 @@ impl Refinement {
     }
 }
 
-/// The degrees of freedom of each arm and leg, and of both arms and both legs. A limb's are those that move its end and no other
-/// limb's end nor the head.
+/// The degrees of freedom of each arm and leg, and of both arms and both legs. A limb's are those that move its end and
+/// no other limb's end nor the head.
 fn limbs(body: &Humanoid) -> Vec<Vec<usize>> {
     const ENDS: [Landmark; 5] =
         [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle, Landmark::HeadTop];

@@ -51,7 +51,8 @@ pub struct SilhouetteSettings {
     pub contour: ContourTerm,
     /// `[Skinned APF]`'s alpha of Eq. 3, >= 0: weight of the contour beside the silhouette; 0 leaves the contour out.
     pub contour_weight: f64,
-    /// The distance tau at which the contour term and that of the limbs' sides saturate, as a share of the image's height, > 0.
+    /// The distance tau at which the contour term and that of the limbs' sides saturate, as a share of the image's
+    /// height, > 0.
     pub contour_reach: f64,
     /// Weight, >= 0, of the sides of limbs: `[GPDM graph]`'s edges of the model against those observed. Mean over
     /// samples along the two sides of every capsule of `min(d, tau) / tau`, d being the distance to the observed
@@ -234,8 +235,8 @@ impl SilhouetteLikelihood {
         &self.body
     }
 
-    /// The energy of a body that was put into a pose. Where [`Self::capsules_camera`] is a camera, the body's capsules are afterwards
-    /// those in its frame.
+    /// The energy of a body that was put into a pose. Where [`Self::capsules_camera`] is a camera, the body's capsules
+    /// are afterwards those in its frame.
     pub(super) fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, view) in self.views.iter().enumerate() {
@@ -248,8 +249,8 @@ impl SilhouetteLikelihood {
         if count > 0.0 { sum / count } else { 0.0 }
     }
 
-    /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` where not all solids are tapered capsules or silhouettes
-    /// are drawn in another way.
+    /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` where not all solids are tapered capsules
+    /// or silhouettes are drawn in another way.
     pub(super) fn capsules_camera(&self) -> Option<&Camera> {
         self.views.last().filter(|_| self.fast).map(|view| &view.camera)
     }

@@ -7,8 +7,8 @@ use serde_json::Value;
 use super::rooms::{Room, shipped};
 use crate::support::test_data;
 
-/// File, and the greatest distance of its landmarks from the recorded ones, millimetres. The simple humanoid's limits are those of
-/// other joints (its left knee bends from -120 to 40 degrees), so it cannot walk as recorded.
+/// File, and the greatest distance of its landmarks from the recorded ones, millimetres. The simple humanoid's limits
+/// are those of other joints (its left knee bends from -120 to 40 degrees), so it cannot walk as recorded.
 const ROBOTS: [(&str, f64); 5] = [
     ("pybullet_humanoid/humanoid.urdf", 2.0),
     ("gepetto_human/human_description/robots/human.urdf", 8.0),

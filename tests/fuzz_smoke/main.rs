@@ -1,8 +1,8 @@
 //! Every parser on thousands of spoiled files: a short run in every `cargo test`, a longer one in `.ci/run`.
 //!
-//! `SKIAGRAPH_FUZZ_SECONDS` is the time for each parser (default 0.3), `SKIAGRAPH_FUZZ_SEED` the first random number (default 0).
-//! An input that a parser panics at is kept in `target/fuzz/`. `fuzz/` holds the same targets for libFuzzer, which
-//! is guided by coverage and finds more; `SKIAGRAPH_FUZZ_CORPUS=DIR` writes what it starts from.
+//! `SKIAGRAPH_FUZZ_SECONDS` is the time for each parser (default 0.3), `SKIAGRAPH_FUZZ_SEED` the first random number
+//! (default 0). An input that a parser panics at is kept in `target/fuzz/`. `fuzz/` holds the same targets for
+//! libFuzzer, which is guided by coverage and finds more; `SKIAGRAPH_FUZZ_CORPUS=DIR` writes what it starts from.
 
 mod mutation;
 mod seeds;

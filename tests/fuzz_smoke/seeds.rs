@@ -1,5 +1,5 @@
-//! What the mutator starts from: files that ship, files of the shared recordings and robots where they are, and a set and a model
-//! made on the spot. Recordings are cut to a few frames.
+//! What the mutator starts from: files that ship, files of the shared recordings and robots where they are, and a set
+//! and a model made on the spot. Recordings are cut to a few frames.
 
 use std::fs;
 use std::path::{Path, PathBuf};

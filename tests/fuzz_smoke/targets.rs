@@ -1,5 +1,5 @@
-//! One function for every parser: whatever the bytes, it returns a value that keeps its promises or an error that is fit to be
-//! shown. `fuzz/` runs them under libFuzzer, `main.rs` beside this file under a mutator of its own.
+//! One function for every parser: whatever the bytes, it returns a value that keeps its promises or an error that is
+//! fit to be shown. `fuzz/` runs them under libFuzzer, `main.rs` beside this file under a mutator of its own.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};

@@ -9,7 +9,8 @@ mod data;
 
 pub(crate) use data::{path as test_data, skip};
 
-/// A Python with NumPy, or `None` (said as [`skip`] does) where there is none: `$SKIAGRAPH_TEST_PYTHON`, else `python3`.
+/// A Python with NumPy, or `None` (said as [`skip`] does) where there is none: `$SKIAGRAPH_TEST_PYTHON`, else
+/// `python3`.
 pub(crate) fn python_with_numpy() -> Option<PathBuf> {
     let python = std::env::var_os("SKIAGRAPH_TEST_PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
     let has_numpy = Command::new(&python).args(["-c", "import numpy"]).output().is_ok_and(|o| o.status.success());

@@ -1,10 +1,11 @@
 //! Whether a pose of the test can be read from what a tracker is given.
 //!
-//! Every file outside `truth/` is opened, whether the set lists it or not, and every number in it is compared with the poses of
-//! all frames but those that are like frame 0, which is given away on purpose: joint angles of the actor and of the tracker's
-//! body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's place; joints; link frames.
-//! A pose may stand in a row or in a column, anywhere in an array, signs aside. Angles are also found when they stand in any
-//! order, if they are exact. What is not found: poses behind another representation, compression or encryption.
+//! Every file outside `truth/` is opened, whether the set lists it or not, and every number in it is compared with the
+//! poses of all frames but those that are like frame 0, which is given away on purpose: joint angles of the actor and
+//! of the tracker's body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's
+//! place; joints; link frames. A pose may stand in a row or in a column, anywhere in an array, signs aside. Angles are
+//! also found when they stand in any order, if they are exact. What is not found: poses behind another representation,
+//! compression or encryption.
 
 mod numbers;
 mod secret;
@@ -30,8 +31,8 @@ pub struct Leak {
     pub frame: Option<usize>,
 }
 
-/// Looks for poses of the test in everything of the set in `directory` that lies outside `truth/`; each kind of number that is
-/// found in an array is told once.
+/// Looks for poses of the test in everything of the set in `directory` that lies outside `truth/`; each kind of number
+/// that is found in an array is told once.
 ///
 /// # Errors
 /// [`SetError`] where the truth, or a file that may hold numbers, cannot be read.

@@ -14,8 +14,8 @@ pub struct DepthImage {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Depth along the camera's z axis of the nearest flesh at or beyond the near plane, metres; infinite where there is
-    /// none.
+    /// Depth along the camera's z axis of the nearest flesh at or beyond the near plane, metres; infinite where there
+    /// is none.
     pub depth: Vec<f32>,
     /// Index of the link whose flesh that is, plus 1; 0 where there is none.
     pub part: Vec<u32>,

@@ -283,8 +283,8 @@ fn is_needed(node: &Node<'_, '_>) -> bool {
     children.iter().any(|tag| node.has_tag_name(*tag))
 }
 
-/// The text with every XML name space declared that it uses without (`<xacro:...>`, `<controller:...>`): those elements are
-/// passed over anyway.
+/// The text with every XML name space declared that it uses without (`<xacro:...>`, `<controller:...>`): those elements
+/// are passed over anyway.
 pub(super) fn with_name_spaces(text: &str) -> Cow<'_, str> {
     let mut text = Cow::Borrowed(text);
     for _ in 0..MAX_UNDECLARED {

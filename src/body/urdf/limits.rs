@@ -13,8 +13,8 @@ pub(super) const MOST_MESH_NODES: u32 = 1_000_000;
 /// Characters of a name.
 pub(super) const LONGEST_NAME: usize = 200;
 
-/// Parses XML of at most `most_nodes` elements, comments and texts, without document type definitions (and so without entities of
-/// the file's own).
+/// Parses XML of at most `most_nodes` elements, comments and texts, without document type definitions (and so without
+/// entities of the file's own).
 ///
 /// # Errors
 /// The line and the problem.

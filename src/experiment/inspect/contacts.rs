@@ -122,8 +122,9 @@ impl WorstContact {
     }
 }
 
-/// Looks at how a recording stands on the ground once it is given to the robot `actor` (`path`: a file or `embedded:NAME`), or at
-/// how the truth of a benchmark set does (`path`: its directory); `metres_per_unit` where a recording's unit is known. `picture`, an `.svg` or `.html` file, shows it over time.
+/// Looks at how a recording stands on the ground once it is given to the robot `actor` (`path`: a file or
+/// `embedded:NAME`), or at how the truth of a benchmark set does (`path`: its directory); `metres_per_unit` where a
+/// recording's unit is known. `picture`, an `.svg` or `.html` file, shows it over time.
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read, or a picture of another kind.

@@ -48,8 +48,9 @@ enum Kind {
     Set,
 }
 
-/// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held `against`
-/// another of the same motions, and have its pictures written to `page`; of a recording `metres_per_unit` may be said.
+/// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held
+/// `against` another of the same motions, and have its pictures written to `page`; of a recording `metres_per_unit` may
+/// be said.
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read or is nothing of ours.

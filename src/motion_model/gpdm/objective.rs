@@ -220,8 +220,8 @@ fn dynamics_term(
 
 impl Room {
     /// `weight (D/2 ln|K| + 1/2 tr(K^-1 Y Y^T))` and its derivative by the logarithm of the noise's precision, for the
-    /// noise-free covariances in the room (lower triangle) and the columns `Y`. Leaves the solution and the derivative by the
-    /// kernel in the room.
+    /// noise-free covariances in the room (lower triangle) and the columns `Y`. Leaves the solution and the derivative
+    /// by the kernel in the room.
     fn gaussian(&mut self, noise_precision: f64, y: MatRef<'_, f64>, weight: f64) -> Option<(f64, f64)> {
         let dimensions = y.ncols() as f64;
         if !self.factor.become_factor_of(self.covariance.as_ref(), 1.0 / noise_precision) {

@@ -1,7 +1,7 @@
 //! Cholesky factor of a kernel matrix, with what a Gaussian process asks of it.
 //!
-//! The inverse `L^-1` of the factor is worked out while the matrix is factored, by the same row operations: blocks of a few
-//! dozen columns, and between them products of large matrices, which is where a processor is fast. All that follows
+//! The inverse `L^-1` of the factor is worked out while the matrix is factored, by the same row operations: blocks of a
+//! few dozen columns, and between them products of large matrices, which is where a processor is fast. All that follows
 //! is products with `L^-1`.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -49,8 +49,8 @@ impl PositiveDefinite {
         }
     }
 
-    /// Factors `matrix`, of which the lower triangle is read, with `ridge` added to its diagonal; `None` where it is not
-    /// positive definite even with a jitter of 1e-4 of its mean diagonal.
+    /// Factors `matrix`, of which the lower triangle is read, with `ridge` added to its diagonal; `None` where it is
+    /// not positive definite even with a jitter of 1e-4 of its mean diagonal.
     pub(super) fn factor(matrix: MatRef<'_, f64>, ridge: f64) -> Option<Self> {
         let mut factor = Self::identity(matrix.nrows());
         factor.become_factor_of(matrix, ridge).then_some(factor)

@@ -7,8 +7,8 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use super::positive_definite::{PositiveDefinite, squares_of_columns};
 
-/// Points that are worked on at once: their covariances with the training points stay in the processor's cache, and memory for
-/// them is got once.
+/// Points that are worked on at once: their covariances with the training points stay in the processor's cache, and
+/// memory for them is got once.
 const BATCH: usize = 64;
 
 /// `K^-1 Y` and the factor of `K`.

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 /// Finds inter-transition candidates in a motion.
 pub trait CandidateDetector {
-    /// Frames at which the motion turns, in order. `positions[t]` are the joints at frame `t` in the root's frame, metres.
+    /// Frames at which the motion turns, in order. `positions[t]` are the joints at frame `t` in the root's frame,
+    /// metres.
     fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize>;
 }
 

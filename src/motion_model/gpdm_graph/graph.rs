@@ -45,7 +45,8 @@ impl Default for GraphSettings {
 /// One model of the graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// The training frames that it was learned from; of a model of several motions those of the first, the others follow whole.
+    /// The training frames that it was learned from; of a model of several motions those of the first, the others
+    /// follow whole.
     pub range: SegmentRange,
     /// The model.
     pub gpdm: Gpdm,

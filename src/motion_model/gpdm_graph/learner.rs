@@ -75,8 +75,8 @@ impl<'a> GraphLearner<'a> {
         self.graph.segments.iter().map(|s| s.rotations.len()).sum()
     }
 
-    /// Learns the next segment; `None` when every frame has its model. `keep_on` hears of every round of every model that
-    /// is tried, and ends the work when it answers `false`.
+    /// Learns the next segment; `None` when every frame has its model. `keep_on` hears of every round of every model
+    /// that is tried, and ends the work when it answers `false`.
     ///
     /// # Errors
     /// [`GraphError::Model`] where the segment cannot be learned or the work was ended.

@@ -4,8 +4,8 @@ use super::graph::GpdmGraph;
 use crate::motion_model::gpdm::PartsError;
 
 impl GpdmGraph {
-    /// The same graph, once it is certain that its parts fit together: segments in the order of the training frames, with
-    /// one latent, error and set of rotations a frame; candidates that exist.
+    /// The same graph, once it is certain that its parts fit together: segments in the order of the training frames,
+    /// with one latent, error and set of rotations a frame; candidates that exist.
     ///
     /// # Errors
     /// [`PartsError`] that names the part.

@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, Vector3};
 use super::footing::{Feet, Footing};
 use crate::body::rotation_about;
 
-/// Deviation of a foot about its foothold within one frame, metres: what a particle's noise is like. Errors are the same from 3 to
-/// 30 mm.
+/// Deviation of a foot about its foothold within one frame, metres: what a particle's noise is like. Errors are the
+/// same from 3 to 30 mm.
 const NOISE_OF_PLACE: f64 = 0.01;
 
 /// The same of its heading, radians.
@@ -15,10 +15,11 @@ const NOISE_OF_HEADING: f64 = 0.03;
 impl Footing {
     /// The footholds after a frame that ended with the feet at `feet`.
     ///
-    /// A foothold is the state of a Kalman filter that forgets how sure it is: in one frame a foot of that height moves by its
-    /// looseness (variance `q`), and is seen with a particle's noise (variance `r`). So the foothold moves towards the foot by
-    /// `q / (q + r)`, its place and its heading apart. A foot that stands firm keeps its foothold, however much noise the root has; one
-    /// in flight takes it along and is planted where it comes down. Height and tilt are the foot's.
+    /// A foothold is the state of a Kalman filter that forgets how sure it is: in one frame a foot of that height moves
+    /// by its looseness (variance `q`), and is seen with a particle's noise (variance `r`). So the foothold moves
+    /// towards the foot by `q / (q + r)`, its place and its heading apart. A foot that stands firm keeps its foothold,
+    /// however much noise the root has; one in flight takes it along and is planted where it comes down. Height and
+    /// tilt are the foot's.
     pub(super) fn settled(&self, footholds: &Feet, feet: &Feet) -> Feet {
         let steps = footholds.steps_to(feet);
         let settle = |foot: usize| {

@@ -11,9 +11,10 @@ const GROUPS: usize = 10;
 
 /// The feet of a body and how firmly they stand.
 ///
-/// A foot is where the middle of its sole's solid is: of the foot's solids the one that is lowest while the body stands at its
-/// zero pose. Where a foot is one with its shank, as in bodies without ankles, heel and toe swing about that middle with the
-/// shank, and it slides two to six times less than the lowest point does (measured on the takes of `results/s1-notes.md`).
+/// A foot is where the middle of its sole's solid is: of the foot's solids the one that is lowest while the body stands
+/// at its zero pose. Where a foot is one with its shank, as in bodies without ankles, heel and toe swing about that
+/// middle with the shank, and it slides two to six times less than the lowest point does (measured on the takes of
+/// `results/s1-notes.md`).
 #[derive(Clone, Debug)]
 pub(super) struct Footing {
     feet: [LinkPoint; 2],
@@ -101,7 +102,8 @@ impl Footing {
 }
 
 impl Footing {
-    /// Measured on the training frames of `graph`; `None` of a body without feet, or without two frames that follow each other.
+    /// Measured on the training frames of `graph`; `None` of a body without feet, or without two frames that follow
+    /// each other.
     pub(super) fn learn(body: &Humanoid, graph: &GpdmGraph) -> Option<Self> {
         let [left, right] = [0, 1].map(|foot| sole(body, foot));
         let mut footing = Self { feet: [left?, right?], knots: Vec::new(), highest: f64::NEG_INFINITY };
@@ -134,8 +136,9 @@ impl Footing {
         Feet(self.feet.map(place))
     }
 
-    /// How loosely a foot stands: between the heights of training on straight lines, below them as at the lowest. A foot that is
-    /// higher than any was in training has left its place by at least as much as that, and its heading by a radian a metre.
+    /// How loosely a foot stands: between the heights of training on straight lines, below them as at the lowest. A
+    /// foot that is higher than any was in training has left its place by at least as much as that, and its heading by
+    /// a radian a metre.
     pub(super) fn looseness(&self, step: &FootStep) -> Looseness {
         let height = step.height();
         let above = self.knots.partition_point(|knot| knot.height <= height);
@@ -169,8 +172,8 @@ fn heading(rotation: &UnitQuaternion<f64>) -> f64 {
     angle - std::f64::consts::TAU * libm::round(angle / std::f64::consts::TAU)
 }
 
-/// Mean squares of groups of equally many frames by height, made to rise with height: where a group stands less firmly than a
-/// higher one, both get their mean (isotonic regression by pooling adjacent violators; Barlow et al. 1972).
+/// Mean squares of groups of equally many frames by height, made to rise with height: where a group stands less firmly
+/// than a higher one, both get their mean (isotonic regression by pooling adjacent violators; Barlow et al. 1972).
 fn knots(mut steps: Vec<FootStep>) -> Vec<Knot> {
     steps.sort_by(|a, b| a.height().total_cmp(&b.height()));
     let size = steps.len().div_ceil(GROUPS).max(1);

@@ -72,7 +72,8 @@ fn normalised(mut shares: Vec<f64>) -> Vec<f64> {
     shares
 }
 
-/// The seed of particle `index` of `count`: seeds get whole numbers of particles, the largest remainders first (Eq. 14).
+/// The seed of particle `index` of `count`: seeds get whole numbers of particles, the largest remainders first (Eq.
+/// 14).
 pub(super) fn seed_of(seeds: &[Seed], index: usize, count: usize) -> Option<&Seed> {
     let mut counts: Vec<usize> = seeds.iter().map(|s| (s.share * count as f64) as usize).collect();
     let mut order: Vec<usize> = (0..seeds.len()).collect();

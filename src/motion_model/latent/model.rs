@@ -19,12 +19,13 @@ use super::transition::{Jumps, Moving, jump, training_means};
 use crate::body::{Humanoid, Pose};
 use crate::rng::normal;
 
-/// Latents farther than this many length scales of the map from every training latent are brought back. Out there the map
-/// falls back to the mean pose and the linear part of the dynamics may explode: the model knows nothing of that region.
+/// Latents farther than this many length scales of the map from every training latent are brought back. Out there the
+/// map falls back to the mean pose and the linear part of the dynamics may explode: the model knows nothing of that
+/// region.
 const GREATEST_LENGTHS: f64 = 2.0;
 
-/// Particles that are moved in one product of matrices. A batch that is not full is filled up: products of other shapes may add in
-/// another order, and a particle's bits may not depend on its company.
+/// Particles that are moved in one product of matrices. A batch that is not full is filled up: products of other shapes
+/// may add in another order, and a particle's bits may not depend on its company.
 const BATCH: usize = 128;
 
 /// A GPDM graph that moves particles: `[GPDM graph]`'s latent particles.
@@ -174,8 +175,8 @@ impl LatentModel {
         }
     }
 
-    /// What jumps compare: the particle's own pose, which an offset may have led far from the map's mean, and the velocity of that
-    /// mean. Offsets are drawn anew every frame, their differences are no velocity.
+    /// What jumps compare: the particle's own pose, which an offset may have led far from the map's mean, and the
+    /// velocity of that mean. Offsets are drawn anew every frame, their differences are no velocity.
     fn compared(&self, state: &LatentParticle) -> Moving {
         let velocities = state.moving.velocities.clone();
         Moving { rotations: self.graph.chart.rotations(&state.pose), velocities }

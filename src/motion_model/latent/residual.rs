@@ -18,17 +18,18 @@ const LEAST_VARIANCE: f64 = 1e-18;
 /// The root's velocities, which end an observation vector: they have noise of their own, no offset.
 const VELOCITIES: usize = 3;
 
-/// How much of the covariance between different numbers of a pose is taken away: a few hundred training frames, neighbours
-/// much alike, do not tell 22 x 22 of them well (Ledoit and Wolf 2004 shrink likewise, towards a multiple of the identity).
+/// How much of the covariance between different numbers of a pose is taken away: a few hundred training frames,
+/// neighbours much alike, do not tell 22 x 22 of them well (Ledoit and Wolf 2004 shrink likewise, towards a multiple of
+/// the identity).
 const SHRINKAGE: f64 = 0.1;
 
 /// What a particle's pose has beside the map's mean: an offset that wanders and is drawn back to zero.
 ///
-/// A cycle that was not seen lies off the latent manifold by more than the map's variance at the training latents says: the
-/// training frames lie on it by construction. How far is measured in the training itself, by leaving time out: each frame
-/// is compared with the most similar one of another moment. The offset `r_t = a r_{t-1} + sqrt(1 - a^2) L e` (an
-/// Ornstein-Uhlenbeck process sampled once a frame, `e` standard normal) has the covariance `L L^T` of these differences: hips
-/// and knees that differ together keep the feet below the body.
+/// A cycle that was not seen lies off the latent manifold by more than the map's variance at the training latents says:
+/// the training frames lie on it by construction. How far is measured in the training itself, by leaving time out: each
+/// frame is compared with the most similar one of another moment. The offset `r_t = a r_{t-1} + sqrt(1 - a^2) L e` (an
+/// Ornstein-Uhlenbeck process sampled once a frame, `e` standard normal) has the covariance `L L^T` of these
+/// differences: hips and knees that differ together keep the feet below the body.
 #[derive(Clone, Debug)]
 pub(super) struct Residual {
     /// `L`, lower triangular, a row a number of the pose (D - 3); empty where particles keep to the manifold.
@@ -38,8 +39,8 @@ pub(super) struct Residual {
 }
 
 impl Residual {
-    /// With the covariance of motion that was not seen, its deviations scaled by `scale`; `correlation_s` is the time after which
-    /// an offset is 1/e as great.
+    /// With the covariance of motion that was not seen, its deviations scaled by `scale`; `correlation_s` is the time
+    /// after which an offset is 1/e as great.
     pub(super) fn new(unseen: &Unseen, scale: f64, correlation_s: f64, frames_per_second: f64) -> Self {
         let factor = if scale > 0.0 { factor_of(&unseen.covariance_of_pose(), scale) } else { Vec::new() };
         Self { factor, keep: libm::exp(-1.0 / (correlation_s * frames_per_second)) }
@@ -86,14 +87,15 @@ pub(super) fn offset_by(mut mean: Vec<f64>, offset: &[f64]) -> Vec<f64> {
     mean
 }
 
-/// How far motion that was not seen lies from what was: mean products of the differences (D x D) between the observation vectors
-/// of every training frame and of the most similar one of another moment. Zero where there is no other moment.
+/// How far motion that was not seen lies from what was: mean products of the differences (D x D) between the
+/// observation vectors of every training frame and of the most similar one of another moment. Zero where there is no
+/// other moment.
 #[derive(Clone, Debug)]
 pub(super) struct Unseen(DMatrix<f64>);
 
 impl Unseen {
-    /// Measured on the training of `graph`. Where `footing` is given, the height compared is not the root's but that of the lower
-    /// foot.
+    /// Measured on the training of `graph`. Where `footing` is given, the height compared is not the root's but that of
+    /// the lower foot.
     pub(super) fn measure(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) -> Self {
         let height = graph.chart.dimensions().saturating_sub(VELOCITIES + 1);
         let of_row = |s: &Segment, row: usize| {

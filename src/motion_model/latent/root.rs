@@ -21,13 +21,13 @@ const LEAST_VARIANCE: f64 = 1e-12;
 
 /// Where a particle's body stands, and how that changes.
 ///
-/// The models say how fast the root moves, but they learned it of the training's own moments: on motion that was not seen they
-/// err by [`Unseen`]. With [`RootMotion::Planted`] there are two more witnesses. A foot that stands stays at its foothold, so the
-/// new pose tells where the root is, to within what feet of that height slid and turned in training ([`Footing`]). All three are
-/// weighed by the inverses of their variances, and what is left is the noise, but for a floor: in flight the models' velocities
-/// stand, on firm feet what the legs say. Footholds are remembered ([`Footing::settled`]), so that the noise does not add up over the
-/// frames. Height comes of the feet likewise: the lower foot of a pose off the manifold is as high as that of the pose on it, up to an
-/// offset of its own.
+/// The models say how fast the root moves, but they learned it of the training's own moments: on motion that was not
+/// seen they err by [`Unseen`]. With [`RootMotion::Planted`] there are two more witnesses. A foot that stands stays at
+/// its foothold, so the new pose tells where the root is, to within what feet of that height slid and turned in
+/// training ([`Footing`]). All three are weighed by the inverses of their variances, and what is left is the noise, but
+/// for a floor: in flight the models' velocities stand, on firm feet what the legs say. Footholds are remembered
+/// ([`Footing::settled`]), so that the noise does not add up over the frames. Height comes of the feet likewise: the
+/// lower foot of a pose off the manifold is as high as that of the pose on it, up to an offset of its own.
 ///
 /// `[GPDM graph]` does not say how the root moves.
 #[derive(Clone, Debug)]
@@ -118,8 +118,8 @@ impl RootDynamics {
         pose
     }
 
-    /// The last number of the offset that leads from the map's mean to a pose: by how much its lower foot is higher, in the
-    /// chart's unit. `None` where feet tell nothing, and the number is the root's.
+    /// The last number of the offset that leads from the map's mean to a pose: by how much its lower foot is higher, in
+    /// the chart's unit. `None` where feet tell nothing, and the number is the root's.
     pub(super) fn height_offset(&self, body: &Humanoid, chart: &PoseChart, mean: &[f64], pose: &Pose) -> Option<f64> {
         let footing = self.footing.as_ref()?;
         let on_manifold = chart.place(mean, &PlanarRoot::of(pose));
@@ -154,8 +154,9 @@ impl RootDynamics {
         }
     }
 
-    /// Root and pose when a nudge within a frame, not time, changed what stands there: feet hold the body where they were before the
-    /// nudge (where they are loose it stays where it is), then it goes by `step`. Footholds do not change within a frame.
+    /// Root and pose when a nudge within a frame, not time, changed what stands there: feet hold the body where they
+    /// were before the nudge (where they are loose it stays where it is), then it goes by `step`. Footholds do not
+    /// change within a frame.
     pub(super) fn nudged(
         &self,
         before: &Pose,

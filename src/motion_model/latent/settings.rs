@@ -17,8 +17,8 @@ pub struct LatentSettings {
     pub transition: InterTransition,
     /// How particles are spread over the training poses that resemble the start pose.
     pub initialisation: Initialisation,
-    /// Least standard deviation of the process noise, as a share of the latents' spread. A model learned from much motion
-    /// is so sure of itself that particles would not spread at all.
+    /// Least standard deviation of the process noise, as a share of the latents' spread. A model learned from much
+    /// motion is so sure of itself that particles would not spread at all.
     pub noise_floor: f64,
     /// Standard deviation of the first latents about their seeds, as a share of the latents' spread.
     pub start_jitter: f64,
@@ -27,8 +27,8 @@ pub struct LatentSettings {
     pub residual_scale: f64,
     /// Time after which such an offset is 1/e as great, seconds.
     pub residual_s: f64,
-    /// Factor on the noise of the root's steps, which is what training leaves open of them, at least 2 mm and 0.3 degrees a frame.
-    /// At 1 the search for the root starves.
+    /// Factor on the noise of the root's steps, which is what training leaves open of them, at least 2 mm and 0.3
+    /// degrees a frame. At 1 the search for the root starves.
     pub root_noise_scale: f64,
     /// What tells where the root goes.
     pub root_motion: RootMotion,
@@ -68,8 +68,8 @@ pub enum InterTransition {
         threshold: f64,
         /// Distance at which a jump is 1/e as likely, rad^2 per anatomical joint ([`JumpRule::StayWeighted`]).
         width: f64,
-        /// Weight of the squared difference of joint velocities (rad/s)^2 beside that of poses, s^2. Poses alone do not tell
-        /// a step from its mirror image in time.
+        /// Weight of the squared difference of joint velocities (rad/s)^2 beside that of poses, s^2. Poses alone do not
+        /// tell a step from its mirror image in time.
         velocity_weight: f64,
     },
 }
@@ -83,8 +83,8 @@ pub enum JumpRule {
     /// Jumping weighs `exp(-distance / width)` per candidate against 1 for staying.
     #[default]
     StayWeighted,
-    /// As [`Self::StayWeighted`], but every weight is divided by the number of candidates of its model: how often particles jump
-    /// does not grow with the number of candidates.
+    /// As [`Self::StayWeighted`], but every weight is divided by the number of candidates of its model: how often
+    /// particles jump does not grow with the number of candidates.
     StayShared,
 }
 

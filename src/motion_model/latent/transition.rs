@@ -42,7 +42,8 @@ impl Moving {
         distance(&self.rotations, &other.rotations) + velocity_weight * velocities
     }
 
-    /// The distance if it is below `limit`. What is certainly farther, by the chords of the angles, costs no arctangent.
+    /// The distance if it is below `limit`. What is certainly farther, by the chords of the angles, costs no
+    /// arctangent.
     pub(super) fn distance_below(&self, other: &Self, velocity_weight: f64, limit: f64) -> Option<f64> {
         let mut least = 0.0;
         let joints = self.rotations.iter().zip(&other.rotations).zip(self.velocities.iter().zip(&other.velocities));
@@ -163,8 +164,8 @@ fn is_end(graph: &GpdmGraph, segment: usize, row: usize) -> bool {
     row + FRAMES_TO_THE_END >= graph.segments[segment].sequence_of(row).end
 }
 
-/// Where a particle goes at the end of its segment: on into the next segment of the recording, and where the recording ends,
-/// to the training frame that moves most alike, if one does. Who never changes models looks for it in his own.
+/// Where a particle goes at the end of its segment: on into the next segment of the recording, and where the recording
+/// ends, to the training frame that moves most alike, if one does. Who never changes models looks for it in his own.
 fn onwards(
     graph: &GpdmGraph,
     jumps: &Jumps,

@@ -32,8 +32,8 @@ pub enum Ball {
 }
 
 impl JointGroup {
-    /// The anatomical joints of `body`, parents first. Mimic and floating joints are none: they follow others, or are no part
-    /// of a human body.
+    /// The anatomical joints of `body`, parents first. Mimic and floating joints are none: they follow others, or are
+    /// no part of a human body.
     pub fn all_of(body: &Humanoid) -> Vec<Self> {
         let mut groups = Vec::new();
         let mut taken = vec![false; body.joints.len()];

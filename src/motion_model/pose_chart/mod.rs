@@ -1,8 +1,8 @@
 //! Poses as points of a vector space in which a latent model can be learned.
 //!
-//! Per anatomical joint the exponential map about its mean rotation, then the root's tilt and height, then its velocity in
-//! its own heading frame. Where the root is on the ground and where it heads to is left out: a latent model learns *how* a
-//! body moves, wherever it does.
+//! Per anatomical joint the exponential map about its mean rotation, then the root's tilt and height, then its velocity
+//! in its own heading frame. Where the root is on the ground and where it heads to is left out: a latent model learns
+//! *how* a body moves, wherever it does.
 
 mod joint_group;
 
@@ -14,7 +14,8 @@ pub use joint_group::{Ball, JointGroup};
 use super::gpdm::PartsError;
 use crate::body::{Humanoid, Motion, Pose, rotation_about, rotation_from_vector, rotation_vector};
 
-/// How many numbers of an observation vector describe the root: roll, pitch, height, forward and sideways velocity, yaw rate.
+/// How many numbers of an observation vector describe the root: roll, pitch, height, forward and sideways velocity, yaw
+/// rate.
 pub const ROOT_DIMENSIONS: usize = 6;
 
 /// Where a body stands on the ground and where it heads to.

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The `x >= 0` that makes `|a x - b|` least, by the active set method of Lawson and Hanson (Solving Least Squares Problems, 1974,
-/// chapter 23). Every round lets one number become positive; it stops after three times as many rounds as there are numbers,
-/// at the best that it then has.
+/// The `x >= 0` that makes `|a x - b|` least, by the active set method of Lawson and Hanson (Solving Least Squares
+/// Problems, 1974, chapter 23). Every round lets one number become positive; it stops after three times as many rounds
+/// as there are numbers, at the best that it then has.
 pub(super) fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let unknowns = a.ncols();
     let mut x = DVector::zeros(unknowns);
@@ -63,7 +63,8 @@ mod tests {
     }
 
     proptest! {
-        /// The conditions of Karush, Kuhn and Tucker: nothing negative, no slope towards more, none at all where positive.
+        /// The conditions of Karush, Kuhn and Tucker: nothing negative, no slope towards more, none at all where
+        /// positive.
         #[test]
         fn no_step_makes_it_better(numbers in proptest::collection::vec(-1.0_f64..1.0, 6 * 10 + 6)) {
             let a = DMatrix::from_row_slice(6, 10, &numbers[..60]);

@@ -24,7 +24,8 @@ fn a_standing_person_needs_nothing_but_the_ground() {
     assert!(summary.outside == 0.0 && summary.greatest_effort_per_kg < 1.5, "{summary:?}");
 }
 
-/// A statue that is carried along with a steady acceleration: the zero-moment point lags by `a h / g` behind the centre of mass.
+/// A statue that is carried along with a steady acceleration: the zero-moment point lags by `a h / g` behind the centre
+/// of mass.
 #[test]
 fn the_zero_moment_point_of_a_body_that_speeds_up_lags_as_the_cart_and_table_say() {
     let (body, mut motion) = standing(13);

@@ -62,7 +62,8 @@ impl Swing {
         self.body.link_frames(&self.body.step(&self.pose, &step))
     }
 
-    /// Mass times acceleration less gravity, and rate of the angular momentum about the centre of mass, of every link; world.
+    /// Mass times acceleration less gravity, and rate of the angular momentum about the centre of mass, of every link;
+    /// world.
     fn inertial(&self) -> Vec<Option<[Vector3<f64>; 2]>> {
         let [before, early, now, late, after] =
             [-1.0, -0.5, 0.0, 0.5, 1.0].map(|instants| self.frames_at(instants * INSTANT));

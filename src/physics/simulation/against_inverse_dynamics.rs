@@ -56,7 +56,8 @@ fn the_forces_of_inverse_dynamics_make_the_accelerations_that_they_were_worked_o
     simulated.step();
     let after = (simulated.root_velocity(), simulated.joint_speeds());
 
-    // back from the centre of mass to the origin; what that acceleration takes, in forces: a toe's is a matter of single precision
+    // back from the centre of mass to the origin; what that acceleration takes, in forces: a toe's is a matter of
+    // single precision
     let three = |numbers: &[f64], first: usize| Vector3::new(numbers[first], numbers[first + 1], numbers[first + 2]);
     let [of_centre, faster] = [0, 1].map(|i| (after.0[i] - before.0[i]) * RATE);
     let turning = rotation * three(&rates, 3);

@@ -87,7 +87,8 @@ fn returning(now: &Moving, wanted: &Moving, mut accelerations: Vec<f64>) -> Vec<
     accelerations
 }
 
-/// Accelerations that bring the root back within its margins, as [`Humanoid::difference`] orders them; zero where it is, and of all joints.
+/// Accelerations that bring the root back within its margins, as [`Humanoid::difference`] orders them; zero where it
+/// is, and of all joints.
 fn catching(now: &Moving, wanted: &Moving) -> Vec<f64> {
     let deviation = deviation(now, wanted);
     let mut accelerations = vec![0.0; now.rates.len()];

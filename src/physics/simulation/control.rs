@@ -64,7 +64,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Sets the springs and the root's wrench for the step that ends at `step`; returns the wrench's size, body weights.
+    /// Sets the springs and the root's wrench for the step that ends at `step`; returns the wrench's size, body
+    /// weights.
     pub(super) fn drive(&mut self, simulated: &mut SimulatedBody, reference: &Reference<'_>, step: usize) -> f64 {
         let (pose, rates) = (simulated.pose(), simulated.rates());
         let every = libm::round(reference.steps_per_second() / BALANCE_RATE).max(1.0) as usize;

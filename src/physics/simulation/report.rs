@@ -24,8 +24,9 @@ pub struct SimulationReport {
     pub fell_at_s: Option<f64>,
     /// The frame of the motion, from 0, at that time; the body was last up in the frame before.
     pub fell_at_frame: Option<usize>,
-    /// Mean size of the residual wrench at the root, in body weights: the norm of its force, at the root link's centre of mass,
-    /// and of its moment over the height that the body's centre of mass has at the start, over the body's weight.
+    /// Mean size of the residual wrench at the root, in body weights: the norm of its force, at the root link's centre
+    /// of mass, and of its moment over the height that the body's centre of mass has at the start, over the body's
+    /// weight.
     pub root_wrench_mean: f64,
     /// Its greatest size; never more than was allowed.
     pub root_wrench_most: f64,

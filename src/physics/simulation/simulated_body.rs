@@ -119,8 +119,8 @@ impl SimulatedBody {
         self.world.multibody_joints.get_multibody(self.multibody)
     }
 
-    /// Puts the body into a pose, moving with `speeds`: the root's velocity in the world and its angular velocity about its own
-    /// axes, then a number per degree of freedom, as [`Humanoid::difference`] orders them.
+    /// Puts the body into a pose, moving with `speeds`: the root's velocity in the world and its angular velocity about
+    /// its own axes, then a number per degree of freedom, as [`Humanoid::difference`] orders them.
     pub(super) fn place(&mut self, place: &BodyPose, speeds: &[f64]) {
         let centre = place.world_from_root * Translation3::from(self.root_centre);
         if let Some(root) = self.world.bodies.get_mut(self.bodies[0]) {

@@ -1,5 +1,5 @@
-//! Where a camera's rays graze a surface of triangles: along the edges between a triangle that faces the camera and one that does
-//! not.
+//! Where a camera's rays graze a surface of triangles: along the edges between a triangle that faces the camera and one
+//! that does not.
 
 use std::collections::BTreeMap;
 

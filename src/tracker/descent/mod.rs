@@ -1,11 +1,11 @@
-//! Descent of a pose on silhouettes' outlines: where the model's outline runs beside the observed one, the pose is moved so that
-//! the two fall together.
+//! Descent of a pose on silhouettes' outlines: where the model's outline runs beside the observed one, the pose is
+//! moved so that the two fall together.
 //!
-//! Points on the model's surface at which a camera's rays graze it ([`outline`]) are held against the outline that was observed
-//! ([`observed`]), in both directions, and the squared distances are brought down by Gauss-Newton steps
-//! ([`normal_equations`]). Point-to-plane distances go back to Chen and Medioni (1992, "Object modelling by registration of
-//! multiple range images"); optimising a pose on silhouettes between filter steps to Gall, Rosenhahn, Brox and Seidel (2010,
-//! "Optimization and filtering for human motion capture").
+//! Points on the model's surface at which a camera's rays graze it ([`outline`]) are held against the outline that was
+//! observed ([`observed`]), in both directions, and the squared distances are brought down by Gauss-Newton steps
+//! ([`normal_equations`]). Point-to-plane distances go back to Chen and Medioni (1992, "Object modelling by
+//! registration of multiple range images"); optimising a pose on silhouettes between filter steps to Gall, Rosenhahn,
+//! Brox and Seidel (2010, "Optimization and filtering for human motion capture").
 
 mod mesh_outline;
 mod normal_equations;
@@ -20,8 +20,8 @@ use crate::body::{Humanoid, LinkFrames, SilhouettePainter};
 use crate::camera::Camera;
 use crate::raster::Mask;
 
-/// A *length* is this share of the image's height; distances of the descent are counted in it, so that settings do not depend on
-/// the number of pixels.
+/// A *length* is this share of the image's height; distances of the descent are counted in it, so that settings do not
+/// depend on the number of pixels.
 const LENGTH: f64 = 1.0 / 240.0;
 /// Distance between samples along the model's outline, lengths.
 const SAMPLE_SPACING: f64 = 2.0;
@@ -85,8 +85,8 @@ pub(super) fn add_view(
     });
 }
 
-/// Whether the pixel just outside a sample is in the image and not of the body itself: else the sample lies within the body's
-/// silhouette, or the picture ends there.
+/// Whether the pixel just outside a sample is in the image and not of the body itself: else the sample lies within the
+/// body's silhouette, or the picture ends there.
 fn is_on_the_contour(sample: &OutlineSample, drawn: &Mask) -> bool {
     let [u, v] = [0, 1].map(|i| sample.pixel[i] + sample.normal[i]);
     let inside = u >= 0.0 && v >= 0.0 && u < f64::from(drawn.width()) && v < f64::from(drawn.height());

@@ -23,8 +23,8 @@ impl Accumulator {
         Self { about, links: vec![(Matrix6::zeros(), Vector6::zeros()); links], cost: 0.0, weight: 0.0, residuals: 0 }
     }
 
-    /// Adds a residual with the robust weight of Geman and McClure, `1 / (1 + (r / width)^2)^2`; `width` and residual in lengths of
-    /// `length` pixels. The sample is taken as fixed to its link.
+    /// Adds a residual with the robust weight of Geman and McClure, `1 / (1 + (r / width)^2)^2`; `width` and residual
+    /// in lengths of `length` pixels. The sample is taken as fixed to its link.
     pub(in crate::tracker) fn add(
         &mut self,
         camera: &Camera,

@@ -28,8 +28,8 @@ pub(in crate::tracker) struct Residual {
 }
 
 impl ObservedOutline {
-    /// The outline of an observed mask, specks and pinholes left out; `length` in pixels. `shown` says which pixels show anything, where
-    /// not all do. `None` for a mask without an outline.
+    /// The outline of an observed mask, specks and pinholes left out; `length` in pixels. `shown` says which pixels
+    /// show anything, where not all do. `None` for a mask without an outline.
     pub(in crate::tracker) fn new(mask: &Mask, shown: Option<&Mask>, length: f64) -> Option<Self> {
         let mask = without_specks(mask, (SPECK * length * length) as u64);
         let field = SignedDistance::new(&mask, shown, (REACH * length).ceil() as u32)?;
@@ -38,8 +38,8 @@ impl ObservedOutline {
         Some(Self { field, points })
     }
 
-    /// Calls `add` with every residual of both directions: each sample against the distance field, and each observed point
-    /// against the nearest sample whose normal agrees. `length` in pixels.
+    /// Calls `add` with every residual of both directions: each sample against the distance field, and each observed
+    /// point against the nearest sample whose normal agrees. `length` in pixels.
     pub(in crate::tracker) fn each_residual(
         &self,
         samples: &[OutlineSample],

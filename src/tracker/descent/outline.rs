@@ -35,7 +35,8 @@ impl BodyOutline {
         Self { surfaces: body.links.iter().map(|l| &l.flesh).enumerate().flat_map(of_link).collect() }
     }
 
-    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane, also where other solids hide them.
+    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane, also where other
+    /// solids hide them.
     pub(in crate::tracker) fn sample(
         &self,
         body: &Humanoid,
@@ -83,16 +84,16 @@ impl Sink<'_> {
         }
     }
 
-    /// Adds a sample at which the surface's own normal is `normal`, perpendicular to the ray through it: the plane through the
-    /// camera's centre with that normal is seen as a line whose normal in pixels is this.
+    /// Adds a sample at which the surface's own normal is `normal`, perpendicular to the ray through it: the plane
+    /// through the camera's centre with that normal is seen as a line whose normal in pixels is this.
     fn push_grazed(&mut self, point: Point3<f64>, normal: &Vector3<f64>) {
         let [fx, fy] = self.pinhole.focal;
         self.push(point, [normal.x / fx, normal.y / fy]);
     }
 }
 
-/// The outline of a tapered capsule: two sides along which planes through the camera's centre touch both balls, and of each ball's
-/// circle of grazing rays the part that the other ball's end does not cover.
+/// The outline of a tapered capsule: two sides along which planes through the camera's centre touch both balls, and of
+/// each ball's circle of grazing rays the part that the other ball's end does not cover.
 fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut Sink<'_>) {
     for (normal, [from, to]) in sides(capsule).into_iter().flatten() {
         let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
@@ -142,8 +143,8 @@ fn sample_ball(
     }
 }
 
-/// Outward normals of the two planes through the camera's centre that touch both balls, and where they do; `None` where one
-/// ball hides the other.
+/// Outward normals of the two planes through the camera's centre that touch both balls, and where they do; `None` where
+/// one ball hides the other.
 ///
 /// Such a plane has n.a = -ra and n.b = -rb. With w = a x b and q = ra b - rb a that is
 /// n = -(q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2.

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::body::{Humanoid, LANDMARKS, Landmark};
 
-/// The joints of one side: a leg's three hip, one knee and two ankle joints, and an arm's three shoulder, one elbow and two wrist
-/// joints; places in the parent's frame (X forward, Y left, Z up), and axes.
+/// The joints of one side: a leg's three hip, one knee and two ankle joints, and an arm's three shoulder, one elbow and
+/// two wrist joints; places in the parent's frame (X forward, Y left, Z up), and axes.
 const LEG: [([f64; 3], [u8; 3]); 6] = [
     ([0.0, 0.09, 0.0], [0, 0, 1]),
     ([0.0, 0.0, 0.0], [1, 0, 0]),
@@ -242,7 +242,8 @@ fn expected(landmark: Landmark) -> Point3<f64> {
     }
 }
 
-/// Checks every marker to 5 mm, and the body's axes. Landmarks that proportions tell may be 6 cm off: people differ by as much.
+/// Checks every marker to 5 mm, and the body's axes. Landmarks that proportions tell may be 6 cm off: people differ by
+/// as much.
 fn check(what: &str, body: &Humanoid, build: &Build, told_by_proportions: &[Landmark]) {
     let markers = body.markers(&body.link_frames(&body.zero_pose()));
     for landmark in LANDMARKS {

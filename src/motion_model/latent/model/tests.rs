@@ -286,8 +286,8 @@ fn distances_below_a_limit_are_those_that_are_measured_in_full() {
     assert!(below > 100 && above > 100, "{below} below, {above} above");
 }
 
-/// Whether a particle at the middle of the first model jumps, whose mean is `mean_at` and whose pose is that of `pose_at` in the second
-/// model: frames of the recording's second model, none that of the first.
+/// Whether a particle at the middle of the first model jumps, whose mean is `mean_at` and whose pose is that of
+/// `pose_at` in the second model: frames of the recording's second model, none that of the first.
 fn jumps_with(pose_like: Option<Candidate>, mean_like: Option<Candidate>) -> bool {
     let (body, motion, graph) = learned();
     let mut graph = GpdmGraph::clone(&graph);

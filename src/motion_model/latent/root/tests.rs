@@ -10,8 +10,8 @@ fn rock() -> Option<Footing> {
     Footing::with_knots(&Humanoid::tracker25().unwrap(), &[(0.0, 0.0), (0.2, 0.0), (0.3, 1e6)])
 }
 
-/// A body that swings all its joints over a left foot whose middle stays at (0.4, -0.2, 0.05) and does not turn, its right foot
-/// in the air.
+/// A body that swings all its joints over a left foot whose middle stays at (0.4, -0.2, 0.05) and does not turn, its
+/// right foot in the air.
 fn on_one_leg(body: &Humanoid, footing: &Footing, frames: usize) -> Motion {
     let knee = body.find_degree_of_freedom("right_knee_flexion").unwrap();
     let left = |pose: &Pose| footing.feet(body, pose).places()[0];
@@ -35,8 +35,8 @@ fn dynamics(footing: Option<Footing>) -> RootDynamics {
     RootDynamics { footing, noise: PlanarStep { forward: 0.05, left: 0.05, turn: 0.5 }, scale: 0.0 }
 }
 
-/// Where feet that stand firm, and no noise, lead through a motion from its first pose on: root and pose of every later frame. `change`
-/// may change the map's mean of a frame, and says the offset from it.
+/// Where feet that stand firm, and no noise, lead through a motion from its first pose on: root and pose of every later
+/// frame. `change` may change the map's mean of a frame, and says the offset from it.
 fn followed(
     body: &Humanoid,
     motion: &Motion,
@@ -168,9 +168,10 @@ fn a_nudge_leaves_a_firm_foot_where_it_is_but_for_its_own_step() {
 
 #[test]
 fn noise_about_a_foothold_does_not_add_up() {
-    // A body holds still on feet of a slide q, root noise of deviation s a frame. Nothing else moves it: the middle of both feet is that
-    // of the footholds and the noise, and the footholds take g s of it with them each frame. So its variance along an axis is
-    // s^2 (1 + (t - 1) g^2); were the feet held to those of the frame before, it would be t s^2.
+    // A body holds still on feet of a slide q, root noise of deviation s a frame. Nothing else moves it: the middle of
+    // both feet is that of the footholds and the noise, and the footholds take g s of it with them each frame. So its
+    // variance along an axis is s^2 (1 + (t - 1) g^2); were the feet held to those of the frame before, it would be t
+    // s^2.
     let body = Humanoid::tracker25().unwrap();
     let (slide, deviation, frames, particles) = (0.002_f64, 0.01_f64, 100, 400_u64);
     let footing = Footing::with_knots(&body, &[(0.0, slide * slide), (1.0, slide * slide)]).unwrap();
