@@ -1,4 +1,4 @@
-//! The blind side of a set: all that a tracker's maker may read.
+//! The blind side of a set: everything that a tracker may read.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,8 +10,8 @@ use super::{SetError, cameras_file, silhouette_png};
 use crate::camera::CameraRig;
 use crate::observation::Observation;
 
-/// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`.
-/// Nothing below `truth/` is ever opened, and none of it need be there.
+/// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`. Nothing below `truth/`
+/// is ever opened; it may be absent.
 #[derive(Clone, Debug)]
 pub struct BlindSet {
     /// The set's name.
@@ -20,12 +20,12 @@ pub struct BlindSet {
     pub frames_per_second: f64,
     /// Number of frames, at least 1.
     pub frame_count: usize,
-    /// The way the body faces in frame 0, a unit vector on the ground; `None` where it has no heading, and in sets that
-    /// were made before it was written down.
+    /// The way the body faces in frame 0, a unit vector on the ground; `None` if it has no heading, and in sets of
+    /// older versions.
     pub forward: Option<[f64; 3]>,
     /// The cameras.
     pub rig: CameraRig,
-    /// What the tracker is told before the first frame.
+    /// The tracker's start: body, pose and training.
     pub start: Start,
     /// SHA-256 (hexadecimal) of the list of files: the same for a set in memory and for its copy on any disk.
     pub set_hash: String,
@@ -65,10 +65,10 @@ impl BlindSet {
         })
     }
 
-    /// What the cameras saw at frame `frame`.
+    /// The observation of frame `frame`.
     ///
     /// # Errors
-    /// [`SetError`] when a file is missing or not what was written.
+    /// [`SetError`] if a file is missing or changed.
     pub fn observation(&self, frame: usize) -> Result<Observation, SetError> {
         self.parse_observation(frame).map_err(|e| self.files.locate(e))
     }
@@ -92,8 +92,8 @@ impl BlindSet {
     }
 }
 
-/// Whether there are as many silhouettes as the manifest says, told by the last of every camera: nothing is made by a
-/// number that no file stands behind.
+/// Checks the manifest's number of silhouettes by the last file of every camera, so nothing is allocated by an
+/// unverified number.
 fn check_listed(files: &SetFiles, manifest: &BlindManifest) -> Result<(), SetError> {
     let Sequence { frames, cameras, .. } = manifest.sequence;
     match (0..cameras).map(|camera| silhouette_path(camera, frames - 1)).find(|path| !files.has(path)) {

@@ -1,4 +1,5 @@
-//! A humanoid as JSON (`skiagraph.body/1`), lossless: what a URDF becomes once it is read, scaled and made conical.
+//! A humanoid as JSON (`skiagraph.body/1`), lossless: a URDF after reading, scaling and conversion to tapered
+//! capsules.
 //!
 //! Links in topological order, link 0 the root; `joints[i]` carries `links[i + 1]` and names its parent by index.
 //! Metres, radians, kilograms; frames as position and quaternion `w x y z`; a missing limit is `null`. The origin of a
@@ -121,11 +122,11 @@ pub fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
     super::json::to_bytes(file, &record)
 }
 
-/// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked. `file` is what errors call
-/// it.
+/// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked. `file` is its name in
+/// errors.
 ///
 /// # Errors
-/// [`SetError::Malformed`] that says what is wrong.
+/// [`SetError::Malformed`] with the problem.
 pub fn from_json(file: &str, bytes: &[u8]) -> Result<Humanoid, SetError> {
     let record: BodyRecord = super::json::from_bytes(file, SCHEMA, bytes)?;
     let body = record.body().map_err(|detail| SetError::malformed(file, detail))?;

@@ -1,9 +1,9 @@
-//! `cameras.json`: the rig in OpenCV's convention, for anybody.
+//! `cameras.json`: the rig in OpenCV's convention, for any program.
 //!
 //! `x_camera = R x_world + t` (x right, y down, z forward, metres); `K` and `distortion` (k1 k2 p1 p2 k3) as OpenCV's
 //! `projectPoints` takes them, **pixel centres at integers**: our principal point, counted from the outer corner of the
-//! top-left pixel, less half a pixel. `camera_from_world` says `R` and `t` again as position and quaternion, which is
-//! what our own reader takes, so that nothing is lost to rounding.
+//! top-left pixel, less half a pixel. `camera_from_world` repeats `R` and `t` as position and quaternion, which our own
+//! reader uses to avoid rounding.
 
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +40,7 @@ struct CameraRecord {
     t: [f64; 3],
     distortion: [f64; 5],
     camera_from_world: RigidRecord,
-    /// Nothing nearer than this is seen, metres.
+    /// Distance of the near plane, metres.
     near: f64,
 }
 

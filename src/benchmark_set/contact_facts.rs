@@ -1,4 +1,4 @@
-//! What contact with the ground was made to do to the truth, and what came of it: `[truth.contact]` of `set.toml`.
+//! Treatment of ground contact in the truth, and its outcome: `[truth.contact]` of `set.toml`.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,13 +6,13 @@ use crate::body::Humanoid;
 use crate::contact::GroundQuality;
 use crate::physics::{FixReport, SimulationReport, SimulationSettings};
 
-/// How the truth came to stand on the ground.
+/// Treatment of ground contact in the truth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactFacts {
-    /// `measure`: as it was recorded. `fix`: settled. `simulate`: what a simulated body did.
+    /// `measure`: unchanged. `fix`: feet planted. `simulate`: motion of a simulated body.
     pub mode: String,
-    /// What came of it, in words.
+    /// The outcome in words.
     pub outcome: String,
     /// Mean speed of standing feet along the ground, mm/s.
     pub skate_mm_per_s: f64,
@@ -26,12 +26,12 @@ pub struct ContactFacts {
     /// By how much the whole motion was raised beyond that, mm; absent where it was not underground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raised_mm: Option<f64>,
-    /// What a simulation was told and how it went.
+    /// Settings and results of a simulation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulation: Option<SimulationFacts>,
 }
 
-/// What a simulation was told and how it went.
+/// Settings and results of a simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SimulationFacts {
@@ -49,7 +49,7 @@ pub struct SimulationFacts {
     /// The frame of the set, from 0, at that instant: from it on the truth is a fall; absent where it stayed up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fell_at_frame: Option<usize>,
-    /// What hit the body.
+    /// Pushes on the body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pushes: Vec<PushFacts>,
 }
@@ -64,7 +64,7 @@ pub struct PushFacts {
     pub link: String,
     /// Force times time, N s.
     pub impulse_ns: f64,
-    /// Where to, world, unit.
+    /// Direction, world, unit vector.
     pub direction: [f64; 3],
 }
 
@@ -74,7 +74,7 @@ impl ContactFacts {
         Self::new("measure", quality.to_string(), quality)
     }
 
-    /// Of a motion that was settled.
+    /// Of a motion with planted feet.
     pub fn fixed(report: &FixReport) -> Self {
         Self {
             joints_moved_mm: Some([report.moved_mm, report.moved_most.mm]),
@@ -120,7 +120,7 @@ impl ContactFacts {
         }
     }
 
-    /// Names and values for people.
+    /// Names and values for display.
     pub fn in_words(&self) -> Vec<(&'static str, String)> {
         let mut words = vec![("mode", self.mode.clone())];
         if let Some(simulation) = &self.simulation {

@@ -1,5 +1,5 @@
-//! `truth/contact.npz`: contact of the actor, for T frames, K links with flesh, P pairs of them. Absent for an actor
-//! whose feet have no geometry.
+//! `truth/contact.npz`: contact of the actor, for T frames, K links with geometry, P pairs of them. Absent if the
+//! actor's feet have no geometry.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|

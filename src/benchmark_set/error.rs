@@ -1,4 +1,4 @@
-//! What can be wrong with a set.
+//! Errors of sets.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use crate::input::plain;
 use crate::npz::NpzError;
 
-/// Why a set could not be made, written, read or believed.
+/// Errors of making, writing, reading and verifying sets.
 #[derive(Debug, thiserror::Error)]
 pub enum SetError {
-    /// The operating system said no: read-only directory, full disk, missing file.
+    /// An error of the operating system: read-only directory, full disk, missing file.
     #[error("{}: cannot {action}: {source}", plain(path.display()))]
     Io {
         /// The file or directory.
@@ -19,7 +19,7 @@ pub enum SetError {
         /// The operating system's error.
         source: io::Error,
     },
-    /// The directory is not a whole set.
+    /// The directory is not a complete set.
     #[error("{} is not a complete benchmark set: {}", plain(path.display()), plain(detail))]
     NotASet {
         /// The directory.
@@ -27,7 +27,7 @@ pub enum SetError {
         /// What is missing.
         detail: String,
     },
-    /// A file is not the one that was written.
+    /// A file was changed.
     #[error(
         "{} was changed or truncated: its SHA-256 is {found}, the set lists {listed}; get the set again",
         plain(file)
@@ -40,7 +40,7 @@ pub enum SetError {
         /// What it is.
         found: String,
     },
-    /// A file lies in the set that the set does not list.
+    /// A file in the set's directory is not listed.
     #[error(
         "{} is not one of the set's files (files.sha256 does not list it); remove it or get the set again",
         plain(file)
@@ -49,7 +49,7 @@ pub enum SetError {
         /// Path inside the set.
         file: String,
     },
-    /// A file does not hold what its format says.
+    /// A file does not have the expected content.
     #[error("{}: {}", plain(file), plain(detail))]
     Malformed {
         /// Path inside the set, or of the file itself.
@@ -57,13 +57,13 @@ pub enum SetError {
         /// What was expected and what was found.
         detail: String,
     },
-    /// Whoever asked for the work wanted no more of it.
+    /// The caller stopped the work.
     #[error("stopped before the set was complete")]
     Stopped,
     /// The parts of a set do not fit together.
     #[error("inconsistent parts of a set: {}", plain(detail))]
     Inconsistent {
-        /// What does not fit.
+        /// The inconsistency.
         detail: String,
     },
 }

@@ -1,5 +1,4 @@
-//! `poses.npz`: what a tracker estimated, with every seed, beside the truth where it is known. Anybody's tracker may
-//! write it.
+//! `poses.npz`: a tracker's estimates for every seed, with the truth if known. Any tracker may write it.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
@@ -30,7 +29,7 @@ use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
 use crate::npz::{Array, Npz};
 use crate::scene::GroundTruth;
 
-/// What a tracker estimated: one sequence for every seed.
+/// A tracker's estimates: one sequence per seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimates {
     /// Frames a second.
@@ -39,21 +38,20 @@ pub struct Estimates {
     pub seeds: Vec<u64>,
     /// One for every seed; the same number of frames in each.
     pub sequences: Vec<EstimatedSequence>,
-    /// What a user should know of how the file was read.
+    /// Notes about reading the file.
     pub notes: Vec<String>,
 }
 
-/// What a tracker estimated with one seed.
+/// A tracker's estimates for one seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EstimatedSequence {
     /// What is known beyond the markers.
     pub articulation: Articulation,
-    /// Where HumanEva's markers are, one entry a frame; all `None` in a frame without an estimate.
+    /// Positions of HumanEva's markers, one entry per frame; all `None` in a frame without an estimate.
     pub markers: Vec<Markers>,
 }
 
-/// What an estimate says of the body beyond the places of its markers: one entry a frame, `None` where there is no
-/// estimate.
+/// Information of an estimate beyond marker positions: one entry per frame, `None` without an estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Articulation {
     /// Poses of the tracker's body.
@@ -203,7 +201,7 @@ fn push_markers<'a>(npz: &mut Npz, prefix: &str, shape: &[usize], markers: impl 
     npz.push(&format!("{prefix}markers"), Array::new(&[shape, &[LANDMARKS.len(), 3]].concat(), numbers));
 }
 
-/// A place that numbers say; `None` where all of them are NaN.
+/// A position; `None` if all its numbers are NaN.
 pub(super) type Place = Option<Point3<f64>>;
 
 #[cfg(test)]

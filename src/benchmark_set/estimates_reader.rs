@@ -1,4 +1,4 @@
-//! Reading of `poses.npz`, whoever wrote it: names put columns in order, NaN says that there is no estimate.
+//! Reads `poses.npz` of any program: columns are ordered by name, NaN means no estimate.
 
 use nalgebra::{DVector, Isometry3, Point3};
 
@@ -7,7 +7,7 @@ use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
 use crate::npz::Npz;
 
-/// By how much two statements of one place may differ, metres: single precision far from the origin stays below it.
+/// Tolerance between two values of one position, metres: above the error of single precision far from the origin.
 const AGREEMENT_M: f64 = 0.001;
 /// Letters of a name that a message quotes.
 const QUOTED: usize = 60;
@@ -71,7 +71,7 @@ impl Columns {
 /// What names are looked up among.
 struct Known<'a> {
     names: Vec<&'a str>,
-    /// What a stranger is not, as in `"x" is not ...`.
+    /// The kind of the known names, as in `"x" is not ...`.
     kind: &'static str,
     /// Whether every one needs a column.
     all: bool,
@@ -218,7 +218,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Where the markers are in one frame, from all that says so.
+    /// The marker positions in one frame, from all sources.
     fn markers(&self, given: &Given<'_>, row: usize) -> Result<Markers, SetError> {
         let mut found: Markers = [None; LANDMARKS.len()];
         let mut said_by = "";
@@ -266,7 +266,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Says which markers positions alone give.
+    /// Notes the markers that are given by positions only.
     fn tell(&mut self, given: &Given<'_>) {
         if given.poses.is_some() {
             return;
@@ -323,7 +323,7 @@ impl Reader<'_> {
     }
 }
 
-/// All that a file says, one row for every frame of every seed.
+/// The contents of a file, one row per frame of every seed.
 struct Given<'a> {
     poses: Option<&'a [Option<Pose>]>,
     markers: Option<Columns>,

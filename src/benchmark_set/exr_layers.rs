@@ -1,8 +1,9 @@
-//! Optional truth images, one OpenEXR file per camera and frame: the only place that knows `exr`.
+//! Optional ground-truth images, one OpenEXR file per camera and frame; the only use of the crate `exr`.
 //!
-//! Channels: `depth.Z` (32-bit float, metres along the camera's z axis, +inf where no flesh is) and `id.part` (32-bit
-//! unsigned, index of the link in `truth.npz`'s `link_names` plus 1, 0 where no flesh is), at the centre of each pixel.
-//! The data window holds the figure alone; the display window is the image, outside the data window there is no flesh.
+//! Channels: `depth.Z` (32-bit float, metres along the camera's z axis, +inf without geometry) and `id.part` (32-bit
+//! unsigned, index of the link in `truth.npz`'s `link_names` plus 1, 0 without geometry), at the centre of each pixel.
+//! The data window is the bounding box of the body; the display window is the image. Outside the data window there is
+//! no geometry.
 
 use std::io::Cursor;
 
@@ -21,7 +22,7 @@ use crate::input::{self, foreign, limits};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Layer {
-    /// How far away the flesh of each pixel is.
+    /// Depth of each pixel.
     Depth,
     /// Which link it belongs to.
     Parts,
@@ -73,7 +74,7 @@ pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetErr
     Ok(channels.map(|channel| channel.name.to_string()).collect())
 }
 
-/// The smallest rectangle around the figure; one pixel where there is none, for EXR knows no empty window.
+/// The smallest rectangle around the figure; one pixel if it is empty, because EXR has no empty window.
 struct Window {
     left: usize,
     top: usize,

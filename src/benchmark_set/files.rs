@@ -1,7 +1,7 @@
 //! The files of a set, in memory or in a directory, each known by its SHA-256.
 //!
 //! `files.sha256` lists them as `sha256sum` does (`sha256sum -c files.sha256` proves a set without this program). It is
-//! written last: a directory without it is no set. Every read is checked against it.
+//! written last: a directory without it is not a set. Every read is checked against it.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -17,10 +17,10 @@ use crate::input::{self, hex_sha256, limits};
 use crate::parallel;
 
 pub(super) const LISTING: &str = "files.sha256";
-/// Optional images that are worked out of the truth: not part of what identifies a set.
+/// Optional images computed from the truth; not part of the set's identity.
 pub(super) const LAYERS: &str = "truth/layers/";
 
-/// Whether whoever asked for the work wants no more of it; asked before every file.
+/// Whether the caller wants to stop; checked before every file.
 pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Takes the path and bytes of one file more, from any thread.
@@ -76,7 +76,7 @@ impl SetFiles {
         self.digests.contains_key(path)
     }
 
-    /// The bytes of a file, which are those that were written.
+    /// The verified bytes of a file.
     pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
         let missing = || match &self.place {
             Place::Memory(_) => SetError::malformed(path, "the set has no such file"),
@@ -100,7 +100,7 @@ impl SetFiles {
         }
     }
 
-    /// The same error, its file named by where it lies on the disk.
+    /// The same error with the file's path on disk.
     pub(super) fn locate(&self, error: SetError) -> SetError {
         match &self.place {
             Place::Memory(_) => error,
@@ -116,7 +116,7 @@ impl SetFiles {
         }
     }
 
-    /// SHA-256 of the listing (without layers): what identifies a set, wherever it lies.
+    /// SHA-256 of the listing (without layers): the identity of a set.
     pub(super) fn set_hash(&self) -> String {
         let lines: String =
             self.digests.iter().filter(|(path, _)| !path.starts_with(LAYERS)).map(listing_line).collect();
@@ -144,7 +144,7 @@ impl SetFiles {
             Ok(())
         })?;
         let digests = digests.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // after all are written one commit of the file system's journal serves many
+        // syncing after all writes lets one journal commit serve many files
         let paths: Vec<&String> = digests.keys().collect();
         paths.par_iter().try_for_each(|path| {
             unless(stop)?;
@@ -226,7 +226,7 @@ pub(super) fn files_below(directory: &Path, prefix: &str) -> Result<Vec<String>,
     entries.sort_by_key(fs::DirEntry::file_name);
     for entry in entries {
         let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-        // a link to a directory is no directory: it could lead anywhere, or round in circles
+        // a link to a directory is not followed: it could lead anywhere or form a cycle
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             found.extend(files_below(&entry.path(), &format!("{name}/"))?);
         } else {

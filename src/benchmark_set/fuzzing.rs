@@ -1,5 +1,4 @@
-//! Readers of single files of a set, for `fuzz/`: in a set they stand behind checksums, which no random change gets
-//! past.
+//! Readers of single files of a set, for `fuzz/`: in a set checksums would reject every random change.
 
 use super::manifest::BlindManifest;
 use super::{SetError, StepSpread, TrainingMotions, cameras_file, manifest, props_file};
@@ -9,7 +8,7 @@ use crate::camera::CameraRig;
 /// Reads a `set.toml`, and the same bytes as a `truth/facts.toml`.
 ///
 /// # Errors
-/// [`SetError`] that says what is wrong.
+/// [`SetError`] with the problem.
 pub fn manifest(bytes: &[u8]) -> Result<(), SetError> {
     BlindManifest::from_toml(bytes)?;
     manifest::facts_from_toml(manifest::FACTS_PATH, bytes).map(drop)

@@ -1,5 +1,5 @@
-//! `set.toml`: what the set is, and in which conventions its files speak; `truth/facts.toml`: what is known of the
-//! truth in words, which recording it is among it.
+//! `set.toml`: description and conventions of the set; `truth/facts.toml`: facts about the truth, including its source
+//! recording.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ const LONGEST_NAME: usize = 200;
 const LEAST_RATE: f64 = 1e-3;
 const GREATEST_RATE: f64 = 1e5;
 
-/// What a tracker may know of the set.
+/// The facts that a tracker may know.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct BlindManifest {
     pub(super) schema: String,
@@ -42,7 +42,7 @@ pub(super) struct Sequence {
 }
 
 impl Sequence {
-    /// What is wrong with these numbers by themselves.
+    /// Checks these numbers.
     fn check(&self) -> Result<(), String> {
         let Self { frames, frames_per_second, cameras, forward } = *self;
         if forward.is_some_and(|forward| !forward.iter().all(|x| x.abs() <= 1.0)) {
@@ -59,7 +59,7 @@ impl Sequence {
     }
 }
 
-/// What is wrong with a rate of frames, of whatever file of a set.
+/// Checks the frame rate of any file of a set.
 pub(super) fn check_rate(found: f64) -> Result<(), String> {
     match (LEAST_RATE..=GREATEST_RATE).contains(&found) {
         true => Ok(()),
@@ -77,8 +77,7 @@ pub struct TruthFacts {
     pub matched: bool,
     /// How the bodies differ, in words; empty when matched.
     pub mismatch: String,
-    /// How the motion came to stand on the ground; absent where contact was neither measured nor changed, and in sets
-    /// that were made before it was written down.
+    /// Treatment of ground contact; absent if contact was neither measured nor changed, and in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
 }
@@ -90,7 +89,7 @@ struct Manifest<'a> {
     convention: toml::Table,
 }
 
-/// Key and meaning of every convention that can hurt.
+/// Key and meaning of every convention.
 const CONVENTIONS: [(&str, &str); 11] = [
     ("length", "metres"),
     ("angle", "radians; three angles of one spherical joint are a rotation vector"),

@@ -1,9 +1,8 @@
-//! A benchmark set: cameras, observations and a start for trackers; the truth for whoever measures them.
+//! A benchmark set: cameras, observations and a start for trackers; ground truth for their evaluation.
 //!
 //! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that
-//! trackers may see, [`TruthSet`] the other. Files are known by their SHA-256; a file that is not what was written is
-//! refused by name, and the whole set has one hash. `readme.txt`, which lies in every set as `README.txt`, says what is
-//! where.
+//! trackers may see, [`TruthSet`] the other. Files are identified by their SHA-256; a changed file is refused by name,
+//! and the whole set has one hash. `readme.txt`, in every set as `README.txt`, describes the files.
 
 mod blind;
 mod body_file;

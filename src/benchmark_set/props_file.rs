@@ -1,5 +1,4 @@
-//! `truth/props.json`: what stands about besides the actor; absent where nothing does. Solids are written as a body's
-//! flesh is, in the world's frame.
+//! `truth/props.json`: the props; absent without props. Solids are written like a body's geometry, in the world frame.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,10 +1,10 @@
-//! `truth/recording.npz`: which recording the actor performs, and the fingerprint by which frames of it are known in
-//! any other file.
+//! `truth/recording.npz`: the recording that the actor performs, and the fingerprint that identifies its frames in any
+//! other file.
 //!
-//! It lies on the truth's side: somebody who has the fingerprint of a frame can tell whether a guessed pose is the
-//! right one, were it hashed ever so well, for poses are few. `skiagraph track` therefore does not compare; it writes
-//! down what its models learned from (`learned_from.npz` of a run, in the same format), and `skiagraph evaluate`
-//! refuses a run whose models know the test.
+//! It is on the truth's side: with the fingerprint of a frame a guessed pose can be confirmed, even if it is hashed,
+//! because poses are few. Therefore `skiagraph track` does not compare; it records the sources of its models
+//! (`learned_from.npz` of a run, in the same format), and `skiagraph evaluate` refuses a run whose models learned from
+//! the test.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
@@ -23,7 +23,7 @@ pub(super) const PATH: &str = "truth/recording.npz";
 /// Version of the fingerprint: what its distances are.
 const VERSION: i64 = 1;
 
-/// A recording, or a part of one, with all by which the same frames are known elsewhere.
+/// A recording, or a part of one, with everything that identifies the same frames elsewhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceRecording {
     /// Its name, as it was asked for.
@@ -34,7 +34,7 @@ pub struct SourceRecording {
     pub first_frame: usize,
     /// Last frame, included; `usize::MAX` for the recording's last where that is not known.
     pub last_frame: usize,
-    /// What its frames are known by; `None` of models that were learned before there were fingerprints.
+    /// The fingerprint of its frames; `None` for models of older versions.
     pub fingerprint: Option<MotionFingerprint>,
 }
 
@@ -43,7 +43,7 @@ impl SourceRecording {
     /// none.
     ///
     /// The same file (by hash; by name where a hash or the fingerprint is missing) shares the frames of the same
-    /// numbers; besides, frames are compared by what they hold.
+    /// numbers; in addition, frames are compared by content.
     pub fn shared_frames(&self, other: &Self) -> Option<(usize, usize)> {
         let name = |clip: &str| clip.rsplit(['/', '\\']).next().map(str::to_owned);
         let same_file = match (&self.sha256, &other.sha256) {
@@ -68,7 +68,7 @@ impl SourceRecording {
     }
 }
 
-/// The bytes of a file of recordings, at least one. `file` is what errors call it.
+/// The bytes of a file of recordings, at least one. `file` is its name in errors.
 ///
 /// # Errors
 /// [`SetError::Malformed`] for more than a file can hold.

@@ -1,4 +1,4 @@
-//! Rigid transforms as files write them: position, then a unit quaternion `w x y z` with `w >= 0`.
+//! Rigid transforms in files: position, then a unit quaternion `w x y z` with `w >= 0`.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
@@ -37,7 +37,7 @@ pub(super) fn from_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
     Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z)), Unit::new_unchecked(quaternion)))
 }
 
-/// As [`from_row`], of a row that somebody rounded: a quaternion within a thousandth of unit length is made unit.
+/// As [`from_row`], for a rounded row: a quaternion within a thousandth of unit length is normalised.
 pub(super) fn from_rounded_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
     let [x, y, z, w, i, j, k] = *row;
     let norm = Quaternion::new(w, i, j, k).norm();

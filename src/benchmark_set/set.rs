@@ -1,4 +1,4 @@
-//! A whole set: the blind side and the truth.
+//! A complete set: the blind side and the truth.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,12 +19,12 @@ use crate::observation::{Observation, Observer};
 use crate::parallel;
 use crate::scene::GroundTruth;
 
-/// All that lies in a set's directory, by name.
+/// The entries of a set's directory.
 pub const SET_ENTRIES: [&str; 7] =
     [manifest::PATH, README, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
-/// Most memory that images in work take while layers are written, unless a single image takes more: so many threads
-/// draw at a time that their images stay below it.
+/// Memory limit of images while layers are written, unless a single image takes more: it bounds the number of drawing
+/// threads.
 pub const LAYERS_MEMORY_BYTES: usize = 1 << 30;
 
 /// What one thread that writes layers holds for every pixel: its ray, depth and part, the parts cut out, and the file's
@@ -33,13 +33,13 @@ const LAYER_BYTES_A_PIXEL: usize = 16 + 8 + 8 + 8;
 
 const README: &str = "README.txt";
 
-/// A set in memory or on disk. Whichever it is, everything in it has been through its files: what `run` sees is to the
-/// bit what somebody sees who reads the set from disk.
+/// A set in memory or on disk. In both cases all content has passed through its files, so `run` sees bit for bit the
+/// same as a reader of the set on disk.
 #[derive(Clone, Debug)]
 pub struct BenchmarkSet {
     /// What a tracker may see.
     pub blind: BlindSet,
-    /// What it may not.
+    /// What a tracker may not see.
     pub truth: TruthSet,
 }
 
@@ -52,15 +52,14 @@ pub struct TruthSet {
     pub refitted: Option<Motion>,
     /// What is known beyond the numbers.
     pub facts: TruthFacts,
-    /// The recording that the actor performs, by which a model is known that learned from it; `None` in sets that do
-    /// not say.
+    /// The recording that the actor performs, to detect models that learned from it; `None` in sets without it.
     pub recording: Option<SourceRecording>,
 }
 
-/// What a set is made of.
+/// The parts of a set.
 #[derive(Clone, Copy, Debug)]
 pub struct SetParts<'a> {
-    /// The set's name, for people.
+    /// The set's name.
     pub name: &'a str,
     /// The cameras.
     pub rig: &'a CameraRig,
@@ -186,8 +185,8 @@ impl BenchmarkSet {
     }
 
     /// Writes the set into `folder`, where none of its files may be yet; everything is on the disk when this returns.
-    /// The list of files comes last, so that a folder half written is no set; whoever wants it whole or absent writes
-    /// into a folder beside the target and renames that.
+    /// The list of files comes last, so an unfinished directory is not a set; for an atomic result, write to a
+    /// directory next to the target and rename it.
     ///
     /// # Errors
     /// [`SetError::Io`] naming the file that cannot be written.
@@ -195,8 +194,8 @@ impl BenchmarkSet {
         self.write_with_layers(folder, &[])
     }
 
-    /// As [`Self::write`], with truth images of every camera and frame below `truth/layers/`. They are worked out of
-    /// the truth while they are written and do not change [`BlindSet::set_hash`].
+    /// As [`Self::write`], with truth images of every camera and frame below `truth/layers/`. They are computed from
+    /// the truth while writing and do not change [`BlindSet::set_hash`].
     ///
     /// # Errors
     /// As [`Self::write`].
@@ -241,8 +240,7 @@ impl BenchmarkSet {
         })
     }
 
-    /// One camera after another, each image drawn, written and forgotten: memory is that of some images, however many
-    /// there are.
+    /// One camera after another; each image is drawn, written and dropped, so memory does not grow with their number.
     fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: Sink<'_>) -> Result<(), SetError> {
         let frames = self.blind.frame_count;
         for (index, camera) in self.blind.rig.cameras.iter().enumerate() {
@@ -275,7 +273,7 @@ pub fn holds_only_a_set(directory: &Path) -> bool {
     files::holds_only_listed(directory)
 }
 
-/// Whether there is a set, sound or not, in `directory`.
+/// Whether `directory` contains a set, valid or not.
 pub fn is_set(directory: &Path) -> bool {
     directory.join(LISTING).is_file()
 }

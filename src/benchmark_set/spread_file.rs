@@ -1,5 +1,5 @@
-//! `start/spread.npz`: how far each number of a pose moves from frame to frame, for sets without training motion. No
-//! pose can be read from it: it holds root mean squares over all frames of the test, one per number of a step.
+//! `start/spread.npz`: the spread of changes from frame to frame, for sets without training motion. It reveals no pose:
+//! it contains root mean squares over all frames of the test, one per number of a step.
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
@@ -7,7 +7,7 @@
 //! | `change_of_change` | (6 + n) | the same of the difference between successive differences |
 //! | `names` | (6 + n) | root x y z (world), root's turn about its own x y z, then the angles |
 //!
-//! The two horizontal directions share one value, so that not even the direction of travel is told.
+//! The two horizontal directions share one value, so the direction of travel is not revealed.
 
 use super::SetError;
 use crate::body::{Humanoid, ROOT_STEP};

@@ -1,6 +1,5 @@
-//! `start/`: what a tracker is told before the first frame. `body.json` is its body, `start.json` where that begins;
-//! `training.npz` has motions to learn from, where there are any, else `spread.npz` how far a pose moves from frame to
-//! frame.
+//! `start/`: the tracker's start. `body.json` is its body, `start.json` its start pose; `training.npz` has motions to
+//! learn from, or else `spread.npz` the spread of changes from frame to frame.
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -14,7 +13,7 @@ pub(super) const PATH: &str = "start/start.json";
 pub(super) const BODY_PATH: &str = "start/body.json";
 const SCHEMA: &str = "skiagraph.start/1";
 
-/// What a tracker is told before the first frame.
+/// The start of a tracker: everything it gets before the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
     /// The tracker's own body.

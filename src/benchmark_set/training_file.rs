@@ -1,7 +1,7 @@
-//! `start/training.npz`: motions of the tracker's body that are not the test's, to learn from. Arrays `fps`, `root`,
-//! `angles` and `angle_names`, the frames of all motions one after another; `lengths`, frames of every motion, where
-//! there are several; and `sources`, which recordings they are, in words. Sets without such motions have
-//! [`super::StepSpread`] in its place.
+//! `start/training.npz`: motions of the tracker's body for learning, not from the test. Arrays `fps`, `root`, `angles`
+//! and `angle_names`, the frames of all motions one after another; `lengths`, frames of every motion, where there are
+//! several; and `sources`, which recordings they are, in words. Sets without such motions have [`super::StepSpread`] in
+//! its place.
 
 use super::manifest::check_rate;
 use super::truth_file::{push_poses, read_poses};
@@ -11,16 +11,16 @@ use crate::npz::{Array, Npz, Values};
 
 pub(super) const PATH: &str = "start/training.npz";
 
-/// What a tracker may learn from before the first frame. It never holds the motion of the test.
+/// The training data of a tracker. It never contains the motion of the test.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Training {
     /// Motions other than the test's: what proposals and motion models learn from.
     Motions(TrainingMotions),
-    /// No motion: only how far the numbers of a pose move from frame to frame, which is all that a proposal needs.
+    /// No motion: only the spread of changes from frame to frame, which is enough for a proposal.
     Spread(StepSpread),
 }
 
-/// How a tracker's body has been seen to move in other recordings, or other parts of them.
+/// Motions of the tracker's body from other recordings, or other parts of them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrainingMotions {
     /// Motions of the tracker's body, all at one rate, that of the observations.

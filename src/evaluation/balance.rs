@@ -1,4 +1,4 @@
-//! Whether a motion could have happened: its balance and the forces that it takes.
+//! Physical plausibility of a motion: its balance and the forces that it needs.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{Sequence, Touching};
@@ -33,7 +33,7 @@ pub(super) const TRUE_UNBALANCED: Metric = Metric {
     ..UNBALANCED
 };
 
-/// What nothing on the ground explains of the estimate.
+/// Residual wrench of the estimate.
 pub(super) const RESIDUAL: Metric = Metric {
     name: "residual_wrench_body_weights",
     title: "Residual root wrench",
@@ -57,7 +57,7 @@ pub(super) const TRUE_RESIDUAL: Metric = Metric {
     ..RESIDUAL
 };
 
-/// Joints of the estimate that are where or as fast as they cannot be.
+/// Joints of the estimate beyond position or velocity limits.
 pub(super) const VIOLATIONS: Metric = Metric {
     name: "joint_violations",
     title: "Joints beyond position or velocity limits",

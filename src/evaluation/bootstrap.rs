@@ -11,7 +11,7 @@ use crate::rng::{Purpose, stream};
 pub(super) const RESAMPLES: usize = 10_000;
 
 /// Ends of the interval of the mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip
-/// `c`'s runs. Seeds are drawn again within their clip, and must not be equal in all of them.
+/// `c`'s runs. Seeds are resampled within their clip; they must not all be equal.
 ///
 /// BCa percentiles (Efron 1987): the share of resampled means below the mean corrects the bias, the skewness of the
 /// values the percentiles. They are taken further out than 2.5 %, by the ratio of Student's t to the normal deviate and
@@ -35,7 +35,7 @@ pub(super) fn bca(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
 }
 
 /// The normal deviate that gives a normal sample the width of Student's interval: `t sqrt(n / (n - 1))`; over several
-/// clips the ratio is that of the variances of the mean. Something must vary.
+/// clips the ratio is that of the variances of the mean. The values must vary.
 fn reach(clips: &[Vec<f64>]) -> Option<f64> {
     let t = student_quantile(freedom_of_mean(clips)?)?;
     let squares = |runs: &Vec<f64>| influences(runs, clips.len()).map(|i| i * i).sum::<f64>();

@@ -1,4 +1,4 @@
-//! Whether an estimate's feet stand when the actor's do.
+//! Agreement of the stances of estimate and actor.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::Sequence;

@@ -1,4 +1,4 @@
-//! How much of the sequence has an estimate.
+//! Coverage: the share of the sequence with an estimate.
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};

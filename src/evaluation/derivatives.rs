@@ -1,8 +1,7 @@
-//! Errors of motion: velocity, acceleration, and how much the estimate trembles.
+//! Errors of motion: velocity, acceleration, and jitter.
 //!
 //! Differences are taken over frames and multiplied by the frame rate, so that sequences of different rates can be
-//! compared; noise is amplified all the same, the more the higher the rate, so these numbers need their fps beside
-//! them.
+//! compared; noise is still amplified, more at higher rates, so these numbers must be quoted with their fps.
 
 use nalgebra::Vector3;
 

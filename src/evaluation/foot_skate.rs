@@ -1,4 +1,4 @@
-//! How feet slip along the ground while the actor's foot stands.
+//! Slip of feet along the ground while the actor's foot stands.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{ContactPair, Sequence, Touching};
@@ -57,7 +57,7 @@ pub(super) const TRUE_SLIP: Metric = Metric {
     ..SLIP
 };
 
-/// What other papers print.
+/// As in other papers.
 pub(super) const PER_FRAME: Metric = Metric {
     name: "foot_skate_per_frame_mm",
     title: "Foot skate, mm per frame (compatibility)",
@@ -70,7 +70,7 @@ pub(super) const PER_FRAME: Metric = Metric {
     measure: |sequence| per_frame(sequence),
 };
 
-/// What other papers print.
+/// As in other papers.
 pub(super) const RATIO: Metric = Metric {
     name: "skating_ratio",
     title: "Skating ratio (compatibility)",

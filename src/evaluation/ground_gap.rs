@@ -1,4 +1,4 @@
-//! How deep a body is in the ground, and how high its feet hover where the actor stands.
+//! Penetration of the ground, and height of the feet while the actor stands.
 
 use super::foot_skate::{STANCES, TRUE_STANCES};
 use super::metric::{Direction, Measurement, Metric, Unit};

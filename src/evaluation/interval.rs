@@ -1,10 +1,10 @@
-//! A 95 % interval of a mean over runs, and when there is none.
+//! 95 % intervals of a mean over runs, and when there is none.
 //!
 //! The unit is the run (one clip, one seed), never the frame: frames of one run are correlated, and an interval over
-//! them would be several times too narrow. Seeds vary within their clip; the clips themselves are taken as given, so
-//! that the interval speaks of these clips.
+//! them would be several times too narrow. Seeds vary within their clip; the clips are fixed, so the interval refers to
+//! these clips.
 //!
-//! Which rule holds where was decided by a simulation of coverage (`cargo bench --bench study_intervals`,
+//! The choice of rules is based on a simulation of coverage (`cargo bench --bench study_intervals`,
 //! `results/intervals.md`).
 
 use std::fmt;
@@ -78,9 +78,8 @@ impl fmt::Display for IntervalRule {
 }
 
 /// 95 % interval of the mean over clips of each clip's mean over seeds, and the rule that made it; `clips[c]` holds the
-/// values of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, where a clip has a single run (one seed says
-/// nothing about the next), and where the runs of every clip are equal: an interval of no width would promise what
-/// three seeds without a lost frame do not show.
+/// values of clip `c`'s runs. `None` for fewer than [`FEWEST_RUNS`] runs, if a clip has a single run, and if the runs
+/// of every clip are equal: an interval of zero width would claim more than three seeds without a lost frame can show.
 ///
 /// From [`BOOTSTRAP_RUNS`] runs a clip on it is a bootstrap; with fewer Student's t, on a logarithmic scale for errors
 /// that are all above 0.

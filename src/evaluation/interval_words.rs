@@ -1,4 +1,4 @@
-//! What is said where intervals are printed.
+//! The text printed with intervals.
 
 use super::IntervalRule;
 use super::bootstrap::RESAMPLES;

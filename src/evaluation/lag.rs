@@ -1,4 +1,4 @@
-//! By how much the estimate trails the truth.
+//! The lag of the estimate behind the truth.
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};

@@ -1,4 +1,4 @@
-//! Whether the estimate has taken the left limbs for the right ones.
+//! Confusion of left and right limbs.
 
 use nalgebra::Point3;
 

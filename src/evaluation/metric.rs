@@ -9,16 +9,16 @@ use super::{Sequence, ValueRange};
 pub struct Metric {
     /// Name in files, with its unit where it has one: `humaneva_mm`.
     pub name: &'static str,
-    /// Name for people.
+    /// Display name.
     pub title: &'static str,
     /// Unit of every value.
     pub unit: Unit,
-    /// Which values are good.
+    /// Which direction is better.
     pub direction: Direction,
-    /// What must be there for it to be measured, in words that follow "needs".
+    /// The inputs it needs, in words that follow "needs".
     pub needs: &'static str,
-    /// Joint set, alignment and mask rule. `{contact_rule}`, `{gravity}` and `{friction}` stand for numbers that other
-    /// rooms decide; they are filled in where a value gets its protocol.
+    /// Joint set, alignment and mask rule. `{contact_rule}`, `{gravity}` and `{friction}` are placeholders for
+    /// constants of other modules, filled in with each value.
     pub protocol: &'static str,
     /// The measurement; `None` where the sequence lacks what it needs.
     pub measure: fn(&Sequence<'_>) -> Option<Measurement>,
@@ -49,7 +49,7 @@ impl Metric {
 pub enum Measurement {
     /// One value a frame (`None`: left out or not measurable); its mean is the mean of the frames.
     PerFrame(Vec<Option<f64>>),
-    /// One value a frame, and a mean that weighs every joint of every frame alike.
+    /// One value a frame, and a mean with equal weights for all joints of all frames.
     Pooled {
         /// One value a frame.
         per_frame: Vec<Option<f64>>,
@@ -108,7 +108,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Symbol for people.
+    /// Displayed symbol.
     pub fn symbol(self) -> &'static str {
         match self {
             Self::Millimetre => "mm",

@@ -1,9 +1,9 @@
 //! Errors of a tracker against the truth: one file per metric, one list of them ([`METRICS`]).
 //!
 //! [`evaluate`] takes a [`Sequence`] (positions, and what else is known) and gives an [`Evaluation`]; [`summarise`]
-//! takes several, one per clip and seed, and gives a [`Summary`] with 95 % intervals. Whose estimates they are does not
-//! matter: marker positions suffice, and a metric that lacks its input is absent and says what it needs. A frame
-//! without an estimate is lost: it is left out of means, and coverage stands beside every error.
+//! takes several, one per clip and seed, and gives a [`Summary`] with 95 % intervals. Any estimates can be measured:
+//! marker positions suffice, and a metric without its input is absent, with a note of what it needs. A frame without an
+//! estimate is lost: it is left out of means, and coverage is reported with every error.
 //!
 //! ```
 //! use nalgebra::{Point3, Vector3};

@@ -1,4 +1,4 @@
-//! How far the body is turned away from the truth.
+//! Orientation error of the body.
 
 use nalgebra::UnitQuaternion;
 

@@ -1,4 +1,4 @@
-//! The share of markers that are near enough, at one threshold and over a curve of them.
+//! Share of markers within a threshold, and the curve over thresholds.
 
 use serde::{Deserialize, Serialize};
 

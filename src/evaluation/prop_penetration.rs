@@ -1,4 +1,4 @@
-//! How deep a body is inside what stands about.
+//! Penetration of a body with props.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{Sequence, Touching};

@@ -1,4 +1,4 @@
-//! How deep parts of a body are inside each other.
+//! Penetration of parts of a body with each other.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{Sequence, Touching};

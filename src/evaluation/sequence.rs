@@ -1,4 +1,4 @@
-//! What is compared: one estimated sequence beside its truth.
+//! The input of metrics: one estimated sequence with its truth.
 
 use std::ops::Range;
 
@@ -13,8 +13,8 @@ use crate::physics::Dynamics;
 pub struct Sequence<'a> {
     /// Frames a second, > 0.
     pub frames_per_second: f64,
-    /// The first frame that counts. Frames before it are left out of every metric: a tracker that is handed the pose of
-    /// frame 0 earns nothing for returning it, so this is 1 unless nobody was given a start.
+    /// The first frame that counts. Frames before it are left out of every metric: a tracker is given the pose of frame
+    /// 0, so this is 1 unless no start pose was given.
     pub first_scored: usize,
     /// HumanEva's markers on the actor, metres.
     pub truth_markers: &'a [Markers],
@@ -27,7 +27,7 @@ pub struct Sequence<'a> {
     pub view_overlaps: Option<&'a [Vec<Option<f64>>]>,
     /// Energies under the tracker's own likelihood, where it has one.
     pub energies: Option<Energies<'a>>,
-    /// What touches in truth and estimate, where known.
+    /// Contact in truth and estimate, if known.
     pub contacts: Option<ContactPair<'a>>,
 }
 
@@ -40,7 +40,7 @@ pub struct ContactPair<'a> {
     pub estimate: Option<Touching<'a>>,
 }
 
-/// What one body touches, by its own solids. All lists have one entry a frame.
+/// Contact of one body, by its own solids. All lists have one entry a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Touching<'a> {
     /// The ground.
@@ -51,8 +51,8 @@ pub struct Touching<'a> {
     pub prop_depth_m: Option<&'a [f64]>,
     /// Balance and forces, where it has mass.
     pub dynamics: Option<&'a Dynamics>,
-    /// In which frames its pose is known, and what stands in the other lists means something; `None`: in all. Stretches
-    /// between frames without a pose are measured each by itself.
+    /// Frames in which its pose is known and the other lists are valid; `None`: all. Stretches between frames without a
+    /// pose are measured separately.
     pub known: Option<&'a [bool]>,
 }
 
@@ -96,7 +96,7 @@ pub struct Energies<'a> {
     pub estimate: &'a [Option<f64>],
 }
 
-/// Why a sequence cannot be evaluated.
+/// Errors of evaluation.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum EvaluationError {
     /// Two lists that should have one entry a frame do not agree.
@@ -196,7 +196,7 @@ impl<'a> Sequence<'a> {
         self.check_lengths()?;
         self.check_finite()?;
         let in_common = self.scored().any(|frame| self.pairs(frame).next().is_some());
-        // a tracker that lost every frame has been measured; one that speaks of other markers has not
+        // a tracker that lost every frame can be measured; one with other markers cannot
         let lost = self.scored().all(|frame| self.is_lost(frame));
         let asked = self.scored().any(|frame| self.truth_markers[frame].iter().any(Option::is_some));
         if in_common || (lost && asked) { Ok(()) } else { Err(EvaluationError::NothingInCommon) }

@@ -1,4 +1,4 @@
-//! How well the estimate's silhouettes cover the observed ones.
+//! Overlap of estimated and observed silhouettes.
 
 use crate::raster::{Mask, overlap};
 
@@ -32,7 +32,7 @@ pub(super) const WORST_VIEW: Metric = Metric {
     measure: worst_view,
 };
 
-/// Pixels that both have over pixels that either has; `None` where both are empty, which says nothing of the estimate.
+/// Intersection over union; `None` if both are empty.
 pub fn intersection_over_union(estimated: &Mask, observed: &Mask) -> Option<f64> {
     let counts = overlap(estimated, observed);
     (counts.union() > 0).then(|| counts.iou())

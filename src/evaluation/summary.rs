@@ -66,8 +66,7 @@ pub struct MetricSummary {
     /// Standard deviation of the runs' means; absent for a single run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_between_runs: Option<f64>,
-    /// Share of the truth's markers that the estimates of all runs have: what is not covered is left out of the mean of
-    /// an error.
+    /// Share of the truth's markers that the estimates of all runs have: means of errors leave out the rest.
     pub coverage: f64,
     /// Mean of every run, in the order of [`Summary::runs`]; `None` where a run lacks the metric.
     pub per_run: Vec<Option<f64>>,

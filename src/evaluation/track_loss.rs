@@ -1,4 +1,4 @@
-//! When the tracker loses the body, for how long, and whether it finds it again.
+//! Track loss, its duration, and recovery.
 
 use std::ops::Range;
 

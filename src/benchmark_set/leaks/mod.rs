@@ -1,11 +1,10 @@
-//! Whether a pose of the test can be read from what a tracker is given.
+//! Searches the files of trackers for poses of the test.
 //!
 //! Every file outside `truth/` is opened, whether the set lists it or not, and every number in it is compared with the
-//! poses of all frames but those that are like frame 0, which is given away on purpose: joint angles of the actor and
-//! of the tracker's body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's
-//! place; joints; link frames. A pose may stand in a row or in a column, anywhere in an array, signs aside. Angles are
-//! also found when they stand in any order, if they are exact. What is not found: poses behind another representation,
-//! compression or encryption.
+//! poses of all frames except those like frame 0, which is the start pose: joint angles of the actor and of the
+//! tracker's body, as they are or mirrored, in radians or degrees; roots; markers, with and without the pelvis's place;
+//! joints; link frames. A pose may be a row or a column, anywhere in an array, regardless of signs. Exact angles are
+//! also found in any order. Not found: poses in another representation, compressed or encrypted.
 
 mod numbers;
 mod secret;
@@ -18,7 +17,7 @@ use self::secret::{Secret, secrets};
 use super::files::{LISTING, SetFiles, files_below};
 use super::{SetError, TruthSet, body_file, start_file};
 
-/// A pose of the test where no tracker may see one.
+/// A pose of the test in a file that trackers may read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Leak {
     /// Path inside the set.
@@ -31,8 +30,8 @@ pub struct Leak {
     pub frame: Option<usize>,
 }
 
-/// Looks for poses of the test in everything of the set in `directory` that lies outside `truth/`; each kind of number
-/// that is found in an array is told once.
+/// Searches all files of the set in `directory` outside `truth/` for poses of the test; each kind of number found in an
+/// array is reported once.
 ///
 /// # Errors
 /// [`SetError`] where the truth, or a file that may hold numbers, cannot be read.
@@ -68,7 +67,7 @@ fn leak(file: &str, place: &str, what: String, frame: Option<usize>) -> Leak {
     Leak { file: file.to_owned(), place: place.to_owned(), what, frame }
 }
 
-/// What a PNG has besides its image, in words.
+/// Description of data in a PNG besides its image.
 fn unknown_chunk(bytes: &[u8]) -> Option<String> {
     const NEEDED: [&[u8]; 3] = [b"IHDR", b"IDAT", b"IEND"];
     let mut rest = bytes.get(8..)?;

@@ -1,4 +1,4 @@
-//! What no file of a tracker's side may hold, and how it is recognised.
+//! Data that no file of the tracker's side may contain, and how it is recognised.
 
 use super::Sequence;
 use crate::benchmark_set::{TruthSet, rigid};
@@ -25,7 +25,7 @@ const TELLING_SHARE: f64 = 0.9;
 /// Factors by which files may count: metres and radians, degrees, centimetres, millimetres.
 const UNITS: [f64; 4] = [1.0, std::f64::consts::PI / 180.0, 0.01, 0.001];
 
-/// A vector of numbers for every frame, none of which may be read outside the truth.
+/// A vector of numbers per frame that must not appear outside the truth.
 pub(super) struct Secret {
     /// What it is, in words.
     pub(super) what: String,
@@ -40,7 +40,7 @@ pub(super) struct Secret {
     anchor: usize,
 }
 
-/// Everything by which a frame of the truth is known, `body` being the tracker's.
+/// All identifying data of the truth's frames; `body` is the tracker's.
 pub(super) fn secrets(truth: &TruthSet, body: &Humanoid) -> Vec<Secret> {
     let frames = &truth.ground_truth.frames;
     let poses: Vec<&Pose> = frames.iter().map(|frame| &frame.pose).collect();
