@@ -41,7 +41,8 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
 #[test]
 fn legs_that_lose_each_other_among_props_are_not_good() {
     let room = tempfile::tempdir().unwrap();
-    let (record, page, grade) = ran("scenarios/smoke/props.toml", &[], &room.path().join("props"));
+    // the algorithm as printed, which loses them; with refinement they are found
+    let (record, page, grade) = ran("scenarios/smoke/props.toml", &["paper=true"], &room.path().join("props"));
     assert!(grade > Grade::Good, "{}", record["verdict"]);
     assert!(record["metrics"]["limb_swaps"]["mean"].as_f64().is_some());
     let cause = record["verdict"]["cause"].as_str().unwrap();
