@@ -57,8 +57,8 @@ fn clean_table(takes: &Takes) -> String {
     for (take, [paper, refined]) in &rows {
         text += &format!(
             "| {take} | {} | **{}** | {:.1} | {:+.3} | {:+.3} | {:.2} | {:.2} | {:.1} | {:.1} |\n",
-            with_interval(&[paper.humaneva_mm.clone()]),
-            with_interval(&[refined.humaneva_mm.clone()]),
+            with_interval(std::slice::from_ref(&paper.humaneva_mm)),
+            with_interval(std::slice::from_ref(&refined.humaneva_mm)),
             refined.floor_mm,
             mean(&paper.energy_gap),
             mean(&refined.energy_gap),

@@ -45,11 +45,9 @@ fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
     let set = json(&room, &["set"]);
     assert_eq!((set["frames"].as_u64(), set["hashes_ok"].as_bool()), (Some(5), Some(true)));
     assert_eq!(set["cameras"].as_array().unwrap().len(), 2);
-    for (what, words) in [
-        ("embedded:walk", "recording of"),
-        ("actor", "44 joint angles"),
-        ("set", "all match files.sha256"),
-    ] {
+    for (what, words) in
+        [("embedded:walk", "recording of"), ("actor", "44 joint angles"), ("set", "all match files.sha256")]
+    {
         let answer = room.succeed(&format!("inspect {what}"));
         assert!(answer.stdout.contains(words), "{}", answer.stdout);
     }
