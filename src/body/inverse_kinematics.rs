@@ -1,8 +1,9 @@
 //! Inverse kinematics of one frame: weighted non-linear least squares with joint limits.
 //!
-//! Levenberg-Marquardt (Marquardt 1963) on the normal equations, with the joint limits held by projection: a degree of
-//! freedom at its limit whose gradient points outward is frozen for the step (Bertsekas 1982), all others move and are
-//! clamped. Every accepted step lowers the cost, and the number of steps is bounded, so the answer is always finite.
+//! Levenberg-Marquardt (`[Marquardt 1963]`) on the normal equations, with the joint limits held by projection: a
+//! degree of freedom at its limit whose gradient points outward is frozen for the step (`[Bertsekas 1982]`), all
+//! others move and are clamped. Every accepted step lowers the cost, and the number of steps is bounded, so the answer
+//! is always finite.
 //!
 //! Sums run in a fixed order in plain loops, and the Cholesky factorisation is our own: nalgebra selects kernels of
 //! matrix products by processor, so the ground truth would differ between machines.

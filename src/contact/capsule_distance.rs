@@ -35,8 +35,7 @@ impl AxisLength {
     }
 }
 
-/// Squared distance of the axes of two tapered capsules (Ericson 2005, Real-Time Collision Detection, 5.1.9), square
-/// metres.
+/// Squared distance of the axes of two tapered capsules (`[Ericson 2005]`, 5.1.9), square metres.
 #[inline(always)]
 pub(super) fn squared_distance_of_axes([first, second]: [&TaperedCapsule; 2], [uu, vv]: [&AxisLength; 2]) -> f64 {
     let (u, v, w) = (first.b - first.a, second.b - second.a, first.a - second.a);

@@ -13,10 +13,10 @@ pub(super) const RESAMPLES: usize = 10_000;
 /// Ends of the interval of the mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip
 /// `c`'s runs. Seeds are resampled within their clip; they must not all be equal.
 ///
-/// BCa percentiles (Efron 1987): the share of resampled means below the mean corrects the bias, the skewness of the
-/// values the percentiles. They are taken further out than 2.5 %, by the ratio of Student's t to the normal deviate and
-/// by the bootstrap's divisor n in place of n - 1 (Hesterberg 2015, "What teachers should know about the bootstrap",
-/// section 5.3): plain ones cover 90 % of the time with ten runs.
+/// BCa percentiles (`[Efron 1987]`): the share of resampled means below the mean corrects the bias, the skewness of
+/// the values the percentiles. They are taken further out than 2.5 %, by the ratio of Student's t to the normal deviate
+/// and by the bootstrap's divisor n in place of n - 1 (`[Hesterberg 2015]`, section 5.3): plain ones cover 90 % of the
+/// time with ten runs.
 pub(super) fn bca(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     let centre = mean_of_means(clips)?;
     let reach = reach(clips)?;

@@ -56,14 +56,15 @@ pub enum ValueRange {
 /// How an interval was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntervalRule {
-    /// Student's t interval; over several clips with the degrees of freedom of Welch (1938) and Satterthwaite (1946).
+    /// Student's t interval; over several clips with the degrees of freedom of `[Welch 1938]` and `[Satterthwaite
+    /// 1946]`.
     Student,
-    /// Student's t interval on a logarithmic scale: the modified Cox interval (Olsson 2005) of the mean of log-normal
-    /// values, about the arithmetic mean. It is an interval of the mean; exponents of a t interval of the logarithms
-    /// would be one of the median.
+    /// Student's t interval on a logarithmic scale: the modified Cox interval (`[Olsson 2005]`) of the mean of
+    /// log-normal values, about the arithmetic mean. It is an interval of the mean; exponents of a t interval of the
+    /// logarithms would be one of the median.
     StudentOnLogs,
-    /// Bias-corrected and accelerated bootstrap (Efron 1987), stratified by clip, with expanded percentiles (Hesterberg
-    /// 2015).
+    /// Bias-corrected and accelerated bootstrap (`[Efron 1987]`), stratified by clip, with expanded percentiles
+    /// (`[Hesterberg 2015]`).
     Bootstrap,
 }
 

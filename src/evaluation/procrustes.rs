@@ -30,9 +30,9 @@ pub struct Similarity {
 }
 
 impl Similarity {
-    /// The similarity that takes the first points of the pairs closest to the second, in least squares (Umeyama 1991,
-    /// Eq. 40 to 42: `K = U S V^T`, `R = V diag(1, 1, det) U^T`, `s = tr(R K) / |X|^2`). `None` for fewer than three
-    /// pairs or points that all coincide.
+    /// The similarity that takes the first points of the pairs closest to the second, in least squares (`[Umeyama
+    /// 1991]`, Eqs. 40 to 42: `K = U S V^T`, `R = V diag(1, 1, det) U^T`, `s = tr(R K) / |X|^2`). `None` for fewer
+    /// than three pairs or points that all coincide.
     pub fn fit(pairs: &[(Point3<f64>, Point3<f64>)]) -> Option<Self> {
         if pairs.len() < 3 {
             return None;

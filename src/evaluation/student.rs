@@ -5,8 +5,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::statistics::{mean, variance};
 
-/// No logarithms of errors are taken to vary more than this (a standard deviation of 1 is a factor of e from run to
-/// run): one run whose error is all but zero would otherwise stretch an interval of three runs over many powers of ten.
+/// Cap on the variance of the logarithms of errors (a standard deviation of 1 is a factor of e from run to run): one
+/// run with an error near zero would otherwise stretch an interval of three runs over many powers of ten.
 const GREATEST_LOG_VARIANCE: f64 = 1.0;
 
 /// `m +- t se`.
@@ -17,7 +17,7 @@ pub(super) fn student(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
 }
 
 /// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms
-/// (Olsson 2005); of several clips the `se^2` of the clips' means add up.
+/// (`[Olsson 2005]`); of several clips the `se^2` of the clips' means add up.
 pub(super) fn student_on_logs(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     let centre = mean_of_means(clips)?;
     let half = half_width(clips, |runs| {
@@ -39,7 +39,7 @@ fn half_width(clips: &[Vec<f64>], squared_error: impl Fn(&[f64]) -> Option<f64>)
     Some(t * sum.sqrt() / clips.len() as f64)
 }
 
-/// Degrees of freedom of a sum of squared standard errors (Welch 1938, Satterthwaite 1946).
+/// Degrees of freedom of a sum of squared standard errors (`[Welch 1938]`, `[Satterthwaite 1946]`).
 fn freedom(squared_errors: &[f64], clips: &[Vec<f64>]) -> f64 {
     let sum: f64 = squared_errors.iter().sum();
     let parts = squared_errors.iter().zip(clips).map(|(e, runs)| (e / sum) * (e / sum) / (runs.len() - 1) as f64);

@@ -38,7 +38,7 @@ impl ProposalScales {
     /// Joint angle that they never fall below, radians: a joint that rested in training may move in the test.
     pub const JOINT_FLOOR_RAD: f64 = 0.01;
 
-    /// Measures training motions of `body` at the rate of the video to come (Balan et al. 2005).
+    /// Measures training motions of `body` at the rate of the video to come (`[Balan 2005]`).
     ///
     /// The root mean square about zero is taken, not about the mean: what a motion model does not predict, steady
     /// travel included, the spread has to cover. With [`Prediction::ConstantVelocity`] that is the change of the

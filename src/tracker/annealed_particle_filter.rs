@@ -18,7 +18,7 @@ use crate::rng::{Purpose, normal, stream};
 /// Particles whose energies are asked for at once.
 const BATCH: usize = 8;
 
-/// Follows a body by annealing a cloud of particles on each frame's energy (Deutscher et al. 2000; `[Skinned APF]`,
+/// Follows a body by annealing a cloud of particles on each frame's energy (`[Deutscher 2000]`; `[Skinned APF]`,
 /// Algorithm 1).
 ///
 /// | `[Skinned APF]` | here |

@@ -86,8 +86,8 @@ const LIMB_DESCENTS: usize = 2;
 ///    from the heaviest particle; the result of least energy is kept.
 /// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, a third within its limits,
 ///    a third near the estimate and a third near training poses; the best are descended. Legs that were taken for each
-///    other come free only together (after the limb crossover of Deutscher and Reid 2005 and the partitions of
-///    MacCormick and Isard 2000).
+///    other come free only together (after the limb crossover of `[Deutscher 2005]` and the partitions of `[MacCormick
+///    2000]`).
 #[derive(Debug)]
 pub struct Refinement {
     settings: RefinementSettings,

@@ -1,7 +1,7 @@
 //! Drawing the survivors of a layer.
 
-/// Systematic resampling (Kitagawa 1996): as many ancestors as weights, in order. `weights` sum to one, `offset` is
-/// uniform in [0, 1). Particle i is drawn `floor(N w_i)` or `ceil(N w_i)` times.
+/// Systematic resampling (`[Kitagawa 1996]`): as many ancestors as weights, in order. `weights` sum to one, `offset`
+/// is uniform in [0, 1). Particle i is drawn `floor(N w_i)` or `ceil(N w_i)` times.
 pub fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
     let count = weights.len();
     let mut ancestors = Vec::with_capacity(count);

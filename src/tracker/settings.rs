@@ -34,8 +34,8 @@ pub enum Estimator {
     Best,
 }
 
-/// Settings of [`super::AnnealedParticleFilter`]. `[Skinned APF]` gives no numbers; the defaults are those of Balan et
-/// al. (2005).
+/// Settings of [`super::AnnealedParticleFilter`]. `[Skinned APF]` gives no numbers; the defaults are those of `[Balan
+/// 2005]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FilterSettings {

@@ -1,6 +1,5 @@
 //! The Gaussian process dynamical model (GPDM): poses as a smooth function of a point that moves in a low-dimensional
-//! latent space by a smooth, noisy first- or second-order dynamics (`[GPDM graph]` Eqs. 1 to 6, after Wang, Fleet and
-//! Hertzmann).
+//! latent space by a smooth, noisy first- or second-order dynamics (`[GPDM graph]` Eqs. 1 to 6, after `[Wang 2008]`).
 //!
 //! | paper | here |
 //! |---|---|

@@ -173,7 +173,7 @@ fn heading(rotation: &UnitQuaternion<f64>) -> f64 {
 }
 
 /// Mean squares of groups of equally many frames by height, made to rise with height: where a group stands less firmly
-/// than a higher one, both get their mean (isotonic regression by pooling adjacent violators; Barlow et al. 1972).
+/// than a higher one, both get their mean (isotonic regression by pooling adjacent violators; `[Barlow 1972]`).
 fn knots(mut steps: Vec<FootStep>) -> Vec<Knot> {
     steps.sort_by(|a, b| a.height().total_cmp(&b.height()));
     let size = steps.len().div_ceil(GROUPS).max(1);

@@ -19,7 +19,7 @@ const LEAST_VARIANCE: f64 = 1e-18;
 const VELOCITIES: usize = 3;
 
 /// How much of the covariance between different numbers of a pose is taken away: a few hundred training frames,
-/// neighbours much alike, do not tell 22 x 22 of them well (Ledoit and Wolf 2004 shrink likewise, towards a multiple of
+/// neighbours much alike, do not tell 22 x 22 of them well (`[Ledoit 2004]` shrinks likewise, towards a multiple of
 /// the identity).
 const SHRINKAGE: f64 = 0.1;
 

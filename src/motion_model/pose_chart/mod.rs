@@ -272,7 +272,7 @@ fn tilt_of(pose: &Pose) -> UnitQuaternion<f64> {
     rotation_about(&Vector3::z_axis(), -yaw) * pose.world_from_root.rotation
 }
 
-/// The rotation nearest to all in the least-squares sense: the leading eigenvector of sum q q^T (Markley et al. 2007).
+/// The rotation nearest to all in the least-squares sense: the leading eigenvector of sum q q^T (`[Markley 2007]`).
 fn mean_rotation(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> UnitQuaternion<f64> {
     let sum = rotations.fold(Matrix4::zeros(), |sum, q| sum + q.coords * q.coords.transpose());
     let eigen = SymmetricEigen::new(sum);

@@ -8,8 +8,8 @@ use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
 use crate::contact::{ContactTrack, GroundContacts};
 use crate::parallel;
 
-/// Ground clearance of a swinging foot: between the least toe clearance of healthy gait, 13 mm on average (Winter
-/// 1992), and its height in mid-swing, metres.
+/// Ground clearance of a swinging foot: between the least toe clearance of healthy gait, 13 mm on average (`[Winter
+/// 1992]`), and its height in mid-swing, metres.
 const CLEARANCE: f64 = 0.02;
 /// Time from lift-off to full clearance, and from there to touch-down, seconds.
 const RAMP_S: f64 = 0.08;

@@ -182,7 +182,7 @@ impl SimulatedBody {
         body.map_or([Vector3::repeat(f64::NAN); 2], |body| [from_rapier(body.linvel()), from_rapier(body.angvel())])
     }
 
-    /// Gives a degree of freedom a spring and a damper, both integrated implicitly (stable PD: Tan, Liu and Turk 2011):
+    /// Gives a degree of freedom a spring and a damper, both integrated implicitly (stable PD, `[Tan 2011]`):
     /// `stiffness (rest - q) - damping dq/dt`, N m or N.
     pub(super) fn set_spring(&mut self, dof: usize, stiffness: f64, damping: f64, rest: f64) {
         let (link, row) = self.axes[dof];

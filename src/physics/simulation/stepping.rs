@@ -66,7 +66,7 @@ impl<'a> Stepping<'a> {
     }
 
     /// The change of a leg's joints that brings its foot to where it is `wanted`, shifted: one step of damped least
-    /// squares (Wampler 1986).
+    /// squares (`[Wampler 1986]`).
     fn reach(
         &self,
         leg: &Leg,
