@@ -100,7 +100,9 @@ fn checked_frames(layout: &SequenceLayout) -> Result<usize, PartsError> {
         Some(frames) if (1..=MOST_FRAMES).contains(&frames) && layout.lengths.iter().all(|length| *length >= least) => {
             Ok(frames)
         }
-        _ => Err(PartsError::new("sequences", format!("expected at least {least} frames each, {MOST_FRAMES} in all"))),
+        _ => {
+            Err(PartsError::new("sequences", format!("expected at least {least} frames each, {MOST_FRAMES} in total")))
+        }
     }
 }
 

@@ -51,7 +51,7 @@ impl Default for TrainingOptions {
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum GpdmError {
     /// A sequence is too short for the dynamics.
-    #[error("a training sequence of {frames} frames is too short: give at least {needed}")]
+    #[error("a training sequence of {frames} frames is too short: use at least {needed}")]
     TooShort {
         /// Its length.
         frames: usize,
@@ -59,7 +59,7 @@ pub enum GpdmError {
         needed: usize,
     },
     /// More frames than one model can hold.
-    #[error("{frames} frames for one model, more than {most}: learn a graph, or give less")]
+    #[error("{frames} frames for one model, more than {most}: train a graph, or use fewer frames")]
     TooLong {
         /// Frames of all sequences.
         frames: usize,
@@ -84,7 +84,8 @@ pub enum GpdmError {
     },
     /// Fewer dimensions vary than the latent space has.
     #[error(
-        "the training motion varies in {varying} independent ways, fewer than the {latent} latent dimensions: give a motion that moves"
+        "the training motion varies in {varying} independent directions, fewer than the {latent} latent dimensions: use \
+        a motion with more variation"
     )]
     Constant {
         /// Dimensions that vary.
@@ -93,7 +94,7 @@ pub enum GpdmError {
         latent: usize,
     },
     /// A kernel matrix could not be factored however much jitter was added.
-    #[error("the kernel matrix of the training motion is singular: are many frames the same?")]
+    #[error("the kernel matrix of the training motion is singular: check for repeated frames")]
     Singular,
     /// Whoever looked on wanted no more.
     #[error("learning was interrupted")]

@@ -102,11 +102,12 @@ pub struct GpdmGraph {
 #[derive(Debug, thiserror::Error)]
 pub enum GraphError {
     /// No training motion.
-    #[error("no training motion: give at least one")]
+    #[error("no training motion: at least one is needed")]
     NoMotion,
     /// A motion shorter than a clip.
     #[error(
-        "training motion {motion} has {frames} frames, fewer than one clip of {clip}: give a longer one or a shorter clip_s"
+        "training motion {motion} has {frames} frames, fewer than one clip of {clip}: use a longer motion or a smaller \
+        clip_s"
     )]
     ShorterThanClip {
         /// Index of the motion.
@@ -135,7 +136,7 @@ pub enum GraphError {
         found: String,
     },
     /// Segments that were learned before are not the beginning of these motions.
-    #[error("the segments learned so far do not begin these training motions: learn them anew")]
+    #[error("the saved segments do not belong to these training motions: train again")]
     OtherSegments,
     /// A model could not be learned.
     #[error("frames {} to {} (from 0) of training motion {}: {source}", range.first, range.end, range.motion)]
