@@ -1,8 +1,8 @@
-//! One frame of the annealed particle filter, and the part of it that is not energies: 200 particles x 5 layers x 4 views of
-//! a person who fills half the image's height. `cargo bench --bench annealed_particle_filter`
+//! One frame of the annealed particle filter, and its part without energies: 200 particles x 5 layers x 4 views of a
+//! person who fills half the image's height. `cargo bench --bench annealed_particle_filter`
 //!
-//! On one thread (`RAYON_NUM_THREADS=1`) the time of `frame` over that of `bookkeeping` says how much the filter itself
-//! costs; `bookkeeping` is a frame with a likelihood that costs nothing.
+//! On one thread (`RAYON_NUM_THREADS=1`) the time of `frame` over that of `bookkeeping` is the cost of the filter
+//! itself; `bookkeeping` is a frame with a likelihood without cost.
 
 mod scene;
 
@@ -16,7 +16,7 @@ fn main() {
     divan::main();
 }
 
-/// Costs nothing and yet differs from particle to particle.
+/// Almost free, but different for every particle.
 struct Height;
 
 impl Likelihood for Height {
@@ -33,7 +33,7 @@ impl Likelihood for Height {
     }
 }
 
-/// One frame again and again: every frame starts from the particles that the last one left.
+/// One frame repeatedly: every frame starts from the particles of the previous one.
 fn bench_frames<L: Likelihood>(
     bencher: Bencher<'_, '_>,
     likelihood: impl Fn(&Humanoid) -> L,

@@ -19,7 +19,7 @@ fn main() {
 
 const DIMENSIONS: usize = 60;
 
-/// A motion of slowly drifting cycles of 65 frames, as of a walk at 60 Hz.
+/// A motion of slowly drifting cycles of 65 frames, like a walk at 60 Hz.
 fn motion(frames: usize) -> Mat<f64> {
     Mat::from_fn(frames, DIMENSIONS, |i, j| {
         let phase = i as f64 * std::f64::consts::TAU / 65.0;
@@ -58,7 +58,7 @@ fn predict_1000_particles_mean_and_variance(bencher: divan::Bencher<'_, '_>, fra
     bencher.bench_local(|| model.map_moments(divan::black_box(particles.as_ref())));
 }
 
-/// A body whose joints all swing, every cycle of 65 frames another way.
+/// A body whose joints all swing, differently in every cycle of 65 frames.
 fn swinging(body: &Humanoid, frames: usize) -> Motion {
     let pose = |t: usize| {
         let mut pose = body.zero_pose();
@@ -71,7 +71,7 @@ fn swinging(body: &Humanoid, frames: usize) -> Motion {
     Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
 }
 
-/// S1's Table 1 from the first clip to the last: every segment grown until it fails, candidates found.
+/// Table 1 of `[GPDM graph]` from the first clip to the last: all segments grown, all candidates found.
 #[divan::bench(args = [480], sample_count = 3, sample_size = 1)]
 fn training_a_whole_graph(bencher: divan::Bencher<'_, '_>, frames: usize) {
     let Ok(body) = Humanoid::tracker25() else { return };
@@ -79,7 +79,7 @@ fn training_a_whole_graph(bencher: divan::Bencher<'_, '_>, frames: usize) {
     bencher.bench_local(|| GpdmGraph::learn(&body, &motion, &GraphSettings::default(), |_, _| ()));
 }
 
-/// A file of one model of so many frames of tracker25.
+/// A file with one model of `frames` frames of tracker25.
 fn model_file(frames: usize) -> Option<Vec<u8>> {
     let body = Humanoid::tracker25().ok()?;
     let pose = |t: usize| {

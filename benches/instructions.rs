@@ -1,5 +1,5 @@
-//! Instructions of the hottest paths, which are the same however busy the machine is. `cargo bench --bench instructions`
-//! (needs valgrind and gungraun-runner, see CONTRIBUTING.md).
+//! Instruction counts of the hottest paths; they do not depend on the machine's load. `cargo bench --bench
+//! instructions` (needs valgrind and gungraun-runner, see CONTRIBUTING.md).
 
 #![allow(missing_docs, reason = "what the macros of gungraun make has none")]
 
@@ -33,7 +33,7 @@ fn prepared(size: [u32; 2]) -> (SilhouetteLikelihood, Observation) {
     (likelihood, observation)
 }
 
-/// A likelihood and 64 poses about the one that was seen.
+/// A likelihood and 64 poses around the observed one.
 fn poses(size: [u32; 2]) -> (SilhouetteLikelihood, Vec<Pose>) {
     let body = tracker25();
     let pose = |index: usize| {
@@ -45,7 +45,7 @@ fn poses(size: [u32; 2]) -> (SilhouetteLikelihood, Vec<Pose>) {
     (prepared(size).0, (0..64).map(pose).collect())
 }
 
-/// The same with the term for plausibility, its solids laid out.
+/// The same with the plausibility term and its solids prepared.
 fn plausible_poses(size: [u32; 2]) -> (PlausibleLikelihood, Vec<Pose>) {
     let (silhouettes, poses) = poses(size);
     (PlausibleLikelihood::new(silhouettes, PlausibilitySettings::default()).expect("sound settings"), poses)
@@ -60,7 +60,7 @@ fn silhouette_energies_of_64_poses((likelihood, poses): (SilhouetteLikelihood, V
     black_box(&poses).iter().map(|pose| likelihood.energy(pose, &mut scratch)).sum()
 }
 
-// The same and how deep the body is in the ground and in itself.
+// The same, and penetration depths with the ground and the body itself.
 #[library_benchmark]
 #[bench::at_160x120(args = (SMALL), setup = plausible_poses)]
 fn plausible_energies_of_64_poses((likelihood, poses): (PlausibleLikelihood, Vec<Pose>)) -> f64 {
@@ -71,7 +71,7 @@ fn plausible_energies_of_64_poses((likelihood, poses): (PlausibleLikelihood, Vec
 type Filter<L> = (AnnealedParticleFilter<Diffusion, L>, Observation);
 
 fn starting(size: [u32; 2]) -> Filter<SilhouetteLikelihood> {
-    // what other threads do is not counted
+    // other threads are not counted
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global().ok();
     let (likelihood, observation) = prepared(size);
     (filter(&tracker25(), likelihood), observation)
@@ -91,7 +91,7 @@ fn annealed_frame((mut filter, observation): Filter<SilhouetteLikelihood>) -> Op
     filter.track(black_box(&observation)).ok().and_then(|estimate| estimate.energy)
 }
 
-// The same with the term for plausibility.
+// The same with the plausibility term.
 #[library_benchmark]
 #[bench::at_160x120(args = (SMALL), setup = starting_plausible)]
 fn plausible_frame((mut filter, observation): Filter<PlausibleLikelihood>) -> Option<f64> {

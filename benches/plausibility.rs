@@ -1,12 +1,13 @@
-//! Whether a pose could be, from its angles to its depths: poses a second on one thread, kinematics included; and what that
-//! costs a frame of the annealed particle filter. `cargo bench --bench plausibility`
+//! Plausibility of a pose, from its angles to its depths: poses per second on one thread, kinematics included; and its
+//! cost in a frame of the annealed particle filter. `cargo bench --bench plausibility`
 //!
-//! What it costs is a small difference of large times, which a machine that others use too buries when one is measured after the
-//! other. So frames with and without the term are tracked by turns first, and the quartiles of their ratio are told
-//! (`SKIAGRAPH_PAIRS`, default 400; 0 leaves that out).
+//! The cost is a small difference of large times, which is lost in noise on a shared machine if one is measured after
+//! the other. So frames with and without the term are tracked alternately, and the quartiles of their ratio are printed
+//! (`SKIAGRAPH_PAIRS`, default 400; 0 skips this).
 //!
-//! Sixteen capsules are tracker25 without its head and one of the trunk's, its tapered capsules made plain; all pairs that are
-//! neither adjacent nor touch in the bind pose are looked at, and the ground. Poses are those of `benches/silhouette.rs`.
+//! Sixteen capsules are tracker25 without its head and one of the trunk's, with plain instead of tapered capsules; all
+//! pairs that are neither adjacent nor touch in the bind pose are tested, and the ground. Poses are those of
+//! `benches/silhouette.rs`.
 
 mod scene;
 
@@ -34,8 +35,8 @@ fn main() {
     divan::main();
 }
 
-/// Prints the quartiles of the time of a frame with the term over that of one without, one thread, 160x120, and of one without
-/// over another without, which tells how far to trust the first.
+/// Prints the quartiles of the time of a frame with the term over that of one without, one thread, 160x120, and of one
+/// without over another without, which bounds the noise of the first.
 fn cost_of_the_term(pairs: usize) {
     let (body, rig) = (tracker25(), ring([160, 120]));
     let seen = seen(&body, &rig);

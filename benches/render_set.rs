@@ -1,4 +1,4 @@
-//! Time to render one camera-frame of a benchmark set at 640x480, as its files hold it.
+//! Time to render one camera-frame of a benchmark set at 640x480, including its files.
 
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};

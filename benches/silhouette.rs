@@ -70,7 +70,7 @@ impl Workload {
         Self { body, rig, poses, comparers }
     }
 
-    /// All poses in all views; returns something that depends on everything.
+    /// All poses in all views; the result depends on every computation.
     fn run(&self, frames: &mut LinkFrames, capsules: &mut Vec<TaperedCapsule>, scratch: &mut SilhouetteScratch) -> f64 {
         let mut sum = 0.0;
         for pose in &self.poses {
@@ -105,7 +105,7 @@ fn overlap_and_contour(bencher: Bencher<'_, '_>, image_size: [u32; 2]) {
     bench(bencher, image_size, Some(f64::from(image_size[1]) / 24.0));
 }
 
-/// What a frame costs before its first particle: the comparer of one view, with its distance map.
+/// The cost of a frame before its first particle: the comparer of one view with its distance map.
 #[divan::bench(args = SIZES)]
 fn prepare_one_view(bencher: Bencher<'_, '_>, image_size: [u32; 2]) {
     let workload = Workload::new(image_size, None);

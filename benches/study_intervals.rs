@@ -1,4 +1,4 @@
-//! How often intervals of a mean over seeds hold it: regenerates `results/intervals.md` and `results/intervals.json`.
+//! Coverage of intervals of a mean over seeds: regenerates `results/intervals.md` and `results/intervals.json`.
 //!
 //! `cargo bench --bench study_intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than [`TRIALS`]. Every trial draws
 //! the errors of `n` seeds from a distribution whose mean is known and asks rules for a 95 % interval: the rule in use
@@ -208,9 +208,9 @@ fn coverage(
 
 fn page(study: &Study) -> Result<String, std::fmt::Error> {
     let mut page = format!(
-        "# How often intervals hold the mean\n\n\
+        "# Coverage of the intervals\n\n\
          Made by `cargo bench --bench study_intervals`; all digits are in `intervals.json`. Every trial draws the errors of n \
-         seeds of one clip from a distribution whose mean is known and asks for a 95 % interval of that mean: {} trials a \
+         seeds of one clip from a distribution whose mean is known and computes a 95 % interval of that mean: {} trials a \
          cell, so that a share is known to within {:.1} points. In brackets the median width of the intervals, in % of the \
          mean.\n\n\
          *Before*: percentiles of a bootstrap, expanded (Hesterberg 2015), from two seeds on. *Now* \
@@ -219,7 +219,7 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
          at most); from ten on the BCa bootstrap (Efron 1987), expanded.\n\n\
          *Normal*: mean 40, standard deviation 4. *Log-normal*: median 40, standard deviation of the logarithms 0.5 or 1 \
          (between seeds of this project's runs it is 0.06 to 0.4 for the HumanEva error). *Lost*: log-normal about 40 (0.1), \
-         but one seed in ten or five about 300 (0.3), as where some seeds lose the body.\n\n\
+         but one seed in ten or five about 300 (0.3), as when some seeds lose the body.\n\n\
          *t*: Student's t whatever the errors. *Exponents*: of Student's t interval of the logarithms. Neither was chosen.\n\n\
          | errors | seeds | before | now | t | exponents |\n|---|---|---|---|---|---|\n",
         study.trials,
@@ -230,13 +230,13 @@ fn page(study: &Study) -> Result<String, std::fmt::Error> {
         writeln!(page, "| {} | {} | {cells} |", row.distribution, row.seeds)?;
     }
     page += "\n## What it says\n\n\
-             - With normal and moderately skewed errors the intervals in use hold the mean as often as they say, or nearly. \
-             Those before did not with few seeds.\n\
-             - With heavily skewed errors (log-normal, 1) they hold it with few seeds too, at the price of width, where t alone \
-             falls short; from ten seeds on the bootstrap falls short.\n\
-             - Where some seeds lose the body and others do not, no rule can tell from three to ten seeds: if none of them was \
-             lost, nothing in them says that others will be. The shortfall is said wherever intervals are printed. What helps \
-             is more seeds, and to read the share of frames lost.\n\
+             - With normal and moderately skewed errors the current intervals have nearly their nominal coverage. The \
+             previous ones did not with few seeds.\n\
+             - With heavily skewed errors (log-normal, 1) they also have it with few seeds, but are wide; t alone \
+             falls short, and from ten seeds on the bootstrap falls short.\n\
+             - If some seeds lose the body and others do not, no rule can detect that from three to ten seeds: if none \
+             of them was lost, they contain no sign that others would be. Every printed interval states this \
+             shortfall. More seeds help, and so does the share of frames lost.\n\
              - Exponents of an interval of the logarithms bound the median of log-normal errors, not the mean, and hold the mean \
              less and less often the more seeds there are.\n\n\
              ## Several clips\n\n\

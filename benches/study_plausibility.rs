@@ -1,8 +1,10 @@
-//! Tracking without and with the plausibility of poses: regenerates `results/plausibility.md` and `results/plausibility.json`.
+//! Tracking without and with the plausibility term: regenerates `results/plausibility.md` and
+//! `results/plausibility.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_plausibility`, where DIR holds CMU's 49_01 and 02_01 and their skeletons. Ten seeds, or as
-//! many as `SKIAGRAPH_SEEDS` says; with `SKIAGRAPH_TUNE=DIR`, DIR holding 16_15 and 35_02, the weights that the default was
-//! chosen from are run on those and printed, and nothing is written. Without any DIR nothing is run.
+//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_plausibility`, where DIR holds CMU's 49_01 and 02_01 and their
+//! skeletons. Ten seeds, or as many as `SKIAGRAPH_SEEDS` says; with `SKIAGRAPH_TUNE=DIR`, DIR holding 16_15 and 35_02,
+//! the candidate weights of the default are run on those and printed, and nothing is written. Without any DIR nothing
+//! runs.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -10,13 +12,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{Destination, MethodRecord, ScenarioFile, Unwatched, compare};
+use skiagraph::experiment::{Destination, MethodRecord, Unwatched, compare};
+use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/plausibility/walk.toml";
 /// Name in the results; clip, skeleton, last frame of the test, frames of the training.
 const MOTIONS: [(&str, &str, &str, u32, [u32; 2]); 2] =
     [("CMU 49_01", "49_01", "49", 240, [481, 652]), ("CMU 02_01", "02_01", "02", 220, [221, 343])];
-/// The same, of the recordings that the default weight was chosen on.
+/// The same, for the recordings on which the default weight was chosen.
 const TUNING: [(&str, &str, &str, u32, [u32; 2]); 2] =
     [("CMU 16_15", "16_15", "16", 180, [181, 300]), ("CMU 35_02", "35_02", "35", 180, [181, 300])];
 const VIEWS: [usize; 2] = [4, 1];
@@ -24,9 +27,9 @@ const VIEWS: [usize; 2] = [4, 1];
 const COLUMNS: [(&str, &str, usize); 7] = [
     ("humaneva_mm", "error, mm", 1),
     ("foot_skate_mm_per_s", "skate, mm/s", 0),
-    ("ground_penetration_mm", "in the ground, mm", 1),
+    ("ground_penetration_mm", "ground penetration, mm", 1),
     ("foot_float_mm", "float in stance, mm", 1),
-    ("self_penetration_mm", "in itself, mm", 1),
+    ("self_penetration_mm", "self-penetration, mm", 1),
     ("contact_f1", "contact F1", 2),
     ("silhouette_iou", "IoU", 3),
 ];
@@ -38,7 +41,7 @@ struct Value {
     mean: f64,
     ci95: Option<[f64; 2]>,
     per_seed: Vec<Option<f64>>,
-    /// Of the truth itself, where there is such a metric.
+    /// Of the ground truth, if the metric exists for it.
     truth: Option<f64>,
 }
 
@@ -51,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return tune(root, &mocap);
     }
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
-        eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's 49_01.amc, 02_01.amc and their .asf files");
+        eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a directory with CMU's 49_01.amc, 02_01.amc and their .asf files");
         return Ok(());
     };
     let seeds: u32 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(10), |n| n.parse())?;
@@ -104,13 +107,14 @@ fn values(method: &MethodRecord) -> BTreeMap<String, Value> {
     COLUMNS.iter().filter_map(value).collect()
 }
 
-/// The weights that the default was chosen from, on recordings that are not the test's.
+/// The candidate weights of the default, on recordings that are not in the test.
 fn tune(root: &Path, mocap: &Path) -> Result<(), Box<dyn Error>> {
     for motion in TUNING {
         for views in VIEWS {
             let mut overrides = overrides(motion, views, 3);
             for weight in ["0.5", "2", "8"] {
                 let method = format!("methods.with_{}", weight.replace('.', "p"));
+                overrides.push(format!("{method}.annealed_particle_filter.paper=true"));
                 overrides.push(format!("{method}.annealed_particle_filter.plausibility.weight={weight}"));
             }
             run(root, &format!("tuning {} {views}", motion.0), &overrides, mocap)?;
@@ -139,22 +143,24 @@ fn overrides(
 
 fn page(results: &Results, seeds: u32) -> String {
     let mut text = format!(
-        "# Tracking with the plausibility of poses\n\n\
+        "# Tracking with the plausibility term\n\n\
          Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo bench --bench study_plausibility`; all digits, seed by seed, are in \
-         `plausibility.json`. `{SCENARIO}` with two takes (49_01, frames 1 to 240; 02_01, frames 1 to 220; training on later frames of the take) at 60 Hz, 320 x 240 pixels, clean silhouettes, actor settled on \
-         the ground (`contact = \"fix\"`) and tracked as `tracker25` with the standard mismatch, 200 particles x 5 layers, {seeds} seeds, the \
+         `plausibility.json`. `{SCENARIO}` with two takes (49_01, frames 1 to 240; 02_01, frames 1 to 220; training on \
+         later frames of the take) at 60 Hz, 320 x 240 pixels, clean silhouettes, actor with planted feet (`contact = \
+         \"fix\"`) and tracked as `tracker25` with the standard mismatch, 200 particles x 5 layers, {seeds} seeds, the \
          same observations and seeds for every method. *With*: `plausibility = {{}}`, the default weight; *with rejection*: \
-         `reject_beyond_m = 0.05` as well. Every cell is the mean over seeds; below it stand the change against *without* and the number of \
-         seeds in which the figure fell.\n\n\
-         The metrics are those of every run's report: skate is the speed of the estimate's lowest point of a foot along the ground while the \
-         actor's foot stands; in the ground and in itself are the deepest point of a frame, mean over frames.\n"
+         `reject_beyond_m = 0.05` as well. Every cell is the mean over seeds; below are the change from *without* and \
+         the number of seeds with a lower value.\n\n\
+         The metrics are those of every run's report: skate is the speed along the ground of the lowest point of the \
+         estimate's foot while the actor's foot stands; ground and self-penetration are the greatest depth in a frame, \
+         mean over frames.\n"
     );
     for (name, methods) in results {
         text += &format!("\n## {name}\n\n| method | {} |\n|---|", COLUMNS.map(|c| c.1).join(" | "));
         text += &"---|".repeat(COLUMNS.len());
         text.push('\n');
         let Some(plain) = methods.get(PLAIN) else { continue };
-        text += &row("the truth itself", |(metric, _, digits)| {
+        text += &row("ground truth", |(metric, _, digits)| {
             plain.get(*metric).and_then(|v| v.truth).map_or("".to_owned(), |t| format!("{t:.digits$}"))
         });
         for method in [PLAIN, "with", "with_rejection"] {

@@ -48,7 +48,7 @@ struct InNumbers {
 fn main() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
         eprintln!(
-            "SKIPPED: set SKIAGRAPH_MOCAP to a folder with the CMU recordings of scenarios/s1/*.toml and their skeletons"
+            "SKIPPED: set SKIAGRAPH_MOCAP to a directory with the CMU recordings of scenarios/s1/*.toml and their skeletons"
         );
         return Ok(());
     };

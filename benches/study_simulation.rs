@@ -1,4 +1,5 @@
-//! How long simulated recordings stay up, and with how much help: regenerates `results/simulation.md` and `results/simulation.json`.
+//! How long simulated recordings stay upright, and with how much residual wrench: regenerates `results/simulation.md`
+//! and `results/simulation.json`.
 //!
 //! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_simulation`, where DIR holds CMU's clips and their skeletons, in itself or in
 //! `DIR/cmu_asf_amc`. Nothing in it is random, and no figure depends on the number of cores. Without DIR nothing is written.
@@ -9,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
-use skiagraph::body::retarget::{RetargetOptions, Retargeted, retarget};
 use skiagraph::body::{Motion, shipped};
-use skiagraph::contact::{SimulationSettings, simulate};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::physics::{SimulationSettings, simulate};
+use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 /// What is recorded, its clip, and whether constants of the control were chosen on it.
 const CLIPS: [(&str, &str, bool); 25] = [
@@ -77,7 +78,7 @@ struct Outcome {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
-        eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's clips and their .asf files");
+        eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a directory with CMU's clips and their .asf files");
         return Ok(());
     };
     let outcomes: Result<Vec<Vec<Outcome>>, String> =
@@ -168,14 +169,14 @@ fn off_mm(performed: &Retargeted, simulated: &Motion, fell_at: Option<usize>) ->
 
 fn page(outcomes: &[Outcome]) -> Result<String, std::fmt::Error> {
     let mut page = String::from(
-        "# Recordings that happen\n\n\
-         Made by `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_simulation`; all digits are in `simulation.json`. What `[actor] contact = \
-         \"simulate\"` makes of recordings on the two robots that ship, 480 steps a second, friction 0.8, at most 10 s of each; the walk and \
+        "# Simulated recordings\n\n\
+         Made by `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_simulation`; all digits are in `simulation.json`. What `[actor] contact = \"simulate\"` makes of recordings on the two built-in robots, 480 steps a second, friction 0.8, at most 10 s \
+             of each; the walk and \
          the run of DeepMimic are repeated to 5 s. Nothing in it is random. The bound is `root_wrench`, the greatest residual wrench at the \
          root, in % of body weight: the norm of its force and of its moment over the height of the centre of mass at the start; 1000 % is \
-         the most that a scenario may allow. A body has fallen when its centre of mass is below three quarters of the motion's. Joints are \
-         compared with the recording, not with the settled motion, until the fall. Constants of the control were chosen on the clips with a \
-         star, which therefore are no test of it; what was learned stands in `contact.md`.\n\n\
+         the most that a scenario may allow. A body has fallen when its centre of mass is below three quarters of the \
+         motion's. Joints are compared with the recording, not with the planted motion, until the fall. The control \
+         was tuned on the clips with a star, which therefore do not test it; `contact.md` has the lessons.\n\n\
          ## How many stay up\n\n\
          | what | how many | 0 % | 5 % | 20 % | 1000 % |\n|---|---|---|---|---|---|\n",
     );
@@ -195,7 +196,7 @@ fn page(outcomes: &[Outcome]) -> Result<String, std::fmt::Error> {
         let falls = if falls.is_empty() { "none".to_owned() } else { falls.join("; ") };
         writeln!(page, "With a bound of {:.0} %: {falls}.\n", 100.0 * bound)?;
     }
-    page += "Without help nearly all fall; when stands in the table.\n\n## All of them\n\n\
+    page += "Without help nearly all fall; the table lists the times.\n\n## All of them\n\n\
              | motion | bound % | kept up s | residual root wrench % (mean, most) | skate mm/s | joints from the recording until the fall, mm (rms) |\n\
              |---|---|---|---|---|---|\n";
     for o in outcomes {

@@ -14,8 +14,9 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence};
 use skiagraph::body::{Flesh, Landmark, LinkFrames, Motion, Pose};
 use skiagraph::evaluation::Sequence;
-use skiagraph::experiment::{Models, ScenarioFile, Staged, Tracked, Unwatched, draw, track};
+use skiagraph::experiment::{Models, Staged, Tracked, Unwatched, draw, track};
 use skiagraph::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS};
+use skiagraph::scenario::ScenarioFile;
 use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
 /// Name, recording, skeleton, frames learned from and frames tracked, as the files count them.

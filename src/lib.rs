@@ -1,4 +1,98 @@
-//! Skiagraph makes the truth for markerless human motion trackers, and measures them against it.
+//! Skiagraph generates exact ground truth for evaluating markerless human motion trackers, and measures trackers against it.
+//!
+//! ```text
+//! recording --mocap--> Clip --retarget--> Motion of a Humanoid --scene--> GroundTruth
+//!                                                                             |
+//!                           CameraRig --observation--> Observation (silhouettes of one frame)
+//!                                                                             |
+//!                                     Tracker (sees no truth) --> Estimate --evaluation--> errors --report--> HTML
+//! ```
+//!
+//! | module | main types |
+//! |---|---|
+//! | [`mocap`] | [`mocap::Clip`]: a recording as its file says it |
+//! | [`body`] | [`body::Humanoid`] (from URDF), [`body::Pose`], [`body::Motion`] |
+//! | [`retarget`](mod@retarget) | [`retarget::retarget()`]: a clip becomes a motion of a humanoid |
+//! | [`contact`], [`physics`] | contacts of a motion; planted feet, inverse dynamics, simulation |
+//! | [`camera`], [`raster`] | [`camera::CameraRig`], [`raster::Mask`], exact silhouettes |
+//! | [`scene`], [`observation`] | [`scene::GroundTruth`], [`observation::Observation`] |
+//! | [`motion_model`] | diffusion, GPDM, GPDM graph: how a pose may move from frame to frame |
+//! | [`tracker`] | the trait [`tracker::Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
+//! | [`benchmark_set`] | a set on disk: observations and truth apart |
+//! | [`evaluation`] | [`evaluation::METRICS`], [`evaluation::Summary`] with intervals over seeds |
+//! | [`scenario`], [`experiment`] | scenarios in TOML; render, track, evaluate, report |
+//!
+//! # Conventions
+//!
+//! Metres, radians and seconds; millimetres and degrees appear only in names that say so. The world is right-handed with Z up and the ground
+//! at z = 0. Cameras look along +Z with x right and y down; pixel (0, 0) is the outer corner of the top-left pixel. `a_from_b` names a
+//! transform, `p_in_a` a point. The same inputs and seed give the same bits on any number of threads.
+//!
+//! # Example
+//!
+//! A body raises an arm before two cameras. A filter follows the silhouettes and is measured against the truth.
+//!
+//! ```
+//! use nalgebra::{Point3, Vector3};
+//! use skiagraph::body::{Motion, shipped};
+//! use skiagraph::camera::{CameraRig, RingParameters};
+//! use skiagraph::evaluation::{Sequence, evaluate};
+//! use skiagraph::motion_model::{Diffusion, DiffusionSettings, ProposalScales};
+//! use skiagraph::observation::observe;
+//! use skiagraph::scene::GroundTruth;
+//! use skiagraph::tracker::{AnnealedParticleFilter, FilterSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker};
+//!
+//! // the motion
+//! let body = shipped("tracker25")?;
+//! let shoulder = body.find_degree_of_freedom("left_shoulder_abduction").ok_or("no such joint")?;
+//! let mut pose = body.zero_pose();
+//! pose.world_from_root.translation.vector = Vector3::new(0.0, 0.0, 0.95);
+//! let raised = |frame: usize| {
+//!     let mut pose = pose.clone();
+//!     pose.joint_angles[shoulder] = 0.05 * frame as f64;
+//!     pose
+//! };
+//! let motion = Motion { frames_per_second: 30.0, poses: (0..6).map(raised).collect() };
+//!
+//! // what two cameras see of it
+//! let rig = CameraRig::ring(&RingParameters {
+//!     count: 2,
+//!     radius: 3.5,
+//!     height: 1.5,
+//!     look_at: Point3::new(0.0, 0.0, 0.95),
+//!     first_azimuth: 0.0,
+//!     field_of_view: 0.9,
+//!     image_size: [80, 60],
+//!     near: 0.05,
+//! })?;
+//! let truth = GroundTruth::from_motion(body.clone(), &motion, &rig)?;
+//! let observations = observe(&truth, &rig);
+//!
+//! // a tracker, which is told the start pose
+//! let scales = ProposalScales::for_human(&body, motion.frames_per_second);
+//! let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default())?;
+//! let likelihood = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default())?;
+//! let settings = FilterSettings { particles: 40, layers: 3, ..FilterSettings::default() };
+//! let mut filter = AnnealedParticleFilter::new(settings, model, likelihood, 1)?;
+//! filter.start(&motion.poses[0]);
+//! let estimates = observations.iter().map(|seen| filter.track(seen)).collect::<Result<Vec<_>, _>>()?;
+//!
+//! // its error
+//! let markers = |pose: &_| body.markers(&body.link_frames(pose));
+//! let true_markers: Vec<_> = motion.poses.iter().map(markers).collect();
+//! let estimated: Vec<_> = estimates.iter().map(|estimate| markers(&estimate.pose)).collect();
+//! let measured = evaluate(&Sequence::of_markers(motion.frames_per_second, &true_markers, &estimated))?;
+//! let error = measured.metrics["humaneva_mm"].mean;
+//! assert!(error < 100.0, "{error} mm");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! `examples/` shows how to make a set, how to track it with a tracker of your own, and how to measure the result.
+//!
+//! # What is not promised
+//!
+//! Versions 0.x may change names and signatures. Items marked as hidden from this documentation are not part of the interface; nor is `cli`.
+//! Truth (kinematics, projection, silhouettes) has the same bits on every machine; learned models only on one type of CPU.
 
 #![cfg_attr(
     not(test),
@@ -17,6 +111,7 @@
 pub mod benchmark_set;
 pub mod body;
 pub mod camera;
+#[doc(hidden)]
 pub mod cli;
 pub mod contact;
 pub mod evaluation;
@@ -24,12 +119,20 @@ pub mod experiment;
 mod input;
 pub mod mocap;
 pub mod motion_model;
+pub mod npz;
 pub mod observation;
 mod parallel;
+pub mod physics;
 pub mod raster;
 pub mod report;
+pub mod retarget;
 pub mod rng;
+pub mod scenario;
 pub mod scene;
+mod simd;
 #[cfg(test)]
 mod test_data;
 pub mod tracker;
+
+/// The linear algebra of poses, frames and points in this interface.
+pub use nalgebra;

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 /// `work(0)`, `work(1)` and so on, `count` in all and in this order, each done on some core.
 ///
-/// Rayon's own iterators are compiled anew for every closure, which takes long; of this only what holds the results is.
+/// Rayon's own iterators are compiled anew for every closure, which is slow; here only the result storage is
+/// monomorphised.
 pub(crate) fn map<T: Send + Sync>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let places: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
     on_all_cores(count, &|index| drop(places[index].set(work(index))));

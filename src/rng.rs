@@ -1,8 +1,7 @@
-//! Keyed random streams: every random number of the project comes from a ChaCha8 stream named by what it is for.
+//! Keyed random streams: every random number comes from a ChaCha8 stream that is keyed by its purpose.
 //!
 //! A stream is keyed by `(seed, purpose, frame, layer, index)`, so that results do not depend on the order in which
-//! threads ask for numbers. Draw a normal deviate with `rand_distr::StandardNormal` (libm inside, the same bits on
-//! every machine).
+//! threads ask for numbers. A normal deviate is drawn by [`normal`].
 //!
 //! ```
 //! use rand::RngExt;
@@ -14,6 +13,7 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 
 /// What a random stream is used for; streams of different purposes never share numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub enum Purpose {
     BodyMismatch = 1,
     /// Errors planted in a start pose.
     StartPose = 2,
-    /// Spoiling of observations.
+    /// Corruption of observations.
     Corruption = 3,
     /// Initial spread of particles.
     Initialisation = 4,
@@ -37,6 +37,8 @@ pub enum Purpose {
     Bootstrap = 8,
     /// Random choices of a motion model (inter-transitions, latent noise).
     MotionModel = 9,
+    /// Poses that a refinement tries.
+    Refinement = 10,
 }
 
 /// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera, a bootstrap replicate).
@@ -48,6 +50,11 @@ pub fn stream(seed: u64, purpose: Purpose, frame: u64, layer: u64, index: u64) -
     let mut rng = ChaCha8Rng::from_seed(key);
     rng.set_stream(index);
     rng
+}
+
+/// A standard normal deviate (libm inside: the same bits on every machine).
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
 }
 
 #[cfg(test)]

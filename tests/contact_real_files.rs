@@ -2,10 +2,11 @@
 
 mod support;
 
-use skiagraph::body::retarget::{RetargetOptions, Retargeted, retarget};
 use skiagraph::body::shipped;
-use skiagraph::contact::{ContactRule, FixReport, GroundContacts, fix};
+use skiagraph::contact::{ContactRule, GroundContacts};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::physics::{FixReport, fix};
+use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 /// All walks of CMU that the tests have.
 const WALKS: [&str; 8] = ["49_01", "16_15", "16_17", "16_22", "02_01", "35_02", "35_08", "35_34"];
@@ -57,7 +58,7 @@ fn has_same_stances_at_all_rates(name: &str) -> Option<bool> {
     }
     let pairs = [(0, 1), (0, 2), (1, 2)].map(|(a, b)| apart(&found[a], &found[b]));
     let count = found[0].iter().map(Vec::len).sum::<usize>();
-    let cells = pairs.map(|cell| cell.map_or_else(|| "not as many".to_owned(), |frames| format!("{frames:.2}")));
+    let cells = pairs.map(|cell| cell.map_or_else(|| "different number".to_owned(), |frames| format!("{frames:.2}")));
     println!("| {name} | {count} | {} |", cells.join(" | "));
     Some(pairs.iter().all(|apart| apart.is_some_and(|frames| frames <= 1.0 + 1e-6)))
 }
@@ -100,7 +101,7 @@ fn shortcomings(name: &str, fps: f64, report: &FixReport) -> Vec<String> {
 
 fn settled_well(cases: impl IntoIterator<Item = (&'static str, f64)>) -> Option<()> {
     println!(
-        "| clip | Hz | frames | skate mm/s | in the stances as they were | penetration mm | float mm | joints moved mm | most |"
+        "| clip | Hz | frames | skate mm/s | in the original stances | penetration mm | float mm | joints moved mm | most |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut all = Vec::new();

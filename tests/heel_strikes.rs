@@ -9,10 +9,10 @@
 
 mod support;
 
-use skiagraph::body::retarget::{RetargetOptions, retarget};
 use skiagraph::body::shipped;
 use skiagraph::contact::{ContactRule, GroundContacts};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::retarget::{RetargetOptions, retarget};
 
 /// Clip; frames of the left and of the right foot's heel strikes, from 0 at 120 Hz, those of the first 50 ms left out.
 const LABELS: [(&str, [&[usize]; 2]); 2] =

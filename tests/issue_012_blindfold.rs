@@ -8,9 +8,10 @@ use std::path::PathBuf;
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use serde_json::Value;
-use skiagraph::benchmark_set::{Array, BenchmarkSet, BlindSet, Npz, Training, Values, find_leaks};
-use skiagraph::body::retarget::MotionFingerprint;
+use skiagraph::benchmark_set::{BenchmarkSet, BlindSet, Training, find_leaks};
 use skiagraph::mocap::{Clip, ReadOptions, read};
+use skiagraph::npz::{Array, Npz, Values};
+use skiagraph::retarget::MotionFingerprint;
 
 struct Room(tempfile::TempDir);
 
@@ -211,7 +212,7 @@ fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_model
         .collect();
     room.write("old.model", old.to_bytes("m").unwrap());
     let (_, said) = room.run(&format!("run small.toml {} --out old", on("old.model")));
-    assert!(said.contains("old.model has no fingerprint of what it learned from"), "{said}");
+    assert!(said.contains("old.model has no motion fingerprints"), "{said}");
 
     let said = room.succeed(&format!("run small.toml {} --out fine", on("run.model")));
     assert!(said.contains("learned from: run.model: embedded:run"), "{said}");

@@ -119,11 +119,7 @@ fn props_bodies_and_images_of_no_earthly_size_in_a_set() {
         let text = String::from_utf8(bytes).unwrap();
         text.replace("\"width\": 80", "\"width\": 16384").replace("\"height\": 60", "\"height\": 16384").into_bytes()
     });
-    assert_refused(
-        folder.path(),
-        &["inspect", "set"],
-        &["set/cameras.json: ", "150000000 pixels of all images together"],
-    );
+    assert_refused(folder.path(), &["inspect", "set"], &["set/cameras.json: ", "150000000 pixels in total"]);
 }
 
 /// An archive of stored entries: names, and the bytes of each; all local headers at `offsets` if there are any.

@@ -7,10 +7,11 @@ use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose as Place, Rotation, Vector};
 use parry3d::shape::{Ball, Cuboid, Cylinder, Shape};
 use proptest::prelude::*;
-use skiagraph::body::retarget::{RetargetOptions, retarget};
 use skiagraph::body::{Flesh, Humanoid, Motion, Pose, shipped};
-use skiagraph::contact::{ContactRule, fix};
+use skiagraph::contact::ContactRule;
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::physics::fix;
+use skiagraph::retarget::{RetargetOptions, retarget};
 
 /// What the documentation of `fix` promises, metres; parry's single precision is a hundred times finer.
 const TOLERANCE: f64 = 1e-4;

@@ -37,7 +37,7 @@ fn inputs_are_never_replaced_whatever_the_user_asks_for() {
         for force in [None, Some("--force")] {
             let answer = room.skiagraph(arguments.split(' ').chain(force));
             assert_eq!(answer.code, 2, "{arguments}: {}", answer.stderr);
-            assert!(answer.stderr.contains("the command reads "), "{arguments}: {}", answer.stderr);
+            assert!(answer.stderr.contains("which the command reads"), "{arguments}: {}", answer.stderr);
         }
     }
     assert_eq!(room.entries(), before);
@@ -60,7 +60,7 @@ fn what_others_wrote_is_refused_and_with_force_moved_aside() {
         room.write(name, "<html>years of work");
         let refused = room.skiagraph(arguments.split(' '));
         assert!(
-            refused.code == 2 && refused.stderr.contains("not a result of ours"),
+            refused.code == 2 && refused.stderr.contains("not an unchanged skiagraph result"),
             "{arguments}: {}",
             refused.stderr
         );
@@ -75,7 +75,7 @@ fn what_others_wrote_is_refused_and_with_force_moved_aside() {
     std::fs::create_dir(room.path("estimates")).unwrap();
     room.write("estimates/poses.npz", "years of work");
     let refused = room.skiagraph(["run", "tiny.toml", "--out", "estimates"]);
-    assert!(refused.code == 2 && refused.stderr.contains("not a result of ours"), "{}", refused.stderr);
+    assert!(refused.code == 2 && refused.stderr.contains("not an unchanged skiagraph result"), "{}", refused.stderr);
     assert_eq!(room.read("estimates/poses.npz"), b"years of work");
 }
 
@@ -211,7 +211,7 @@ mod signals {
         send("-INT", &child);
         assert_eq!(child.wait().unwrap().code(), Some(130));
         let said = said(child);
-        assert!(said.contains("what is learned is kept in a.model.partial"), "{said}");
+        assert!(said.contains("progress is saved in a.model.partial"), "{said}");
         assert_eq!(room.entries(), ["a.model.partial"]);
     }
 
@@ -243,7 +243,7 @@ mod signals {
         wait_until(&mut first, || below(&room, ".set.partial", ""));
         let second = room.skiagraph(["render", "tiny.toml", "--out", "./set"]);
         assert_eq!(second.code, 75, "{}", second.stderr);
-        assert!(second.stderr.contains("set: another skiagraph is writing here now"), "{}", second.stderr);
+        assert!(second.stderr.contains("set: another skiagraph process is writing here"), "{}", second.stderr);
         room.succeed("render tiny.toml --out beside -q");
         assert_eq!(first.wait().unwrap().code(), Some(0));
         assert_eq!(room.entries(), ["beside", "set", "tiny.toml"]);

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use skiagraph::experiment::{Destination, ScenarioFile, Unwatched, check, run};
+use skiagraph::experiment::{Destination, Unwatched, check, run};
 use skiagraph::report::Grade;
+use skiagraph::scenario::ScenarioFile;
 
 fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
@@ -40,7 +41,8 @@ fn an_answer_that_is_off_by_149_mm_in_every_frame_is_not_said_to_follow() {
 #[test]
 fn legs_that_lose_each_other_among_props_are_not_good() {
     let room = tempfile::tempdir().unwrap();
-    let (record, page, grade) = ran("scenarios/smoke/props.toml", &[], &room.path().join("props"));
+    // the algorithm as printed, which loses them; with refinement they are found
+    let (record, page, grade) = ran("scenarios/smoke/props.toml", &["paper=true"], &room.path().join("props"));
     assert!(grade > Grade::Good, "{}", record["verdict"]);
     assert!(record["metrics"]["limb_swaps"]["mean"].as_f64().is_some());
     let cause = record["verdict"]["cause"].as_str().unwrap();
@@ -64,7 +66,7 @@ fn whole_clip_metrics_have_no_spread_and_nothing_lost_has_no_time_of_loss() {
     assert!(metrics["humaneva_mm"]["ci95"].is_null());
     let protocol = |name: &str| metrics[name]["protocol"].as_str().unwrap().to_owned();
     assert!(protocol("contact_f1").contains("at most 20 mm high and 0.25 m/s fast"), "{}", protocol("contact_f1"));
-    assert!(protocol("slip_per_stance_mm").contains("speed of the material point"));
+    assert!(protocol("slip_per_stance_mm").contains("speed of the lowest material point"));
     assert!(protocol("residual_wrench_body_weights").contains("9.80665 m/s^2"));
 }
 

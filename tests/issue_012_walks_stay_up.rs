@@ -3,10 +3,10 @@
 
 mod support;
 
-use skiagraph::body::retarget::{RetargetOptions, retarget};
 use skiagraph::body::shipped;
-use skiagraph::contact::{SimulationReport, SimulationSettings, simulate};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::physics::{SimulationReport, SimulationSettings, simulate};
+use skiagraph::retarget::{RetargetOptions, retarget};
 
 /// A clip on a robot at 60 Hz as a scenario has it: first resampled, then retargeted.
 fn simulated(clip: &str, robot: &str, root_wrench: f64) -> Option<SimulationReport> {

@@ -278,7 +278,7 @@ fn a_header_that_disagrees_with_the_rows_by_more_than_two_is_refused() {
     for frames in [2750, 2751, 2753, 2754] {
         let clip = with_header(frames).unwrap();
         assert_eq!(clip.frames.len(), 2752);
-        let note = format!("the header announces {frames} frames, the file has 2752 rows: all rows are taken");
+        let note = format!("the header announces {frames} frames, the file has 2752 rows: all rows are used");
         assert!(clip.notes.contains(&note), "{:?}", clip.notes);
     }
     assert_eq!(

@@ -5,11 +5,11 @@ mod support;
 
 use std::collections::BTreeMap;
 
-use skiagraph::body::retarget::{
-    FitOptions, RetargetOptions, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
-};
 use skiagraph::body::{Landmark, Markers, shipped};
 use skiagraph::mocap::{Clip, ReadOptions, read};
+use skiagraph::retarget::{
+    FitOptions, RetargetOptions, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
+};
 
 const THINNING: usize = 6;
 

@@ -6,11 +6,10 @@ use std::process::Command;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use skiagraph::benchmark_set::{
-    Array, BenchmarkSet, EstimatedSequence, Estimates, Npz, SetParts, Start, Training, TruthFacts, Values,
-};
+use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence, Estimates, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Humanoid, Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph::npz::{Array, Npz, Values};
 use skiagraph::observation::Observer;
 use skiagraph::scene::GroundTruth;
 

@@ -2,10 +2,10 @@
 
 mod support;
 
-use skiagraph::body::retarget::{RetargetOptions, retarget};
 use skiagraph::body::shipped;
-use skiagraph::contact::{SimulationSettings, simulate};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::physics::{SimulationSettings, simulate};
+use skiagraph::retarget::{RetargetOptions, retarget};
 
 /// The left arm of this recording is lost in its first two frames.
 #[test]

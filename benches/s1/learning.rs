@@ -5,8 +5,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use skiagraph::experiment::{Models, ScenarioFile, Staged, Unwatched};
+use skiagraph::experiment::{Models, Staged, Unwatched};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
+use skiagraph::scenario::ScenarioFile;
 
 use super::best_latent::best_latent;
 

@@ -22,7 +22,7 @@ pub(crate) struct Measured {
 pub(crate) const ERROR: &str = "humaneva_mm";
 
 const INTRODUCTION: &str = "CMU recordings stand in place of HumanEva's, resampled to 60 Hz; training and test frames are apart; silhouettes \
-    are clean. *The paper* is the one that introduced GPDM graphs for one camera (Xu, Takagi and Sakazawa 2012). Its figures are a reference, \
+    are clean. *The paper* is the one that introduced GPDM graphs for one camera, [GPDM graph] of `REFERENCES.md`. Its figures are a reference, \
     not a like for like comparison: subject, recording and images differ. What was tried before, and on which other takes, is told in \
     [`s1-notes.md`](s1-notes.md).\n";
 

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use skiagraph::evaluation::Summary;
-use skiagraph::experiment::{Compared, Destination, ScenarioFile, Staged, Unwatched, compare};
+use skiagraph::experiment::{Compared, Destination, Staged, Unwatched, compare};
 use skiagraph::report::ComparedMethod;
+use skiagraph::scenario::ScenarioFile;
 
 use super::units::Unit;
 

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use skiagraph::experiment::ScenarioFile;
+use skiagraph::scenario::ScenarioFile;
 
 /// A motion that is tracked.
 pub(crate) struct Subject {

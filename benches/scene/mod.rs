@@ -52,9 +52,19 @@ pub(crate) fn seen(body: &Humanoid, rig: &CameraRig) -> Observation {
 
 /// A filter that has started on the standing person.
 pub(crate) fn filter<L: Likelihood>(body: &Humanoid, likelihood: L) -> AnnealedParticleFilter<Diffusion, L> {
+    filter_of(SETTINGS.particles, body, likelihood)
+}
+
+/// The same with another number of particles.
+pub(crate) fn filter_of<L: Likelihood>(
+    particles: usize,
+    body: &Humanoid,
+    likelihood: L,
+) -> AnnealedParticleFilter<Diffusion, L> {
+    let settings = FilterSettings { particles, ..SETTINGS };
     let scales = ProposalScales::for_human(body, 60.0);
     let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("sound scales");
-    let mut filter = AnnealedParticleFilter::new(SETTINGS, model, likelihood, 1).expect("sound settings");
+    let mut filter = AnnealedParticleFilter::new(settings, model, likelihood, 1).expect("sound settings");
     filter.start(&standing(body));
     filter
 }

@@ -150,7 +150,8 @@ impl BodyRecord {
         let mut markers = [None; LANDMARKS.len()];
         for (name, marker) in self.markers {
             let landmark = LANDMARKS.iter().position(|l| l.name() == name);
-            let slot = landmark.ok_or_else(|| format!("marker {:?} is none of HumanEva's fifteen", excerpt(&name)))?;
+            let slot =
+                landmark.ok_or_else(|| format!("marker {:?} is not one of HumanEva's fifteen", excerpt(&name)))?;
             if marker.link >= self.links.len() {
                 return Err(format!("marker {name:?}: there is no link {}", marker.link));
             }
@@ -223,7 +224,7 @@ impl FleshRecord {
             }
             Self::Mesh { vertices, triangles } => {
                 if triangles.as_flattened().iter().any(|v| *v as usize >= vertices.len()) {
-                    return Err("a triangle names a vertex that is not there".to_string());
+                    return Err("a triangle refers to a vertex that does not exist".to_string());
                 }
                 Flesh::Mesh { vertices: vertices.into_iter().map(Point3::from).collect(), triangles }
             }

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::body::Humanoid;
-use crate::contact::{FixReport, GroundQuality, SimulationReport, SimulationSettings};
+use crate::contact::GroundQuality;
+use crate::physics::{FixReport, SimulationReport, SimulationSettings};
 
 /// How the truth came to stand on the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -85,7 +86,7 @@ impl ContactFacts {
     /// Of a motion of `body` that was simulated.
     pub fn simulated(body: &Humanoid, settings: &SimulationSettings, report: &SimulationReport) -> Self {
         let name = |link: usize| body.links.get(link).map_or_else(String::new, |link| link.name.clone());
-        let push = |push: &crate::contact::Push| PushFacts {
+        let push = |push: &crate::physics::Push| PushFacts {
             at_s: push.at_s,
             link: name(push.link),
             impulse_ns: push.impulse_ns,

@@ -34,13 +34,11 @@
 //! | `beyond_limits`, `too_fast` | (T) | how many degrees of freedom are beyond their limits, and faster than their greatest speed |
 //! | `mass` | () | of the actor, kg |
 
-use super::{Array, Npz};
 use crate::body::LinkFrames;
-use crate::contact::{
-    ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContacts, LinkPair, PropContact,
-    PropContacts, SelfCollision,
-};
+use crate::contact::{ContactRule, ContactTrack, GroundContacts, LinkPair, PropContact, PropContacts, SelfCollision};
+use crate::npz::{Array, Npz};
 use crate::parallel;
+use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::scene::GroundTruth;
 
 pub(super) const PATH: &str = "truth/contact.npz";
@@ -153,10 +151,10 @@ mod tests {
     use super::*;
     use nalgebra::Point3;
 
-    use crate::benchmark_set::Values;
     use crate::benchmark_set::fixture::small_set;
     use crate::body::Inertia;
     use crate::contact::GroundContacts;
+    use crate::npz::Values;
 
     #[test]
     fn the_file_holds_what_contact_says_of_the_truth() {

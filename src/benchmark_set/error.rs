@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::input::plain;
+use crate::npz::NpzError;
 
 /// Why a set could not be made, written, read or believed.
 #[derive(Debug, thiserror::Error)]
@@ -13,13 +14,13 @@ pub enum SetError {
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// What was tried, as in "cannot ...".
+        /// The failed action, as in "cannot ...".
         action: &'static str,
-        /// What the operating system answered.
+        /// The operating system's error.
         source: io::Error,
     },
     /// The directory is not a whole set.
-    #[error("{} is not a whole benchmark set: {}", plain(path.display()), plain(detail))]
+    #[error("{} is not a complete benchmark set: {}", plain(path.display()), plain(detail))]
     NotASet {
         /// The directory.
         path: PathBuf,
@@ -28,7 +29,7 @@ pub enum SetError {
     },
     /// A file is not the one that was written.
     #[error(
-        "{} was changed or cut short: its SHA-256 is {found}, the set lists {listed}; get the set again",
+        "{} was changed or truncated: its SHA-256 is {found}, the set lists {listed}; get the set again",
         plain(file)
     )]
     Tampered {
@@ -57,10 +58,10 @@ pub enum SetError {
         detail: String,
     },
     /// Whoever asked for the work wanted no more of it.
-    #[error("stopped before the set was whole")]
+    #[error("stopped before the set was complete")]
     Stopped,
     /// The parts of a set do not fit together.
-    #[error("these parts make no set: {}", plain(detail))]
+    #[error("inconsistent parts of a set: {}", plain(detail))]
     Inconsistent {
         /// What does not fit.
         detail: String,
@@ -90,5 +91,11 @@ impl SetError {
 
     pub(super) fn inconsistent(detail: impl Into<String>) -> Self {
         Self::Inconsistent { detail: detail.into() }
+    }
+}
+
+impl From<NpzError> for SetError {
+    fn from(NpzError { file, detail }: NpzError) -> Self {
+        Self::Malformed { file, detail }
     }
 }

@@ -21,10 +21,10 @@
 
 use nalgebra::{Isometry3, Point3};
 
-use super::rigid;
 use super::truth_file::{marker_numbers, push_poses};
-use super::{Array, Npz, SetError};
+use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
+use crate::npz::{Array, Npz};
 use crate::scene::GroundTruth;
 
 /// What a tracker estimated: one sequence for every seed.
@@ -129,7 +129,7 @@ impl Estimates {
             push_joints(&mut npz, "truth_", &shape, &truth.actor, poses.map(Some));
             push_markers(&mut npz, "truth_", &shape, truth.frames.iter().map(|f| &f.markers));
         }
-        npz.to_bytes(file)
+        Ok(npz.to_bytes(file)?)
     }
 
     fn check(&self, file: &str, body: &Humanoid, truth: Option<&GroundTruth>) -> Result<(), SetError> {

@@ -3,8 +3,9 @@
 use nalgebra::{DVector, Isometry3, Point3};
 
 use super::estimates::{Articulation, EstimatedSequence, Estimates, Place};
-use super::{Npz, SetError, rigid};
+use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
+use crate::npz::Npz;
 
 /// By how much two statements of one place may differ, metres: single precision far from the origin stays below it.
 const AGREEMENT_M: f64 = 0.001;
@@ -133,8 +134,7 @@ impl Reader<'_> {
         let order = match self.npz.names(self.file, "estimate_angle_names")? {
             Some(names) => self.order("estimate_angle_names", names, &known)?,
             None => {
-                let note =
-                    "has no estimate_angle_names: its angles are taken in the order of angle_names in start/start.json";
+                let note = "has no estimate_angle_names: the order of angle_names in start/start.json is assumed";
                 self.notes.push(format!("{} {note}", self.file));
                 (0..degrees).collect()
             }
@@ -162,7 +162,7 @@ impl Reader<'_> {
             _ => Err(self.refuse_row(
                 "estimate_root",
                 row,
-                "one of root and angles is NaN and the other is not; a frame without an estimate has neither",
+                "one of root and angles is NaN and the other is not; in a frame without an estimate both must be NaN",
             )),
         });
         pose.collect()
@@ -202,7 +202,7 @@ impl Reader<'_> {
                 return Err(self.refuse(&format!("{array}: {} is not {}", quoted(name), known.kind)));
             };
             if std::mem::replace(&mut taken[index], true) {
-                return Err(self.refuse(&format!("{array}: {} stands twice", quoted(name))));
+                return Err(self.refuse(&format!("{array}: {} appears twice", quoted(name))));
             }
             order.push(index);
         }
@@ -210,7 +210,7 @@ impl Reader<'_> {
         match missing {
             Some(index) => {
                 let (name, kind) = (quoted(known.names[index]), known.kind);
-                Err(self.refuse(&format!("{array}: {name} is missing, which is {kind}")))
+                Err(self.refuse(&format!("{array}: {name} is missing; it is {kind}")))
             }
             None => Ok(order),
         }
@@ -280,7 +280,7 @@ impl Reader<'_> {
         if !absent.is_empty() {
             let count = LANDMARKS.len() - absent.len();
             self.notes.push(format!(
-                "{} gives {count} of the {} markers; it has nothing on {}",
+                "{} gives {count} of the {} markers; missing: {}",
                 self.file,
                 LANDMARKS.len(),
                 absent.join(", ")
@@ -290,7 +290,7 @@ impl Reader<'_> {
 
     /// The numbers of an array whose first axes are seeds and frames.
     fn numbers(&self, name: &str, rest: &[Option<usize>]) -> Result<Vec<f64>, SetError> {
-        self.npz.numbers(self.file, name, &[&[Some(self.seeds.len()), Some(self.frames)], rest].concat())
+        Ok(self.npz.numbers(self.file, name, &[&[Some(self.seeds.len()), Some(self.frames)], rest].concat())?)
     }
 
     /// Whether a row holds an estimate: all of it finite, or all of it NaN.
@@ -333,8 +333,8 @@ struct Given<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmark_set::{Array, Values};
     use crate::body::fixture::{person, walk};
+    use crate::npz::{Array, Values};
 
     const NAN: f64 = f64::NAN;
 
@@ -416,7 +416,7 @@ mod tests {
             .unwrap_err()
         };
         assert!(named(angle_names(&[0, 1, 2, 3, 4])).contains("\"right_leg\" is missing"));
-        assert!(named(angle_names(&[0, 1, 2, 3, 4, 4])).contains("\"right_forearm\" stands twice"));
+        assert!(named(angle_names(&[0, 1, 2, 3, 4, 4])).contains("\"right_forearm\" appears twice"));
         assert!(named(Array::names(["left_upper_arm", "elbow"])).contains("\"elbow\" is not a degree of freedom"));
         let long = "x".repeat(5000);
         assert!(named(Array::names([long.as_str()])).len() < 300);
@@ -544,6 +544,6 @@ mod tests {
             assert!((found.rotation.norm() - 1.0).abs() < 1e-12);
             assert!((found.inverse() * truth).rotation.angle() < 1e-6);
         }
-        assert!(read(&[("estimate_root", with(root_rows(), 3, 2.0))]).unwrap_err().contains("no rigid transform"));
+        assert!(read(&[("estimate_root", with(root_rows(), 3, 2.0))]).unwrap_err().contains("not a rigid transform"));
     }
 }

@@ -11,10 +11,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
 
 use super::SetError;
-use crate::input::{self, limits};
+use crate::input::{self, hex_sha256, limits};
 use crate::parallel;
 
 pub(super) const LISTING: &str = "files.sha256";
@@ -183,10 +182,6 @@ fn unless(stop: Stop<'_>) -> Result<(), SetError> {
     if stop() { Err(SetError::Stopped) } else { Ok(()) }
 }
 
-fn hex_sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// The greatest size of a file of a set.
 fn limit_of(path: &str) -> u64 {
     match path.rsplit('.').next() {
@@ -280,7 +275,7 @@ mod tests {
         assert_eq!(&*files.read("deep/er/b.bin").unwrap(), b"two");
         fs::write(directory.path().join("deep/er/b.bin"), "twn").unwrap();
         for error in [files.read("deep/er/b.bin").map(|_| ()).unwrap_err(), files.verify().unwrap_err()] {
-            assert!(error.to_string().starts_with("deep/er/b.bin was changed or cut short"), "{error}");
+            assert!(error.to_string().starts_with("deep/er/b.bin was changed or truncated"), "{error}");
         }
     }
 

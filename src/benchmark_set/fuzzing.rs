@@ -1,8 +1,8 @@
 //! Readers of single files of a set, for `fuzz/`: in a set they stand behind checksums, which no random change gets past.
 
 use super::manifest::BlindManifest;
-use super::{SetError, TrainingMotions, cameras_file, manifest, props_file};
-use crate::body::Prop;
+use super::{SetError, StepSpread, TrainingMotions, cameras_file, manifest, props_file};
+use crate::body::{Humanoid, Prop};
 use crate::camera::CameraRig;
 
 /// Reads a `set.toml`, and the same bytes as a `truth/facts.toml`.
@@ -36,4 +36,12 @@ pub fn props(bytes: &[u8]) -> Result<Vec<Prop>, SetError> {
 /// As [`manifest()`].
 pub fn training(bytes: &[u8], degrees: usize) -> Result<TrainingMotions, SetError> {
     TrainingMotions::from_npz(bytes, degrees)
+}
+
+/// Reads a `start/spread.npz` for this body.
+///
+/// # Errors
+/// As [`manifest()`].
+pub fn spread(bytes: &[u8], body: &Humanoid) -> Result<StepSpread, SetError> {
+    StepSpread::from_npz(bytes, body)
 }

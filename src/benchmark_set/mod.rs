@@ -21,9 +21,6 @@ pub mod fuzzing;
 mod json;
 mod leaks;
 mod manifest;
-mod npy;
-mod npy_element;
-mod npz;
 mod props_file;
 mod recording_file;
 mod rigid;
@@ -42,8 +39,6 @@ pub use estimates::{Articulation, EstimatedSequence, Estimates};
 pub use exr_layers::{Layer, layer_channels};
 pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;
-pub use npy::{Array, Values};
-pub use npz::Npz;
 pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };

@@ -12,8 +12,9 @@
 //! | `fingerprint_rows` | (n) | frames of every recording in it; 0 where there is no fingerprint |
 //! | `fingerprint_version` | () | 1 |
 
-use super::{Array, Npz, SetError, Values};
-use crate::body::retarget::{FINGERPRINT_DISTANCES, MotionFingerprint};
+use super::SetError;
+use crate::npz::{Array, Npz, Values};
+use crate::retarget::{FINGERPRINT_DISTANCES, MotionFingerprint};
 
 pub(super) const PATH: &str = "truth/recording.npz";
 
@@ -77,7 +78,7 @@ pub fn recordings_to_npz(file: &str, recordings: &[SourceRecording]) -> Result<V
         ("frames", Array::new(&[recordings.len(), 2], frames)),
     ]);
     push_fingerprints(&mut npz, recordings.iter().map(|r| r.fingerprint.as_ref()));
-    npz.to_bytes(file)
+    Ok(npz.to_bytes(file)?)
 }
 
 pub(super) use self::recordings_to_npz as to_npz;

@@ -31,7 +31,7 @@ pub(super) fn from_row(row: &[f64; 7]) -> Result<Isometry3<f64>, String> {
     // a comparison that NaN fails
     if !((quaternion.norm() - 1.0).abs() < 1e-9 && [x, y, z].iter().all(|c| c.abs() <= FARTHEST)) {
         return Err(format!(
-            "{row:?} is no rigid transform; expected x y z within {FARTHEST} m and a unit quaternion w x y z"
+            "{row:?} is not a rigid transform; expected x y z within {FARTHEST} m and a unit quaternion w x y z"
         ));
     }
     Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z)), Unit::new_unchecked(quaternion)))

@@ -9,11 +9,12 @@ use super::files::{self, LISTING, SetFiles, Sink, Stop};
 use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, Npz, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file,
-    recording_file, silhouette_png, truth_file,
+    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file, recording_file,
+    silhouette_png, truth_file,
 };
 use crate::body::Motion;
 use crate::camera::{Camera, CameraRig};
+use crate::npz::Npz;
 use crate::observation::{Observation, Observer};
 use crate::parallel;
 use crate::scene::GroundTruth;
@@ -292,7 +293,10 @@ impl SetParts<'_> {
             return Err(SetError::inconsistent(format!("{frames} frames; expected 1 to {}", manifest::MOST_FRAMES)));
         }
         if truth.frames.iter().any(|f| f.in_view.len() != cameras.len() || f.visible.len() != cameras.len()) {
-            return Err(SetError::inconsistent(format!("the truth was not made for these {} cameras", cameras.len())));
+            return Err(SetError::inconsistent(format!(
+                "the ground truth does not fit these {} cameras",
+                cameras.len()
+            )));
         }
         if let Some(motion) = self.refitted.filter(|m| m.poses.len() != frames) {
             let detail = format!("{} refitted poses for {frames} frames", motion.poses.len());
@@ -397,7 +401,7 @@ mod tests {
             broken[whole.len() / 2] ^= 1;
             fs::write(&path, broken).unwrap();
             let error = verify_hashes(directory.path()).unwrap_err().to_string();
-            assert!(error.starts_with(&format!("{} was changed or cut short", path.display())), "{error}");
+            assert!(error.starts_with(&format!("{} was changed or truncated", path.display())), "{error}");
             fs::write(&path, &whole[..whole.len() - 1]).unwrap();
             assert!(verify_hashes(directory.path()).is_err());
             fs::write(&path, whole).unwrap();
@@ -414,7 +418,7 @@ mod tests {
             TruthSet::read(directory.path()).map(|_| ()).unwrap_err(),
             verify_hashes(directory.path()).unwrap_err(),
         ] {
-            assert!(error.to_string().contains("is not a whole benchmark set: it has no files.sha256"), "{error}");
+            assert!(error.to_string().contains("is not a complete benchmark set: it has no files.sha256"), "{error}");
         }
         let nowhere = BlindSet::read(&directory.path().join("nowhere")).unwrap_err().to_string();
         assert!(nowhere.contains("cannot read: No such file"), "{nowhere}");
@@ -479,7 +483,7 @@ mod tests {
             BenchmarkSet::assemble(parts, |frame| blind.observation(frame).unwrap()).unwrap_err().to_string()
         };
         let two = CameraRig { cameras: blind.rig.cameras[..2].to_vec() };
-        assert!(refused(&SetParts { rig: &two, ..parts }).contains("not made for these 2 cameras"));
+        assert!(refused(&SetParts { rig: &two, ..parts }).contains("does not fit these 2 cameras"));
         let mut start = blind.start.clone();
         start.pose.joint_angles = nalgebra::DVector::zeros(3);
         assert!(refused(&SetParts { start: &start, ..parts }).contains("start and refitted poses"));

@@ -9,8 +9,9 @@
 //!
 //! The two horizontal directions share one value, so that not even the direction of travel is told.
 
-use super::{Array, Npz, SetError};
+use super::SetError;
 use crate::body::{Humanoid, ROOT_STEP};
+use crate::npz::{Array, Npz};
 
 pub(super) const PATH: &str = "start/spread.npz";
 
@@ -37,7 +38,7 @@ impl StepSpread {
             ("change_of_change", Array::new(&[self.change_of_change.len()], self.change_of_change.clone())),
             ("names", Array::names(ROOT_NAMES.into_iter().chain(angles))),
         ]);
-        npz.to_bytes(PATH)
+        Ok(npz.to_bytes(PATH)?)
     }
 
     pub(super) fn from_npz(bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {

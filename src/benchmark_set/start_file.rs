@@ -61,8 +61,7 @@ impl Start {
         let degrees = body.degrees_of_freedom.len();
         let names = body.degrees_of_freedom.iter().map(|d| &d.name);
         if record.angles.len() != degrees || !record.angle_names.iter().eq(names) {
-            let detail =
-                format!("angles and angle_names must be those of the {degrees} degrees of freedom of {BODY_PATH}");
+            let detail = format!("angles and angle_names must match the {degrees} degrees of freedom of {BODY_PATH}");
             return Err(SetError::malformed(PATH, detail));
         }
         let world_from_root = record.root.transform().map_err(|e| SetError::malformed(PATH, e))?;

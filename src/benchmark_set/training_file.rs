@@ -4,8 +4,9 @@
 
 use super::manifest::check_rate;
 use super::truth_file::{push_poses, read_poses};
-use super::{Array, Npz, SetError, StepSpread, Values};
+use super::{SetError, StepSpread};
 use crate::body::{Humanoid, Motion};
+use crate::npz::{Array, Npz, Values};
 
 pub(super) const PATH: &str = "start/training.npz";
 
@@ -70,7 +71,7 @@ impl TrainingMotions {
     pub(super) fn to_npz(&self, body: &Humanoid) -> Result<Vec<u8>, SetError> {
         let rate = self.motions.first().map_or(f64::NAN, |motion| motion.frames_per_second);
         if self.motions.is_empty() || self.motions.iter().any(|m| m.frames_per_second != rate || m.poses.is_empty()) {
-            return Err(SetError::inconsistent("training needs motions of one rate, none without a frame"));
+            return Err(SetError::inconsistent("all training motions need the same rate and at least one frame"));
         }
         let frames = self.motions.iter().map(|motion| motion.poses.len()).sum();
         let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![rate]))]);
@@ -82,14 +83,14 @@ impl TrainingMotions {
         if !self.sources.is_empty() {
             npz.push("sources", Array::names(self.sources.iter().map(String::as_str)));
         }
-        npz.to_bytes(PATH)
+        Ok(npz.to_bytes(PATH)?)
     }
 
     pub(super) fn from_npz(bytes: &[u8], degrees: usize) -> Result<Self, SetError> {
         let npz = Npz::from_bytes(PATH, bytes)?;
         if npz.get("of_the_test").is_some() {
-            let detail = "holds the poses of the test, as older versions of skiagraph wrote them where no tracker may see them; \
-                          render the set again";
+            let detail = "contains poses of the test, which trackers must not see (written by an older version of \
+                skiagraph); render the set again";
             return Err(SetError::malformed(PATH, detail));
         }
         let mut poses = read_poses(&npz, PATH, "", Some(degrees))?;
@@ -143,7 +144,7 @@ mod tests {
         npz.push("of_the_test", Array::new(&[], vec![true]));
         let error = TrainingMotions::from_npz(&npz.to_bytes(PATH).unwrap(), body.degrees_of_freedom.len());
         let error = error.unwrap_err().to_string();
-        assert!(error.starts_with("start/training.npz: holds the poses of the test"), "{error}");
+        assert!(error.starts_with("start/training.npz: contains poses of the test"), "{error}");
     }
 
     #[test]

@@ -16,10 +16,10 @@
 use nalgebra::{DVector, Point3};
 
 use super::manifest::check_rate;
-use super::rigid;
-use super::{Array, Npz, SetError};
+use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
+use crate::npz::{Array, Npz};
 use crate::scene::{GroundTruth, TruthFrame};
 
 pub(super) const PATH: &str = "truth/truth.npz";

@@ -1,5 +1,4 @@
-//! What a body may hold, wherever it was read: beyond these numbers geometry and simulation, partly in single precision, make no
-//! sense.
+//! Limits of bodies from any source. Beyond them geometry and simulation, partly in single precision, are meaningless.
 
 use nalgebra::Point3;
 
@@ -25,7 +24,7 @@ const GREATEST_INERTIA: f64 = 1e12;
 const GREATEST_DRIVE: f64 = 1e6;
 
 impl Humanoid {
-    /// What of the body is out of bounds, if anything: which link or joint, what was expected and what was found.
+    /// The first value out of bounds, if any: the link or joint, the expected range and the value.
     pub(crate) fn check_bounds(&self) -> Result<(), String> {
         at_most(self.links.len(), MOST_LINKS, "links")?;
         at_most(self.links.iter().map(|link| link.flesh.len()).sum(), MOST_SOLIDS, "solids")?;
@@ -65,7 +64,7 @@ impl Humanoid {
 }
 
 impl Flesh {
-    /// What of the solid is out of bounds, if anything.
+    /// The first value of the solid out of bounds, if any.
     pub(crate) fn check_bounds(&self) -> Result<(), String> {
         let sized = |size: f64| within("a solid of size", size, 0.0, GREATEST_SIZE, "m");
         match self {
@@ -96,15 +95,15 @@ fn at_most(found: usize, most: usize, what: &str) -> Result<(), String> {
 }
 
 fn near(point: &Point3<f64>) -> Result<(), String> {
-    within("a place at", point.iter().map(|x| x.abs()).fold(0.0, greater), 0.0, FARTHEST, "m")
+    within("a position of", point.iter().map(|x| x.abs()).fold(0.0, greater), 0.0, FARTHEST, "m")
 }
 
-/// The greater number; NaN where one is.
+/// The greater number; NaN if either is NaN.
 fn greater(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
-/// NaN lies nowhere.
+/// NaN is never within.
 fn within(what: &str, value: f64, least: f64, most: f64, unit: &str) -> Result<(), String> {
     if (least..=most).contains(&value) {
         return Ok(());
@@ -131,7 +130,7 @@ mod tests {
         let mass = refused(&|body| body.links[3].inertia.as_mut().unwrap().mass = f64::NAN);
         assert!(mass.contains("a mass NaN kg; expected 0 to 1000000 kg"), "{mass}");
         let far = refused(&|body| body.joints[2].parent_from_joint.translation.x = 1e20);
-        assert!(far.starts_with("joint `") && far.contains("a place at 1e20 m"), "{far}");
+        assert!(far.starts_with("joint `") && far.contains("a position of 1e20 m"), "{far}");
         let long = refused(&|body| body.links[1].name = "x".repeat(100_000));
         assert_eq!(long, "100000 characters of a name; expected at most 210");
     }

@@ -1,4 +1,4 @@
-//! The solids that cast a body's shadow.
+//! The solids of a body, as cameras see them.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -7,7 +7,7 @@ use crate::raster::TaperedCapsule;
 /// One solid on a link, in the link's frame; metres.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Flesh {
-    /// A ball, a capsule or a cone with ball ends.
+    /// A sphere, a capsule or a tapered capsule.
     TaperedCapsule(TaperedCapsule),
     /// A box.
     Box {

@@ -8,26 +8,26 @@ use super::{Flesh, LANDMARKS, LinkPoint};
 /// root, joint `i` moves link `i + 1`, every axis is unit length, every limit is ordered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Humanoid {
-    /// The robot's name as its URDF says.
+    /// The robot's name in its URDF.
     pub name: String,
     /// All links, root first.
     pub links: Vec<Link>,
     /// `joints[i]` carries `links[i + 1]`.
     pub joints: Vec<Joint>,
-    /// The numbers that a [`super::Pose`] holds, in its order.
+    /// The numbers of a [`super::Pose`], in its order.
     pub degrees_of_freedom: Vec<DegreeOfFreedom>,
-    /// Where the virtual markers sit, in the order of [`LANDMARKS`]; `None` where this body does not say.
+    /// Positions of the virtual markers, in the order of [`LANDMARKS`]; `None` for markers that this body lacks.
     pub markers: [Option<LinkPoint>; LANDMARKS.len()],
-    /// What a reader should be told about its file: limits that were assumed, joints that are locked.
+    /// Notes about its file: limits that were assumed, joints that are locked.
     pub notes: Vec<String>,
 }
 
-/// A rigid part of the body. Links without mass or flesh stand between the axes of a compound joint.
+/// A rigid part of the body. Links without mass and geometry connect the axes of a compound joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Unique name.
     pub name: String,
-    /// What casts the shadow, in the link's frame.
+    /// The link's geometry, in the link's frame.
     pub flesh: Vec<Flesh>,
     /// Mass and inertia; `None` for a massless link.
     pub inertia: Option<Inertia>,
@@ -44,7 +44,7 @@ pub struct Inertia {
     pub tensor: Matrix3<f64>,
 }
 
-/// What connects `links[parent]` to its child.
+/// The connection from `links[parent]` to its child.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Unique name.
@@ -53,11 +53,11 @@ pub struct Joint {
     pub parent: usize,
     /// The joint's frame in the parent link, at zero angle the child link's frame.
     pub parent_from_joint: Isometry3<f64>,
-    /// How the child may move.
+    /// The allowed motion of the child.
     pub kind: JointKind,
 }
 
-/// The motions a joint allows. Every moving axis says which number drives it.
+/// The motions a joint allows. Every moving axis names the number that drives it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointKind {
     /// None.
@@ -66,14 +66,14 @@ pub enum JointKind {
     Revolute {
         /// Unit axis in the joint's frame.
         axis: Unit<Vector3<f64>>,
-        /// What turns it.
+        /// The driving number.
         drive: Drive,
     },
     /// Translation along a unit axis in the joint frame.
     Prismatic {
         /// Unit axis in the joint's frame.
         axis: Unit<Vector3<f64>>,
-        /// What moves it.
+        /// The driving number.
         drive: Drive,
     },
     /// Any rotation: degrees of freedom `first .. first + 3` are its rotation vector (radians, joint frame).
@@ -108,9 +108,9 @@ pub struct DegreeOfFreedom {
     pub lower: f64,
     /// Highest value; `>= lower`.
     pub upper: f64,
-    /// Greatest speed, rad/s or m/s; `inf` where the file does not say.
+    /// Greatest speed, rad/s or m/s; `inf` if the file does not define it.
     pub max_velocity: f64,
-    /// Greatest effort, N m or N; `inf` where the file does not say.
+    /// Greatest effort, N m or N; `inf` if the file does not define it.
     pub max_effort: f64,
 }
 
@@ -122,8 +122,8 @@ impl Drive {
 }
 
 impl Humanoid {
-    /// Whether it is the same body as `other`: links with flesh and inertia, joints, degrees of freedom and markers, to the last
-    /// bit. What the robot is called and what is noted about its file does not count.
+    /// Whether it is the same body as `other`: links with geometry and inertia, joints, degrees of freedom and markers,
+    /// bit for bit. The robot's name and the notes do not count.
     pub fn is_same_body(&self, other: &Self) -> bool {
         let Self { name: _, links, joints, degrees_of_freedom, markers, notes: _ } = self;
         *links == other.links

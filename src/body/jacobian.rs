@@ -1,4 +1,4 @@
-//! How points and links move when a pose changes: the geometric Jacobian.
+//! The geometric Jacobian: velocities of points and links for a change of pose.
 //!
 //! A pose has `6 + degrees_of_freedom.len()` directions, in this order: the root's translation along the world's x, y, z
 //! (metres), the root's rotation about its own x, y, z (radians), then every degree of freedom. A hinge with axis `a`
@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Matrix3xX, Point3, Vector3};
 
 use super::{Humanoid, JointKind, LinkFrames, Pose};
 
-/// One direction of a pose that moves a link, and the screw by which it does, in the world.
+/// One direction of a pose that moves a link, with its screw in the world.
 enum Screw {
     /// Along a vector.
     Slide(Vector3<f64>),
@@ -71,7 +71,7 @@ impl Humanoid {
         });
     }
 
-    /// The columns of [`Self::link_angular_jacobian`] that may not be zero, with their numbers, as in `point_columns`.
+    /// The columns of [`Self::link_angular_jacobian`] that can be nonzero, with their numbers, as in `point_columns`.
     pub(super) fn angular_columns(
         &self,
         pose: &Pose,
@@ -81,6 +81,26 @@ impl Humanoid {
     ) {
         columns.clear();
         self.for_each_screw(pose, frames, link, |direction, screw| columns.push((direction, screw.turns())));
+    }
+
+    /// How a step of the pose ([`Humanoid::step`]) moves `link`: for every number of the step that does, its index and the twist
+    /// `[v, w]` by which a point `p` of the link moves, `v + w x (p - about)` per unit. Root first, then from the link up its
+    /// chain; mimicking joints repeat an index, and the repeated twists add up. `frames` must be the pose's.
+    ///
+    /// Unlike the columns of [`Self::point_jacobian`], those of a rotation vector (spherical and floating joints) are about the
+    /// joint's own axes, for there a step composes.
+    pub fn step_twists(
+        &self,
+        frames: &LinkFrames,
+        link: usize,
+        about: &Point3<f64>,
+        twists: &mut Vec<(usize, [Vector3<f64>; 2])>,
+    ) {
+        twists.clear();
+        let turn_vectors = |_: usize| Matrix3::identity();
+        self.for_each_screw_with(frames, link, turn_vectors, |direction, screw| {
+            twists.push((direction, [screw.moves(about), screw.turns()]));
+        });
     }
 
     fn dense(&self, columns: &[(usize, Vector3<f64>)]) -> Matrix3xX<f64> {
@@ -93,7 +113,20 @@ impl Humanoid {
     }
 
     /// Every direction of the pose that moves `link`, root first, then from the link up its chain.
-    fn for_each_screw(&self, pose: &Pose, frames: &LinkFrames, link: usize, mut visit: impl FnMut(usize, Screw)) {
+    fn for_each_screw(&self, pose: &Pose, frames: &LinkFrames, link: usize, visit: impl FnMut(usize, Screw)) {
+        let of_vector = |first: usize| right_jacobian(&pose.joint_angles.fixed_rows::<3>(first).into_owned());
+        self.for_each_screw_with(frames, link, of_vector, visit);
+    }
+
+    /// As [`Self::for_each_screw`]; `turn` gives, for the index of a rotation vector's first number, the axes in the child's frame
+    /// about which its three numbers turn, as columns.
+    fn for_each_screw_with(
+        &self,
+        frames: &LinkFrames,
+        link: usize,
+        turn: impl Fn(usize) -> Matrix3<f64>,
+        mut visit: impl FnMut(usize, Screw),
+    ) {
         let root = frames[0];
         let root_axes = root.rotation.to_rotation_matrix();
         for k in 0..3 {
@@ -106,8 +139,7 @@ impl Humanoid {
             let frame = frames[child];
             let origin = Point3::from(frame.translation.vector);
             let mut turn_by_vector = |first: usize| {
-                let vector = pose.joint_angles.fixed_rows::<3>(first).into_owned();
-                let axes = frame.rotation.to_rotation_matrix() * right_jacobian(&vector);
+                let axes = frame.rotation.to_rotation_matrix() * turn(first);
                 for k in 0..3 {
                     visit(6 + first + k, Screw::Turn(axes.column(k).into_owned(), origin));
                 }
@@ -136,8 +168,8 @@ impl Humanoid {
     }
 }
 
-/// How the rotation of a rotation vector `v` turns, in its own frame, when `v` changes: `R(v + d) = R(v) R(J d)` to first
-/// order (Sola, Deray and Atchuthan 2018, "A micro Lie theory", Eq. 143).
+/// The right Jacobian of a rotation vector `v`: `R(v + d) = R(v) R(J d)` to first order (Sola, Deray and Atchuthan
+/// 2018, "A micro Lie theory", Eq. 143).
 fn right_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
     let square = v.norm_squared();
     let angle = libm::sqrt(square);
@@ -227,6 +259,30 @@ mod tests {
                 let turned = turned.scaled_axis() / (2.0 * h);
                 assert!((moves.column(direction) - moved).norm() < 1e-8, "{scale} {link} {direction}: point");
                 assert!((turns.column(direction) - turned).norm() < 1e-8, "{scale} {link} {direction}: rotation");
+            }
+        }
+    }
+
+    #[test]
+    fn the_twists_of_a_step_agree_with_finite_differences_through_every_kind_of_joint() {
+        let robot = chain();
+        let (h, about, mut twists) = (1e-5, Point3::new(0.3, -0.2, 0.9), Vec::new());
+        for (scale, link) in [(1.0, 6), (0.0, 6), (2.5, 4)] {
+            let pose = bent(scale);
+            let frames = robot.link_frames(&pose);
+            robot.step_twists(&frames, link, &about, &mut twists);
+            let point_in_link = Point3::new(0.2, 0.1, -0.3);
+            let point = frames[link] * point_in_link;
+            for direction in 0..robot.step_len() {
+                let [ahead, behind] = [h, -h].map(|by| {
+                    let mut step = vec![0.0; robot.step_len()];
+                    step[direction] = by;
+                    robot.link_frames(&robot.step(&pose, &step))[link] * point_in_link
+                });
+                let moved = (ahead - behind) / (2.0 * h);
+                let own = twists.iter().filter(|(index, _)| *index == direction);
+                let told: Vector3<f64> = own.map(|(_, [v, w])| v + w.cross(&(point - about))).sum();
+                assert!((told - moved).norm() < 1e-8, "{scale} {link} {direction}: {told} {moved}");
             }
         }
     }

@@ -1,4 +1,5 @@
-//! Forward kinematics: from a pose to the frame of every link (S2 section 4, the product of joint transforms).
+//! Forward kinematics: from a pose to the frame of every link (`[Skinned APF]` section 4, the product of joint
+//! transforms).
 
 use std::ops::Index;
 
@@ -18,14 +19,14 @@ impl Index<usize> for LinkFrames {
 }
 
 impl Humanoid {
-    /// Where `pose` puts every link. The pose must have one angle per degree of freedom.
+    /// The frame of every link at `pose`, which must have one angle per degree of freedom.
     pub fn link_frames(&self, pose: &Pose) -> LinkFrames {
         let mut frames = LinkFrames::default();
         self.link_frames_into(pose, &mut frames);
         frames
     }
 
-    /// As [`Self::link_frames`], into a buffer that is used again (no allocation once it has grown).
+    /// As [`Self::link_frames`], into a reused buffer (no allocation once it has grown).
     pub fn link_frames_into(&self, pose: &Pose, frames: &mut LinkFrames) {
         frames.0.clear();
         frames.0.push(pose.world_from_root);

@@ -1,10 +1,10 @@
-//! HumanEva's fifteen virtual markers: the points on which pose error is measured.
+//! HumanEva's fifteen virtual markers, on which pose errors are measured.
 
 use nalgebra::Point3;
 
 use super::{Humanoid, JointKind, LinkFrames};
 
-/// One of HumanEva's fifteen virtual markers (Sigal and Black 2006).
+/// One of HumanEva's fifteen virtual markers (`[Sigal 2010]`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Landmark {
@@ -67,7 +67,7 @@ impl Landmark {
     }
 }
 
-/// Points nearer than this are one, metres.
+/// Points nearer than this are equal, metres.
 const SAME_PLACE_M: f64 = 1e-6;
 
 /// A point fixed to a link.
@@ -83,12 +83,12 @@ pub struct LinkPoint {
 pub type Markers = [Option<Point3<f64>>; LANDMARKS.len()];
 
 impl Humanoid {
-    /// Where the markers are when the links are at `frames`.
+    /// The marker positions when the links are at `frames`.
     pub fn markers(&self, frames: &LinkFrames) -> Markers {
         self.markers.map(|marker| marker.map(|m| frames[m.link] * m.point_in_link))
     }
 
-    /// The markers (indices into [`LANDMARKS`]) that lie on a joint in every pose: where that is, they are.
+    /// The markers (indices into [`LANDMARKS`]) that lie on a joint in every pose.
     pub fn markers_on_joint(&self, joint: usize) -> impl Iterator<Item = usize> {
         let origin = self.anchored(LinkPoint { link: joint + 1, point_in_link: Point3::origin() });
         self.anchored_markers()
@@ -98,7 +98,8 @@ impl Humanoid {
             .map(|(landmark, _)| landmark)
     }
 
-    /// The markers (indices into [`LANDMARKS`]) that move with the root link, and where they are in its frame, metres.
+    /// The markers (indices into [`LANDMARKS`]) that move with the root link, with their positions in its frame,
+    /// metres.
     pub fn markers_on_root(&self) -> impl Iterator<Item = (usize, Point3<f64>)> {
         self.anchored_markers()
             .filter(|(_, marker)| marker.link == 0)

@@ -19,7 +19,7 @@ impl Humanoid {
         }
     }
 
-    /// The degrees of freedom that `pose` takes beyond their limits by more than `tolerance` (radians or metres).
+    /// The degrees of freedom that exceed their limits at `pose` by more than `tolerance` (radians or metres).
     pub fn limit_violations(&self, pose: &Pose, tolerance: f64) -> Vec<LimitViolation> {
         let excesses = pose.joint_angles.iter().zip(&self.degrees_of_freedom).map(|(value, limits)| {
             if *value > limits.upper { value - limits.upper } else { (value - limits.lower).min(0.0) }

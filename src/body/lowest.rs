@@ -1,12 +1,12 @@
-//! What of a body is nearest the ground.
+//! The lowest points of a body, and its feet.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::{Flesh, Humanoid, Landmark, LinkFrames};
 
 impl Flesh {
-    /// The point of the solid, whose link is at `world_from_link`, that lies lowest in the world; metres. `None` of a mesh
-    /// without vertices. Where several points are lowest it is one of them.
+    /// The lowest point of the solid in the world when its link is at `world_from_link`, metres; one of them if there
+    /// are several. `None` for a mesh without vertices.
     pub fn lowest_point(&self, world_from_link: &Isometry3<f64>) -> Option<Point3<f64>> {
         let down_in = |frame: &Isometry3<f64>| frame.rotation.inverse() * -Vector3::z();
         let lower = |a: Point3<f64>, b: Point3<f64>| if b.z < a.z { b } else { a };
@@ -32,8 +32,8 @@ impl Flesh {
 }
 
 impl Flesh {
-    /// The middle of the solid in its link's frame, metres: half-way between the ends of a capsule, the mean vertex of a mesh. `None`
-    /// of a mesh without vertices.
+    /// The centre of the solid in its link's frame, metres: midway between the ends of a capsule, the mean vertex of a
+    /// mesh. `None` for a mesh without vertices.
     pub fn middle(&self) -> Option<Point3<f64>> {
         match self {
             Flesh::TaperedCapsule(capsule) => Some(nalgebra::center(&capsule.a, &capsule.b)),
@@ -50,8 +50,8 @@ impl Flesh {
 }
 
 impl Humanoid {
-    /// Links of the left and of the right foot: the one that carries the ankle's marker, first, and all that hang on it. Empty
-    /// where the body has no such marker. A body without ankles has its foot's flesh on the shank, which then is the link.
+    /// Links of the left and of the right foot: first the one with the ankle's marker, then its descendants. Empty if
+    /// the body has no such marker. In a body without ankles, the foot is part of the shank, which is then the link.
     pub fn foot_links(&self) -> [Vec<usize>; 2] {
         [Landmark::LeftAnkle, Landmark::RightAnkle].map(|landmark| {
             let ankle = self.markers[landmark as usize].map(|marker| marker.link);
@@ -63,7 +63,7 @@ impl Humanoid {
         })
     }
 
-    /// The lowest point of the flesh of these links, world, metres; `None` where they have none.
+    /// The lowest point of these links' geometry, world, metres; `None` if they have none.
     pub fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<Point3<f64>> {
         let solids = links.iter().flat_map(|&link| self.links[link].flesh.iter().map(move |flesh| (link, flesh)));
         solids.filter_map(|(link, flesh)| flesh.lowest_point(&frames[link])).min_by(|a, b| a.z.total_cmp(&b.z))

@@ -1,4 +1,4 @@
-//! A tracker's body that is not quite the actor's: random lengths and girths per segment.
+//! A deliberately mismatched body: random lengths and girths per segment.
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -9,8 +9,8 @@ use crate::rng::{Purpose, stream};
 impl BodyShape {
     /// Lengths and girths drawn for every segment, uniform within `1 ± length_fraction` and `1 ± girth_fraction`.
     ///
-    /// A segment is a link with mass or flesh; links without stand between the axes of a compound joint and follow the
-    /// segment that they carry. Links whose names differ by left and right only get the same draw.
+    /// A segment is a link with mass or geometry; other links connect the axes of a compound joint and follow the
+    /// segment below them. Links whose names differ only by left and right get the same values.
     pub fn random_mismatch(humanoid: &Humanoid, seed: u64, length_fraction: f64, girth_fraction: f64) -> Self {
         let mut shape = Self::identity(humanoid);
         let mut drawn: Vec<(String, LinkShape)> = Vec::new();
@@ -30,7 +30,7 @@ impl BodyShape {
     }
 }
 
-/// The link itself where it has mass or flesh, else the first one below it that has.
+/// The link itself if it has mass or geometry, else the first link below it that has.
 fn segment_of(humanoid: &Humanoid, link: usize) -> usize {
     let mut link = link;
     while humanoid.links[link].flesh.is_empty() && humanoid.links[link].inertia.is_none() {
@@ -42,7 +42,7 @@ fn segment_of(humanoid: &Humanoid, link: usize) -> usize {
     link
 }
 
-/// The name of a link with the word or letter for its side taken out: `left_thigh` and `right_thigh`, `LeftFoot` and
+/// The name of a link without the word or letter for its side: `left_thigh` and `right_thigh`, `LeftFoot` and
 /// `RightFoot`, `l_wrist` and `r_wrist`, `LLEG_LINK1` and `RLEG_LINK1`.
 fn without_side(name: &str) -> String {
     for (left, right) in [("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")] {

@@ -1,13 +1,14 @@
-//! The humanoid: links and joints from URDF, its pose, where that puts it, and the flesh that casts the shadow.
+//! The humanoid: links, joints and geometry from URDF, its pose, kinematics and silhouette.
 //!
-//! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is where its root is and one number per
-//! degree of freedom; [`Humanoid::link_frames`] says where every link then is.
+//! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is the root's frame and one number per degree
+//! of freedom; [`Humanoid::link_frames`] gives the frame of every link.
 
 mod bounds;
 #[cfg(test)]
 pub(crate) mod fixture;
 mod flesh;
 mod humanoid;
+pub(crate) mod inverse_kinematics;
 mod jacobian;
 mod kinematics;
 mod landmark;
@@ -19,7 +20,6 @@ mod motion;
 mod pose;
 mod prop;
 mod ray;
-pub mod retarget;
 mod shape;
 mod shipped;
 mod silhouette;
@@ -41,6 +41,7 @@ pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use silhouette::{DepthImage, SilhouettePainter, capsules_in_camera, draw_silhouette};
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;
+pub(crate) use upright::from_axes;
 pub use urdf::UrdfError;
 #[doc(hidden)]
 pub use urdf::{MeshParts, mesh_from_bytes};

@@ -1,4 +1,4 @@
-//! A motion over time: continuity of its charts, other frame rates, and how far it moves from one frame to the next.
+//! A motion over time: continuous coordinates, resampling, and changes from frame to frame.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use super::kinematics::rotation_from_vector;
 use super::{Humanoid, JointKind, Motion, Pose};
 
-/// Highest rate that [`Motion::resampled`] grants, frames a second: beyond it lies a slip of the pen, not a camera.
+/// Highest rate that [`Motion::resampled`] grants, frames a second: a higher rate is certainly a typing error.
 const MAX_FRAMES_PER_SECOND: f64 = 10_000.0;
 
 impl Motion {
@@ -16,9 +16,9 @@ impl Motion {
         self.poses.len().saturating_sub(1) as f64 / self.frames_per_second
     }
 
-    /// The same motion without jumps that are only the chart's: successive root quaternions lie on one hemisphere,
-    /// angles that may turn all the way round move by at most half a turn a frame, and rotation vectors take whichever
-    /// of their equivalent values lies nearest the frame before.
+    /// The same motion without jumps of its coordinates: successive root quaternions lie on one hemisphere, angles
+    /// that may turn all the way round move by at most half a turn a frame, and rotation vectors take the equivalent
+    /// value nearest to the previous frame.
     pub fn made_continuous(mut self, humanoid: &Humanoid) -> Self {
         let turning = turning_degrees_of_freedom(humanoid);
         let vectors: Vec<usize> = humanoid.rotation_vectors().collect();
@@ -49,7 +49,7 @@ impl Motion {
             return None;
         }
         let vectors: Vec<usize> = humanoid.rotation_vectors().collect();
-        // The small allowance keeps the last frame where both rates meet it but for rounding.
+        // The small tolerance keeps the last frame when both rates reach it up to rounding.
         let last = libm::floor(self.duration_s() * frames_per_second + 1e-6) as usize;
         let ratio = self.frames_per_second / frames_per_second;
         let poses = (0..=last).map(|frame| self.pose_at(frame as f64 * ratio, &vectors)).collect::<Option<_>>()?;
@@ -106,7 +106,7 @@ fn rotation_at(pose: &Pose, first: usize) -> UnitQuaternion<f64> {
     rotation_from_vector(&vector_of(pose, first))
 }
 
-/// Of the rotation vectors along the same axis that mean the same rotation, the one nearest `reference`.
+/// The rotation vector nearest to `reference` among those of the same axis and rotation.
 fn nearest_equivalent(vector: &Vector3<f64>, reference: &Vector3<f64>) -> Vector3<f64> {
     let length = vector.norm();
     if length < 1e-9 {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, Isometry3};
 
-/// A configuration of a humanoid: where its root link is, and one number per degree of freedom.
+/// A configuration of a humanoid: the frame of its root link, and one number per degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// The root link's frame in the world; metres.
@@ -13,8 +13,8 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Which way the root faces: its turn about the vertical with the tilt removed, radians from the world's +X towards +Y, in
-    /// (-pi, pi]. A root at the zero pose faces +X. `None` for a body turned upside down, which has no heading.
+    /// The root's heading: its rotation about the vertical without the tilt, radians from the world's +X towards +Y, in
+    /// (-pi, pi]. A root at the zero pose faces +X. `None` for a body upside down, which has no heading.
     pub fn heading(&self) -> Option<f64> {
         let rotation = &self.world_from_root.rotation;
         let turn = 2.0 * libm::atan2(rotation.k, rotation.w);

@@ -1,12 +1,12 @@
-//! What stands about besides the body.
+//! Props: fixed solids in the scene.
 
 use super::Flesh;
 
-/// A solid that stands still in the world.
+/// A solid that is fixed in the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prop {
     /// Its name.
     pub name: String,
-    /// Its shape and place: the frame that [`Flesh`] calls the link's is the world.
+    /// Its shape and position; the link frame of [`Flesh`] is the world frame here.
     pub solid: Flesh,
 }

@@ -1,4 +1,4 @@
-//! Where a ray enters flesh: exact depth for truth images, and what hides a marker.
+//! Intersections of rays with solids: exact depth images, and occlusion of markers.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -8,9 +8,9 @@ use crate::raster::TaperedCapsule;
 /// A half line `origin + s * direction`, `s >= 0`. The direction need not be of length 1: `s` counts in its lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it starts, metres.
+    /// Start point, metres.
     pub origin: Point3<f64>,
-    /// Where it goes, not zero.
+    /// Direction, not zero.
     pub direction: Vector3<f64>,
 }
 
@@ -23,7 +23,7 @@ impl Ray {
 
 impl Flesh {
     /// The smallest `s >= 0` at which the ray is inside the solid (0 where it starts inside); `None` when it misses.
-    /// Both in the link's frame. A mesh is the surface of its triangles, seen from either side, and has no inside.
+    /// Both in the link's frame. A mesh is the two-sided surface of its triangles and has no inside.
     pub fn ray_entry(&self, ray: &Ray) -> Option<f64> {
         match self {
             Self::TaperedCapsule(capsule) => tapered_capsule_entry(capsule, ray),
@@ -96,11 +96,11 @@ fn ball_entry(centre: &Point3<f64>, radius: f64, ray: &Ray) -> Option<f64> {
     )])
 }
 
-/// The solid is the union of its two balls and of the cone between the circles where its tangent cone touches them.
+/// The solid is the union of its two spheres and of the part of the tangent cone between its circles of contact.
 ///
-/// With `u` the unit axis from `a` to `b`, `L` its length, `k = (radius_b - radius_a) / L` and `c^2 = 1 - k^2`, a point at
-/// height `y` along `u` and distance `rho` from it lies on the tangent cone when `c rho = radius_a + k y`; the ball that
-/// touches the cone there has its centre at height `(y + k radius_a) / c^2`, which must lie in `0..=L`.
+/// With `u` the unit axis from `a` to `b`, `L` its length, `k = (radius_b - radius_a) / L` and `c^2 = 1 - k^2`, a point
+/// at height `y` along `u` and distance `rho` from it lies on the tangent cone when `c rho = radius_a + k y`; the
+/// sphere that touches the cone there has its centre at height `(y + k radius_a) / c^2`, which must lie in `0..=L`.
 fn tapered_capsule_entry(capsule: &TaperedCapsule, ray: &Ray) -> Option<f64> {
     let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
     let length = (b - a).norm();
@@ -131,7 +131,7 @@ fn tapered_capsule_entry(capsule: &TaperedCapsule, ray: &Ray) -> Option<f64> {
     cone.chain(ball_entry(&a, radius_a, ray)).chain(ball_entry(&b, radius_b, ray)).reduce(f64::min)
 }
 
-/// Whether the point lies in the convex hull of two balls neither of which holds the other.
+/// Whether the point lies in the convex hull of two spheres neither of which contains the other.
 fn contains(capsule: &TaperedCapsule, point: &Point3<f64>) -> bool {
     let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
     let length = (b - a).norm();

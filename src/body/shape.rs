@@ -5,13 +5,13 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use super::{Flesh, Humanoid, Inertia};
 use crate::raster::TaperedCapsule;
 
-/// How one link differs from the humanoid that it is taken from.
+/// Scale factors of one link relative to the original humanoid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkShape {
-    /// Factors along the link's own axes on the places of everything in its frame: the joints of its children, its
-    /// flesh, its markers, its centre of mass; > 0.
+    /// Factors along the link's own axes on all positions in its frame: the joints of its children, its geometry, its
+    /// markers, its centre of mass; > 0.
     pub length: Vector3<f64>,
-    /// Factor on the radii of its flesh; > 0.
+    /// Factor on the radii of its geometry; > 0.
     pub girth: f64,
 }
 
@@ -33,7 +33,7 @@ impl BodyShape {
         Self { links: vec![LinkShape::SAME; humanoid.links.len()] }
     }
 
-    /// This shape and then `next`: reshaping by the result is reshaping by this, then by `next`.
+    /// This shape followed by `next`.
     pub fn then(&self, next: &Self) -> Self {
         let at = |shape: &Self, link: usize| shape.links.get(link).copied().unwrap_or(LinkShape::SAME);
         let both = |link| {
@@ -47,9 +47,9 @@ impl BodyShape {
 impl Humanoid {
     /// The same body with the lengths and girths of `shape`.
     ///
-    /// Boxes, cylinders and meshes grow with the length along their longest direction and with the girth across it. A
-    /// link's mass grows with its length (along the line from its origin to its centre of mass) and the square of its
-    /// girth: the density stays. Angles, limits and the axes of joints stay as they are.
+    /// Boxes, cylinders and meshes scale with the length along their longest direction and with the girth across it. A
+    /// link's mass scales with its length (along the line from its origin to its centre of mass) and the square of its
+    /// girth: the density is constant. Angles, limits and joint axes do not change.
     pub fn reshaped(&self, shape: &BodyShape) -> Self {
         let mut body = self.clone();
         for (index, change) in shape.links.iter().enumerate().take(self.links.len()) {

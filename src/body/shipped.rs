@@ -1,14 +1,14 @@
-//! The humanoids that come with the program.
+//! The built-in humanoids.
 
 use std::io;
 
 use super::{Humanoid, UrdfError};
 
-/// Name and URDF of every humanoid that ships (`robots/`).
+/// Name and URDF of every built-in humanoid (`robots/`).
 pub const SHIPPED_ROBOTS: [(&str, &str); 2] =
     [("tracker25", include_str!("../../robots/tracker25.urdf")), ("actor", include_str!("../../robots/actor.urdf"))];
 
-/// The shipped humanoid of that name.
+/// The built-in humanoid of that name.
 ///
 /// # Errors
 /// [`UrdfError::NotShipped`] for a name that is not in [`SHIPPED_ROBOTS`].
@@ -22,7 +22,7 @@ pub fn shipped(name: &str) -> Result<Humanoid, UrdfError> {
 }
 
 impl Humanoid {
-    /// The tracker's body of S2 section 4: 10 segments, 25 degrees of freedom with the root.
+    /// The tracker's body of `[Skinned APF]`, section 4: 10 segments, 25 degrees of freedom with the root.
     ///
     /// # Errors
     /// None in practice: a test loads it.
@@ -30,7 +30,7 @@ impl Humanoid {
         shipped("tracker25")
     }
 
-    /// The fuller body: spine, neck, clavicles, wrists, ankles and toes.
+    /// The detailed body: spine, neck, clavicles, wrists, ankles and toes.
     ///
     /// # Errors
     /// None in practice: a test loads it.

@@ -1,8 +1,8 @@
-//! Small steps between poses: the flat space in which poses are spread, compared and averaged.
+//! Small steps between poses: the vector space in which poses are perturbed, compared and averaged.
 //!
 //! A step is `[root translation in the world (m), root rotation vector in the root's frame (rad), one number per degree
-//! of freedom]`. Hinges and slides add; rotations (the root, spherical and floating joints) compose, so that no step or
-//! mean depends on where an angle wraps.
+//! of freedom]`. Hinges and slides add; rotations (the root, spherical and floating joints) compose, so no step or mean
+//! depends on where an angle wraps.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -18,7 +18,7 @@ impl Humanoid {
         ROOT_STEP + self.degrees_of_freedom.len()
     }
 
-    /// `pose` moved by a step of [`Self::step_len`] numbers; joint limits are not looked at.
+    /// `pose` moved by a step of [`Self::step_len`] numbers; joint limits are ignored.
     pub fn step(&self, pose: &Pose, step: &[f64]) -> Pose {
         let translation = pose.world_from_root.translation.vector + vector(step, 0);
         let rotation = pose.world_from_root.rotation * rotation_from_vector(&vector(step, 3));
@@ -53,13 +53,14 @@ impl Humanoid {
     }
 
     /// The weighted mean of at least one pose, `weights` summing to one: the pose from which the weighted steps to all
-    /// others cancel. Translations and hinge angles average linearly, rotations in the tangent space of their mean
-    /// (the Riemannian mean of Moakher 2002, found by fixed-point iteration from the heaviest pose). `None` without poses.
+    /// others cancel. Translations and hinge angles average linearly, rotations in the tangent space of their mean (the
+    /// Riemannian mean of Moakher 2002, found by fixed-point iteration from the pose with the largest weight). `None`
+    /// without poses.
     pub fn mean_pose<'a>(&self, poses: impl Iterator<Item = &'a Pose> + Clone, weights: &[f64]) -> Option<Pose> {
         let heaviest = poses.clone().zip(weights).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
         let mut mean = heaviest.0.clone();
         let mut step = vec![0.0; self.step_len()];
-        // Rotations within a hemisphere converge quadratically: a handful of rounds reaches rounding error.
+        // Rotations within a hemisphere converge quadratically: a few iterations reach rounding error.
         for _ in 0..10 {
             let mut sum = vec![0.0; self.step_len()];
             for (pose, weight) in poses.clone().zip(weights) {
@@ -74,7 +75,7 @@ impl Humanoid {
         Some(mean)
     }
 
-    /// Where in the joint angles three consecutive numbers are a rotation vector.
+    /// Indices of joint angles at which three consecutive numbers are a rotation vector.
     pub(super) fn rotation_vectors(&self) -> impl Iterator<Item = usize> + '_ {
         self.joints.iter().filter_map(|joint| match joint.kind {
             JointKind::Spherical { first } => Some(first),

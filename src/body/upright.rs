@@ -1,19 +1,19 @@
-//! Which way a body faces: the axes X forward, Y left, Z up of the body in the frames of its links.
+//! A body's own axes (X forward, Y left, Z up) in the frames of its links.
 //!
-//! Robots choose the axes of their links freely: with Y up, say, or X to the right. Where hips and thorax are at the zero pose
-//! tells the body's own axes.
+//! Robots define the axes of their links freely, for example with Y up or X to the right. The positions of hips and
+//! thorax at the zero pose determine the body's own axes.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::{Humanoid, Landmark, Markers};
 
-/// Cosine of the greatest angle between the body's axes and those of its root that counts as a trunk that leans, not as
-/// other axes: 35 degrees.
+/// Cosine of the greatest angle between the body's axes and those of its root that counts as a leaning trunk and not as
+/// different axes: 35 degrees.
 const LEANING: f64 = 0.82;
 
 impl Humanoid {
-    /// The body's axes (X forward, Y left, Z up) in the root's frame, told by hips and thorax at the zero pose; right
-    /// angles where they are nearly so. The identity for a body without those markers.
+    /// The body's axes (X forward, Y left, Z up) in the root's frame, from hips and thorax at the zero pose; snapped to
+    /// right angles if they are close. The identity for a body without those markers.
     pub fn root_from_body(&self) -> UnitQuaternion<f64> {
         let markers = self.markers(&self.link_frames(&self.zero_pose()));
         axes(&markers).map_or_else(UnitQuaternion::identity, |[x, y]| from_axes(x, y))
@@ -46,7 +46,7 @@ fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// The rotation whose X and Y axes are these perpendicular unit vectors.
-pub(in crate::body) fn from_axes(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn from_axes(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
     let axes = Matrix3::from_columns(&[x, y, x.cross(&y)]);
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }

@@ -21,7 +21,7 @@ const MAX_STEPS: usize = 50;
 /// How far in normalised coordinates the inverse may miss.
 const TOLERANCE: f64 = 1e-12;
 
-/// How many points between the image's centre and a solution are checked to lie before the lens folds over.
+/// Number of points between the image's centre and a solution that are checked for the fold of the lens model.
 const FOLD_CHECKS: u32 = 16;
 
 impl Distortion {
@@ -60,7 +60,7 @@ impl Distortion {
             if ex.abs().max(ey.abs()) <= TOLERANCE {
                 return self.is_before_fold(u, v).then_some((u, v));
             }
-            // Outside the fold Newton would run away; pulling towards the centre brings it back.
+            // Outside the fold Newton's method diverges; a step towards the centre recovers it.
             if determinant > 1e-3 {
                 u += (yv * ex - xv * ey) / determinant;
                 v += (xu * ey - yu * ex) / determinant;
@@ -91,7 +91,8 @@ impl Distortion {
         ]
     }
 
-    /// Whether the lens keeps orientation all the way from the centre to normalised `(x, y)`: beyond, it folds over its image.
+    /// Whether the lens model preserves orientation from the centre to normalised `(x, y)`; beyond the fold it does
+    /// not.
     pub fn is_before_fold(&self, x: f64, y: f64) -> bool {
         (1..=FOLD_CHECKS).all(|i| {
             let s = f64::from(i) / f64::from(FOLD_CHECKS);

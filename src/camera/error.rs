@@ -1,16 +1,16 @@
-//! What can be wrong with a camera.
+//! Errors of cameras.
 
 use crate::input::excerpt;
 
-/// Why a camera or a rig was refused.
+/// Errors of cameras and rigs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
     /// A number is NaN or infinite.
-    #[error("camera {}: {what} has the number {value}; every number must be finite", excerpt(camera))]
+    #[error("camera {}: {what} contains {value}; every number must be finite", excerpt(camera))]
     NotFinite {
         /// The camera's name.
         camera: String,
-        /// Which numbers were looked at.
+        /// The checked numbers.
         what: &'static str,
         /// The offending number.
         value: f64,
@@ -83,10 +83,8 @@ pub enum CameraError {
         /// What is degenerate.
         why: &'static str,
     },
-    /// More images than can be held.
-    #[error(
-        "{cameras} cameras of {pixels} pixels in all; expected at most 999 cameras and {most} pixels of all images together"
-    )]
+    /// The images need too much memory.
+    #[error("{cameras} cameras with {pixels} pixels in total; expected at most 999 cameras and {most} pixels in total")]
     RigSize {
         /// How many there are.
         cameras: usize,
@@ -95,7 +93,7 @@ pub enum CameraError {
         /// The greatest number of pixels.
         most: u64,
     },
-    /// A ring without cameras, or more than can be named.
+    /// A ring without cameras, or with too many.
     #[error("a ring of cameras needs 1 to 999 cameras, got {count}")]
     RingCount {
         /// What was asked.

@@ -1,11 +1,11 @@
-//! A camera placed by what it looks at.
+//! A camera placed by its target.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::error::all_finite;
 use super::{Camera, CameraError, DEFAULT_NEAR, Distortion, Pinhole};
 
-/// How much a camera sees, from edge to edge of its image; radians, between 0 and pi.
+/// The field of view from edge to edge of the image; radians, between 0 and pi.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldOfView {
     /// From the left edge to the right.

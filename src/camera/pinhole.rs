@@ -5,7 +5,7 @@ use nalgebra::Point2;
 use super::CameraError;
 use super::error::all_finite;
 
-/// Distance of the near plane where nobody says another, metres.
+/// Default distance of the near plane, metres.
 pub const DEFAULT_NEAR: f64 = 0.05;
 
 /// Greatest width and height of an image, pixels.

@@ -9,14 +9,13 @@ use serde_json::{Value, json};
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::{Volume, size};
 use super::{CommandError, output};
-use crate::experiment::{
-    CameraView, Cost, ExperimentError, ScenarioError, ScenarioFile, Soundness, Survey, check, unusable_files,
-};
+use crate::experiment::{CameraView, Cost, ExperimentError, Soundness, check, unusable_files};
+use crate::scenario::{ScenarioError, ScenarioFile, Survey};
 
-/// Say whether a scenario is sound, all that is wrong with it, and what it costs to run
+/// Check a scenario: list every error, or estimate what a run costs
 ///
-/// Reads every file that the scenario names, sets the scene, looks at it through the cameras, and tracks a sample of a second
-/// or so for the estimate of time.
+/// Reads every file that the scenario names, builds the scene, tests what each camera sees, and tracks for about a
+/// second to estimate the run time.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph check scenarios/walk.toml\n  \
                         skiagraph check scenarios/cmu/walk4.toml --mocap-dir ~/cmu\n  \
@@ -90,7 +89,7 @@ fn in_words(origin: &str, s: &Soundness) -> String {
     let ([x0, y0], [x1, y1]) = (s.path.start_m, s.path.end_m);
     let ([low_x, low_y], [high_x, high_y]) = (s.path.least_m, s.path.greatest_m);
     let mut text = format!(
-        "{origin} is sound\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
+        "{origin} is valid\n  motion   {}: {} frames at {} Hz, {:.2} s; {:.1} mm from the recording\n  \
          path     from ({x0:.2}, {y0:.2}) to ({x1:.2}, {y1:.2}) m, {:.2} m long; \
          x {low_x:.2} to {high_x:.2}, y {low_y:.2} to {high_y:.2} m\n  \
          bodies   actor {}, tracker {}: {model}\n  tracker  {}, {} seed(s){cost}",
@@ -114,13 +113,13 @@ fn view_in_words(view: &CameraView) -> String {
         None => "never sees the actor".to_owned(),
         Some([least, median, greatest]) => {
             format!(
-                "{:.0} % of the frames, figure {least} to {greatest} px high, median {median}",
+                "in view in {:.0} % of the frames, {least} to {greatest} px high, median {median}",
                 100.0 * view.in_view
             )
         }
     };
     let cut = if view.at_border > 0.0 {
-        format!(", at the border in {:.0} %", 100.0 * view.at_border)
+        format!(", cut by the image border in {:.0} %", 100.0 * view.at_border)
     } else {
         String::new()
     };
@@ -131,7 +130,7 @@ fn cost_in_words(cost: &Cost) -> String {
     let threads = output::counted(cost.threads, "thread");
     let learning = match cost.models_to_learn {
         0 => String::new(),
-        count => format!(", and the time to learn motion models for {}", output::counted(count, "tracker")),
+        count => format!(", plus the time to learn motion models for {}", output::counted(count, "tracker")),
     };
     format!(
         "\n  cost     run: about {} on {threads} (reading {}, drawing {}, tracking {}, measuring {}){learning}\n  \

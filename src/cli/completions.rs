@@ -7,7 +7,7 @@ use clap_complete::Shell;
 
 use super::{CommandError, CommandLine, output};
 
-/// Print a script that completes this program's commands in a shell
+/// Print a shell completion script
 #[derive(Args, Debug)]
 #[command(
     after_help = "Examples:\n  skiagraph completions bash > ~/.local/share/bash-completion/completions/skiagraph\n  \
@@ -15,7 +15,7 @@ use super::{CommandError, CommandLine, output};
                         skiagraph completions fish > ~/.config/fish/completions/skiagraph.fish"
 )]
 pub(super) struct Arguments {
-    /// Which shell
+    /// Shell
     #[arg(value_enum)]
     shell: Shell,
 }

@@ -10,32 +10,33 @@ use super::volume::Volume;
 use super::{CommandError, output, summary};
 use crate::experiment::{REPORT_FILE, evaluate_run};
 
-/// Measure a run against the truth of its set
+/// Measure a run against the ground truth of its set
 ///
-/// RUN is the folder of a run, or what another program estimated: a folder with a poses.npz, or an .npz file. Results of a run
-/// of this program go into its folder. Results of another program's estimate go beside it, into NAME-evaluation: nothing that
-/// this program did not write is changed.
+/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or an .npz file. Results
+/// of a skiagraph run go into its directory. Results of another program's estimate go beside it, into NAME-evaluation;
+/// files that skiagraph did not write are never changed.
 ///
 /// Another program's file needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
-/// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN says that a frame has no estimate.
+/// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an
+/// estimate.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph evaluate sets/walk runs/walk\n  \
                         skiagraph evaluate sets/walk runs/walk --json\n  \
                         skiagraph evaluate sets/walk mine.npz --out results/mine")]
 pub(super) struct Arguments {
-    /// The benchmark set's directory
+    /// Directory of the benchmark set
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// The run's directory, or an .npz file
+    /// Directory of the run, or an .npz file
     #[arg(value_name = "RUN")]
     run: PathBuf,
 
-    /// Where the results go [default: RUN for a run of this program, else RUN-evaluation]
+    /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Move aside to NAME~ what is there and is not ours
+    /// Rename existing files that skiagraph did not write to NAME~
     #[arg(long)]
     force: bool,
 

@@ -10,7 +10,7 @@ use super::volume::Volume;
 use super::{CommandError, inspect_contacts, output};
 use crate::experiment::{Destination, Inspected, inspect};
 
-/// Say what a model, a recording, a robot or a benchmark set holds
+/// Describe a model, a recording, a robot or a benchmark set
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph inspect walk.model --out walk.html\n  \
                         skiagraph inspect graph.model --against single.model --out graph.html\n  \
@@ -18,29 +18,29 @@ use crate::experiment::{Destination, Inspected, inspect};
                         skiagraph inspect sets/walk\n  \
                         skiagraph inspect embedded:walk --contacts --out walk.svg")]
 pub(super) struct Arguments {
-    /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt or .json, embedded:NAME); a robot (.urdf, or one that ships);
-    /// the directory of a benchmark set
+    /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt or .json, embedded:NAME); a robot (.urdf, or
+    /// a built-in one); the directory of a benchmark set
     #[arg(value_name = "MODEL|CLIP|ROBOT|SET")]
     what: PathBuf,
 
-    /// Another model of the same motions, whose reconstruction error is put beside
+    /// Another model of the same motions, to compare reconstruction errors with
     #[arg(long, value_name = "MODEL")]
     against: Option<PathBuf>,
 
-    /// Say how a recording, given to the robot `actor`, or the truth of a set stands on the ground: which foot when, slips, gaps,
-    /// the worst frames
+    /// Analyse ground contact of a recording, retargeted to the robot `actor`, or of a set's ground truth: stances,
+    /// slips, gaps, worst frames
     #[arg(long, conflicts_with = "against")]
     contacts: bool,
 
-    /// Write a page with pictures of the model: latent spaces, errors over frames, distances of frames; with --contacts a chart,
-    /// .svg or .html
+    /// Write an HTML page about the model: latent spaces, errors over frames, distances between frames; with --contacts
+    /// a chart, .svg or .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// Length of a recording's unit in metres, where neither the format says it nor it can be guessed
+    /// Length of the recording's unit in metres, if the format does not define it and it cannot be guessed
     #[arg(long, value_name = "M")]
     metres_per_unit: Option<f64>,
-    /// Move aside to NAME~ what is at --out and is not ours
+    /// Rename an existing file at --out that skiagraph did not write to NAME~
     #[arg(long, requires = "out")]
     force: bool,
 

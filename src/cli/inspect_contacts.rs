@@ -1,4 +1,4 @@
-//! `skiagraph inspect MOTION --contacts`, in words.
+//! `skiagraph inspect MOTION --contacts` as text.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::{ContactSummary, Destination, inspect_contacts};
 
-/// Says how a motion stands on the ground; `picture` shows it over time.
+/// Prints the ground contact of a motion; `picture` is the chart over time.
 pub(super) fn run(
     name: &Path,
     metres_per_unit: Option<f64>,
@@ -27,8 +27,8 @@ pub(super) fn run(
 
 fn in_words(s: &ContactSummary) -> String {
     let mut text = format!(
-        "{}: {} frames at {} Hz on {}\n  standing  {:.0} % of the frames\n  skate     {:.1} mm/s, mean over standing feet\n  sinks     \
-         {:.1} mm at most\n  floats    {:.1} mm at most while standing",
+        "{}: {} frames at {} Hz on {}\n  standing  {:.0} % of the frames\n  skate     {:.1} mm/s, mean over standing \
+        feet\n  sinks     at most {:.1} mm into the ground\n  floats    at most {:.1} mm above it while standing",
         s.name,
         s.frames,
         s.frames_per_second,
@@ -40,9 +40,10 @@ fn in_words(s: &ContactSummary) -> String {
     );
     if let Some(b) = &s.balance {
         text.push_str(&format!(
-            "\n  balance   zero-moment point {:.1} mm within the support on average, outside in {:.0} % of the frames\n  forces    \
-             {:.2} body weights on average that the ground does not explain; joints take up to {:.1} N m/kg\n  joints    \
-             beyond a limit in {:.0} % of the frames, too fast in {:.0} %",
+            "\n  balance   zero-moment point {:.1} mm inside the support polygon on average, outside in {:.0} % of the \
+            frames\n  forces    \
+             {:.2} body weights of residual root wrench on average; joint efforts up to {:.1} N m/kg\n  joints    \
+             beyond a limit in {:.0} % of the frames, above the velocity limit in {:.0} %",
             b.zmp_margin_mm,
             100.0 * b.zmp_outside,
             b.residual_wrench_body_weights,

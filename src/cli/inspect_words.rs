@@ -1,4 +1,4 @@
-//! What `skiagraph inspect` says to people.
+//! Text output of `skiagraph inspect`.
 
 use super::output::counted;
 use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary};
@@ -24,7 +24,7 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
         facts.frames_per_second,
     );
     for from in &facts.learned_from {
-        text.push_str(&format!("\n  learned  {}, {} frames", from.clip, from.frames));
+        text.push_str(&format!("\n  learned from {}, {} frames", from.clip, from.frames));
     }
     let error = &s.reconstruction_error_rad2;
     text.push_str(&format!(
@@ -34,10 +34,10 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
     if let Some(other) = &s.against {
         let (kind, mean) = (other.kind, other.reconstruction_error_rad2.mean);
         let share = 100.0 * other.ratio;
-        text.push_str(&format!("\n  against  {kind}: mean {mean:.4} rad^2; this is {share:.3} % of it"));
+        text.push_str(&format!("\n  against  {kind}: mean {mean:.4} rad^2; this model has {share:.3} % of it"));
     }
     text.push_str(
-        "\n\n  model  motion  first  frames  mean rad^2  max rad^2   (first: frame at the model's rate, from 0)",
+        "\n\n  model  motion  first  frames  mean rad^2  max rad^2   (first: first frame, at the model's rate, from 0)",
     );
     for (index, model) in s.models.iter().enumerate() {
         let error = &model.reconstruction_error_rad2;
@@ -69,8 +69,10 @@ fn of_clip(name: &str, s: &ClipSummary) -> String {
 fn of_robot(name: &str, s: &RobotSummary) -> String {
     let ([fleshed, links], [moving, joints]) = (s.links, s.joints);
     let mut text = format!(
-        "{name}: robot {}\n  links    {links}, {fleshed} of them with flesh\n  joints   {joints}, {moving} of them move\n  \
-         freedom  {} joint angles and the root's 6\n  mass     {:.2} kg\n  height   {:.2} m between the lowest and the highest joint",
+        "{name}: robot {}\n  links    {links}, {fleshed} of them with geometry\n  joints   {joints}, {moving} of them \
+        movable\n  \
+         freedom  {} joint angles and 6 of the root\n  mass     {:.2} kg\n  height   {:.2} m from the lowest to the \
+         highest joint",
         s.name,
         s.degrees_of_freedom.len(),
         s.mass_kg,
@@ -92,7 +94,7 @@ fn of_robot(name: &str, s: &RobotSummary) -> String {
 
 fn of_set(name: &str, s: &SetSummary) -> String {
     let bodies = match (s.matched, s.mismatch.as_str()) {
-        (true, _) => "matched: tracker and actor have one body".to_owned(),
+        (true, _) => "matched: tracker and actor have the same body".to_owned(),
         (false, "") => format!("actor {}, tracker {}", s.actor, s.tracker_body),
         (false, how) => how.to_owned(),
     };
@@ -100,7 +102,8 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         0 => s.learned_from.join("; "),
         frames => format!("{frames} frames: {}", s.learned_from.join("; ")),
     };
-    let hashes = s.fault.as_ref().map_or_else(|| "all as listed".to_owned(), |fault| format!("BROKEN: {fault}"));
+    let hashes =
+        s.fault.as_ref().map_or_else(|| "all match files.sha256".to_owned(), |fault| format!("BROKEN: {fault}"));
     let mut text = format!(
         "{name}: benchmark set {}, {} frames at {} Hz\n  motion   {}\n  bodies   {bodies}\n  training {training}\n  \
          layers   {}\n  set hash {}\n  files    {hashes}\n",
@@ -119,7 +122,7 @@ fn of_set(name: &str, s: &SetSummary) -> String {
     }
     for camera in &s.cameras {
         let [width, height] = camera.size_px;
-        let lens = if camera.distorts { "lens with distortion" } else { "ideal lens" };
+        let lens = if camera.distorts { "lens with distortion" } else { "no lens distortion" };
         text.push_str(&format!("\n  camera   {}, {width}x{height}, {lens}", camera.name));
     }
     text

@@ -1,4 +1,4 @@
-//! Ctrl-C and requests to end: the work stops where it can, and the process ends within a second whatever it does.
+//! Ctrl-C and SIGTERM: the work stops at the next check; the process ends within a second in any case.
 
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,15 +6,15 @@ use std::time::Duration;
 
 use crate::experiment::abandon;
 
-/// How long the work may take to stop by itself: it asks before every frame and every file.
+/// Time that the work has to stop by itself; it checks before every frame and every file.
 const PATIENCE: Duration = Duration::from_millis(600);
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// From now on Ctrl-C (or SIGTERM) asks the work to stop; if it has not stopped soon, or at a second Ctrl-C, the process removes
-/// what it has begun to write and ends.
+/// Installs the handler: Ctrl-C (or SIGTERM) asks the work to stop. If it does not stop in time, or at a second Ctrl-C,
+/// the process removes its unfinished files and exits.
 pub(super) fn install() {
-    // Only fails if a handler is there already, which then does the same.
+    // Fails only if a handler is installed already; that one does the same.
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::SeqCst) {
             end();

@@ -10,15 +10,15 @@ use super::volume::Volume;
 use super::{CommandError, CommandLine, output};
 use crate::experiment::{Destination, MANUAL_MARK, put_file};
 
-/// Print the manual page, or write one page a command
+/// Print the manual page, or write one page per command
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph man | man -l -\n  skiagraph man --out ~/.local/share/man/man1")]
 pub(super) struct Arguments {
-    /// Directory for skiagraph.1 and a page for every command; pages of ours that are there are replaced
+    /// Directory for skiagraph.1 and one page per command; existing pages written by skiagraph are replaced
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Move aside to NAME~ what is there and is not ours
+    /// Rename existing files that skiagraph did not write to NAME~
     #[arg(long)]
     force: bool,
 }
@@ -38,7 +38,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::SUCCESS)
 }
 
-/// File names and pages: the program's own, then that of every command.
+/// File names and pages: the program's page, then one page per command.
 fn pages() -> Result<Vec<(String, String)>, CommandError> {
     let mut program = CommandLine::command();
     program.build();

@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand, each a thin call into experiment/.
 //!
-//! Results go to stdout, progress and notes to stderr. Exit codes: 0 done; 1 a check said no; 2 usage or bad input;
-//! 3 inconclusive; 75 try again; 101 a bug of ours; 130 interrupted.
+//! Results go to stdout, progress and notes to stderr. Exit codes: 0 done; 1 check failed; 2 usage or bad input; 3
+//! inconclusive; 75 try again later; 101 internal error; 130 interrupted.
 
 mod check;
 mod completions;
@@ -27,14 +27,15 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::experiment::{ExperimentError, ScenarioError};
+use crate::experiment::ExperimentError;
+use crate::scenario::ScenarioError;
 
-/// Truth and measure for markerless human motion trackers.
+/// Generates exact ground truth and measures markerless human motion trackers against it.
 #[derive(Debug, Parser)]
 #[command(
     name = "skiagraph",
     version,
-    about = "Makes the truth for markerless human motion trackers and measures them against it",
+    about = "Generates exact ground truth for evaluating markerless human motion trackers",
     after_help = EXIT_CODES,
     arg_required_else_help = true,
     propagate_version = true
@@ -43,7 +44,7 @@ struct CommandLine {
     #[command(subcommand)]
     command: Command,
 
-    /// Threads [default: all cores]; results do not depend on it
+    /// Number of threads [default: all cores]; results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 
@@ -51,8 +52,8 @@ struct CommandLine {
     volume: volume::Volume,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check said no, 2 usage or bad input, 3 inconclusive, 75 try again, \
-                          101 a bug of ours, 130 interrupted.";
+const EXIT_CODES: &str = "Exit codes: 0 done, 1 check failed, 2 usage or bad input, 3 inconclusive, 75 try again later, \
+    101 internal error, 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -74,7 +75,7 @@ pub enum CommandError {
     /// The experiment could not be done.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
-    /// An argument makes no sense.
+    /// An argument is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// The threads cannot be started.
@@ -96,7 +97,7 @@ impl CommandError {
     }
 }
 
-/// Parses the process's arguments and runs the command; usage errors and `--help` end the process here.
+/// Parses the process's arguments and runs the command. Usage errors and `--help` end the process here.
 ///
 /// # Errors
 /// [`CommandError`] if the command fails.

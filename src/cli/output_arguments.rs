@@ -1,4 +1,4 @@
-//! What every command that leaves results behind takes.
+//! Options that all commands with results share.
 
 use std::path::Path;
 
@@ -6,10 +6,10 @@ use clap::Args;
 
 use crate::experiment::Destination;
 
-/// How a command treats what is there already.
+/// How a command treats existing files.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct OutputArguments {
-    /// Replace a set that is there; move aside to NAME~ what is there and is not ours
+    /// Replace an existing set; rename other existing files that skiagraph did not write to NAME~
     #[arg(long)]
     force: bool,
 

@@ -1,4 +1,4 @@
-//! A progress bar on a terminal, silence elsewhere; with `--verbose` how long each stage took.
+//! A progress bar on a terminal, nothing elsewhere; with `--verbose` the time of each stage.
 
 use std::io::IsTerminal;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,7 +10,7 @@ use super::interrupt;
 use super::volume::{Volume, note_on_stderr};
 use crate::experiment::{Stage, Watch};
 
-/// Shows progress on standard error if that is a terminal and the user did not ask for quiet.
+/// Shows progress on standard error if that is a terminal, unless `--quiet` is given.
 pub(super) struct Progress {
     state: Mutex<State>,
     visible: bool,
@@ -19,7 +19,7 @@ pub(super) struct Progress {
 
 struct State {
     bar: ProgressBar,
-    /// What is being done, of how many frames, and since when.
+    /// The current stage, its number of frames, and its start time.
     stage: Option<(Stage, usize, Instant)>,
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
 
-    /// Where the set goes; a set that is there already is replaced only with --force
+    /// Output directory of the set; an existing set is replaced only with --force
     #[arg(long, value_name = "SET")]
     out: PathBuf,
 

@@ -10,11 +10,10 @@ use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
-use crate::experiment::{
-    COMPARISON_PAGE, Destination, REPORT_FILE, RunPlace, ScenarioFile, compare, run as run_experiment,
-};
+use crate::experiment::{COMPARISON_PAGE, Destination, REPORT_FILE, RunPlace, compare, run as run_experiment};
+use crate::scenario::ScenarioFile;
 
-/// Render, track, evaluate and report in one go
+/// Render, track, evaluate and report in one step
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph run\n  skiagraph run scenarios/walk.toml --seeds 5\n  \
                         skiagraph run scenarios/walk.toml particles=400 --out runs/400\n  \
@@ -28,12 +27,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
 
-    /// How many seeds, instead of the scenario's
+    /// Number of seeds, instead of the scenario's
     #[arg(long, value_name = "N")]
     seeds: Option<u32>,
 
-    /// Where the results go; a run of ours that is there is replaced [default: runs/NAME, or runs/NAME-2 and so on where
-    /// results of another scenario or of other settings are]
+    /// Output directory; an existing skiagraph run is replaced [default: runs/NAME, or runs/NAME-2 and so on if
+    /// runs/NAME holds results of another scenario or of other settings]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

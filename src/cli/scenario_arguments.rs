@@ -1,22 +1,23 @@
-//! `SCENARIO [KEY=VALUE...] [--mocap-dir DIR]`, as several subcommands take it.
+//! `SCENARIO [KEY=VALUE...] [--mocap-dir DIR]`, shared by several subcommands.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::experiment::{ExperimentError, ScenarioFile, Survey, survey};
+use crate::experiment::ExperimentError;
+use crate::scenario::{ScenarioFile, Survey, survey};
 
 #[derive(Args, Debug)]
 pub(super) struct ScenarioArguments {
-    /// Scenario file; the built-in walk if left out
+    /// Scenario file [default: the built-in walk]
     #[arg(value_name = "SCENARIO")]
     scenario: Option<PathBuf>,
 
-    /// Changes to the scenario: a dotted key, its last words alone where they mean one key, and a TOML value
+    /// Overrides of scenario keys: a dotted key, or its last parts if they are unambiguous, and a TOML value
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// Where to look, at any depth, for clips that the scenario names [default: $SKIAGRAPH_MOCAP]
+    /// Directory that is searched, with its subdirectories, for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
 }
@@ -27,7 +28,7 @@ impl ScenarioArguments {
         self.open_with(Vec::new())
     }
 
-    /// The scenario with its overrides and then `more` of them.
+    /// The scenario with its overrides, followed by `more` overrides.
     pub(super) fn open_with(&self, more: Vec<String>) -> Result<ScenarioFile, ExperimentError> {
         let (path, mut overrides) = self.parts();
         overrides.extend(more);
@@ -37,7 +38,7 @@ impl ScenarioArguments {
         }?)
     }
 
-    /// The scenario with its overrides, and all that is wrong with it.
+    /// The scenario with its overrides, and all its errors.
     pub(super) fn survey(&self) -> Result<Survey, ExperimentError> {
         let (path, overrides) = self.parts();
         Ok(survey(path, &overrides)?)
@@ -54,7 +55,7 @@ impl ScenarioArguments {
         }
     }
 
-    /// Where to look for clips.
+    /// Directory that is searched for clips.
     pub(super) fn mocap_directory(&self) -> Option<PathBuf> {
         self.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from))
     }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::{CommandError, output};
-use crate::experiment::Scenario;
+use crate::scenario::Scenario;
 
 /// Print the JSON schema of scenario files
 #[derive(Args, Debug)]

@@ -1,9 +1,9 @@
-//! A run's numbers as a table for people.
+//! The summary table of a run.
 
 use crate::evaluation::{METRICS, MetricSummary};
 use crate::experiment::{Comparison, MethodRecord, RunRecord};
 
-/// Metrics that the table shows; `--json` and the report have all.
+/// Metrics in the table; `--json` and the report have all.
 const SHOWN: [&str; 11] = [
     "humaneva_mm",
     "mpjpe_mm",
@@ -18,8 +18,8 @@ const SHOWN: [&str; 11] = [
     "energy_gap",
 ];
 
-/// The summary table: mean, 95 % interval, the share of the markers that it speaks of, and the frozen floor beside; what is worse than
-/// that is marked. Then what could not be measured.
+/// The summary table: mean, 95 % interval, coverage, and the frozen tracker's value; values worse than it are marked.
+/// Metrics that could not be measured follow.
 pub(super) fn table(record: &RunRecord) -> String {
     let model = if record.matched { "matched model" } else { "mismatched model" };
     let seeds = record.seeds.len();
@@ -61,15 +61,15 @@ pub(super) fn table(record: &RunRecord) -> String {
     lines.join("\n")
 }
 
-/// What the mark of the table means, and what else is marked so in the report.
+/// The legend of the mark, and the metrics that are marked in the report only.
 fn worse_in_words(record: &RunRecord) -> Option<String> {
     let worse = &record.verdict.worse_than_frozen;
     let others: Vec<&str> = worse.iter().filter(|name| !SHOWN.contains(name)).copied().collect();
-    let also = if others.is_empty() { String::new() } else { format!("; so is {}", others.join(", ")) };
-    (!worse.is_empty()).then(|| format!("  ▼ worse than an answer that never moves (frozen){also}"))
+    let also = if others.is_empty() { String::new() } else { format!("; also {}", others.join(", ")) };
+    (!worse.is_empty()).then(|| format!("  ▼ worse than a tracker that never moves (frozen){also}"))
 }
 
-/// Several methods: mean error, its interval, and the frames lost.
+/// Several methods: mean error, its interval, and lost frames.
 pub(super) fn methods(comparison: &Comparison) -> String {
     let model = if comparison.matched { "matched model" } else { "mismatched model" };
     let (frames, rate, seeds) = (comparison.frames, comparison.frames_per_second, comparison.seeds.len());
@@ -89,7 +89,7 @@ pub(super) fn methods(comparison: &Comparison) -> String {
     }
     lines.push(String::new());
     if comparison.methods.values().any(|m| m.summary.metrics.get("humaneva_mm").is_some_and(|e| e.mean > floor(m))) {
-        lines.push("  ▼ worse than an answer that never moves".to_owned());
+        lines.push("  ▼ worse than a tracker that never moves".to_owned());
     }
     lines.extend(comparison.methods.values().next().map(|method| format!("  {}", method.summary.interval)));
     let mut learned: Vec<&str> =
@@ -106,12 +106,12 @@ fn interval(summary: &MetricSummary) -> String {
     summary.ci95.map_or_else(|| summary.interval.clone(), |i| format!("{} to {}", number(i.low), number(i.high)))
 }
 
-/// A share in percent; 100 % is all of it, not nearly all.
+/// A share in percent; 100 % means exactly all.
 fn coverage(share: f64) -> String {
     format!("{:.1} %", (1000.0 * share).floor() / 10.0)
 }
 
-/// Four figures at most.
+/// At most four significant digits.
 fn number(value: f64) -> String {
     match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),

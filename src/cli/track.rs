@@ -9,24 +9,25 @@ use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{ScenarioError, TrackerSettings, track_set};
+use crate::experiment::track_set;
+use crate::scenario::{ScenarioError, TrackerSettings};
 
-/// Run one tracker over a set, blindfolded
+/// Run one tracker on a set, without access to the ground truth
 ///
-/// Of the set it reads cameras, observations and start; the truth stays closed (to all but oracles).
+/// Reads the set's cameras, observations and start pose. Only oracle trackers read the ground truth.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400")]
 pub(super) struct Arguments {
-    /// The benchmark set's directory
+    /// Directory of the benchmark set
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// Changes to the tracker's settings
+    /// Overrides of the tracker's settings
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// The tracker: annealed_particle_filter, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or oracle
+    /// Tracker: annealed_particle_filter, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or oracle
     #[arg(long, value_name = "NAME")]
     tracker: String,
 
@@ -34,11 +35,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u32,
 
-    /// How many seeds
+    /// Number of seeds
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: u32,
 
-    /// Where the run goes; a run of ours that is there is replaced
+    /// Output directory of the run; an existing skiagraph run is replaced
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
 

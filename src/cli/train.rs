@@ -9,17 +9,16 @@ use serde_json::json;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{
-    ClipOptions, Destination, ExperimentError, LearnedModel, ScenarioFile, TrainingInput, train as learn,
-};
-use crate::motion_model::gpdm_graph::GraphSettings;
+use crate::experiment::{ClipOptions, Destination, ExperimentError, LearnedModel, TrainingInput, train as learn};
+use crate::motion_model::gpdm_graph::{GraphSettings, ModelKind};
+use crate::scenario::ScenarioFile;
 
-/// Joints of the body over which S1 sums the distance that TH bounds.
-const JOINTS_OF_S1: f64 = 13.0;
+/// Number of joints over which `[GPDM graph]` sums the distance that TH bounds.
+const JOINTS_OF_GPDM_GRAPH_PAPER: f64 = 13.0;
 
 /// Learn a motion model from recordings
 ///
-/// An interrupted training keeps its finished models in MODEL.partial; the same command goes on from there.
+/// An interrupted training saves its finished models in MODEL.partial; run the same command to resume.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph train embedded:walk --model gpdm-graph --out walk.model\n  \
                         skiagraph train ~/cmu/49/49_01.amc --model gpdm --first-frame 100 --last-frame 700 --out 49.model\n  \
@@ -27,24 +26,24 @@ const JOINTS_OF_S1: f64 = 13.0;
                         skiagraph train scenario.toml --model gpdm-graph --out graph.model\n  \
                         skiagraph inspect walk.model --out walk.html")]
 pub(super) struct Arguments {
-    /// A scenario (.toml), whose [training] is learned on its tracker's body; or clips (.bvh, .amc, DeepMimic .txt
-    /// or .json, embedded:NAME)
+    /// A scenario (.toml): its [training] clips are learned on its tracker's body; or clips (.bvh, .amc, DeepMimic
+    /// .txt or .json, embedded:NAME)
     #[arg(value_name = "SCENARIO|CLIP", required = true)]
     inputs: Vec<PathBuf>,
 
-    /// One model for each whole recording, or a graph of models that the recordings are cut into
+    /// One model per recording (gpdm), or recordings cut into a graph of models (gpdm-graph)
     #[arg(long, value_enum)]
     model: Kind,
 
-    /// Where the model goes; a model that is there is replaced
+    /// Output file; an existing model is replaced
     #[arg(long, value_name = "MODEL")]
     out: PathBuf,
 
-    /// Robot that clips are retargeted to, or the path of a URDF [default: tracker25]
+    /// Robot to retarget clips to: a built-in name or the path of a URDF [default: tracker25]
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
 
-    /// Frames a second to learn clips at [default: 60]
+    /// Frame rate to resample clips to [default: 60]
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
 
@@ -56,7 +55,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     last_frame: Option<u32>,
 
-    /// Length of the clips' unit in metres, where neither the format says it nor it can be guessed
+    /// Length of the clips' unit in metres, if the format does not define it and it cannot be guessed
     #[arg(long, value_name = "M")]
     metres_per_unit: Option<f64>,
 
@@ -64,19 +63,19 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=8))]
     dimensions: u8,
 
-    /// TH of S1's Table 1 for a body of 13 joints, rad^2: no frame of a segment strays further in simulation
+    /// Largest reconstruction error of a frame in a segment, rad^2 summed over 13 joints (TH in [GPDM graph], Table 1)
     #[arg(long, value_name = "TH", default_value_t = 1.0)]
     threshold: f64,
 
-    /// Frames by which a segment grows [default: 0.5 s]
+    /// Number of frames by which a segment grows [default: 0.5 s]
     #[arg(long, value_name = "N")]
     clip_length: Option<u32>,
 
-    /// Where to look, at any depth, for clips [default: $SKIAGRAPH_MOCAP]
+    /// Directory that is searched, with its subdirectories, for clips [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
 
-    /// Move aside what is there and is no model
+    /// Rename an existing file that is not a model to NAME~
     #[arg(long)]
     force: bool,
 
@@ -87,10 +86,19 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Kind {
-    /// The original GPDM: one model for each recording
+    /// The original GPDM: one model per recording
     Gpdm,
     /// The GPDM graph
     GpdmGraph,
+}
+
+impl From<Kind> for ModelKind {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Gpdm => Self::Gpdm,
+            Kind::GpdmGraph => Self::GpdmGraph,
+        }
+    }
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
@@ -109,8 +117,8 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         let (path, graph) = (arguments.out.display(), &trained.model.graph);
         let frames: usize = graph.segments.iter().map(|s| s.errors.len()).sum();
         output::print(&format!(
-            "{path}: {}, {} of {frames} frames, {}, mean reconstruction error {:.4} rad^2\n  \
-             look at it: skiagraph inspect {path}",
+            "{path}: {}, {} of {frames} frames, {}, mean reconstruction error {:.4} rad^2\n  next: skiagraph inspect \
+            {path}",
             trained.model.facts.kind(),
             output::counted(graph.segments.len(), "model"),
             output::counted(graph.candidates.len(), "candidate"),
@@ -147,7 +155,7 @@ impl Arguments {
             return TrainingInput::of_clips(&self.inputs, &options, mocap.as_deref());
         }
         if self.inputs.len() > 1 {
-            let detail = "expected one scenario, or clips, found both or several scenarios".to_owned();
+            let detail = "expected one scenario, or clips only; found both or several scenarios".to_owned();
             return Err(ExperimentError::Argument { argument: "SCENARIO|CLIP", detail });
         }
         let of_clips = [
@@ -158,7 +166,7 @@ impl Arguments {
             ("--metres-per-unit", self.metres_per_unit.is_some()),
         ];
         if let Some((argument, _)) = of_clips.into_iter().find(|(_, given)| *given) {
-            let detail = "is for clips; a scenario says it itself".to_owned();
+            let detail = "is for clips only; a scenario sets it itself".to_owned();
             return Err(ExperimentError::Argument { argument, detail });
         }
         let file = ScenarioFile::open(&self.inputs[0], &[])?;
@@ -166,13 +174,13 @@ impl Arguments {
     }
 
     fn settings(&self, frames_per_second: f64) -> Result<GraphSettings, ExperimentError> {
-        let mut settings = GraphSettings { single: self.model == Kind::Gpdm, ..GraphSettings::default() };
+        let mut settings = GraphSettings::of_kind(self.model.into());
         settings.training.latent_dimensions = usize::from(self.dimensions);
         if !(self.threshold > 0.0 && self.threshold.is_finite()) {
             let detail = format!("expected rad^2 above zero, found {}", self.threshold);
             return Err(ExperimentError::Argument { argument: "--threshold", detail });
         }
-        settings.threshold_per_joint = self.threshold / JOINTS_OF_S1;
+        settings.threshold_per_joint = self.threshold / JOINTS_OF_GPDM_GRAPH_PAPER;
         if let Some(frames) = self.clip_length {
             let least = u32::from(self.dimensions).max(2) + 1;
             let most = (60.0 * frames_per_second) as u32;

@@ -1,4 +1,4 @@
-//! How much a command says besides its result: `--quiet` and `--verbose`, the same for all commands.
+//! `--quiet` and `--verbose`, the same for all commands.
 
 use std::fs;
 use std::io::Write;
@@ -8,27 +8,27 @@ use clap::Args;
 
 use crate::input::plain;
 
-/// How much a command says besides its result.
+/// How much a command prints besides its result.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(super) struct Volume {
-    /// Results and errors only: no progress, no notes
+    /// Print results and errors only: no progress, no notes
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub(super) quiet: bool,
 
-    /// Also say how long each stage took and which files were written
+    /// Also print the time of each stage and the files written
     #[arg(short, long, global = true)]
     pub(super) verbose: bool,
 }
 
 impl Volume {
-    /// Tells what the user should know, on standard error, unless he wants quiet.
+    /// Prints notes on standard error, unless `--quiet` is given.
     pub(super) fn notes(self, notes: &[String]) {
         if !self.quiet {
             notes.iter().for_each(|note| note_on_stderr(note));
         }
     }
 
-    /// With `--verbose` says which files are at `path` now, with their sizes.
+    /// With `--verbose`, lists the files at `path` with their sizes.
     pub(super) fn written(self, path: &Path) {
         if self.verbose {
             files(path).iter().for_each(|(file, bytes)| note_on_stderr(&format!("wrote {file}, {}", size(*bytes))));
@@ -36,12 +36,12 @@ impl Volume {
     }
 }
 
-/// If nobody listens, there is nothing else to do.
+/// A failure to write to standard error is ignored: nowhere is left to report it.
 pub(super) fn note_on_stderr(note: &str) {
     writeln!(std::io::stderr(), "note: {}", plain(note)).ok();
 }
 
-/// A size in bytes, for people.
+/// A size in bytes, with a readable unit.
 pub(super) fn size(bytes: u64) -> String {
     let value = bytes as f64;
     match bytes {
@@ -52,7 +52,7 @@ pub(super) fn size(bytes: u64) -> String {
     }
 }
 
-/// The file at `path`, or what a directory holds: its files, and its directories with the size of all that is below.
+/// The file at `path`, or the entries of a directory; a subdirectory counts with everything below it.
 fn files(path: &Path) -> Vec<(String, u64)> {
     if !path.is_dir() {
         return vec![(path.display().to_string(), bytes_below(path))];

@@ -1,27 +1,26 @@
-//! Boxes around tapered capsules, as cheap to make and to compare as can be.
+//! Fast bounding boxes of tapered capsules.
 
 use wide::f32x4;
 
 use crate::raster::TaperedCapsule;
 
-/// A box along the axes of the frame in which solids stand, all its sides compared at once.
+/// An axis-aligned box in the frame of the solids; all sides are compared at once in SIMD lanes.
 ///
-/// In single precision: a box must be too large by [`rounding`], never too small. Fourth lanes hold what happened to lie next to the
-/// three coordinates and mean nothing.
+/// In single precision: a box must be too large by [`rounding`], never too small. The fourth lanes are whatever follows
+/// the three coordinates in memory and are ignored.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     low: f32x4,
     high: f32x4,
 }
 
-/// The lanes that mean something.
+/// The lanes in use.
 const COORDINATES: u32 = 0b0111;
 
-/// By how much a box must be larger than what it holds where coordinates are no greater than `reach`, so that single precision
-/// loses nothing; metres.
+/// Margin that keeps a box conservative in single precision for coordinates up to `reach`; metres.
 #[inline(always)]
 pub(super) fn rounding(reach: f64) -> f64 {
-    // some four roundings of half a unit each
+    // about four roundings of half a unit each
     reach * f64::from(f32::EPSILON) * 5.0
 }
 
@@ -38,7 +37,7 @@ impl Bounds {
         Self { low: (from - radius_a).fast_min(to - radius_b), high: (from + radius_a).fast_max(to + radius_b) }
     }
 
-    /// Makes this one hold the other.
+    /// Extends this box to contain the other.
     #[inline(always)]
     pub(super) fn add(&mut self, other: &Self) {
         self.low = self.low.fast_min(other.low);

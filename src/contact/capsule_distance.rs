@@ -1,4 +1,4 @@
-//! How far two tapered capsules are apart, without iterating over their surfaces.
+//! Distance of two tapered capsules, in closed form.
 
 use nalgebra::{Point3, Vector3};
 use wide::f64x2;
@@ -8,23 +8,23 @@ use crate::raster::TaperedCapsule;
 /// Steps of the golden section search: its bracket shrinks to 1e-9 of a segment.
 const SEARCH_STEPS: usize = 44;
 
-/// Signed distance of two tapered capsules, metres: negative where they overlap, and then the least radius by which their
-/// balls would have to shrink together to part them (the penetration depth wherever the segments do not cross).
+/// Signed distance of two tapered capsules, metres: negative where they overlap: then it is minus the smallest total by
+/// which their radii must shrink to separate them (the penetration depth, unless the segments cross).
 ///
-/// A tapered capsule is a row of balls along a segment. Balls `s` and `t` of two rows are
-/// `|a(s) - b(t)| - r_a(s) - r_b(t)` apart, a convex function of `(s, t)`: a norm of something linear and a linear part. It is
-/// least where its derivatives vanish, which has a closed form (`between_sides`), or else for one of the four end
-/// balls, each of which has its nearest ball of the other row in closed form (`least_end_distance`).
+/// A tapered capsule is a family of spheres along a segment. Spheres `s` and `t` of two families have the distance
+/// `|a(s) - b(t)| - r_a(s) - r_b(t)`, a convex function of `(s, t)`: a norm of a linear function plus a linear
+/// function. Its minimum is where its derivatives vanish, which has a closed form (`between_sides`), or else at one of
+/// the four end spheres, whose nearest sphere of the other family has a closed form (`least_end_distance`).
 pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
     Axis::of(first).distance(&Axis::of(second))
 }
 
-/// What is the same of the axis of a tapered capsule wherever that stands.
+/// Pose-independent quantities of the axis of a tapered capsule.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AxisLength {
     /// Square metres.
     squared: f64,
-    /// One through that, and 0 of nothing.
+    /// Reciprocal; 0 for a degenerate axis.
     inverse: f64,
 }
 
@@ -41,7 +41,7 @@ pub(super) fn squared_distance_of_axes([first, second]: [&TaperedCapsule; 2], [u
     let (u, v, w) = (first.b - first.a, second.b - second.a, first.a - second.a);
     let (uv, uw, vw) = (u.dot(&v), u.dot(&w), v.dot(&w));
     let (part, whole) = (uv * vw - uw * vv.squared, uu.squared * vv.squared - uv * uv);
-    // branches, since what is beyond an end need not wait for the division
+    // branches, so a closest point beyond an end does not wait for the division
     let s = if part <= 0.0 || whole <= 0.0 {
         0.0
     } else if part >= whole {
@@ -54,16 +54,16 @@ pub(super) fn squared_distance_of_axes([first, second]: [&TaperedCapsule; 2], [u
     (w + u * s - v * t).norm_squared()
 }
 
-/// A tapered capsule as distances see it: the first ball, the way to the last, and how the radius grows on it.
+/// A tapered capsule prepared for distances: the first sphere, the direction and distance to the last, and the taper.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Axis {
     /// Centre of the first ball, metres.
     pub(super) start: Vector3<f64>,
-    /// Unit vector to the centre of the last; any where they are one.
+    /// Unit vector to the centre of the last; arbitrary if the centres coincide.
     pub(super) along: Vector3<f64>,
     /// Distance of the centres, metres.
     pub(super) length: f64,
-    /// One through that; 0 where it is 0.
+    /// Reciprocal; 0 for a degenerate axis.
     per_length: f64,
     /// Radius of the first ball, metres.
     pub(super) radius: f64,
@@ -74,7 +74,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Of a solid. One that is a single ball, because one end holds the other, becomes that ball.
+    /// Of a solid. If one end contains the other, the solid is a single sphere.
     pub(super) fn of(solid: &TaperedCapsule) -> Self {
         let (axis, growth) = (solid.b - solid.a, solid.radius_b - solid.radius_a);
         let length = axis.norm();
@@ -103,7 +103,7 @@ impl Axis {
         }
     }
 
-    /// The same of the same solid in another place: what does not change is not worked out again.
+    /// The same for the solid at another position; pose-independent quantities are reused.
     #[inline(always)]
     pub(super) fn moved_to(&self, solid: &TaperedCapsule) -> Self {
         if self.length == 0.0 {
@@ -129,11 +129,12 @@ impl Axis {
         self.between_sides(other).unwrap_or_else(|| self.least_end_distance(other).min(other.least_end_distance(self)))
     }
 
-    /// The distance where both nearest balls lie between the ends; `None` elsewhere.
+    /// The distance if both nearest spheres lie between the ends, else `None`.
     ///
-    /// There the unit vector `n` from the other's ball to this one's has `n . u = k` and `n . v = -l`, with `u`, `v` the axes and
-    /// `k`, `l` the tapers: `n` is known but for its side, which is that of the line between the axes. What joins the balls is
-    /// `d n`, and its parts across and along the axes give `d` and the places of the balls.
+    /// There the unit vector `n` from the other's sphere to this one's satisfies `n . u = k` and `n . v = -l`, with
+    /// `u`, `v` the axes and `k`, `l` the tapers: `n` is known up to its sign across the axes, which is that of the
+    /// line between the axes. The vector between the spheres is `d n`; its components across and along the axes give
+    /// `d` and the positions of the spheres.
     #[inline(always)]
     fn between_sides(&self, other: &Self) -> Option<f64> {
         let (u, v, w) = (&self.along, &other.along, self.start - other.start);
@@ -155,8 +156,9 @@ impl Axis {
         inside.then_some(d - self.radius - s * k - other.radius - t * l)
     }
 
-    /// Signed distance of the nearer end ball of the other: along this axis the nearest ball is the foot of the perpendicular moved
-    /// by `k y / sqrt(1 - k^2)`, with `y` the distance from the axis. Both ends at once.
+    /// Signed distance of the nearer end sphere of the other: along this axis the nearest sphere is at the foot of the
+    /// perpendicular moved by `k y / sqrt(1 - k^2)`, with `y` the distance from the axis. Both ends are computed at
+    /// once.
     fn least_end_distance(&self, other: &Self) -> f64 {
         let (first, last) = (other.start - self.start, other.end() - self.start);
         let [x, y, z] = [0, 1, 2].map(|axis| f64x2::new([first[axis], last[axis]]));
@@ -173,7 +175,7 @@ impl Axis {
     }
 }
 
-/// The least of `distance(centre) - radius` over the balls of a tapered capsule, `distance` being convex.
+/// The minimum of `distance(centre) - radius` over the spheres of a tapered capsule, for a convex `distance`.
 pub(super) fn nearest_ball(solid: &TaperedCapsule, distance: impl Fn(Point3<f64>) -> f64) -> f64 {
     let at = |s: f64| {
         let radius = solid.radius_a + s * (solid.radius_b - solid.radius_a);
@@ -216,7 +218,8 @@ mod tests {
         TaperedCapsule { radius_b: solid.radius_a, ..solid }
     }
 
-    /// Parry's distance of the axes, less the radii: its GJK on round solids is itself only good to some tenths of a millimetre.
+    /// Parry's distance of the axes minus the radii: its GJK on round solids is only accurate to a few tenths of a
+    /// millimetre.
     fn parry(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
         use parry3d::math::{Pose, Vector};
         let axis = |c: &TaperedCapsule| {

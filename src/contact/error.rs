@@ -1,8 +1,8 @@
-//! Why contact cannot be told.
+//! Errors of contact.
 
 use crate::input::excerpt;
 
-/// Why contact cannot be told.
+/// Errors of contact.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactError {
     /// The motion has no pose, or no rate.
@@ -30,9 +30,9 @@ pub enum ContactError {
         /// Its degrees of freedom.
         expected: usize,
     },
-    /// A link has no place.
+    /// A link's position is not finite.
     #[error(
-        "frame {frame} (from 0): link {:?} is at a place that is not finite; look for NaN or huge numbers in the motion",
+        "frame {frame} (from 0): the position of link {:?} is not finite; look for NaN or huge numbers in the motion",
         excerpt(link)
     )]
     NotFinite {
@@ -41,7 +41,7 @@ pub enum ContactError {
         /// The link's name.
         link: String,
     },
-    /// Nothing can stand.
+    /// A foot has no geometry.
     #[error(
         "{:?} has no {foot}: its link with the marker of the ankle and all links below have no geometry; give them a \
          <visual>, or the robot links named marker_left_ankle and marker_right_ankle",
@@ -53,7 +53,7 @@ pub enum ContactError {
         /// Which foot.
         foot: &'static str,
     },
-    /// A threshold makes no sense.
+    /// A threshold is invalid.
     #[error("{key}: expected {expected}, found {found}")]
     Rule {
         /// Which threshold.
@@ -62,82 +62,5 @@ pub enum ContactError {
         expected: &'static str,
         /// What it is.
         found: f64,
-    },
-    /// A link that is not there.
-    #[error("{:?} has no link number {link}", excerpt(body))]
-    NoLink {
-        /// Its number.
-        link: usize,
-        /// The body's name.
-        body: String,
-    },
-    /// A joint that cannot be simulated.
-    #[error(
-        "joint {:?} is {kind}, which cannot be simulated; write hinges and slides, three hinges for a ball joint",
-        excerpt(joint)
-    )]
-    Joint {
-        /// The joint's name.
-        joint: String,
-        /// What it is.
-        kind: &'static str,
-    },
-    /// A part that would be moved has no mass.
-    #[error(
-        "{:?} moves link {:?} and all that hangs on it, and none of it has mass; give them an <inertial>",
-        excerpt(joint),
-        excerpt(link)
-    )]
-    NoMass {
-        /// The joint's name, or the body's where it is the whole body.
-        joint: String,
-        /// The link that it moves.
-        link: String,
-    },
-    /// Mass properties that no solid has.
-    #[error(
-        "link {:?} has mass properties that no solid has: expected a mass above 0 and an inertia without negative \
-         principal moments; mend its <inertial>",
-        excerpt(link)
-    )]
-    Inertia {
-        /// The link's name.
-        link: String,
-    },
-    /// The start is not above the ground.
-    #[error(
-        "the motion starts {depth_mm:.0} mm under the ground (z = 0); expected at most 100 mm: check `up` and \
-         `metres_per_unit` of the recording, or use contact = \"off\""
-    )]
-    Underground {
-        /// How deep, mm.
-        depth_mm: f64,
-    },
-    /// The start is inside something.
-    #[error(
-        "the motion starts with link {:?} {depth_mm:.0} mm inside the prop {:?}; expected at most 100 mm: move the prop \
-         or use contact = \"off\"",
-        excerpt(link),
-        excerpt(prop)
-    )]
-    InsideProp {
-        /// The link that is deepest.
-        link: String,
-        /// What it is in.
-        prop: String,
-        /// How deep, mm.
-        depth_mm: f64,
-    },
-    /// The simulation went out of bounds.
-    #[error(
-        "frame {frame} (from 0): the simulation has diverged at link {:?}; lower the push or the friction, or use \
-         contact = \"fix\"",
-        excerpt(link)
-    )]
-    Diverged {
-        /// Frame number.
-        frame: usize,
-        /// The first link that is lost.
-        link: String,
     },
 }

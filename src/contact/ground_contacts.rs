@@ -6,16 +6,16 @@ use super::{ContactError, ContactRule, FOOT_NAMES, Stance, Surface, SurfacePoint
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::parallel;
 
-/// Contact of every link that has flesh, and of the two feet, in every frame of a motion.
+/// Contact of every link with geometry, and of the two feet, in every frame of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundContacts {
     /// Frames a second.
     pub frames_per_second: f64,
-    /// By which it was told what stands.
+    /// The rule that labelled the contacts.
     pub rule: ContactRule,
-    /// One track a link with flesh, in the body's order.
+    /// One track per link with geometry, in the body's order.
     pub links: Vec<ContactTrack>,
-    /// The left and the right foot, each the link that carries the ankle and all below it taken as one surface.
+    /// The left and the right foot, each the link with the ankle and its descendants as one surface.
     pub feet: [ContactTrack; 2],
 }
 
@@ -30,10 +30,11 @@ pub struct ContactTrack {
     pub frames: Vec<GroundContact>,
 }
 
-/// A link that is no higher than this touches although it moves too fast to stand, metres: a heel that strikes, toes that push off.
+/// A link up to this height touches the ground even if it moves too fast to stand, metres: a heel that strikes, toes
+/// that push off.
 const TOUCHES: f64 = 0.002;
 
-/// One part of a body and the ground in one frame.
+/// Contact of one part of a body with the ground in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundContact {
     /// Height of the lowest point of its surface, metres; negative under the ground.
@@ -42,8 +43,8 @@ pub struct GroundContact {
     pub point: Point3<f64>,
     /// The link that carries it.
     pub link: usize,
-    /// Velocity of the material point that is lowest, world, m/s: central difference over one frame either way (one-sided at
-    /// the ends; zero in a motion of one frame). A sole that rolls has none.
+    /// Velocity of the lowest material point, world, m/s: central difference over one frame before and after (one-sided
+    /// at the ends; zero in a motion of one frame). It is zero for a rolling sole.
     pub velocity: Vector3<f64>,
     /// Whether it stands on the ground by a [`ContactRule`].
     pub in_contact: bool,
@@ -69,19 +70,19 @@ impl ContactTrack {
 }
 
 impl GroundContacts {
-    /// The links that touch the ground in a frame, whether they stand on it or strike it or push off, and the height of their lowest
+    /// The links that touch the ground in a frame, standing, striking or pushing off, and the height of their lowest
     /// point, metres.
-    pub(super) fn touching(&self, frame: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub(crate) fn touching(&self, frame: usize) -> impl Iterator<Item = (usize, f64)> {
         let tracks = self.links.iter().map(move |track| (track, &track.frames[frame]));
         let touching = tracks.filter(|(_, contact)| contact.in_contact || contact.gap_m <= TOUCHES);
         touching.flat_map(|(track, contact)| track.links.iter().map(|&link| (link, contact.gap_m)))
     }
 
-    /// Contact of `body` moved by `motion`, from the solids of its flesh.
+    /// Contact of `body` in `motion`, from its solids.
     ///
     /// # Errors
-    /// [`ContactError`] for thresholds that make no sense, a motion that is empty, belongs to another body or is not finite,
-    /// and a body whose feet have no geometry.
+    /// [`ContactError`] for invalid thresholds, a motion that is empty, belongs to another body or is not finite, and
+    /// a body whose feet have no geometry.
     pub fn of_motion(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Self, ContactError> {
         Self::of_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
     }
@@ -89,7 +90,7 @@ impl GroundContacts {
     /// As [`Self::of_motion`], with the links at `frames` and `surface` around them.
     ///
     /// # Errors
-    /// [`ContactError`] for thresholds that make no sense, and for feet without surface.
+    /// [`ContactError`] for invalid thresholds, and for feet without surface.
     pub fn of_frames(
         body: &Humanoid,
         surface: &dyn Surface,
@@ -126,8 +127,8 @@ pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
     }
 }
 
-/// Where a motion puts every link, checked.
-pub(super) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
+/// The frames of every link in a motion, checked.
+pub(crate) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
     let (poses, frames_per_second) = (motion.poses.len(), motion.frames_per_second);
     if poses == 0 || !(frames_per_second > 0.0 && frames_per_second.is_finite()) {
         return Err(ContactError::EmptyMotion { poses, frames_per_second });
@@ -149,18 +150,18 @@ pub(super) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFr
     motion.poses.iter().enumerate().map(of_pose).collect()
 }
 
-/// What tracks are made of.
+/// The input of tracks.
 #[derive(Clone, Copy)]
-pub(super) struct Clip<'a> {
-    pub(super) surface: &'a dyn Surface,
-    pub(super) frames: &'a [LinkFrames],
-    pub(super) frames_per_second: f64,
-    pub(super) rule: &'a ContactRule,
+pub(crate) struct Clip<'a> {
+    pub(crate) surface: &'a dyn Surface,
+    pub(crate) frames: &'a [LinkFrames],
+    pub(crate) frames_per_second: f64,
+    pub(crate) rule: &'a ContactRule,
 }
 
 impl Clip<'_> {
     /// `None` where the links have no surface.
-    pub(super) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
+    pub(crate) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
         let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
         let lowest = lowest.collect::<Option<Vec<_>>>()?;
         let reach = self.rule.speed_reach(self.frames_per_second);
@@ -190,16 +191,16 @@ impl Clip<'_> {
     }
 }
 
-/// The speed by which contact is told: that of the window about `frame`, or where it reaches beyond an end of the motion and
-/// the nearest whole window has a lesser one, that. Half a window sees twice the noise of a whole one, and a whole one,
-/// further from the end, may hold a heel that only just struck.
+/// The speed for the contact rule: that of the window around `frame`. Where the window extends beyond an end of the
+/// motion, the smaller of it and the nearest whole window. Half a window has twice the noise of a whole one, and a
+/// whole one, further from the end, may include a heel strike.
 pub(super) fn least_speed(frame: usize, frames: usize, reach: usize, speed: impl Fn(usize) -> f64) -> f64 {
     let nearest_whole = frame.max(reach).min((frames - 1).saturating_sub(reach));
     let own = speed(frame);
     if nearest_whole == frame { own } else { own.min(speed(nearest_whole)) }
 }
 
-/// Mean velocity, over `reach` frames either way of `centre`, of a point of a link, world, m/s.
+/// Mean velocity of a point of a link over `reach` frames before and after `centre`, world, m/s.
 pub(super) fn material_velocity(
     frames: &[LinkFrames],
     frames_per_second: f64,
@@ -224,7 +225,7 @@ mod tests {
     use crate::raster::TaperedCapsule;
     use nalgebra::{DVector, Isometry3, UnitQuaternion};
 
-    /// Two balls of 0.1 m on one link, 0.2 m apart along y: a body that is its own feet.
+    /// Two spheres of 0.1 m on one link, 0.2 m apart along y: a body that is its own feet.
     fn roller() -> Humanoid {
         let mut body = person();
         let ball = Flesh::TaperedCapsule(TaperedCapsule {
@@ -289,7 +290,7 @@ mod tests {
         assert!(refused(&roller(), &moved(60.0, 0, |_| Isometry3::identity())).contains("0 poses"));
         assert!(refused(&roller(), &Motion { frames_per_second: 0.0, ..still.clone() }).contains("0 frames a second"));
         let nowhere = moved(60.0, 2, |t| Isometry3::translation(t / 0.0, 0.0, 0.0));
-        assert!(refused(&roller(), &nowhere).starts_with("frame 0 (from 0): link \"torso\""));
+        assert!(refused(&roller(), &nowhere).starts_with("frame 0 (from 0): the position of link \"torso\""));
         assert!(refused(&person(), &still).contains("0 joint angles"));
         let mut bare = roller();
         bare.links[0].flesh.clear();

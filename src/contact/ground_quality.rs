@@ -1,10 +1,10 @@
-//! How a motion stands on the ground, in a few numbers.
+//! Summary measures of ground contact.
 
 use std::fmt;
 
 use super::{GroundContact, GroundContacts};
 
-/// How a motion's feet stand, by its own contact truth.
+/// Summary of a motion's ground contact, by its own contact truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundQuality {
     /// Mean speed of standing feet along the ground, mm/s; 0 where nothing ever stands.

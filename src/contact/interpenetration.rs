@@ -1,4 +1,4 @@
-//! How deep a body is in the ground and in itself, fast enough for every particle of a tracker.
+//! Penetration of a body with the ground and itself, fast enough for every particle of a tracker.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -8,18 +8,19 @@ use super::capsule_distance::{Axis, AxisLength, squared_distance_of_axes};
 use super::self_collision::bounding_ball;
 use super::solid_distance::solid_distance;
 use crate::body::{Flesh, Humanoid, LinkFrames};
-use crate::raster::{Dispatched, TaperedCapsule, dispatch};
+use crate::raster::TaperedCapsule;
+use crate::simd::{Dispatched, dispatch};
 
-/// The solids of a body, laid out for looking at many poses.
+/// The solids of a body, prepared for many poses.
 ///
-/// The pairs are those of [`SelfCollision::pairs`]. Boxes around links are compared first, then boxes around their solids, then the
-/// axes of tapered capsules as if they were as thick everywhere as at their thickest; only what all of these let through is
-/// measured: in closed form where both solids are tapered capsules, by parry elsewhere.
+/// The pairs are those of [`SelfCollision::pairs`]. Boxes around links are compared first, then boxes around their
+/// solids, then the axes of tapered capsules with their largest radii. Only pairs that pass all of these are measured:
+/// in closed form if both solids are tapered capsules, else by parry.
 #[derive(Clone, Debug)]
 pub struct Interpenetration {
     tolerance_m: f64,
     solids: Vec<Solid>,
-    /// Of the solids, in their order: what the measuring reads, near together.
+    /// Measured quantities of the solids, in their order, contiguous in memory.
     outlines: Vec<Outline>,
     parts: Vec<Part>,
     part_pairs: Vec<PartPair>,
@@ -31,11 +32,11 @@ pub struct Interpenetration {
 struct Solid {
     link: usize,
     flesh: Flesh,
-    /// Itself where it is a tapered capsule, else a ball around it.
+    /// The solid itself if it is a tapered capsule, else its bounding sphere.
     capsule: TaperedCapsule,
 }
 
-/// The capsule of a solid, wherever that stands.
+/// The pose-independent part of a solid's capsule.
 #[derive(Clone, Debug)]
 struct Outline {
     axis: Axis,
@@ -50,7 +51,7 @@ struct Part {
     link: u32,
     /// The first and that after the last.
     solids: [u32; 2],
-    /// How far they reach from the link's origin, metres.
+    /// Their largest distance from the link's origin, metres.
     reach: f64,
 }
 
@@ -66,12 +67,12 @@ struct PartPair {
 #[derive(Clone, Debug)]
 struct SolidPair {
     solids: [u32; 2],
-    /// Squared distance of their axes below which they may be deeper in each other than the tolerance; infinite where one of them is
-    /// no tapered capsule.
+    /// Squared distance of their axes below which their penetration may exceed the tolerance; infinite if one of them
+    /// is not a tapered capsule.
     axes_reach_squared: f64,
 }
 
-/// How deep a body is in the ground z = 0 and in itself, each beyond the tolerance, metres.
+/// Penetration of a body with the ground z = 0 and with itself, each beyond the tolerance, metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Depths {
     /// Of the deepest point under the ground.
@@ -128,7 +129,7 @@ impl Interpenetration {
         self.part_pairs.push(PartPair { parts: [a as u32, b as u32], pairs });
     }
 
-    /// How deep the body is in the ground and in itself when its links are at `frames`.
+    /// Penetration of the body with the ground and itself when its links are at `frames`.
     pub fn depths(&self, frames: &LinkFrames, scratch: &mut InterpenetrationScratch) -> Depths {
         let InterpenetrationScratch { capsules, boxes, part_boxes } = scratch;
         capsules.clear();
@@ -137,9 +138,9 @@ impl Interpenetration {
         dispatch(Measuring { body: self, capsules, ground, frames, boxes, part_boxes })
     }
 
-    /// The same of a body of nothing but tapered capsules that a silhouette has already placed in the frame of a camera, all of
-    /// them ([`crate::body::capsules_in_camera`]): which frame it is does not matter to depths, and placing them again costs
-    /// as much as measuring.
+    /// The same for a body of tapered capsules only that a silhouette has already placed in a camera's frame, all of
+    /// them ([`crate::body::capsules_in_camera`]): depths do not depend on the frame, and placing them again costs as
+    /// much as measuring.
     pub fn depths_in_camera(
         &self,
         frames: &LinkFrames,
@@ -168,7 +169,7 @@ impl Ground {
     }
 }
 
-/// Work for [`dispatch`]: solids that stand in some frame.
+/// Work for [`dispatch`]: solids placed in some frame.
 struct Measuring<'a> {
     body: &'a Interpenetration,
     capsules: &'a [TaperedCapsule],
@@ -211,7 +212,7 @@ impl Measuring<'_> {
 #[inline(always)]
 fn bound(parts: &[Part], capsules: &[TaperedCapsule], more: f32, boxes: &mut [Bounds], part_boxes: &mut [Bounds]) {
     for (around, part) in part_boxes.iter_mut().zip(parts) {
-        // joined here, not read back: reading whole lanes that were just written number by number stalls
+        // joined here, not read back: a vector load after scalar stores stalls (no store forwarding)
         let mut whole = Bounds::NOTHING;
         for (bounds, capsule) in boxes[within(part.solids)].iter_mut().zip(&capsules[within(part.solids)]) {
             let own = Bounds::around(capsule, more);
@@ -247,7 +248,7 @@ impl Standing<'_> {
         }
     }
 
-    /// Signed distance of two solids; infinite where their axes tell that they are no deeper in each other than the tolerance.
+    /// Signed distance of two solids; infinite if their axes show that the penetration is within the tolerance.
     #[inline(always)]
     fn distance(&self, pair: &SolidPair) -> f64 {
         let [i, j] = pair.solids.map(|solid| solid as usize);
@@ -264,7 +265,7 @@ impl Standing<'_> {
         first.axis.moved_to(a).distance(&second.axis.moved_to(b))
     }
 
-    /// How deep the deepest point is under the ground; the tolerance where nothing is deeper.
+    /// Depth of the deepest point below the ground, at least the tolerance.
     #[inline(always)]
     fn ground_depth(&self) -> f64 {
         let mut lowest = -self.body.tolerance_m;
@@ -294,7 +295,7 @@ impl Standing<'_> {
     }
 }
 
-/// `f64::min` without its care for what is not a number: one instruction.
+/// `f64::min` without NaN handling: one instruction.
 #[inline(always)]
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }

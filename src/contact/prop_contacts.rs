@@ -1,4 +1,4 @@
-//! Exact contact of a motion with what stands about.
+//! Exact contact of a motion with props.
 
 use nalgebra::{Point3, Vector3};
 
@@ -8,12 +8,12 @@ use super::{ContactError, ContactRule};
 use crate::body::{Humanoid, LinkFrames, Prop};
 use crate::parallel;
 
-/// Contact of every link that has flesh with every prop, in every frame of a motion.
+/// Contact of every link with geometry with every prop, in every frame of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PropContacts {
     /// Frames a second.
     pub frames_per_second: f64,
-    /// One track a prop and link with flesh: all links of the first prop in the body's order, then those of the next.
+    /// One track per prop and link with geometry: all links for the first prop in the body's order, then for the next.
     pub tracks: Vec<PropTrack>,
 }
 
@@ -28,17 +28,17 @@ pub struct PropTrack {
     pub frames: Vec<PropContact>,
 }
 
-/// One link and one prop in one frame.
+/// Contact of one link with one prop in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PropContact {
-    /// Signed distance of their surfaces, metres: negative where the link is inside the prop ([`solid_distance`]). Infinite
-    /// beyond 10 m where a box, a cylinder or a mesh takes part.
+    /// Signed distance of their surfaces, metres: negative where the link is inside the prop ([`solid_distance`]).
+    /// Infinite beyond 10 m if one of them is a box, a cylinder or a mesh.
     pub gap_m: f64,
-    /// The point of the link that is nearest to the prop or deepest in it, world, metres, to some 0.1 mm; NaN where the gap is
-    /// infinite. Where the two touch along an edge or a face, it is any point of that.
+    /// The point of the link that is nearest to the prop or deepest in it, world, metres, accurate to about 0.1 mm; NaN
+    /// if the gap is infinite. If the two touch along an edge or a face, it is any point of that.
     pub point: Point3<f64>,
-    /// Velocity along the prop's surface of the material there, world, m/s: central difference over one frame either way
-    /// (one-sided at the ends; zero in a motion of one frame).
+    /// Velocity along the prop's surface of the material there, world, m/s: central difference over one frame before
+    /// and after (one-sided at the ends; zero in a motion of one frame).
     pub slip: Vector3<f64>,
     /// Whether it touches the prop by a [`ContactRule`], as a foot stands on the ground.
     pub in_contact: bool,
@@ -55,7 +55,7 @@ impl PropContacts {
     /// Contact of `body` with its links at `frames`.
     ///
     /// # Errors
-    /// [`ContactError`] for thresholds that make no sense.
+    /// [`ContactError`] for invalid thresholds.
     pub fn of_frames(
         body: &Humanoid,
         props: &[Prop],
@@ -76,7 +76,7 @@ impl PropContacts {
         Ok(Self { frames_per_second, tracks })
     }
 
-    /// How deep the deepest link is inside any prop, per frame, metres; 0 outside.
+    /// Greatest depth of a link inside any prop, per frame, metres; 0 outside.
     pub fn deepest_m(&self, frames: usize) -> Vec<f64> {
         let deepest =
             |frame: usize| self.tracks.iter().map(|track| track.frames[frame].penetration_m()).fold(0.0, f64::max);

@@ -1,32 +1,32 @@
-//! When something counts as standing on the ground.
+//! The rule for standing on the ground.
 
 use super::{ContactError, stances};
 
-/// Thresholds with hysteresis, which looks both ways in time: a contact is a run of instants low and slow enough to *go on*
-/// that were, for a while, low and slow enough to *begin*. Were the state at one instant to hang on the one before, a dip of the
-/// speed between two frames of a slow camera would move or lose a contact that a fast camera sees.
+/// Thresholds with hysteresis in both directions of time: a contact is a period low and slow enough to *continue* that
+/// contains, for a minimum time, a period low and slow enough to *begin*. Forward-only hysteresis would let one dip of
+/// the speed between two frames of a slow camera move or drop a stance.
 ///
-/// All are lengths, speeds and times, none is a number of frames, and times are told between frames too (gap and speed are
-/// linear there), so that the same motion gets the same labels at any frame rate.
+/// All are lengths, speeds and times, not numbers of frames, and times are interpolated between frames (gap and speed
+/// are linear there), so the same motion gets the same labels at any frame rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactRule {
-    /// A contact comes below this gap to the ground, metres.
+    /// A contact begins below this gap to the ground, metres.
     pub enter_gap_m: f64,
     /// And, at the same time, below this speed of the lowest point, m/s.
     pub enter_speed_m_per_s: f64,
-    /// It lasts while the gap is no more than this, metres.
+    /// It lasts while the gap is at most this, metres.
     pub leave_gap_m: f64,
-    /// And the speed no more than this, m/s.
+    /// And the speed at most this, m/s.
     pub leave_speed_m_per_s: f64,
-    /// Speeds are means over this time, half before the instant and half after it, seconds (at least one frame each way). Where a
-    /// motion begins or ends, and half of that is missing, the mean over the half that is there counts, or that over the nearest
-    /// whole window, whichever is less.
+    /// Speeds are means over this time, half before and half after, seconds (at least one frame each). At the beginning
+    /// and end of a motion, the smaller of the means over the available half and over the nearest whole window counts.
     pub speed_window_s: f64,
-    /// Contacts that spend less time than this below the thresholds at which they come are none, unless the beginning or the end
-    /// of the motion cuts them off; and breaks between two contacts that last less are none either, seconds.
+    /// Contacts with less time than this below the thresholds at which they begin are ignored, unless the beginning or
+    /// the end of the motion cuts them off; breaks between two contacts that are shorter than this are ignored too,
+    /// seconds.
     pub shortest_s: f64,
-    /// Whether hysteresis looks both ways in time. If not, a contact begins at the first frame below the thresholds at which it
-    /// comes, as whoever must say so at once would have it.
+    /// Whether hysteresis works in both directions of time. If not, a contact begins at the first frame below the
+    /// thresholds at which it begins, as a causal detector would.
     pub looks_ahead: bool,
 }
 
@@ -45,10 +45,10 @@ impl Default for ContactRule {
 }
 
 impl ContactRule {
-    /// Whether the thresholds make sense.
+    /// Checks the thresholds.
     ///
     /// # Errors
-    /// [`ContactError::Rule`] names the one that does not.
+    /// [`ContactError::Rule`] names the invalid one.
     pub fn check(&self) -> Result<(), ContactError> {
         let positive = "a finite number above 0";
         let not_less = "not less than the threshold at which contact begins";
@@ -71,7 +71,7 @@ impl ContactRule {
         }
     }
 
-    /// Its thresholds, for the protocol of what is measured by it.
+    /// The thresholds in words, for protocols of metrics.
     pub fn in_words(&self) -> String {
         let [enter_gap, leave_gap] = [self.enter_gap_m, self.leave_gap_m].map(thousandths);
         let [shortest, window] = [self.shortest_s, self.speed_window_s].map(thousandths);
@@ -83,7 +83,7 @@ impl ContactRule {
         )
     }
 
-    /// How many frames the window of speeds reaches to either side.
+    /// Number of frames on either side in the window of speeds.
     pub(super) fn speed_reach(&self, frames_per_second: f64) -> usize {
         (libm::round(0.5 * self.speed_window_s * frames_per_second) as usize).max(1)
     }
@@ -142,7 +142,7 @@ fn thousandths(value: f64) -> f64 {
     (1e5 * value).round() / 100.0
 }
 
-/// What gap and speed must not exceed.
+/// Upper limits of gap and speed.
 struct Thresholds {
     gap_m: f64,
     speed_m_per_s: f64,
@@ -153,7 +153,7 @@ impl Thresholds {
         gap <= self.gap_m && speed <= self.speed_m_per_s
     }
 
-    /// For how long they hold, in frames: both measures are linear from one frame to the next.
+    /// The duration for which they hold, in frames: both quantities are linear between frames.
     fn held(&self, frames: &[(f64, f64)]) -> f64 {
         let between = |pair: &[(f64, f64)]| {
             let gap = part_below(pair[0].0, pair[1].0, self.gap_m);
@@ -164,7 +164,8 @@ impl Thresholds {
     }
 }
 
-/// From where to where of the way between two values, 0 to 1, it is at most a threshold. A value may be infinite.
+/// The interval of the interpolation between two values, within 0 to 1, in which it is at most a threshold. A value may
+/// be infinite.
 fn part_below(from: f64, to: f64, threshold: f64) -> [f64; 2] {
     let crossing = || if from.is_finite() { (threshold - from) / (to - from) } else { 1.0 };
     match (from <= threshold, to <= threshold) {

@@ -1,4 +1,4 @@
-//! Which parts of a body are inside each other.
+//! Self-collision: parts of a body that penetrate each other.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -8,16 +8,16 @@ use crate::body::{Flesh, Humanoid, LinkFrames};
 /// Two links, the lower index first.
 pub type LinkPair = [usize; 2];
 
-/// Why a pair of links is not looked at.
+/// The reason why a pair of links is not tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeftOut {
-    /// One hangs from the other, with nothing but links without flesh between them.
+    /// One is the ancestor of the other, with only links without geometry between them.
     Adjacent,
     /// They touch when every joint is at zero.
     TouchesInBindPose,
 }
 
-/// Two links that are inside each other.
+/// Two links that penetrate each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collision {
     /// Which.
@@ -32,12 +32,12 @@ pub struct SelfCollision<'a> {
     body: &'a Humanoid,
     pairs: Vec<LinkPair>,
     left_out: Vec<(LinkPair, LeftOut)>,
-    /// Per link, the solids and a ball around each: centre in the link, radius.
+    /// Per link, the solids with their bounding spheres: centre in the link, radius.
     solids: Vec<Vec<(&'a Flesh, Point3<f64>, f64)>>,
 }
 
 impl<'a> SelfCollision<'a> {
-    /// All pairs of links with flesh, but for those that are adjacent or touch in the bind pose (every number zero).
+    /// All pairs of links with geometry, except those that are adjacent or touch in the bind pose (all angles zero).
     pub fn new(body: &'a Humanoid) -> Self {
         let around = |flesh: &'a Flesh| bounding_ball(flesh).map(|(centre, radius)| (flesh, centre, radius));
         let solids = body.links.iter().map(|link| link.flesh.iter().filter_map(around).collect()).collect();
@@ -59,17 +59,17 @@ impl<'a> SelfCollision<'a> {
         found
     }
 
-    /// The pairs that are looked at.
+    /// The tested pairs.
     pub fn pairs(&self) -> &[LinkPair] {
         &self.pairs
     }
 
-    /// The pairs that are not, and why.
+    /// The pairs that are not tested, with the reason.
     pub fn left_out(&self) -> &[(LinkPair, LeftOut)] {
         &self.left_out
     }
 
-    /// The links that are inside each other when the body's links are at `frames`, in the order of [`Self::pairs`].
+    /// The links that penetrate each other when the body's links are at `frames`, in the order of [`Self::pairs`].
     pub fn collisions(&self, frames: &LinkFrames) -> Vec<Collision> {
         let collision = |&links: &LinkPair| Collision { links, depth_m: self.depth(frames, links) };
         self.pairs.iter().map(collision).filter(|collision| collision.depth_m > 0.0).collect()
@@ -105,7 +105,7 @@ impl<'a> SelfCollision<'a> {
     }
 }
 
-/// The nearest link above that has flesh.
+/// The nearest ancestor with geometry.
 fn fleshy_parent(body: &Humanoid, link: usize) -> Option<usize> {
     let mut above = body.parent(link)?;
     while body.links[above].flesh.is_empty() {
@@ -114,7 +114,7 @@ fn fleshy_parent(body: &Humanoid, link: usize) -> Option<usize> {
     Some(above)
 }
 
-/// A ball that holds the solid; `None` of an empty mesh.
+/// The bounding sphere of the solid; `None` for an empty mesh.
 pub(super) fn bounding_ball(flesh: &Flesh) -> Option<(Point3<f64>, f64)> {
     match flesh {
         Flesh::TaperedCapsule(c) => {

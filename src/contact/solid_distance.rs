@@ -1,4 +1,4 @@
-//! How far two solids of a body are apart: in closed form where there is one, by parry elsewhere.
+//! Distance of two solids: in closed form if there is one, else by parry.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Rotation, Vector};
@@ -8,15 +8,15 @@ use parry3d::shape::SupportMap;
 use super::capsule_distance::{nearest_ball, tapered_capsule_distance};
 use crate::body::Flesh;
 
-/// Solids further apart than this are not looked at closely, metres.
+/// Solids further apart than this are not measured, metres.
 const FAR: f32 = 10.0;
-/// Nearest points are looked for this far, metres.
+/// Search range of nearest points, metres.
 const FARTHEST: f32 = 1000.0;
 
-/// Signed distance of two solids, metres, `first_from_second` being how the second's link stands to the first's: negative where
-/// they overlap. In closed form where both are tapered capsules; the nearest ball of the one to the other by parry where one
-/// is; by parry (GJK and EPA, single precision) where neither is. Meshes count as their convex hulls. Infinite where parry finds
-/// no answer: solids more than 10 m apart, or a mesh without vertices.
+/// Signed distance of two solids, metres, `first_from_second` is the frame of the second's link in the first's;
+/// negative where they overlap. In closed form if both are tapered capsules; by the nearest sphere of the one to the
+/// other (parry) if one is; by parry (GJK and EPA, single precision) if neither is. Meshes count as their convex hulls.
+/// Infinite if parry finds no answer: solids more than 10 m apart, or a mesh without vertices.
 pub fn solid_distance(first: &Flesh, second: &Flesh, first_from_second: &Isometry3<f64>) -> f64 {
     let is_empty = |flesh: &Flesh| matches!(flesh, Flesh::Mesh { vertices, .. } if vertices.is_empty());
     if is_empty(first) || is_empty(second) {
@@ -59,7 +59,7 @@ fn by_parry(first: &impl SupportMap, second: &impl SupportMap, first_from_second
     contact.map_or(f64::INFINITY, |contact| f64::from(contact.dist))
 }
 
-/// The origin, as parry sees it.
+/// The origin as a shape for parry.
 struct Here;
 
 impl SupportMap for Here {
@@ -68,7 +68,7 @@ impl SupportMap for Here {
     }
 }
 
-/// A solid as parry sees it: by its farthest point along a direction.
+/// A solid as a shape for parry: its support point along a direction.
 struct Hull<'a>(&'a Flesh);
 
 impl SupportMap for Hull<'_> {

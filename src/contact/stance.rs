@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// What tracks of the left and of the right foot are called.
+/// Names of the tracks of the left and of the right foot.
 pub const FOOT_NAMES: [&str; 2] = ["left foot", "right foot"];
 
 /// Frames of one uninterrupted contact.

@@ -1,4 +1,4 @@
-//! The seam between contact and what a body's surface is made of.
+//! The interface between contact and the representation of a body's surface.
 
 use nalgebra::Point3;
 
@@ -19,7 +19,7 @@ pub trait Surface: Sync {
     fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<SurfacePoint>;
 }
 
-/// The solids of the flesh.
+/// The solids of the body.
 impl Surface for Humanoid {
     fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<SurfacePoint> {
         let lowest = |&link: &usize| {

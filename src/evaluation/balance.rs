@@ -2,10 +2,10 @@
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{Sequence, Touching};
-use crate::contact::{Dynamics, DynamicsFrame};
+use crate::physics::{Dynamics, DynamicsFrame};
 
-const DYNAMICS: &str = "poses of the tracker's body (estimate_root and estimate_angles), of which a stretch spans 1/15 s either way of a frame, \
-                        and mass and feet with geometry on that body";
+const DYNAMICS: &str = "poses of the tracker's body (estimate_root and estimate_angles) over at least 1/15 s before and \
+    after a frame, and mass and feet with geometry on that body";
 const TRUE_DYNAMICS: &str = "mass and feet with geometry on the actor";
 
 /// Balance of the estimate.
@@ -15,16 +15,17 @@ pub(super) const UNBALANCED: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: DYNAMICS,
-    protocol: "share of the frames in which the tracker's body stands and presses on the ground with more than a fifth of its \
-               weight (gravity {gravity}) where its zero-moment point lies outside the convex hull of what touches it (flesh \
-               yields by 10 mm); rates and accelerations from parabolas over 1/15 s either way",
+    protocol: "share of the frames with the zero-moment point outside the support polygon (convex hull of the points \
+        within 10 mm of the ground), among frames in which the tracker's body stands and presses on the ground with \
+        more than a fifth of its weight (gravity {gravity}); velocities and accelerations from parabolas over 1/15 s \
+        before and after",
     measure: |sequence| unbalanced(sequence, sequence.contacts?.estimate?),
 };
 
 /// The same of the actor.
 pub(super) const TRUE_UNBALANCED: Metric = Metric {
     name: "truth_zmp_outside",
-    title: "Zero-moment point outside the support, of the truth itself",
+    title: "Zero-moment point outside the support, ground truth",
     direction: Direction::Neither,
     needs: TRUE_DYNAMICS,
     protocol: "as zmp_outside, of the actor",
@@ -39,16 +40,16 @@ pub(super) const RESIDUAL: Metric = Metric {
     unit: Unit::BodyWeight,
     direction: Direction::LowerIsBetter,
     needs: DYNAMICS,
-    protocol: "wrench that the motion of the tracker's body needs and no forces within the friction cones ({friction}) of what \
-               touches the ground explain: norm of its force and of its moment about the centre of mass over the centre's \
-               height, over the body's weight (gravity {gravity}); mean over frames",
+    protocol: "part of the root wrench needed for the motion of the tracker's body that contact forces within the \
+        friction cones ({friction}) cannot supply: norm of its force and of its moment about the centre of mass divided \
+        by the centre's height, relative to body weight (gravity {gravity}); mean over frames",
     measure: |sequence| residual(sequence, sequence.contacts?.estimate?),
 };
 
 /// The same of the actor.
 pub(super) const TRUE_RESIDUAL: Metric = Metric {
     name: "truth_residual_wrench_body_weights",
-    title: "Residual root wrench of the truth itself",
+    title: "Residual root wrench, ground truth",
     direction: Direction::Neither,
     needs: TRUE_DYNAMICS,
     protocol: "as residual_wrench_body_weights, of the actor",
@@ -59,19 +60,19 @@ pub(super) const TRUE_RESIDUAL: Metric = Metric {
 /// Joints of the estimate that are where or as fast as they cannot be.
 pub(super) const VIOLATIONS: Metric = Metric {
     name: "joint_violations",
-    title: "Joints beyond limit or speed",
+    title: "Joints beyond position or velocity limits",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: DYNAMICS,
-    protocol: "share of the frames in which a joint of the tracker's body is beyond its limits (by more than 1e-6 rad or m) or \
-               faster than its greatest speed",
+    protocol: "share of the frames in which a joint of the tracker's body is beyond its position limits (by more than \
+        1e-6 rad or m) or its velocity limit",
     measure: |sequence| violations(sequence, sequence.contacts?.estimate?),
 };
 
 /// The same of the actor.
 pub(super) const TRUE_VIOLATIONS: Metric = Metric {
     name: "truth_joint_violations",
-    title: "Joints beyond limit or speed of the truth itself",
+    title: "Joints beyond position or velocity limits, ground truth",
     direction: Direction::Neither,
     needs: TRUE_DYNAMICS,
     protocol: "as joint_violations, of the actor",
@@ -107,7 +108,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::super::contact_fixture::{contacts, measured_with};
-    use crate::contact::{Dynamics, DynamicsFrame};
+    use crate::physics::{Dynamics, DynamicsFrame};
 
     fn frame(margin_m: Option<f64>, residual: f64, violations: [usize; 2]) -> DynamicsFrame {
         DynamicsFrame {

@@ -3,22 +3,21 @@
 use rand::{Rng, RngExt};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::Interval;
-use super::interval::{freedom_of_mean, mean_of_means, student_quantile};
 use super::statistics::{mean, quantile};
+use super::student::{freedom_of_mean, mean_of_means, student_quantile};
 use crate::rng::{Purpose, stream};
 
 /// Resamples behind every interval.
 pub(super) const RESAMPLES: usize = 10_000;
 
-/// Interval of the mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip `c`'s runs. Seeds are
+/// Ends of the interval of the mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip `c`'s runs. Seeds are
 /// drawn again within their clip, and must not be equal in all of them.
 ///
 /// BCa percentiles (Efron 1987): the share of resampled means below the mean corrects the bias, the skewness of the values the
 /// percentiles. They are taken further out than 2.5 %, by the ratio of Student's t to the normal deviate and by the bootstrap's
 /// divisor n in place of n - 1 (Hesterberg 2015, "What teachers should know about the bootstrap", section 5.3): plain ones cover
 /// 90 % of the time with ten runs.
-pub(super) fn bca(clips: &[Vec<f64>]) -> Option<Interval> {
+pub(super) fn bca(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
     let centre = mean_of_means(clips)?;
     let reach = reach(clips)?;
     let mut rng = stream(0, Purpose::Bootstrap, 0, 0, 0);
@@ -32,7 +31,7 @@ pub(super) fn bca(clips: &[Vec<f64>]) -> Option<Interval> {
         let share = normal.cdf(bias + shifted / (1.0 - acceleration * shifted).max(f64::MIN_POSITIVE));
         quantile(&means, share)
     };
-    Some(Interval { low: end(-reach)?, high: end(reach)? })
+    Some([end(-reach)?, end(reach)?])
 }
 
 /// The normal deviate that gives a normal sample the width of Student's interval: `t sqrt(n / (n - 1))`; over several clips the
@@ -102,7 +101,7 @@ mod tests {
     fn a_symmetric_sample_has_nearly_the_interval_of_student() {
         let runs: Vec<f64> = (0..21).map(|i| f64::from(i) - 10.0).collect();
         let half = student_quantile(20.0).unwrap() * (38.5_f64 / 21.0).sqrt();
-        let Interval { low, high } = bca(&[runs]).unwrap();
+        let [low, high] = bca(&[runs]).unwrap();
         assert!((low + half).abs() < 0.08 * half && (high - half).abs() < 0.08 * half, "{low} {high} against {half}");
     }
 
@@ -110,7 +109,7 @@ mod tests {
     fn a_sample_with_a_long_upper_tail_reaches_further_up_than_down() {
         let runs: Vec<f64> = (0..15).map(|i| libm::exp(0.2 * f64::from(i))).collect();
         let centre = mean(&runs).unwrap();
-        let Interval { low, high } = bca(&[runs]).unwrap();
+        let [low, high] = bca(&[runs]).unwrap();
         assert!(high - centre > 1.2 * (centre - low), "{low} {centre} {high}");
     }
 }

@@ -9,10 +9,10 @@ pub(super) const F1: Metric = Metric {
     title: "Foot contact, F1",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
-    needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet of both bodies, and a foot \
-            that stands",
-    protocol: "2 TP / (2 TP + FP + FN) over frames and feet, labels of actor and estimate each from their own solids by one \
-               rule: {contact_rule}; absent where neither ever stands",
+    needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet of both bodies, and a \
+        standing foot",
+    protocol: "2 TP / (2 TP + FP + FN) over frames and feet, labels of actor and estimate from their own geometry by \
+        the same rule: {contact_rule}; absent if neither ever stands",
     measure: f1,
 };
 

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::contact::{ContactRule, ContactTrack, Dynamics, FOOT_NAMES, GroundContact, GroundContacts};
+use crate::contact::{ContactRule, ContactTrack, FOOT_NAMES, GroundContact, GroundContacts};
+use crate::physics::Dynamics;
 
 use super::evaluate::MetricValue;
 use super::fixture::standing;

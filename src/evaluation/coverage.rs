@@ -11,7 +11,7 @@ pub(super) const COVERAGE: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "markers of the truth",
-    protocol: "share of the truth's markers, over all scored frames, that the estimate has",
+    protocol: "share of the true markers, over all scored frames, that the estimate contains",
     measure: coverage,
 };
 
@@ -22,7 +22,7 @@ pub(super) const LOST_FRAMES: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "frames to score",
-    protocol: "share of the scored frames in which the estimate has no marker at all; they are left out of the means of errors",
+    protocol: "share of the scored frames in which the estimate has no marker; error means leave these frames out",
     measure: lost_frames,
 };
 
@@ -81,7 +81,7 @@ mod tests {
         for (name, value) in [("lost_frames", 1.0), ("coverage", 0.0), ("track_loss", 1.0), ("pck150", 0.0)] {
             assert_eq!(evaluation.metrics[name].mean, value, "{name}");
         }
-        assert_eq!(evaluation.absent["humaneva_mm"], "needs a marker that truth and estimate share");
+        assert_eq!(evaluation.absent["humaneva_mm"], "needs a marker that is in both truth and estimate");
         assert!(!evaluation.metrics.contains_key("humaneva_mm") && evaluation.per_joint.is_empty());
     }
 }

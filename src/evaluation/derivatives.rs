@@ -17,7 +17,7 @@ pub(super) const VELOCITY: Metric = Metric {
     title: "Velocity error",
     unit: Unit::MillimetrePerSecond,
     direction: Direction::LowerIsBetter,
-    needs: "a marker with an estimate in two frames running",
+    needs: "a marker with an estimate in two consecutive frames",
     protocol: "mean length of the difference between estimated and true velocity of the 15 virtual markers, backward \
                difference times fps; a difference that touches a missing or left-out frame is skipped; mean of frame means",
     measure: velocity,
@@ -29,7 +29,7 @@ pub(super) const ACCELERATION: Metric = Metric {
     title: "Acceleration error",
     unit: Unit::MetrePerSecondSquared,
     direction: Direction::LowerIsBetter,
-    needs: "a marker with an estimate in three frames running",
+    needs: "a marker with an estimate in three consecutive frames",
     protocol: "mean length of the difference between estimated and true acceleration of the 15 virtual markers, second \
                difference times fps squared; a difference that touches a missing or left-out frame is skipped; mean of \
                frame means",
@@ -42,9 +42,9 @@ pub(super) const JITTER: Metric = Metric {
     title: "Jitter of the estimate",
     unit: Unit::MetrePerSecondCubed,
     direction: Direction::LowerIsBetter,
-    needs: "a marker with an estimate in four frames running",
-    protocol: "mean length of the third difference of the estimated 15 virtual markers times fps cubed, the truth not \
-               involved; a difference that touches a missing or left-out frame is skipped; mean of frame means",
+    needs: "a marker with an estimate in four consecutive frames",
+    protocol: "mean length of the third difference of the 15 estimated virtual markers times fps cubed, independent of \
+        the truth; a difference that touches a missing or left-out frame is skipped; mean of frame means",
     measure: jitter,
 };
 

@@ -9,10 +9,10 @@ pub(super) const GAP: Metric = Metric {
     title: "Energy gap, truth minus estimate",
     unit: Unit::Energy,
     direction: Direction::Neither,
-    needs: "energies of truth and estimate, which trackers of this program with a likelihood leave behind",
+    needs: "energies of truth and estimate, which skiagraph's trackers with a likelihood record",
     protocol: "energy of the true pose refitted to the tracker's body minus energy of the estimate, under the tracker's \
-               own likelihood; positive: the likelihood prefers the estimate, so it (or the body) is at fault; zero or \
-               negative with a large error: the search is; mean over frames",
+               own likelihood; positive: the likelihood prefers the estimate, so the likelihood or the body model \
+               causes the error; zero or negative with a large error: the search causes it; mean over frames",
     measure: gap,
 };
 

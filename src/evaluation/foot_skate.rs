@@ -5,10 +5,10 @@ use super::sequence::{ContactPair, Sequence, Touching};
 use super::statistics::mean_of;
 
 /// What metrics of stance need.
-pub(super) const STANCES: &str = "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet of both bodies, and frames in \
-                                  which the actor's foot stands";
+pub(super) const STANCES: &str = "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet \
+    of both bodies, and frames in which a foot of the actor stands";
 /// What metrics of the actor's stance need.
-pub(super) const TRUE_STANCES: &str = "geometry on the actor's feet, and frames in which one stands";
+pub(super) const TRUE_STANCES: &str = "geometry on the actor's feet, and frames in which a foot stands";
 
 /// Speed in stance.
 pub(super) const SKATE: Metric = Metric {
@@ -17,18 +17,18 @@ pub(super) const SKATE: Metric = Metric {
     unit: Unit::MillimetrePerSecond,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
-    protocol: "horizontal speed of the material point of the estimate's foot that is lowest, central difference over one frame \
-               either way, over frames and feet in which the actor's foot stands (exact contact truth); pooled",
+    protocol: "horizontal speed of the lowest material point of the estimate's foot (central difference over one frame \
+        before and after), over frames and feet in which the actor's foot stands (exact contact truth); pooled",
     measure: |sequence| skate(sequence, |pair| pair.estimate),
 };
 
 /// The same of the actor.
 pub(super) const TRUE_SKATE: Metric = Metric {
     name: "truth_foot_skate_mm_per_s",
-    title: "Foot skate of the truth itself",
+    title: "Foot skate, ground truth",
     direction: Direction::Neither,
     needs: TRUE_STANCES,
-    protocol: "as foot_skate_mm_per_s, of the actor: what the recording itself skates",
+    protocol: "as foot_skate_mm_per_s, of the actor: skate in the recording itself",
     measure: |sequence| skate(sequence, |pair| Some(pair.truth)),
     ..SKATE
 };
@@ -40,16 +40,16 @@ pub(super) const SLIP: Metric = Metric {
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
-    protocol: "horizontal speed of the material point of the estimate's foot that is lowest (central difference over one frame \
-               either way), summed over the frames of a stance of the actor's foot (exact contact truth) times the time \
-               between frames; mean over the stances of both feet",
+    protocol: "horizontal speed of the lowest material point of the estimate's foot (central difference over one frame \
+        before and after), integrated over a stance of the actor's foot (exact contact truth); mean over the stances of \
+        both feet",
     measure: |sequence| slip(sequence, |pair| pair.estimate),
 };
 
 /// The same of the actor.
 pub(super) const TRUE_SLIP: Metric = Metric {
     name: "truth_slip_per_stance_mm",
-    title: "Slip per stance of the truth itself",
+    title: "Slip per stance, ground truth",
     direction: Direction::Neither,
     needs: TRUE_STANCES,
     protocol: "as slip_per_stance_mm, of the actor",
@@ -64,9 +64,9 @@ pub(super) const PER_FRAME: Metric = Metric {
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
-    protocol: "foot_skate_mm_per_s divided by the frame rate, for comparison with figures in mm/frame. Trap: it changes with the \
-               frame rate of the same motion; others guess contact from the estimate's own height or speed and follow a joint, \
-               not the sole: compare only what has the same rate and rule",
+    protocol: "foot_skate_mm_per_s divided by the frame rate, for comparison with published values in mm/frame. \
+        Caution: it depends on the frame rate; other works derive contact from the estimate's own height or speed and \
+        use a joint instead of the sole: compare only values with the same rate and rule",
     measure: |sequence| per_frame(sequence),
 };
 
@@ -77,9 +77,9 @@ pub(super) const RATIO: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
-    protocol: "share of stance frames (the actor's) in which the estimate's foot moves more than 25 mm along the ground in a \
-               frame. Trap: 25 mm a frame are 0.5 m/s at 20 Hz and 3 m/s at 120 Hz, so that the same motion has a lower ratio \
-               at a higher rate; others count frames by a height of 50 mm instead of contact",
+    protocol: "share of the actor's stance frames in which the estimate's foot moves more than 25 mm along the ground \
+        in one frame. Caution: 25 mm a frame are 0.5 m/s at 20 Hz and 3 m/s at 120 Hz, so the same motion has a lower \
+        ratio at a higher rate; other works select frames by a height of 50 mm instead of contact",
     measure: |sequence| ratio(sequence),
 };
 

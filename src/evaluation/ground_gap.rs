@@ -8,19 +8,19 @@ use super::statistics::mean_of;
 /// Depth below the ground.
 pub(super) const PENETRATION: Metric = Metric {
     name: "ground_penetration_mm",
-    title: "Penetration of the ground",
+    title: "Ground penetration",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles) and geometry on its feet",
-    protocol: "depth under z = 0 of the lowest point of the tracker's body in the estimated pose, 0 where all of it is above; \
-               mean over frames",
+    protocol: "depth below z = 0 of the lowest point of the tracker's body in the estimated pose, 0 if all of it is \
+        above; mean over frames",
     measure: |sequence| penetration(sequence, |pair| pair.estimate),
 };
 
 /// The same of the actor.
 pub(super) const TRUE_PENETRATION: Metric = Metric {
     name: "truth_ground_penetration_mm",
-    title: "Penetration of the ground by the truth itself",
+    title: "Ground penetration, ground truth",
     direction: Direction::Neither,
     needs: "geometry on the actor's feet",
     protocol: "as ground_penetration_mm, of the actor",
@@ -35,7 +35,8 @@ pub(super) const FLOAT: Metric = Metric {
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
-    protocol: "height above z = 0 of the lowest point of the estimate's foot, 0 where it is below, over frames and feet in which \
+    protocol: "height above z = 0 of the lowest point of the estimate's foot, 0 if it is below, over frames and feet in \
+        which \
                the actor's foot stands; pooled",
     measure: |sequence| float(sequence, |pair| pair.estimate),
 };
@@ -43,7 +44,7 @@ pub(super) const FLOAT: Metric = Metric {
 /// The same of the actor.
 pub(super) const TRUE_FLOAT: Metric = Metric {
     name: "truth_foot_float_mm",
-    title: "Float in stance of the truth itself",
+    title: "Float in stance, ground truth",
     direction: Direction::Neither,
     needs: TRUE_STANCES,
     protocol: "as foot_float_mm, of the actor",

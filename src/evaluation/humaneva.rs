@@ -6,15 +6,16 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 use super::{Sequence, mpjpe};
 
-/// Mean distance of the fifteen virtual markers (Sigal and Black 2006; S2's position error, Fig. 5, in mm).
+/// Mean distance of the fifteen virtual markers ([Sigal 2010]; equal to the position error of [Skinned APF], Fig. 5, in
+/// mm).
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "humaneva_mm",
     title: "HumanEva 3-D error",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
-    needs: "a marker that truth and estimate share",
+    needs: "a marker that is in both truth and estimate",
     protocol: "mean distance of HumanEva's 15 virtual markers in the world, no alignment; markers missing in truth or \
-               estimate are skipped; mean of frame means; also S2's position error",
+               estimate are skipped; mean of frame means; equal to the position error of [Skinned APF]",
     measure: absolute,
 };
 
@@ -26,8 +27,8 @@ pub(super) const RELATIVE: Metric = Metric {
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "the pelvis and another marker in truth and estimate",
-    protocol: "mean distance of the 14 virtual markers other than the pelvis after both skeletons are moved to their own \
-               pelvis; markers missing in truth or estimate are skipped; mean of frame means",
+    protocol: "mean distance of the 14 virtual markers other than the pelvis, relative to each skeleton's own pelvis; \
+        markers missing in truth or estimate are skipped; mean of frame means",
     measure: relative,
 };
 

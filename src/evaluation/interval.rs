@@ -10,20 +10,15 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::bootstrap;
-use super::statistics::{mean, variance};
+use super::student::{student, student_on_logs};
 
 /// Fewer runs than these have no interval.
 pub const FEWEST_RUNS: usize = 3;
 
 /// The bootstrap is used where every clip has at least so many runs.
 pub const BOOTSTRAP_RUNS: usize = 10;
-
-/// No logarithms of errors are taken to vary more than this (a standard deviation of 1 is a factor of e from run to run):
-/// one run whose error is all but zero would otherwise stretch an interval of three runs over many powers of ten.
-const GREATEST_LOG_VARIANCE: f64 = 1.0;
 
 /// A two-sided 95 % interval, written `[low, high]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,7 +95,7 @@ pub fn mean_interval(clips: &[Vec<f64>], range: ValueRange) -> Option<(Interval,
         false if is_error => (student_on_logs(clips)?, IntervalRule::StudentOnLogs),
         false => (student(clips)?, IntervalRule::Student),
     };
-    Some((range.hold(ends), rule))
+    Some((range.hold(ends.into()), rule))
 }
 
 impl ValueRange {
@@ -114,69 +109,16 @@ impl ValueRange {
     }
 }
 
-/// `m +- t se`.
-fn student(clips: &[Vec<f64>]) -> Option<Interval> {
-    let centre = mean_of_means(clips)?;
-    let half = half_width(clips, |runs| Some(variance(runs)? / runs.len() as f64))?;
-    Some(Interval { low: centre - half, high: centre + half })
-}
-
-/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (Olsson
-/// 2005); of several clips the `se^2` of the clips' means add up.
-fn student_on_logs(clips: &[Vec<f64>]) -> Option<Interval> {
-    let centre = mean_of_means(clips)?;
-    let half = half_width(clips, |runs| {
-        let n = runs.len() as f64;
-        let logs: Vec<f64> = runs.iter().map(|value| libm::log(*value)).collect();
-        let v = variance(&logs)?.min(GREATEST_LOG_VARIANCE);
-        let scale = mean(runs)?;
-        Some(scale * scale * (v / n + v * v / (2.0 * (n - 1.0))))
-    })?;
-    let factor = libm::exp(half / centre);
-    Some(Interval { low: centre / factor, high: centre * factor })
-}
-
-/// `t sqrt(sum of e) / C`, `e` being the squared standard error of each of the C clips' means.
-fn half_width(clips: &[Vec<f64>], squared_error: impl Fn(&[f64]) -> Option<f64>) -> Option<f64> {
-    let errors: Vec<f64> = clips.iter().map(|runs| squared_error(runs)).collect::<Option<_>>()?;
-    let sum: f64 = errors.iter().sum();
-    let t = student_quantile(freedom(&errors, clips))?;
-    Some(t * sum.sqrt() / clips.len() as f64)
-}
-
-/// Degrees of freedom of a sum of squared standard errors (Welch 1938, Satterthwaite 1946).
-fn freedom(squared_errors: &[f64], clips: &[Vec<f64>]) -> f64 {
-    let sum: f64 = squared_errors.iter().sum();
-    let parts = squared_errors.iter().zip(clips).map(|(e, runs)| (e / sum) * (e / sum) / (runs.len() - 1) as f64);
-    1.0 / parts.sum::<f64>()
-}
-
 /// Whether the runs of every clip have one value.
 pub(super) fn are_equal(clips: &[Vec<f64>]) -> bool {
     clips.iter().all(|runs| runs.windows(2).all(|pair| pair[0] == pair[1]))
 }
 
-/// Degrees of freedom of the mean of the clips' means.
-pub(super) fn freedom_of_mean(clips: &[Vec<f64>]) -> Option<f64> {
-    let errors: Vec<f64> = clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
-    Some(freedom(&errors, clips))
-}
-
-/// The 97.5 % quantile of Student's t.
-pub(super) fn student_quantile(freedom: f64) -> Option<f64> {
-    Some(StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(0.975))
-}
-
-/// Mean over clips of each clip's mean; `None` without a value.
-pub(super) fn mean_of_means(clips: &[Vec<f64>]) -> Option<f64> {
-    mean(&clips.iter().filter_map(|runs| mean(runs)).collect::<Vec<_>>())
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::student::student_quantile;
     use super::*;
-    use crate::rng::{Purpose, stream};
-    use rand_distr::{Distribution, StandardNormal};
+    use crate::rng::{Purpose, normal, stream};
 
     fn ends(clips: &[Vec<f64>], range: ValueRange) -> [f64; 2] {
         mean_interval(clips, range).unwrap().0.into()
@@ -268,9 +210,8 @@ mod tests {
         for n in [3, 10] {
             let covered = (0..400).filter(|trial| {
                 let mut rng = stream(*trial, Purpose::Oracle, 0, 0, n);
-                let normal =
-                    || -> f64 { 40.0 + 4.0 * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut rng) };
-                let runs: Vec<f64> = std::iter::repeat_with(normal).take(n as usize).collect();
+                let drawn = || 40.0 + 4.0 * normal(&mut rng);
+                let runs: Vec<f64> = std::iter::repeat_with(drawn).take(n as usize).collect();
                 let [low, high] = ends(&[runs], ValueRange::NonNegative);
                 low <= 40.0 && 40.0 <= high
             });

@@ -24,7 +24,7 @@ pub(super) fn of_runs(clips: &[Vec<f64>]) -> String {
     if fewest < 2 || runs < FEWEST_RUNS {
         let none = none(clips, runs);
         let (first, rest) = none.split_at(1);
-        return format!("{}{rest}: an interval takes {FEWEST_RUNS} seeds or more", first.to_uppercase());
+        return format!("{}{rest}: an interval needs {FEWEST_RUNS} seeds or more", first.to_uppercase());
     }
     let rule = match fewest >= BOOTSTRAP_RUNS {
         true => format!("BCa bootstrap of the seeds within each clip, {RESAMPLES} resamples, expanded percentiles"),
@@ -33,8 +33,8 @@ pub(super) fn of_runs(clips: &[Vec<f64>]) -> String {
     let coverage: Vec<String> =
         COVERAGE_WITH_LOST_TRACKS.iter().map(|(seeds, percent)| format!("{percent} % at {seeds} seeds")).collect();
     format!(
-        "95 % intervals of the mean over {}, never over frames: {rule}. Where some seeds lose the body and others do not, they \
-         hold the mean far less often than they say: with one lost in ten {} (results/intervals.md)",
+        "95 % intervals of the mean over {}, never over frames: {rule}. If some seeds lose the body and others do not, \
+        coverage is far below 95 %: with one seed in ten lost {} (results/intervals.md)",
         counted(clips, runs),
         coverage.join(", "),
     )
@@ -103,7 +103,7 @@ mod tests {
             "{}",
             of_runs(&clips)
         );
-        assert_eq!(of_runs(&[vec![0.0]]), "1 seed: no interval: an interval takes 3 seeds or more");
+        assert_eq!(of_runs(&[vec![0.0]]), "1 seed: no interval: an interval needs 3 seeds or more");
         assert_eq!(of_metric(&[], 5, None), "0 of 5 seeds: no interval");
         assert_eq!(of_metric(&[vec![0.0; 5]], 5, None), "5 seeds: all equal");
         assert_eq!(of_metric(&[vec![0.0; 2]], 2, None), "2 seeds: no interval");

@@ -7,8 +7,8 @@ use super::statistics::mean_of;
 /// The longest lag looked for, seconds.
 const LONGEST_LAG_S: f64 = 0.25;
 
-const LONG_ENOUGH: &str =
-    "a second or more, and half a second of frames that have an estimate within 250 ms either way throughout";
+const LONG_ENOUGH: &str = "a sequence of at least 1 s, and at least 0.5 s of frames with estimates in all frames \
+    within 250 ms before and after";
 
 /// The shift that fits best.
 pub(super) const LAG: Metric = Metric {
@@ -17,20 +17,21 @@ pub(super) const LAG: Metric = Metric {
     unit: Unit::Millisecond,
     direction: Direction::Neither,
     needs: LONG_ENOUGH,
-    protocol: "whole-frame shift, at most 250 ms either way, after which the absolute error of the 15 virtual markers is \
-               least; positive where the estimate trails; the same true frames for every shift: those that have an estimate at all of them",
+    protocol: "shift by whole frames, at most 250 ms in either direction, that minimises the absolute error of the 15 \
+        virtual markers; positive if the estimate trails; all shifts use the same true frames: those with an estimate \
+        at every shift",
     measure: lag,
 };
 
 /// The error that remains after it.
 pub(super) const LAG_CORRECTED: Metric = Metric {
     name: "lag_corrected_mm",
-    title: "Error without the lag",
+    title: "Error after lag correction",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: LONG_ENOUGH,
-    protocol: "mean distance of the 15 virtual markers in the world after the estimate is shifted by its lag; frames within \
-               250 ms of either end, or of a frame without an estimate, left out",
+    protocol: "mean distance of the 15 virtual markers in the world after the estimate is shifted by its lag; frames \
+        within 250 ms of either end or of a frame without an estimate are left out",
     measure: lag_corrected,
 };
 

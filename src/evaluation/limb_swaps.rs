@@ -13,10 +13,10 @@ pub(super) const SHARE: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "both knees and ankles, or both elbows and wrists, in truth and estimate",
-    protocol: "share of the frames in which exchanging left and right of the estimate's legs (knee and ankle) or of its arms \
-               (elbow and wrist) lowers the sum of these markers' distances from the truth, no alignment; legs and arms are \
-               judged apart, one of them is enough; limbs that miss one of their markers in truth or estimate are skipped, \
-               frames without any left out",
+    protocol: "share of the frames in which exchanging left and right of the estimate's legs (knee and ankle) or arms \
+        (elbow and wrist) reduces the sum of these markers' distances from the truth, no alignment; legs and arms are \
+        tested separately, one swap is enough; limbs with a missing marker in truth or estimate are skipped, frames \
+        without complete limbs are left out",
     measure: share,
 };
 

@@ -12,7 +12,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
     title: "MPJPE, absolute",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
-    needs: "a marker that truth and estimate share",
+    needs: "a marker that is in both truth and estimate",
     protocol: "mean distance of the 15 virtual markers in the world, no alignment; pooled over all markers of all frames, \
                markers missing in truth or estimate skipped",
     measure: absolute,
@@ -26,8 +26,8 @@ pub(super) const ROOT_RELATIVE: Metric = Metric {
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "the pelvis in truth and estimate",
-    protocol: "mean distance of the 15 virtual markers (pelvis included, error 0) after both skeletons are moved to their \
-               own pelvis; pooled over all markers of all frames, markers missing in truth or estimate skipped",
+    protocol: "mean distance of the 15 virtual markers (pelvis included, error 0), relative to each skeleton's own \
+        pelvis; pooled over all markers of all frames, markers missing in truth or estimate skipped",
     measure: root_relative,
 };
 

@@ -7,15 +7,15 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 
 const ROTATIONS: &str = "rotations of the estimate's root link (estimate_root)";
 
-/// S2's body orientation error.
+/// Body orientation error of `[Skinned APF]`.
 pub(super) const BODY: Metric = Metric {
     name: "body_orientation_deg",
     title: "Body orientation error",
     unit: Unit::Degree,
     direction: Direction::LowerIsBetter,
     needs: ROTATIONS,
-    protocol: "geodesic angle between the true and the estimated rotation in the world of the body's axes at its root \
-               (X forward, Y left, Z up at the zero pose, told by hips and thorax); mean over frames",
+    protocol: "geodesic angle between the true and the estimated world rotation of the body axes at the root (X \
+        forward, Y left, Z up at the zero pose, defined by hips and thorax); mean over frames",
     measure: body,
 };
 
@@ -26,8 +26,7 @@ pub(super) const HEADING: Metric = Metric {
     unit: Unit::Degree,
     direction: Direction::LowerIsBetter,
     needs: ROTATIONS,
-    protocol: "absolute difference of the headings (twist of that rotation about the vertical, swing removed); mean over \
-               frames",
+    protocol: "absolute difference of the headings (twist of that rotation about the vertical); mean over frames",
     measure: heading,
 };
 

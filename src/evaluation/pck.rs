@@ -28,7 +28,7 @@ pub(super) const AUC: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "markers of the truth",
-    protocol: "mean of PCK at the 31 thresholds 0, 5, ... 150 mm (as MPI-INF-3DHP, but in the world, no alignment); a \
+    protocol: "mean of PCK at the 31 thresholds 0, 5, ... 150 mm (as for MPI-INF-3DHP, but in the world, no alignment); a \
                marker missing in the estimate counts as wrong; mean of frame means",
     measure: area,
 };

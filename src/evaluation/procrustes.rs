@@ -11,9 +11,9 @@ pub(super) const ALIGNED: Metric = Metric {
     title: "MPJPE, Procrustes-aligned",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
-    needs: "three markers of one frame that truth and estimate share",
-    protocol: "mean distance of the 15 virtual markers after the similarity (rotation, translation and scale, no \
-               reflection) that brings the estimate of that frame closest to the truth; pooled over all markers of all \
+    needs: "a frame with three markers that are in both truth and estimate",
+    protocol: "mean distance of the 15 virtual markers after aligning each frame's estimate to the truth by the best \
+        similarity transform (rotation, translation and scale, no reflection); pooled over all markers of all \
                frames, frames with fewer than 3 common markers skipped",
     measure: aligned,
 };

@@ -6,19 +6,19 @@ use super::sequence::{Sequence, Touching};
 /// Of the estimate.
 pub(super) const DEPTH: Metric = Metric {
     name: "prop_penetration_mm",
-    title: "Penetration of props",
+    title: "Prop penetration",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on its feet, and a prop in the scene",
-    protocol: "greatest depth by which a link of the tracker's body is inside a prop of the scene, 0 where none is; mean over \
-               frames",
+    protocol: "greatest penetration depth of a link of the tracker's body in a prop of the scene, 0 if none; mean over \
+        frames",
     measure: |sequence| depth(sequence, sequence.contacts?.estimate?),
 };
 
 /// Of the actor.
 pub(super) const TRUE_DEPTH: Metric = Metric {
     name: "truth_prop_penetration_mm",
-    title: "Penetration of props by the truth itself",
+    title: "Prop penetration, ground truth",
     direction: Direction::Neither,
     needs: "geometry on the actor's feet, and a prop in the scene",
     protocol: "as prop_penetration_mm, of the actor",

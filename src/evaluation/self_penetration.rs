@@ -10,15 +10,15 @@ pub(super) const DEPTH: Metric = Metric {
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles) and geometry on its feet",
-    protocol: "greatest depth by which two links of the tracker's body are inside each other, pairs that are adjacent or touch in \
-               the bind pose left out; mean over frames",
+    protocol: "greatest penetration depth between two links of the tracker's body, without pairs that are adjacent or \
+        touch in the bind pose; mean over frames",
     measure: |sequence| depth(sequence, sequence.contacts?.estimate?),
 };
 
 /// Of the actor.
 pub(super) const TRUE_DEPTH: Metric = Metric {
     name: "truth_self_penetration_mm",
-    title: "Self-penetration of the truth itself",
+    title: "Self-penetration, ground truth",
     direction: Direction::Neither,
     needs: "geometry on the actor's feet",
     protocol: "as self_penetration_mm, of the actor",

@@ -5,7 +5,8 @@ use std::ops::Range;
 use nalgebra::{Point3, UnitQuaternion};
 
 use crate::body::Markers;
-use crate::contact::{Dynamics, GroundContacts};
+use crate::contact::GroundContacts;
+use crate::physics::Dynamics;
 
 /// Truth and estimate of one clip, frame by frame. All slices have one entry a frame and the same length.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +100,7 @@ pub struct Energies<'a> {
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum EvaluationError {
     /// Two lists that should have one entry a frame do not agree.
-    #[error("{what}: {found} frames where the truth has {expected}; give one entry for every frame of the truth")]
+    #[error("{what}: {found} frames, but the truth has {expected}; give one entry per frame of the truth")]
     Length {
         /// Which list.
         what: &'static str,
@@ -109,7 +110,7 @@ pub enum EvaluationError {
         expected: usize,
     },
     /// Nothing is left to score.
-    #[error("no frame to score: {frames} frames, the first {left_out} left out")]
+    #[error("no frame to score: {frames} frames, of which the first {left_out} are left out")]
     NoFrame {
         /// Frames of the truth.
         frames: usize,
@@ -128,7 +129,7 @@ pub enum EvaluationError {
         what: String,
     },
     /// No frame has a marker in both the truth and the estimate.
-    #[error("no frame has a marker in both truth and estimate: nothing can be compared")]
+    #[error("truth and estimate have no common marker in any frame: nothing can be compared")]
     NothingInCommon,
     /// There is no run to summarise.
     #[error("no run to summarise")]

@@ -16,7 +16,7 @@ pub(super) const ALL_VIEWS: Metric = Metric {
     direction: Direction::HigherIsBetter,
     needs: POSES,
     protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body, and the observed one; \
-               mean over views, then over frames; views where both are empty skipped",
+               mean over views, then over frames; views in which both are empty are skipped",
     measure: all_views,
 };
 
@@ -28,7 +28,7 @@ pub(super) const WORST_VIEW: Metric = Metric {
     direction: Direction::HigherIsBetter,
     needs: POSES,
     protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body, and the observed one, \
-               in the camera whose mean over frames is lowest; frames where both are empty skipped",
+               in the camera with the lowest mean over frames; frames in which both are empty are skipped",
     measure: worst_view,
 };
 

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::interval::mean_of_means;
 use super::statistics::standard_deviation;
+use super::student::mean_of_means;
 use super::{
     Evaluation, EvaluationError, Interval, MetricValue, Spread, Unit, ValueRange, find_metric, interval_words, mean,
     mean_interval,

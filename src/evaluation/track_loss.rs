@@ -19,20 +19,20 @@ pub(super) const FRACTION: Metric = Metric {
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "markers of the truth",
-    protocol: "share of frames that lie in a run of at least 15 frames (all frames of a shorter sequence) whose HumanEva \
-               error exceeds 150 mm; a frame without an estimate counts as exceeding",
+    protocol: "share of frames that belong to a run of at least 15 consecutive frames (all frames of a shorter \
+        sequence) with a HumanEva error above 150 mm; a frame without an estimate counts as exceeding",
     measure: fraction,
 };
 
 /// Seconds from the first scored frame to the first loss.
 pub(super) const TIME_TO_LOSS: Metric = Metric {
     name: "time_to_loss_s",
-    title: "Time until the track is lost",
+    title: "Time until track loss",
     unit: Unit::Second,
     direction: Direction::HigherIsBetter,
     needs: "a track that is lost",
-    protocol: "seconds from the first scored frame to the first run of at least 15 frames (all frames of a shorter sequence) \
-               with an error above 150 mm or without an estimate; absent where the track is never lost",
+    protocol: "seconds from the first scored frame to the first run of at least 15 consecutive frames (all frames of a \
+        shorter sequence) with an error above 150 mm or without an estimate; absent if the track is never lost",
     measure: time_to_loss,
 };
 
@@ -42,9 +42,9 @@ pub(super) const RECOVERY: Metric = Metric {
     title: "Time to recover",
     unit: Unit::Second,
     direction: Direction::LowerIsBetter,
-    needs: "a track that is lost and found again",
-    protocol: "seconds from the start of the first loss to the first frame at or below 150 mm; absent where the track was \
-               never lost or never found again",
+    needs: "a track that is lost and recovered",
+    protocol: "seconds from the start of the first loss to the first later frame with an error of at most 150 mm; \
+        absent if the track was never lost or never recovered",
     measure: recovery,
 };
 

@@ -1,17 +1,15 @@
-//! What one body touches over a clip, frames without a pose left open.
+//! Contact of one body over a clip; frames without a pose stay unknown.
 
 use std::ops::Range;
 
 use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
-use crate::contact::{
-    ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContact, GroundContacts, PropContacts,
-    SelfCollision,
-};
+use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, PropContacts, SelfCollision};
 use crate::evaluation::Touching;
 use crate::parallel;
+use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use nalgebra::{Point3, Vector3};
 
-/// What of a body touches, frame by frame.
+/// Contact of a body, frame by frame.
 pub(super) struct BodyContacts {
     ground: GroundContacts,
     self_depth_m: Vec<f64>,

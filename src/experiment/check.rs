@@ -1,4 +1,4 @@
-//! `skiagraph check`: everything that can be said of a scenario before any work, all that is wrong with it and what it costs.
+//! `skiagraph check`: all errors of a scenario, or its views and cost, before any work.
 
 use std::path::Path;
 use std::time::Instant;
@@ -9,10 +9,10 @@ use super::cost::{Cost, cost};
 use super::learning::Models;
 use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, views};
 use super::staging::{Staged, robot};
-use super::{ExperimentError, LearnedModel, ScenarioFile, Unwatched, clip_file};
-use crate::tracker::FilterSettings;
+use super::{ExperimentError, LearnedModel, Unwatched, clip_file};
+use crate::scenario::ScenarioFile;
 
-/// What a sound scenario amounts to.
+/// Facts about a valid scenario.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Soundness {
     /// `skiagraph.check/1`.
@@ -33,15 +33,15 @@ pub struct Soundness {
     pub actor: String,
     /// The body that the tracker believes in.
     pub tracker_body: String,
-    /// Whether they are one.
+    /// Whether they are the same body.
     pub matched: bool,
     /// Mean distance of the actor's markers from the recorded ones, millimetres.
     pub retarget_residual_mm: f64,
-    /// Where the actor goes.
+    /// The path of the actor.
     pub path: ActorPath,
     /// Names of the cameras.
     pub cameras: Vec<String>,
-    /// How each camera sees the actor.
+    /// The view of each camera.
     pub views: Vec<CameraView>,
     /// The tracker's name; of several methods all, in the order of the methods' names.
     pub tracker: String,
@@ -51,7 +51,7 @@ pub struct Soundness {
     pub likelihood_evaluations: u64,
     /// What it costs to run.
     pub cost: Cost,
-    /// What a user should know: guesses, mended frames, doubtful views.
+    /// Notes: guesses, repaired frames, doubtful views.
     pub notes: Vec<String>,
 }
 
@@ -83,8 +83,7 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
 fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<CameraView>, cost: Cost) -> Soundness {
     let scenario = &file.scenario;
     let trackers = scenario.trackers();
-    let evaluations = |f: FilterSettings| f.particles as u64 * f.layers as u64;
-    let per_frame: u64 = trackers.iter().filter_map(|(_, t)| t.filter()).map(evaluations).sum();
+    let per_frame: u64 = trackers.iter().map(|(_, tracker)| tracker.kind().evaluations_per_frame()).sum();
     let names: Vec<&str> = trackers.iter().map(|(_, t)| t.name()).collect();
     let (frames, frames_per_second) = (staged.frames(), staged.ground_truth.frames_per_second);
     let mut notes = staged.notes.clone();
@@ -127,7 +126,7 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
     }
     let mut seen = Vec::new();
     for (_, tracker) in scenario.trackers() {
-        let Some(path) = tracker.model_file().map(|name| file.folder.join(name)) else { continue };
+        let Some(path) = tracker.kind().model_file().map(|name| file.folder.join(name)) else { continue };
         if !seen.contains(&path) {
             wrong.extend(LearnedModel::read(&path).err());
             seen.push(path);

@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::model_file::hex_sha256;
-use super::scenario::did_you_mean;
-use super::{Axis, ExperimentError, MotionSettings, ScenarioError, ScenarioFile};
+use super::ExperimentError;
+use super::error::scenario_error;
 use crate::benchmark_set::SourceRecording;
-use crate::body::retarget::MotionFingerprint;
-use crate::input::{self, excerpt, limits};
+use crate::input::{self, excerpt, hex_sha256, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
+use crate::retarget::MotionFingerprint;
+use crate::scenario::{Axis, MotionSettings, ScenarioFile, did_you_mean};
 
 /// The clips that are built in, by the name behind `embedded:`.
 pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
@@ -44,7 +44,7 @@ pub(super) fn load(
     mocap_directory: Option<&Path>,
 ) -> Result<Recording, ExperimentError> {
     read_part(&file.folder, Path::new(&settings.clip), settings, mocap_directory, &|key, message| {
-        ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
+        scenario_error(file, &format!("{table}.{key}"), message)
     })
 }
 
@@ -55,7 +55,7 @@ pub(super) fn missing(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Vec<ExperimentError> {
-    let unsound = |key: &str, message| ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into();
+    let unsound = |key: &str, message| scenario_error(file, &format!("{table}.{key}"), message);
     if let Some(name) = built_in(Path::new(&settings.clip)) {
         return embedded(name).err().map(|message| unsound("clip", message)).into_iter().collect();
     }
@@ -104,7 +104,7 @@ pub(super) fn read_part(
         let found = sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
         if let Some(expected) = settings.sha256.as_ref().filter(|expected| !found.eq_ignore_ascii_case(expected)) {
             clip.notes.push(format!(
-                "{} is not the file that the scenario was made with: its SHA-256 is {found}, not {expected}",
+                "{} is not the file that the scenario was written for: its SHA-256 is {found}, expected {expected}",
                 path.display()
             ));
         }
@@ -147,8 +147,8 @@ fn check_stature(clip: &Clip) -> Result<(), String> {
     match STATURES.contains(&stature) {
         true => Ok(()),
         false => Err(format!(
-            "expected a unit that makes the body of `{}` {least} to {most} m tall, found one of {stature:.3} m; say how long the \
-             file's unit is",
+            "expected a unit that makes the body of `{}` {least} to {most} m tall, found a body of {stature:.3} m; give \
+            the length of the file's unit",
             clip.name
         )),
     }
@@ -184,7 +184,7 @@ fn embedded(name: &str) -> Result<&'static str, String> {
     EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name).map(|(_, text)| *text).ok_or_else(|| {
         let guess = did_you_mean(name, known).map(|g| format!(", did you mean `embedded:{g}`?"));
         let guess = guess.unwrap_or_default();
-        format!("there is no built-in clip `{}`{guess} (there are: {})", excerpt(name), known.join(", "))
+        format!("no such built-in clip: `{}`{guess} (known: {})", excerpt(name), known.join(", "))
     })
 }
 
@@ -237,13 +237,13 @@ impl Places<'_> {
     fn missing(&self, name: &str, settings: &MotionSettings) -> String {
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { self.folder };
         let searched = match self.mocap_directory {
-            Some(directory) if directory.is_dir() => format!("nor anywhere below {}", directory.display()),
-            Some(directory) => format!("and {} is no directory", directory.display()),
-            None => "and no folder of recordings was named with --mocap-dir or SKIAGRAPH_MOCAP".to_owned(),
+            Some(directory) if directory.is_dir() => format!("nor below {}", directory.display()),
+            Some(directory) => format!("and {} is not a directory", directory.display()),
+            None => "and neither --mocap-dir nor SKIAGRAPH_MOCAP names a directory of recordings".to_owned(),
         };
         let source = match settings.source.as_str() {
             "" => String::new(),
-            source => format!("; it is offered at {}", excerpt(source)),
+            source => format!("; source: {}", excerpt(source)),
         };
         let hash = settings.sha256.as_ref().map(|hash| format!(" (SHA-256 {hash})")).unwrap_or_default();
         format!("`{}` is not in {}, {searched}{source}{hash}", excerpt(name), folder.display())

@@ -13,9 +13,10 @@ use super::ours::Kind;
 use super::partial_directory::PartialDirectory;
 use super::run::{Attempt, SCENARIO_FILE, draw, scenario_text};
 use super::watch::Watch;
-use super::{Destination, ExperimentError, Scenario, ScenarioFile, TrackTiming, TrackerSettings, to_json};
+use super::{Destination, ExperimentError, TrackTiming, to_json};
 use crate::evaluation::Summary;
 use crate::report::{ComparedMethod, ComparisonInput, comparison_page};
+use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 /// The name of a comparison's numbers.
 pub const COMPARISON_FILE: &str = "comparison.json";
@@ -109,7 +110,7 @@ pub fn compare(
         let record = MethodRecord {
             tracker: settings.name().to_owned(),
             settings: settings.clone(),
-            given_roots: settings.is_given_roots(),
+            given_roots: settings.kind().is_given_roots(),
             learned_from: done.record.learned_from.clone(),
             models: occupancies().map(Vec::len).max().filter(|models| *models > 0),
             recovered_particles: occupancies().flatten().map(|model| u64::from(model.recovered)).sum(),

@@ -1,4 +1,4 @@
-//! What a scenario costs, said before it is run: time by a timed sample, memory and disk by what is held and written.
+//! Cost estimate of a scenario: time from a timed sample, memory and disk from the data held and written.
 
 use std::time::Instant;
 
@@ -6,15 +6,15 @@ use serde::Serialize;
 
 use super::learning::Models;
 use super::measuring::Measures;
-use super::scenario::{AnnealedParticleFilterSettings, TrackerSettings};
 use super::staging::Staged;
 use super::tracking::track;
-use super::{ExperimentError, FrozenSettings, ScenarioFile, Unwatched};
+use super::{ExperimentError, Unwatched};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
 use crate::body::{Flesh, Motion};
 use crate::observation::Observer;
+use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;
-use crate::tracker::{PlausibilitySettings, SilhouetteSettings};
+use crate::tracker::{PlausibilitySettings, RefinementSettings, SilhouetteSettings};
 
 /// How long drawing the sample may take, and how long tracking it with each kind of likelihood, seconds.
 const SAMPLE_S: f64 = 0.25;
@@ -81,22 +81,24 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
     let two = (two.0?, two.1);
     let sample = sample(file, staged, &two)?;
     let (two, _) = two;
-    let mut known: Vec<(SilhouetteSettings, Option<PlausibilitySettings>, Speed)> = Vec::new();
+    let mut known: Vec<(Work, Speed)> = Vec::new();
     let (mut track_s, mut likelihood_evaluations) = (0.0, 0);
     for (_, tracker) in &trackers {
-        let (Some(filter), Some(likelihood)) = (tracker.filter(), tracker.likelihood()) else { continue };
+        let (Some(filter), Some(likelihood)) = (tracker.kind().filter(), tracker.kind().likelihood()) else { continue };
         let evaluations = filter.particles as u64 * filter.layers as u64;
-        let plausibility = tracker.plausibility();
-        let speed = match known.iter().find(|(l, p, _)| *l == likelihood && *p == plausibility) {
-            Some((_, _, speed)) => *speed,
+        let kind = tracker.kind();
+        let work = Work { likelihood, plausibility: kind.plausibility(), refinement: kind.refinement() };
+        let speed = match known.iter().find(|(known, _)| *known == work) {
+            Some((_, speed)) => *speed,
             None => {
-                let speed = Speed::of(&two, likelihood, plausibility, evaluations)?;
-                known.push((likelihood, plausibility, speed));
+                let speed = Speed::of(&two, work, evaluations)?;
+                known.push((work, speed));
                 speed
             }
         };
         track_s += frames * seeds * speed.seconds(evaluations);
-        likelihood_evaluations += evaluations * staged.frames() as u64 * u64::from(scenario.seeds);
+        likelihood_evaluations +=
+            tracker.kind().evaluations_per_frame() * staged.frames() as u64 * u64::from(scenario.seeds);
     }
     let methods = trackers.len() as f64;
     let (render_s, measure_s) =
@@ -108,7 +110,7 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
         track_s,
         measure_s,
         run_s: staging_s + render_s + track_s + measure_s,
-        models_to_learn: trackers.iter().filter(|(_, tracker)| tracker.learns()).count(),
+        models_to_learn: trackers.iter().filter(|(_, tracker)| tracker.kind().learns()).count(),
         likelihood_evaluations,
         memory_bytes: (render_memory + tracking_memory(file, staged)) as u64,
         render_memory_bytes: (render_memory + layers_memory(file, staged)) as u64,
@@ -175,7 +177,15 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 
-/// How fast a likelihood is: a frame costs so much by itself, and each evaluation so much more. Seconds.
+/// What there is to do in a frame.
+#[derive(Clone, Copy, PartialEq)]
+struct Work {
+    likelihood: SilhouetteSettings,
+    plausibility: Option<PlausibilitySettings>,
+    refinement: Option<RefinementSettings>,
+}
+
+/// How fast a filter is: a frame, its refinement with it, costs so much by itself, and each evaluation so much more. Seconds.
 #[derive(Clone, Copy)]
 struct Speed {
     frame_s: f64,
@@ -186,15 +196,15 @@ impl Speed {
     /// By tracking two frames with few particles, then with more, as long as the sample may take.
     fn of(
         two: &BenchmarkSet,
-        likelihood: SilhouetteSettings,
-        plausibility: Option<PlausibilitySettings>,
+        Work { likelihood, plausibility, refinement }: Work,
         evaluations: u64,
     ) -> Result<Self, ExperimentError> {
         let seconds = |particles: usize| -> Result<f64, ExperimentError> {
             let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
                 likelihood;
             let settings = AnnealedParticleFilterSettings {
-                particles,
+                paper: refinement.is_none(),
+                particles: Some(particles),
                 layers: 1,
                 silhouette,
                 contour,
@@ -202,6 +212,7 @@ impl Speed {
                 contour_reach,
                 limb_side_weight,
                 plausibility,
+                refinement: refinement.unwrap_or_default(),
                 ..AnnealedParticleFilterSettings::default()
             };
             let settings = TrackerSettings::AnnealedParticleFilter(settings);
@@ -266,7 +277,7 @@ fn tracking_memory(file: &ScenarioFile, staged: &Staged) -> f64 {
     let (frames, seeds) = (staged.frames() as f64, f64::from(file.scenario.seeds));
     let degrees = staged.start.body.degrees_of_freedom.len() as f64;
     let trackers = file.scenario.trackers();
-    let filters = trackers.iter().filter_map(|(_, tracker)| tracker.filter());
+    let filters = trackers.iter().filter_map(|(_, tracker)| tracker.kind().filter());
     let particles = filters.clone().map(|filter| filter.particles).max().unwrap_or(0) as f64;
     let layers = filters.map(|filter| filter.layers).max().unwrap_or(0) as f64;
     let views = 4.0 * pixels(staged).sum::<f64>();
@@ -282,7 +293,7 @@ fn run_bytes(file: &ScenarioFile, staged: &Staged) -> f64 {
         |body: &crate::body::Humanoid| (7 + body.degrees_of_freedom.len() + 3 * body.joints.len() + 45) as f64;
     let poses = 8.0 * frames * (seeds * numbers(&staged.start.body) + numbers(&staged.ground_truth.actor));
     let of_tracker = |tracker: &TrackerSettings| {
-        let layers = tracker.filter().map_or(0.0, |filter| filter.layers as f64);
+        let layers = tracker.kind().filter().map_or(0.0, |filter| filter.layers as f64);
         let search = 8.0 * frames * seeds * (2.0 + 6.0 * layers);
         poses + search + frames * seeds * (CSV_COLUMNS + layers) * CSV_BYTES + PAGE_BYTES
     };

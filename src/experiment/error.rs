@@ -1,26 +1,28 @@
-//! Why an experiment could not be done.
+//! Errors of experiments.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::ScenarioError;
 use crate::benchmark_set::SetError;
 use crate::body::UrdfError;
-use crate::body::retarget::RetargetError;
 use crate::contact::ContactError;
 use crate::evaluation::EvaluationError;
 use crate::input::{self, plain};
 use crate::mocap::MocapError;
 use crate::motion_model::MotionModelError;
 use crate::motion_model::gpdm_graph::GraphError;
+use crate::npz::NpzError;
+use crate::physics::PhysicsError;
 use crate::report::ReportError;
+use crate::retarget::RetargetError;
+use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::scene::SceneError;
 use crate::tracker::{SettingError, TrackError};
 
-/// Why an experiment could not be done. Every message says what, where, and what to do.
+/// Errors of experiments. Every message names the problem, the place, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ExperimentError {
-    /// The scenario is unsound by itself, or asks for something that its files do not have.
+    /// The scenario is invalid by itself, or does not fit the files that it names.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// A recording cannot be used.
@@ -29,19 +31,22 @@ pub enum ExperimentError {
     /// A robot cannot be used.
     #[error(transparent)]
     Robot(#[from] UrdfError),
-    /// A recording cannot be given to a robot.
+    /// A recording cannot be retargeted to a robot.
     #[error(transparent)]
     Retarget(#[from] RetargetError),
-    /// A motion cannot be settled on the ground.
+    /// Contact of a motion cannot be measured.
     #[error("actor.contact: {0}")]
     Contact(#[from] ContactError),
-    /// There is nothing to see.
+    /// A motion cannot be planted or simulated, or its dynamics cannot be computed.
+    #[error("actor.contact: {0}")]
+    Physics(#[from] PhysicsError),
+    /// The scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A set cannot be read or made.
     #[error(transparent)]
     Set(SetError),
-    /// A tracker's setting makes no sense.
+    /// A tracker's setting is invalid.
     #[error(transparent)]
     Setting(#[from] SettingError),
     /// A motion model cannot be made.
@@ -50,15 +55,16 @@ pub enum ExperimentError {
     /// A motion model cannot be learned.
     #[error(transparent)]
     Learning(#[from] GraphError),
-    /// A model was to be learned from a set that has no motion to learn from.
+    /// A tracker learns from motion, and the set has no training motion.
     #[error(
-        "this tracker learns from motion, and the set has none for it; render it from a scenario with [[training.clips]]"
+        "this tracker learns from training motion, and the set has none; render the set from a scenario with \
+        [[training.clips]]"
     )]
     NoTraining,
-    /// A run whose models learned from frames of the test.
+    /// The run's models learned from frames of the test.
     #[error(
-        "{run}: its tracker learned from frames {first} to {last} of `{clip}`, and they are frames of the test; such a run measures \
-         memory, not tracking",
+        "{run}: its tracker learned from frames {first} to {last} of `{clip}`, which are frames of the test; such a run \
+        measures memory, not tracking",
         run = run.display()
     )]
     LearnedFromTest {
@@ -71,7 +77,7 @@ pub enum ExperimentError {
         /// Last frame.
         last: usize,
     },
-    /// Tracking could not go on.
+    /// Tracking failed.
     #[error(transparent)]
     Track(#[from] TrackError),
     /// Nothing can be measured.
@@ -80,32 +86,31 @@ pub enum ExperimentError {
     /// No report can be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// The oracle was asked of a set that does not know the truth for the tracker's body.
+    /// The set has no ground truth for the tracker's body.
     #[error(
-        "the oracle needs the truth, and this set has none for the tracker's body; render it with skiagraph render"
+        "the oracle needs ground truth for the tracker's body, and this set has none; make the set with skiagraph render"
     )]
     OracleNeedsTruth,
-    /// A run and a set that do not belong together.
+    /// The run was not made from the set.
     #[error("{} was not made from {}: {detail}", plain(run.display()), plain(set.display()))]
     AnotherSet {
         /// The run.
         run: PathBuf,
         /// The set.
         set: PathBuf,
-        /// How one can tell.
+        /// The difference.
         detail: String,
     },
     /// A set would be overwritten.
     #[error(
-        "{}: there is a benchmark set here already, and runs may have been made from it; choose another place with \
-         --out, or replace it with --force",
+        "{}: a benchmark set exists here, and runs may depend on it; choose another --out, or replace it with --force",
         plain(path.display())
     )]
     SetThere {
-        /// The place.
+        /// The path.
         path: PathBuf,
     },
-    /// A file of a run does not hold what its format says.
+    /// A file of a run does not have the expected content.
     #[error("{}: {}", plain(path.display()), plain(detail))]
     Malformed {
         /// The file.
@@ -118,7 +123,7 @@ pub enum ExperimentError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the operating system answered.
+        /// The operating system's error.
         source: io::Error,
     },
     /// A result cannot be written.
@@ -126,42 +131,42 @@ pub enum ExperimentError {
     Output {
         /// The file or directory.
         path: PathBuf,
-        /// What was tried, as in "cannot ...".
+        /// The failed action, as in "cannot ...".
         action: &'static str,
-        /// What the operating system answered.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// Another process of this program writes to the same place.
+    /// Another skiagraph process writes to the same path.
     #[error(
-        "{path}: another skiagraph is writing here now; wait until it is done, or choose another --out",
+        "{path}: another skiagraph process is writing here; wait until it has finished, or choose another --out",
         path = path.display()
     )]
     Busy {
-        /// The place.
+        /// The path.
         path: PathBuf,
     },
-    /// What a command reads would be overwritten or changed.
+    /// An output path would overwrite an input.
     #[error(
-        "{path}: the command reads {input}, which this --out would replace or change; choose another --out",
+        "{path}: this --out would replace or change {input}, which the command reads; choose another --out",
         path = path.display(), input = input.display()
     )]
     IsInput {
-        /// The place.
+        /// The path.
         path: PathBuf,
-        /// What is read.
+        /// The input.
         input: PathBuf,
     },
-    /// Something that is not ours stands where a result should go.
+    /// A file that skiagraph did not write exists at the output path.
     #[error(
-        "{}: there is something here that is not a result of ours as we wrote it; choose another --out, or --force to move it \
-         aside",
+        "{}: this exists and is not an unchanged skiagraph result; choose another --out, or use --force to rename it to \
+        NAME~",
         plain(path.display())
     )]
     Occupied {
-        /// The place.
+        /// The path.
         path: PathBuf,
     },
-    /// An argument of the command line makes no sense.
+    /// A command-line argument is invalid.
     #[error("{argument}: {}", plain(detail))]
     Argument {
         /// The argument.
@@ -169,21 +174,21 @@ pub enum ExperimentError {
         /// What was expected and what was found.
         detail: String,
     },
-    /// What went wrong says nothing of the file with which it did.
+    /// An error with the file that it is about.
     #[error("{}: {source}", plain(file.display()))]
     With {
         /// The scenario, recording, set or run.
         file: PathBuf,
-        /// What went wrong.
+        /// The error.
         source: Box<ExperimentError>,
     },
-    /// The user stopped it.
+    /// The user interrupted the command.
     #[error("interrupted; nothing was written")]
     Interrupted,
-    /// The user stopped a training.
-    #[error("interrupted; what is learned is kept in {}: the same command goes on from there", plain(partial.display()))]
+    /// The user interrupted a training.
+    #[error("interrupted; progress is saved in {}: run the same command to resume", plain(partial.display()))]
     TrainingInterrupted {
-        /// Where it is kept.
+        /// The file with the progress.
         partial: PathBuf,
     },
 }
@@ -209,7 +214,8 @@ impl ExperimentError {
             Self::Mocap(error) => !matches!(error, MocapError::Setting { .. } | MocapError::NotCyclic { .. }),
             Self::Robot(error) => !matches!(error, UrdfError::NotShipped { .. }),
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
-            Self::Retarget(_) | Self::Contact(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
+            Self::Contact(_) | Self::Physics(_) => false,
+            Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
             Self::Learning(_) | Self::NoTraining | Self::Track(_) | Self::Evaluation(_) | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
             Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
@@ -220,6 +226,12 @@ impl ExperimentError {
     }
 }
 
+impl From<NpzError> for ExperimentError {
+    fn from(error: NpzError) -> Self {
+        Self::Set(error.into())
+    }
+}
+
 impl From<SetError> for ExperimentError {
     fn from(error: SetError) -> Self {
         match error {
@@ -227,6 +239,11 @@ impl From<SetError> for ExperimentError {
             other => Self::Set(other),
         }
     }
+}
+
+/// What is wrong with a scenario, at one of its keys.
+pub(super) fn scenario_error(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
+    ScenarioError::from(file.complaint(key, message)).into()
 }
 
 pub(super) fn output(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> ExperimentError {

@@ -1,11 +1,11 @@
-//! What a command reads: never written to, whatever the user asks for.
+//! Inputs of a command, which are never overwritten.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::clip_file;
-use super::{ExperimentError, ScenarioFile, TrackerSettings};
+use super::{ExperimentError, clip_file};
 use crate::benchmark_set::is_set;
+use crate::scenario::{ScenarioFile, TrackerSettings};
 
 /// The files and directories that a command reads.
 #[derive(Clone, Debug, Default)]
@@ -33,13 +33,14 @@ impl Inputs {
             recordings.flat_map(|clip| clip_file::paths_of(&file.folder, Path::new(&clip.clip), clip, mocap_directory));
         let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].map(|robot| file.folder.join(robot));
         let trackers = scenario.trackers();
-        let models = trackers.iter().filter_map(|(_, tracker)| tracker.model_file()).map(|name| file.folder.join(name));
+        let models =
+            trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).map(|name| file.folder.join(name));
         Self::of(file.path.iter().cloned().chain(recordings).chain(robots).chain(models))
     }
 
     /// Of a tracker that reads a set.
     pub(super) fn of_set(set: &Path, settings: &TrackerSettings) -> Self {
-        Self::of(settings.model_file().map(PathBuf::from).into_iter().chain([set.to_owned()]))
+        Self::of(settings.kind().model_file().map(PathBuf::from).into_iter().chain([set.to_owned()]))
     }
 
     /// An error if to write `target` would change an input: if it is one, holds one, or lies in a set that is one.

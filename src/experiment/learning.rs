@@ -1,18 +1,16 @@
-//! Learning the motion models that trackers ask for, or reading them from files, each once.
+//! Learns or reads the motion models of trackers, each once.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::watch::{Stage, Watch};
-use super::{
-    ExperimentError, LatentKind, LatentTrackerSettings, LearnedModel, ModelFacts, RootMode, ScenarioFile,
-    TrackerSettings,
-};
+use super::{ExperimentError, LearnedModel, ModelFacts};
 use crate::benchmark_set::{BlindSet, SourceRecording, Training};
 use crate::body::{Humanoid, Motion};
 use crate::motion_model::LatentModel;
 use crate::motion_model::gpdm::{GpdmError, Round};
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, SegmentRange};
+use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind, SegmentRange};
+use crate::scenario::{LatentKind, LatentTrackerSettings, RootMode, ScenarioFile, TrackerSettings};
 
 /// A start pose farther than this from every training pose is told to the user: rad^2 per joint, half a radian each.
 const FAR_START: f64 = 0.25;
@@ -76,11 +74,11 @@ impl Models {
         Ok(graph)
     }
 
-    /// The model of a file, for this body and rate; `single` for one GPDM of each recording, else a graph.
+    /// The model of a file, for this kind, body and rate.
     fn of_file(
         &mut self,
         name: &str,
-        single: bool,
+        kind: ModelKind,
         body: &Humanoid,
         rate: f64,
         watch: &dyn Watch,
@@ -93,8 +91,8 @@ impl Models {
                 let sources = model.sources();
                 if sources.iter().any(|source| source.fingerprint.is_none()) {
                     watch.say(&format!(
-                        "{} has no fingerprint of what it learned from, as of an older version: whether that is the test is told by \
-                         the names and hashes of files alone; train it again",
+                        "{} has no motion fingerprints (older version), so overlap with the test is checked by file \
+                        names and hashes only; train the model again",
                         path.display()
                     ));
                 }
@@ -110,16 +108,19 @@ impl Models {
         let ReadModel { facts, sources, graph, .. } = &self.read[at];
         facts.check_fits(&path, body, rate)?;
         let unfit = |detail: String| Err(ExperimentError::Malformed { path: path.clone(), detail });
-        if facts.settings.single != single {
-            let (found, wanted) = if single { ("gpdm-graph", "gpdm") } else { ("gpdm", "gpdm-graph") };
-            return unfit(format!("is a {found}, and this tracker wants a {wanted}; learn one with --model {wanted}"));
+        if facts.settings.kind() != kind {
+            let (found, wanted) = (facts.settings.kind().name(), kind.name());
+            return unfit(format!(
+                "is a {found} model, and this tracker needs a {wanted} model; train one with --model \
+                {wanted}"
+            ));
         }
         let of_test = |from: &SourceRecording| self.test.as_ref().and_then(|test| from.shared_frames(test));
         if let Some((from, (first, last))) = sources.iter().find_map(|from| of_test(from).map(|frames| (from, frames)))
         {
             return unfit(format!(
-                "learned from frames of `{}` that are frames of the scenario's [motion] too ({first} to {last}); learn from other \
-                 frames than those of the test",
+                "learned from frames {first} to {last} of `{}`, which are also frames of the scenario's [motion]; learn \
+                from frames that are not in the test",
                 from.clip
             ));
         }
@@ -137,8 +138,8 @@ impl Models {
         rate: f64,
         watch: &dyn Watch,
     ) -> Result<(), ExperimentError> {
-        match tracker.model_file().zip(tracker.learning()) {
-            Some((name, learning)) => self.of_file(name, learning.single, body, rate, watch).map(|_| ()),
+        match tracker.kind().model_file().zip(tracker.kind().learning()) {
+            Some((name, learning)) => self.of_file(name, learning.kind(), body, rate, watch).map(|_| ()),
             None => Ok(()),
         }
     }
@@ -158,7 +159,7 @@ impl Models {
     ) -> Result<LatentModel, ExperimentError> {
         let (body, learning) = (&set.start.body, settings.model.learning());
         let graph = match &settings.model_file {
-            Some(name) => self.of_file(name, learning.single, body, set.frames_per_second, watch)?,
+            Some(name) => self.of_file(name, learning.kind(), body, set.frames_per_second, watch)?,
             None => self.learn(&learning, body, &set.start.training, watch)?,
         };
         let model = LatentModel::new(body.clone(), graph, settings.latent())?;
@@ -178,8 +179,8 @@ impl Models {
             self.told_far_start = true;
             let degrees = distance.sqrt().to_degrees();
             watch.say(&format!(
-                "the start pose is {degrees:.0} degrees a joint away from the nearest training pose: particles start from there; \
-                 train on motion that holds such a pose"
+                "the start pose is {degrees:.0} degrees per joint away from the nearest training pose, and particles \
+                start at that training pose; add training motion with a similar pose"
             ));
         }
     }

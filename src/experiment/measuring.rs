@@ -1,4 +1,4 @@
-//! Measuring a tracker's answers against the truth of a set.
+//! Measures a tracker's estimates against the truth of a set.
 
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ use crate::raster::Mask;
 use crate::report::FootStances;
 use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood};
 
-/// The measures of a run: every seed, all seeds together, and the floor.
+/// Measures of a run: every seed, all seeds together, and the frozen tracker.
 #[derive(Clone, Debug)]
 pub struct Measures {
     /// The clip's name.
@@ -27,7 +27,7 @@ pub struct Measures {
     pub seeds: Vec<SeedMeasures>,
     /// All seeds together.
     pub summary: Summary,
-    /// What an answer that never moves gets.
+    /// Evaluation of a tracker that never moves.
     pub frozen: Evaluation,
     /// Energy of the truth, refitted to the tracker's body, per frame; empty where unknown.
     pub truth_energy: Vec<Option<f64>>,
@@ -166,10 +166,10 @@ fn truth_energy(
     set: &BlindSet,
     refitted: Option<&Motion>,
 ) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let settings = tracked.record.as_ref().and_then(|record| record.tracker.likelihood());
+    let settings = tracked.record.as_ref().and_then(|record| record.tracker.kind().likelihood());
     let (Some(settings), Some(refitted)) = (settings, refitted) else { return Ok(Vec::new()) };
     let likelihood = SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, settings)?;
-    match tracked.record.as_ref().and_then(|record| record.tracker.plausibility()) {
+    match tracked.record.as_ref().and_then(|record| record.tracker.kind().plausibility()) {
         None => energies_of(refitted, likelihood, set),
         Some(plausibility) => energies_of(refitted, PlausibleLikelihood::new(likelihood, plausibility)?, set),
     }
@@ -227,17 +227,17 @@ impl<'a> Painters<'a> {
     }
 }
 
-/// Refuses answers that are not about this set.
+/// Refuses estimates that do not belong to this set.
 pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
     if let Some(record) = tracked.record.as_ref().filter(|record| record.set_hash != set.blind.set_hash) {
-        return Err(format!("the run's set has the hash {}, this set {}", record.set_hash, set.blind.set_hash));
+        return Err(format!("the run's set has hash {}, this set has {}", record.set_hash, set.blind.set_hash));
     }
     let estimates = &tracked.estimates;
     let (rate, expected) = (estimates.frames_per_second, set.blind.frames_per_second);
     // another program may have written its rate in single precision; NaN is no rate
     let is_same = (rate - expected).abs() <= 1e-4 * expected;
     if !is_same {
-        return Err(format!("its poses are {rate} a second, the set's frames {expected}"));
+        return Err(format!("the run has {rate} frames a second, the set {expected}"));
     }
     let mut seeds = estimates.seeds.clone();
     seeds.sort_unstable();

@@ -4,7 +4,8 @@
 //! by way of a benchmark set on disk, with the same numbers.
 //!
 //! ```no_run
-//! use skiagraph::experiment::{Destination, ScenarioFile, Unwatched, run};
+//! use skiagraph::experiment::{Destination, Unwatched, run};
+//! use skiagraph::scenario::ScenarioFile;
 //! let walk = ScenarioFile::built_in(&["tracker.annealed_particle_filter.particles=50".to_owned()])?;
 //! let done = run(&walk, None, Destination { path: "runs/walk".as_ref(), force: false }, &Unwatched)?;
 //! println!("{:.1} mm", done.record.summary.metrics["humaneva_mm"].mean);
@@ -19,7 +20,6 @@ mod cost;
 mod error;
 mod inputs;
 mod inspect;
-mod json_tree;
 mod learning;
 mod measuring;
 mod model_file;
@@ -31,12 +31,12 @@ mod ownership;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod performed;
 mod place;
 mod placement;
 mod results;
 mod run;
 mod run_place;
-mod scenario;
 mod scene_check;
 mod staging;
 mod tracking;
@@ -62,7 +62,6 @@ pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 pub use run::{Destination, Done, Evaluated, draw, evaluate_run, render, run, track_set};
 pub use run_place::RunPlace;
-pub use scenario::*;
 pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};

@@ -5,21 +5,22 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::read_file;
+use super::error::{read_file, scenario_error};
 use super::inputs::Inputs;
 use super::learning::{Stopped, grow_all};
-use super::model_file::hex_sha256;
 use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
-use super::unfinished;
-use super::{Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, MotionSettings};
-use super::{RobotFacts, ScenarioError, ScenarioFile, Stage, Staged, Watch, clip_file};
+use super::{
+    Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, Stage, Staged,
+    Watch, clip_file, unfinished,
+};
 use crate::benchmark_set::SourceRecording;
-use crate::body::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion};
-use crate::input::limits;
+use crate::input::{hex_sha256, limits};
 use crate::motion_model::gpdm::GpdmError;
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings};
+use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
+use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
+use crate::scenario::{MotionSettings, ScenarioFile};
 
 /// What a model is learned from.
 #[derive(Clone, Debug)]
@@ -69,8 +70,8 @@ impl TrainingInput {
     /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is refused.
     pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
-            let message = "expected [[training.clips]]: a motion model may not be learned from the test's own frames";
-            return Err(ScenarioError::from(file.complaint("training", message.to_owned())).into());
+            let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
+            return Err(scenario_error(file, "training", message.to_owned()));
         };
         let staged = Staged::new(file, mocap_directory)?;
         let motions = staged.start.training.motions().to_vec();
@@ -133,7 +134,7 @@ impl TrainingInput {
         self.motions.iter().map(|motion| motion.poses.len()).sum()
     }
 
-    /// What of the motions makes a model worse than it could be.
+    /// Properties of the motions that degrade the model.
     fn doubts(&self) -> Vec<String> {
         let poses = || self.motions.iter().flat_map(|motion| &motion.poses);
         let Some(first) = poses().next() else { return Vec::new() };
@@ -145,10 +146,13 @@ impl TrainingInput {
         let repeated = |motion: &Motion| motion.poses.windows(2).filter(|pair| pair[0] == pair[1]).count();
         let mut doubts = Vec::new();
         if !still.is_empty() {
-            doubts.push(format!("no movement in the training motion, and none in the model: {}", still.join(", ")));
+            doubts.push(format!(
+                "constant in the training motion, so the model does not move them: {}",
+                still.join(", ")
+            ));
         }
         for (from, count) in self.learned_from.iter().zip(self.motions.iter().map(repeated)).filter(|(_, n)| *n > 0) {
-            doubts.push(format!("{}: {count} frames equal the frame before; is its rate the recording's?", from.clip));
+            doubts.push(format!("{}: {count} frames equal the previous frame; check the frame rate", from.clip));
         }
         doubts
     }
@@ -201,11 +205,11 @@ pub fn train(
     if let Some(kept) = kept(&partial, &facts, watch) {
         let models = kept.graph.segments.len();
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
-        let kept = if models == 1 { "1 model that is".to_owned() } else { format!("{models} models that are") };
-        watch.say(&format!("going on after {kept} kept in {}", partial.display()));
+        let kept = if models == 1 { "1 model".to_owned() } else { format!("{models} models") };
+        watch.say(&format!("resuming with {kept} saved in {}", partial.display()));
         unfinished::keep(Some(&partial));
     } else {
-        // whoever cannot write there shall know before the work
+        // report an unwritable output before the work
         keeping.put(&state(learner.graph(), false).to_bytes()?)?;
         unfinished::begin(&partial);
     }
@@ -237,9 +241,10 @@ pub fn train(
     std::fs::remove_file(&partial).ok();
     let mut notes = input.notes.clone();
     notes.extend(input.doubts());
-    if model.graph.candidates.is_empty() && !settings.single {
+    if model.graph.candidates.is_empty() && settings.kind() == ModelKind::GpdmGraph {
         notes.push(
-            "no inter-transition candidates were found: particles pass from a model to the next of its recording only"
+            "no inter-transition candidates were found: particles only pass from one model to the next of the same \
+            recording"
                 .into(),
         );
     }
@@ -276,7 +281,10 @@ fn kept(partial: &Path, facts: &ModelFacts, watch: &dyn Watch) -> Option<Learned
     match LearnedModel::from_bytes(partial, &bytes) {
         Ok(kept) if kept.facts == *facts => Some(kept).filter(|kept| !kept.graph.segments.is_empty()),
         _ => {
-            watch.say(&format!("{} is of another training, or damaged: learning anew", partial.display()));
+            watch.say(&format!(
+                "{} belongs to another training or is damaged: training starts again",
+                partial.display()
+            ));
             None
         }
     }

@@ -1,12 +1,12 @@
-//! The training pose nearest to the truth, posing as a tracker: what a perfect choice among training poses would reach. Only this
-//! room can make one: a tracker never sees the truth.
+//! The training pose nearest to the truth, as a tracker: the result of a perfect choice among training poses. Only this
+//! module can build one, because a tracker never sees the truth.
 
 use crate::body::{Humanoid, Motion, Pose};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 use crate::observation::Observation;
 use crate::tracker::{Estimate, TrackError, Tracker};
 
-/// Answers every frame with the nearest training pose (S1 Eq. 8), standing where the truth stands.
+/// Answers every frame with the nearest training pose (`[GPDM graph]`, Eq. 8) at the true root.
 pub(super) struct NearestTrainingPose {
     answers: Vec<Pose>,
 }

@@ -1,12 +1,11 @@
-//! The truth plus a planted error, posing as a tracker. Only this room can make one: a tracker never sees the truth.
+//! The truth plus a known error, as a tracker. Only this module can build one, because a tracker never sees the truth.
 
 use nalgebra::{Translation3, Vector3};
-use rand_distr::{Distribution, StandardNormal};
 
-use super::OracleSettings;
 use crate::body::Pose;
 use crate::observation::Observation;
-use crate::rng::{Purpose, stream};
+use crate::rng::{Purpose, normal, stream};
+use crate::scenario::OracleSettings;
 use crate::tracker::{Estimate, TrackError, Tracker};
 
 /// Answers every frame with the truth, fitted to the tracker's body, and an error of known size.
@@ -38,7 +37,7 @@ impl Tracker for Oracle {
         })?;
         let mut rng = stream(self.seed, Purpose::Oracle, frame as u64, 0, 0);
         let mut noise = |deviation: f64| {
-            let unit: f64 = StandardNormal.sample(&mut rng);
+            let unit = normal(&mut rng);
             deviation * unit
         };
         let root_noise = self.settings.root_noise_m;

@@ -1,4 +1,4 @@
-//! What this program wrote, told by its content: only that is replaced without being asked.
+//! Recognises files written by skiagraph by their content; only these are replaced without --force.
 
 use std::fs;
 use std::io::Read;

@@ -1,14 +1,15 @@
 //! Which files of a folder this program wrote: `skiagraph.sha256` lists them as `sha256sum` does, and `sha256sum -c` checks them.
 //!
-//! A folder is ours when all that is in it is listed and as it was written. Only such a folder may be replaced. A folder inside
-//! that has a listing of its own (the run of a method) answers for itself.
+//! A directory is ours if everything in it is listed and unchanged. Only such a directory may be replaced. A folder
+//! inside that has a listing of its own (the run of a method) answers for itself.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
+use super::place::write_synced;
+use crate::input::{hex_sha256, hex_sha256_of};
 
 /// The listing's name.
 pub(super) const LISTING: &str = "skiagraph.sha256";
@@ -42,7 +43,7 @@ impl Listing {
 
     /// Adds a file; what else is listed under its path stays.
     pub(super) fn add(&mut self, path: &str, bytes: &[u8]) {
-        self.0.insert((path.to_owned(), hex(&Sha256::digest(bytes))));
+        self.0.insert((path.to_owned(), hex_sha256(bytes)));
     }
 
     /// The same with these files for those that are listed under their paths.
@@ -56,9 +57,7 @@ impl Listing {
     /// Puts the listing into `folder`; what was there stays until it is whole.
     pub(super) fn store(&self, folder: &Path) -> io::Result<()> {
         let meanwhile = folder.join(format!(".{LISTING}.partial"));
-        let mut file = File::create(&meanwhile)?;
-        io::Write::write_all(&mut file, self.to_text().as_bytes())?;
-        file.sync_all()?;
+        write_synced(&meanwhile, self.to_text().as_bytes())?;
         fs::rename(&meanwhile, folder.join(LISTING))
     }
 
@@ -82,22 +81,12 @@ pub(super) fn is_signed(folder: &Path) -> bool {
         && listing != Listing::default()
 }
 
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// An error for all that is no plain file: a link could lead anywhere.
 fn sha256_of(path: &Path) -> io::Result<String> {
     if !fs::symlink_metadata(path)?.is_file() {
         return Err(io::ErrorKind::InvalidInput.into());
     }
-    let (mut file, mut digest, mut part) = (File::open(path)?, Sha256::new(), vec![0; 1 << 16]);
-    loop {
-        match file.read(&mut part)? {
-            0 => return Ok(hex(&digest.finalize())),
-            length => digest.update(&part[..length]),
-        }
-    }
+    hex_sha256_of(File::open(path)?)
 }
 
 /// Folders directly in `folder` that have a listing.

@@ -1,14 +1,13 @@
-//! Results that are whole or absent: written beside their place, then moved into it in one step.
+//! Atomic results: written next to their target, then moved in one step.
 
-use std::fs::{self, File};
-use std::io;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
 use super::error::output;
 use super::ours::{Kind, is_ours};
 use super::ownership;
-use super::place::{Place, backup_of, replace, sync_parent};
+use super::place::{Place, backup_of, replace, sync_parent, write_synced};
 use super::unfinished;
 
 /// A directory under construction. Dropped before [`Self::finish`] it disappears, and what stood in its place is untouched.
@@ -32,7 +31,7 @@ impl PartialDirectory {
             return Err(ExperimentError::Occupied { path: target.to_owned() });
         }
         if occupied {
-            // whoever cannot move it aside shall know before the work
+            // report before the work if it cannot be moved aside
             backup_of(target)?;
         }
         let place = Place::take(target)?;
@@ -53,11 +52,7 @@ impl PartialDirectory {
     /// [`ExperimentError::Output`] if it cannot be written.
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ExperimentError> {
         let path = self.folder.join(name);
-        let written = File::create(&path).and_then(|mut file| {
-            io::Write::write_all(&mut file, bytes)?;
-            file.sync_all()
-        });
-        written.map_err(output(&self.place.path.join(name), "write"))
+        write_synced(&path, bytes).map_err(output(&self.place.path.join(name), "write"))
     }
 
     /// Puts the directory in its place: what stood there is replaced in one step where the system can exchange directories.

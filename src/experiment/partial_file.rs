@@ -1,12 +1,11 @@
-//! One file that is whole or absent.
+//! Atomic writing of one file.
 
-use std::fs::{self, File};
-use std::io::Write;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::output;
 use super::ours::is_file_of_ours;
-use super::place::{Place, backup_of, replace, sync_parent};
+use super::place::{Place, backup_of, replace, sync_parent, write_synced};
 use super::unfinished;
 use super::{Destination, ExperimentError};
 
@@ -48,11 +47,7 @@ impl PartialFile {
     pub(super) fn put(&self, bytes: &[u8]) -> Result<(), ExperimentError> {
         let (path, meanwhile) = (&self.place.path, self.place.beside("writing"));
         unfinished::begin(&meanwhile);
-        let written = File::create(&meanwhile).and_then(|mut file| {
-            file.write_all(bytes)?;
-            file.sync_all()
-        });
-        let written = written.map_err(output(path, "write"));
+        let written = write_synced(&meanwhile, bytes).map_err(output(path, "write"));
         let done = written.and_then(|()| unfinished::finish(&meanwhile, path, || self.put_in_place(&meanwhile)));
         if done.is_err() {
             fs::remove_file(&meanwhile).ok();

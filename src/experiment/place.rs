@@ -1,7 +1,7 @@
-//! A place that one process alone writes to: a lock beside it, and directories above it that were made for it.
+//! An output path that only one process writes to: its lock, and the directories created for it.
 
 use std::fs::{self, File, TryLockError};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
@@ -175,6 +175,13 @@ pub(super) fn backup_of(path: &Path) -> Result<PathBuf, ExperimentError> {
     name.push("~");
     let aside = path.with_file_name(name);
     if aside.symlink_metadata().is_ok() { Err(ExperimentError::Occupied { path: aside }) } else { Ok(aside) }
+}
+
+/// Writes a file and makes sure that it is on the disk.
+pub(super) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(bytes)?;
+    file.sync_all()
 }
 
 /// Makes sure that a renamed entry is on the disk.

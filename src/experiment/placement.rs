@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::MotionSettings;
 use crate::body::Motion;
+use crate::scenario::MotionSettings;
 
 /// Turns a motion about the vertical and moves it over the ground so that its first frame is as the settings want it; without
 /// any it stays as it is, to the bit.
@@ -16,7 +16,7 @@ pub(super) fn place(motion: &mut Motion, settings: &MotionSettings) -> Result<()
     let turn = match settings.heading_deg {
         None => UnitQuaternion::identity(),
         Some(wanted) => {
-            let heading = first.heading().ok_or("expected a first frame with a heading, found a body upside down")?;
+            let heading = first.heading().ok_or("expected a heading in the first frame, found the body upside down")?;
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), wanted.to_radians() - heading)
         }
     };

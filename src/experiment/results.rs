@@ -1,9 +1,8 @@
-//! What a measured run leaves on disk: `run.json`, `per_frame.csv`, `poses.npz`, `report.html` and `contact_sheet.png`.
+//! The files of a measured run: `run.json`, `per_frame.csv`, `poses.npz`, `report.html` and `contact_sheet.png`.
 
 use serde::Serialize;
 
 use super::measuring::{Measures, Painters};
-use super::scenario::TrackerSettings;
 use super::tracking::{POSES_FILE, TrackTiming, Tracked};
 use super::{ExperimentError, Files, per_frame, to_json};
 use crate::benchmark_set::{BenchmarkSet, ContactFacts};
@@ -13,7 +12,7 @@ use crate::report::{
     FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render,
     verdict, worst_frames,
 };
-use crate::tracker::{LayerRecord, ModelOccupancy};
+use crate::scenario::TrackerSettings;
 
 /// The name of a run's summary.
 pub const RUN_FILE: &str = "run.json";
@@ -94,7 +93,7 @@ impl Results {
     /// [`ExperimentError`] if an observation cannot be read again or the report cannot be drawn.
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Result<Self, ExperimentError> {
         let facts = facts(set, tracked);
-        let (layers, occupancy) = (layers(tracked), occupancy(tracked));
+        let searched = |seed: usize| tracked.search.get(seed).into_iter().flatten();
         let runs: Vec<ReportRun<'_>> = measures
             .runs()
             .into_iter()
@@ -104,8 +103,8 @@ impl Results {
                 run,
                 truth_energy: &measures.truth_energy,
                 estimate_energy: &seed.energy,
-                layers: layers.get(index).map(Vec::as_slice).unwrap_or_default(),
-                occupancy: occupancy.get(index).map(Vec::as_slice).unwrap_or_default(),
+                layers: searched(index).map(|record| record.layers.as_slice()).collect(),
+                occupancy: searched(index).map(|record| record.occupancy.as_slice()).collect(),
                 stances: &seed.stances,
             })
             .collect();
@@ -168,18 +167,6 @@ fn record(
     }
 }
 
-/// `[seed][frame][layer]`
-fn layers(tracked: &Tracked) -> Vec<Vec<Vec<LayerRecord>>> {
-    let of_seed = |records: &Vec<super::SearchRecord>| records.iter().map(|r| r.layers.clone()).collect();
-    tracked.search.iter().map(of_seed).collect()
-}
-
-/// `[seed][frame][model]`
-fn occupancy(tracked: &Tracked) -> Vec<Vec<Vec<ModelOccupancy>>> {
-    let of_seed = |records: &Vec<super::SearchRecord>| records.iter().map(|r| r.occupancy.clone()).collect();
-    tracked.search.iter().map(of_seed).collect()
-}
-
 /// The pictures of the run whose error is in the middle, and of the worst frames of all.
 fn sheet<'a>(
     set: &'a BenchmarkSet,
@@ -213,21 +200,8 @@ fn sheet<'a>(
 pub(super) fn tracker_in_words(tracked: &Tracked) -> String {
     match tracked.record.as_ref().map(|record| &record.tracker) {
         None => "poses of another program".to_owned(),
-        Some(TrackerSettings::Frozen(_)) => "frozen: never moves".to_owned(),
-        Some(TrackerSettings::Oracle(_)) => "oracle: the truth plus a planted error".to_owned(),
-        Some(TrackerSettings::NearestTrainingPose(_)) => {
-            "oracle: the training pose nearest to the truth, at the true root".to_owned()
-        }
-        Some(settings) => searching_in_words(settings),
+        Some(settings) => settings.kind().in_words(),
     }
-}
-
-fn searching_in_words(settings: &TrackerSettings) -> String {
-    let name = settings.name().replace('_', " ");
-    let search = settings.filter().map(|f| format!(", {} particles x {} layers", f.particles, f.layers));
-    let roots =
-        if settings.is_given_roots() { ", ORACLE ROOTS: the true root of every frame is given away" } else { "" };
-    format!("{name}{}{roots}", search.unwrap_or_default())
 }
 
 fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
@@ -237,7 +211,7 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
     };
     let (truth, blind) = (&set.truth, &set.blind);
     let degrees = |body: &crate::body::Humanoid| {
-        format!("{}, {} degrees of freedom with the root", body.name, body.degrees_of_freedom.len() + 6)
+        format!("{}, {} degrees of freedom including the root", body.name, body.degrees_of_freedom.len() + 6)
     };
     let seconds = blind.frame_count as f64 / blind.frames_per_second;
     let mut groups = vec![
@@ -287,7 +261,7 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
 
 fn learned_from_in_words(tracked: &Tracked) -> String {
     match tracked.record.as_ref().map(|record| record.learned_from.as_slice()) {
-        None => "not known: poses of another program".to_owned(),
+        None => "unknown: poses of another program".to_owned(),
         Some([]) => "nothing".to_owned(),
         Some(all) => all.join("; "),
     }

@@ -1,4 +1,4 @@
-//! Rendering, tracking and measuring, from and to directories that are whole or absent; and the three in one.
+//! Rendering, tracking and measuring with atomic directories, and all three in one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,14 +10,16 @@ use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
+use super::place::write_synced;
 use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, Files, Models, Scenario, ScenarioFile, TrackerSettings};
+use super::{ExperimentError, Files, Models};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
 use crate::observation::Observer;
+use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
 
@@ -119,7 +121,7 @@ pub fn track_set(
     Inputs::of_set(set, settings).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let blind = BlindSet::read(set)?;
-    let truth = if settings.needs_truth() { TruthSet::read(set)?.refitted } else { None };
+    let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
     directory.finish()?;
@@ -165,8 +167,8 @@ pub fn evaluate_run(
     };
     if !is_ours && run.join(TRACK_FILE).exists() {
         tracked.estimates.notes.push(format!(
-            "{run}/{POSES_FILE} is not the one that was written with {run}/{TRACK_FILE}, as {run}/{LISTING} has it: it is measured as \
-             another program's",
+            "{run}/{POSES_FILE} was changed after the run (its hash differs from {run}/{LISTING}): it is measured \
+            without {run}/{TRACK_FILE}, as another program's estimate",
             run = run.display()
         ));
     }
@@ -194,7 +196,7 @@ fn beside_estimate(run: &Path) -> Result<PathBuf, ExperimentError> {
     let name = if run.is_dir() { run.file_name() } else { run.file_stem() };
     let name = name.ok_or_else(|| ExperimentError::Argument {
         argument: "--out",
-        detail: format!("{} has no name to put results beside; say where they go", run.display()),
+        detail: format!("cannot derive an output directory from {}; give one", run.display()),
     })?;
     let mut name = name.to_owned();
     name.push("-evaluation");
@@ -208,7 +210,7 @@ fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn 
     }
     let Some(test) = &set.truth.recording else {
         watch.say(
-            "the set does not say which recording it is of: whether the run's model learned from it cannot be told",
+            "the set does not record its source recording, so it is unknown whether the run's model learned from it",
         );
         return Ok(());
     };
@@ -220,7 +222,7 @@ fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn 
         if source.fingerprint.is_none() {
             let clip = &source.clip;
             watch.say(&format!(
-                "`{clip}`, of which the run's model learned, is told from the test by name and hash alone"
+                "overlap of `{clip}` (training) with the test was checked by file names and hashes only"
             ));
         }
     }
@@ -271,7 +273,7 @@ impl Attempt<'_> {
     pub(super) fn run(&self, models: &mut Models, watch: &dyn Watch) -> Result<Outcome, ExperimentError> {
         let truth = self.set.truth.refitted.as_ref();
         let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, watch)?;
-        // As somebody does who tracks first and evaluates later: what is measured is what is on the disk.
+        // As when tracking and evaluating separately: the files on disk are measured.
         self.write(&tracked.files(&self.set.blind)?)?;
         let folder = self.directory.folder().join(self.folder);
         let tracked = Tracked::read(&folder, &self.set.blind.start.body)?;
@@ -341,10 +343,6 @@ fn replace_files(folder: &Path, listing: &Listing, files: &Files) -> Result<(), 
 fn write_partial(partial: &impl Fn(&str) -> PathBuf, files: &Files) -> Result<(), ExperimentError> {
     files.iter().try_for_each(|(name, bytes)| {
         let path = partial(name);
-        let written = fs::File::create(&path).and_then(|mut file| {
-            std::io::Write::write_all(&mut file, bytes)?;
-            file.sync_all()
-        });
-        written.map_err(output(&path, "write"))
+        write_synced(&path, bytes).map_err(output(&path, "write"))
     })
 }

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::ExperimentError;
 use super::ours::{Kind, is_ours};
 use super::run::{SCENARIO_FILE, scenario_text};
-use super::{ExperimentError, ScenarioFile};
+use crate::scenario::ScenarioFile;
 
 /// Where results go, and what a user should know of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,8 +37,13 @@ impl RunPlace {
     pub fn of(file: &ScenarioFile, asked: Option<&Path>) -> Result<Self, ExperimentError> {
         let text = scenario_text(&file.scenario)?;
         if let Some(path) = asked {
-            let note = (found_at(path, &text) == Found::OtherRun)
-                .then(|| format!("{} held results of another scenario or of other settings: replaced", path.display()));
+            let note = (found_at(path, &text) == Found::OtherRun).then(|| {
+                format!(
+                    "{} held results of another scenario or of other settings; they were \
+                    replaced",
+                    path.display()
+                )
+            });
             return Ok(Self { path: path.to_owned(), note });
         }
         Ok(Self::first_free(&Path::new("runs").join(&file.scenario.name), &text))
@@ -56,7 +62,7 @@ impl RunPlace {
         };
         let path = (2..).map(numbered).find(|path| usable(path)).unwrap_or_else(|| first.to_owned());
         let note = format!(
-            "{} holds results of another scenario or of other settings: written to {}",
+            "{} holds results of another scenario or of other settings; results were written to {}",
             first.display(),
             path.display()
         );

@@ -1,15 +1,17 @@
-//! What of a scene can be said before it is drawn: what is refused, where the actor goes, and how the cameras see it.
+//! Checks of a scene before it is drawn: refusals, the actor's path, and the cameras' views.
 
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
+use super::ExperimentError;
+use super::error::scenario_error;
 use super::staging::Staged;
-use super::{ExperimentError, ScenarioError, ScenarioFile};
 use crate::body::{Flesh, LinkFrames, Ray};
 use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
 use crate::observation::{Observation, Observer};
 use crate::parallel;
+use crate::scenario::ScenarioFile;
 
 /// At most so many frames are drawn to say how the cameras see the actor,
 const FRAMES_LOOKED_AT: usize = 120;
@@ -70,7 +72,7 @@ impl ActorPath {
     }
 }
 
-/// In how many frames a camera may be inside the actor before the scene is refused: whoever walks on and on passes through a
+/// Share of frames in which a camera may be inside the actor before the scene is refused: a long walk passes through a
 /// ring of cameras.
 const SHARE_INSIDE: f64 = 0.01;
 
@@ -92,16 +94,18 @@ impl CamerasInside {
             let Some((first, link)) = inside.first() else { continue };
             let (name, link) = (&camera.name, &staged.ground_truth.actor.links[*link].name);
             let place = format!(
-                "`{name}` inside its `{link}` in set frame {first} (from 0), and in {} frames in all",
+                "`{name}` is inside the actor's `{link}` in set frame {first} (from 0), and in {} frames in total",
                 inside.len()
             );
             if *first > 0 && inside.len() as f64 <= SHARE_INSIDE * staged.frames() as f64 {
-                found.told.push(format!("the actor walks through a camera: {place}; what it sees there means nothing"));
+                found
+                    .told
+                    .push(format!("the actor passes through a camera: {place}; its images there are meaningless"));
                 continue;
             }
             let key = if index < on_ring { "rig.ring".to_owned() } else { format!("rig.camera[{}]", index - on_ring) };
-            let message = format!("expected a camera outside the actor, found {place}; move the camera or the motion");
-            found.refused.push(ScenarioError::from(file.complaint(&key, message)).into());
+            let message = format!("expected every camera outside the actor: {place}; move the camera or the motion");
+            found.refused.push(scenario_error(file, &key, message));
         }
         found
     }
@@ -148,7 +152,8 @@ pub(super) fn doubts(staged: &Staged) -> Vec<String> {
         let entered = depths.iter().filter(|depth| **depth > PROP_DEPTH_TOLD).count();
         if entered > 0 {
             doubts.push(format!(
-                "the actor is inside the prop `{}` by up to {:.0} mm, by more than {:.0} mm in {entered} of {} frames looked at",
+                "the actor is inside the prop `{}` by up to {:.0} mm, by more than {:.0} mm in {entered} of {} checked \
+                frames",
                 prop.name,
                 1000.0 * depths.iter().copied().fold(0.0, f64::max),
                 1000.0 * PROP_DEPTH_TOLD,
@@ -202,10 +207,10 @@ pub(super) fn unseen(file: &ScenarioFile, staged: &Staged, views: &[CameraView])
 /// That nobody sees the actor in any of so many frames.
 pub(super) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
     let message = format!(
-        "expected a camera that sees the subject, found not one pixel of it in any of {frames} frames; props hide it or the \
-         cameras are too far away"
+        "expected a camera that sees the subject, found no pixel of it in {frames} frames; props hide it or the cameras \
+        are too far away"
     );
-    ScenarioError::from(file.complaint("rig", message)).into()
+    scenario_error(file, "rig", message)
 }
 
 /// At most `most` set frames at equal distances, the first and the last among them.

@@ -1,23 +1,24 @@
-//! From what a scenario says to bodies, motion, cameras and truth: all that is needed before anything is drawn.
+//! Builds bodies, motion, cameras and ground truth from a scenario.
 
 use std::path::Path;
 
 use nalgebra::{Point3, Unit, Vector3};
 
+use super::error::scenario_error;
+use super::performed::{refit, retargeted, settle};
 use super::placement::place;
-use super::scenario::{CameraSettings, PropSettings, PushSettings, did_you_mean};
-use super::{ContactMode, ExperimentError, Mismatch, RingSettings, ScenarioError, ScenarioFile, clip_file, training};
+use super::{ExperimentError, clip_file, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
-use crate::body::retarget::{
-    FitOptions, RetargetError, RetargetOptions, RetargetReport, Retargeted, SegmentLengths, fit_motion_to_markers,
-    fit_shape, retarget,
-};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
-use crate::contact::{ContactRule, GroundContacts, GroundQuality, Push, SimulationSettings, check_feet, fix, simulate};
+use crate::contact::check_feet;
 use crate::input::excerpt;
-use crate::mocap::Clip;
 use crate::motion_model::{Prediction, ProposalScales};
+use crate::physics::{Push, SimulationSettings, simulate};
+use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
+use crate::scenario::{
+    CameraSettings, ContactMode, Mismatch, PropSettings, PushSettings, RingSettings, ScenarioFile, did_you_mean,
+};
 use crate::scene::GroundTruth;
 
 /// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
@@ -65,7 +66,7 @@ impl Staged {
         let same_robot = actor_template.is_same_body(&tracker_template);
         let mut performed =
             retargeted(file, recording, ("actor.robot", &scenario.actor.robot), &clip, &actor_template)?;
-        place(&mut performed.motion, &scenario.motion).map_err(|e| unsound(file, "motion.heading_deg", e))?;
+        place(&mut performed.motion, &scenario.motion).map_err(|e| scenario_error(file, "motion.heading_deg", e))?;
         let contact = perform(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
         let learned = training::load(file, mocap_directory, &actor_template, &body, &source)?;
@@ -98,7 +99,7 @@ impl Staged {
             }
         };
         let Some(pose) = refitted.poses.first().cloned() else {
-            return Err(unsound(file, "motion", "expected at least one frame, found none".to_owned()));
+            return Err(scenario_error(file, "motion", "expected at least one frame, found none".to_owned()));
         };
         let mut notes = performed.report.notes.clone();
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
@@ -140,23 +141,6 @@ impl Staged {
     }
 }
 
-/// A recording given to a robot; what is wrong is told of the key that names the one or the other.
-pub(super) fn retargeted(
-    file: &ScenarioFile,
-    (clip_key, clip_name): (&str, &str),
-    (robot_key, robot_name): (&str, &str),
-    clip: &Clip,
-    template: &Humanoid,
-) -> Result<Retargeted, ExperimentError> {
-    retarget(clip, template, &RetargetOptions::default()).map_err(|error| {
-        let (key, name) = match error {
-            RetargetError::MissingMarkers { .. } => (robot_key, robot_name),
-            _ => (clip_key, clip_name),
-        };
-        unsound(file, key, format!("{}: {error}", excerpt(name)))
-    })
-}
-
 /// Of how many differences a spread is made at least: a root mean square of fewer would tell the differences.
 const LEAST_DIFFERENCES: usize = 10;
 
@@ -173,7 +157,7 @@ fn spread(body: &Humanoid, motion: &Motion) -> Result<Training, ExperimentError>
 
 /// What to tell the user about a body that cannot stand.
 fn footless(key: &str, body: &Humanoid) -> Option<String> {
-    check_feet(body).err().map(|e| format!("{key}: {e}; until then contact is not measured"))
+    check_feet(body).err().map(|e| format!("{key}: {e}; contact is not measured"))
 }
 
 /// As [`settle`], but a body that is to be simulated is.
@@ -187,24 +171,6 @@ fn perform(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<Con
     Ok(Some(ContactFacts::simulated(&performed.humanoid, &settings, &simulated.report)))
 }
 
-/// Does to the motion what `[actor] contact` says; what came of it. Where the test is simulated, what is only
-/// learned from is fixed.
-pub(super) fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
-    let rule = ContactRule::default();
-    Ok(match mode {
-        ContactMode::Off => None,
-        ContactMode::Measure => {
-            let contacts = GroundContacts::of_motion(&performed.humanoid, &performed.motion, &rule)?;
-            Some(ContactFacts::measured(&GroundQuality::of(&contacts)))
-        }
-        ContactMode::Fix | ContactMode::Simulate => {
-            let fixed = fix(&performed.humanoid, &performed.motion, &rule)?;
-            performed.motion = fixed.motion;
-            Some(ContactFacts::fixed(&fixed.report))
-        }
-    })
-}
-
 fn simulation_settings(
     file: &ScenarioFile,
     actor: &Humanoid,
@@ -216,14 +182,15 @@ fn simulation_settings(
             let meant = did_you_mean(&push.link, actor.links.iter().map(|link| link.name.as_str()));
             let meant = meant.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
             let message = format!("expected a link of `{}`, found `{}`{meant}", settings.robot, push.link);
-            return Err(unsound(file, "actor.push.link", message));
+            return Err(scenario_error(file, "actor.push.link", message));
         };
         if push.at >= duration_s {
             let message = format!(
-                "expected a time before the motion's end at {duration_s:.3} s, found {} s: the push of {} N s on `{}` would never come",
+                "expected a time before the motion's end at {duration_s:.3} s, found {} s: the push of {} N s on `{}` \
+                would never occur",
                 push.at, push.impulse_ns, push.link
             );
-            return Err(unsound(file, "actor.push.at", message));
+            return Err(scenario_error(file, "actor.push.at", message));
         }
         let direction = Unit::new_normalize(Vector3::from(push.direction));
         Ok(Push { at_s: push.at, link, impulse_ns: push.impulse_ns, direction })
@@ -253,15 +220,8 @@ fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same
     }
 }
 
-/// The motion of `body` whose markers come nearest to those of another.
-pub(super) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64) -> Motion {
-    let fits = fit_motion_to_markers(body, markers, &body.zero_pose(), &FitOptions::default());
-    let poses = fits.into_iter().map(|fit| fit.pose).collect();
-    Motion { frames_per_second, poses }.made_continuous(body)
-}
-
 pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
-    robot_named(&file.folder, Path::new(name)).map_err(|e| e.put(|message| unsound(file, key, message)))
+    robot_named(&file.folder, Path::new(name)).map_err(|e| e.put(|message| scenario_error(file, key, message)))
 }
 
 /// Why there is no robot of a name.
@@ -291,7 +251,7 @@ pub(super) fn robot_named(folder: &Path, name: &Path) -> Result<Humanoid, NoRobo
     if !path.exists() {
         let known = SHIPPED_ROBOTS.map(|(known, _)| known).join(", ");
         let words = format!(
-            "`{}` is neither a robot that ships ({known}) nor the file {}",
+            "`{}` is neither a built-in robot ({known}) nor the file {}",
             excerpt(&name.display().to_string()),
             excerpt(&path.display().to_string())
         );
@@ -302,7 +262,7 @@ pub(super) fn robot_named(folder: &Path, name: &Path) -> Result<Humanoid, NoRobo
 
 fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentError> {
     let settings = &file.scenario.rig;
-    let in_rig = |key: &str, e: crate::camera::CameraError| unsound(file, key, e.to_string());
+    let in_rig = |key: &str, e: crate::camera::CameraError| scenario_error(file, key, e.to_string());
     let mut cameras = match &settings.ring {
         None => Vec::new(),
         Some(ring) => CameraRig::ring(&ring_parameters(ring, motion)).map_err(|e| in_rig("rig.ring", e))?.cameras,
@@ -311,7 +271,11 @@ fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentErro
         let name = single.name.clone().unwrap_or_else(|| format!("cam{:02}", cameras.len()));
         if cameras.iter().any(|c| c.name == name) {
             let key = format!("rig.camera[{index}].name");
-            return Err(unsound(file, &key, format!("two cameras are called `{name}`; give each its own name")));
+            return Err(scenario_error(
+                file,
+                &key,
+                format!("two cameras are named `{name}`; camera names must be unique"),
+            ));
         }
         cameras.push(single_camera(&name, single).map_err(|e| in_rig(&format!("rig.camera[{index}]"), e))?);
     }
@@ -371,8 +335,4 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
         format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}")
     });
     robots.into_iter().chain(percents).collect::<Vec<_>>().join("; ")
-}
-
-fn unsound(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
-    ScenarioError::from(file.complaint(key, message)).into()
 }

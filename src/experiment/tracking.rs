@@ -1,5 +1,5 @@
-//! Running a tracker over a set, and what it leaves on disk: `track.json`, `poses.npz` and `search.npz`; and `learned_from.npz` where
-//! it moves on a model from a file.
+//! Runs a tracker on a set and writes its files: `track.json`, `poses.npz` and `search.npz`; and `learned_from.npz`
+//! where it moves on a model from a file.
 //!
 //! `poses.npz` holds the answers; anybody's tracker may write it. `search.npz` says how ours searched:
 //!
@@ -18,19 +18,19 @@ use serde::{Deserialize, Serialize};
 use super::error::read_file;
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
-use super::scenario::TrackerSettings;
 use super::watch::{Stage, Watch, advance};
-use super::{ExperimentError, Files, LatentKind, LatentTrackerSettings, Models, json_tree};
+use super::{ExperimentError, Files, Models};
 use crate::benchmark_set::{
-    Array, BlindSet, EstimatedSequence, Estimates, Npz, SourceRecording, Training, Values, recordings_from_npz,
-    recordings_to_npz,
+    BlindSet, EstimatedSequence, Estimates, SourceRecording, Training, recordings_from_npz, recordings_to_npz,
 };
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
 use crate::motion_model::{Diffusion, Prediction, ProposalScales};
+use crate::npz::{Array, Npz, Values};
+use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, TrainingUse, json_tree};
 use crate::tracker::{
-    AnnealedParticleFilter, Estimate, Frozen, LayerRecord, ModelOccupancy, PlausibleLikelihood, SilhouetteLikelihood,
-    Tracker,
+    AnnealedParticleFilter, Estimate, FilterSettings, Frozen, LayerRecord, Likelihood, ModelOccupancy,
+    PlausibleLikelihood, Refinement, SilhouetteLikelihood, Tracker,
 };
 
 pub(super) const TRACK_FILE: &str = "track.json";
@@ -42,7 +42,7 @@ pub(super) const LEARNED_FROM_FILE: &str = "learned_from.npz";
 const LAYER_COLUMNS: [&str; 6] =
     ["lambda", "effective_sample_size", "energy_min", "energy_mean", "energy_std", "degenerate"];
 
-/// What a tracker answered, and how it came to it.
+/// A tracker's estimates and search records.
 #[derive(Clone, Debug)]
 pub struct Tracked {
     /// Who tracked what; `None` for poses that another program made.
@@ -146,18 +146,17 @@ pub fn track(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         timing,
     };
-    let sources = settings.model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
+    let sources = settings.kind().model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
     Ok(Tracked { sources, ..Tracked::new(record, set, seeds, estimates) })
 }
 
 /// What a tracker learned from, in words, one entry a recording.
 fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> Vec<String> {
-    match (settings, settings.model_file()) {
-        (TrackerSettings::Frozen(_) | TrackerSettings::Oracle(_), _) => Vec::new(),
-        (_, None) => set.start.training.in_words(),
-        (_, Some(name)) => {
-            models.sources_of(name).iter().map(|source| format!("{name}: {}", source.in_words())).collect()
-        }
+    let kind = settings.kind();
+    match kind.model_file() {
+        Some(name) => models.sources_of(name).iter().map(|source| format!("{name}: {}", source.in_words())).collect(),
+        None if kind.training() == TrainingUse::Unused => Vec::new(),
+        None => set.start.training.in_words(),
     }
 }
 
@@ -170,7 +169,7 @@ struct Workshop<'a> {
 }
 
 impl Workshop<'_> {
-    /// The one place where a tracker's name becomes a tracker.
+    /// Builds a tracker from its settings.
     fn build(
         &self,
         settings: &TrackerSettings,
@@ -189,12 +188,18 @@ impl Workshop<'_> {
                     }
                 };
                 let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
-                let likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
+                let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
+                if s.refinement().is_some() {
+                    likelihood = likelihood.with_descent();
+                }
+                let seen = || training.motions().iter().flat_map(|motion| motion.poses.iter().cloned()).collect();
+                let refinement =
+                    s.refinement().map(|settings| Refinement::new(settings, body, seen(), seed)).transpose()?;
                 match s.plausibility {
-                    None => Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?),
+                    None => filter(s.filter(), model, likelihood, seed, refinement)?,
                     Some(plausibility) => {
                         let likelihood = PlausibleLikelihood::new(likelihood, plausibility)?;
-                        Box::new(AnnealedParticleFilter::new(s.filter(), model, likelihood, seed)?)
+                        filter(s.filter(), model, likelihood, seed, refinement)?
                     }
                 }
             }
@@ -221,6 +226,21 @@ impl Workshop<'_> {
         let likelihood = SilhouetteLikelihood::new(body, &self.set.rig, settings.likelihood())?;
         Ok(Box::new(AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?))
     }
+}
+
+/// A filter, with refinement where that is asked for.
+fn filter<L: Likelihood + 'static>(
+    settings: FilterSettings,
+    model: Diffusion,
+    likelihood: L,
+    seed: u64,
+    refinement: Option<Refinement>,
+) -> Result<Box<dyn Tracker>, ExperimentError> {
+    let filter = AnnealedParticleFilter::new(settings, model, likelihood, seed)?;
+    Ok(match refinement {
+        None => Box::new(filter),
+        Some(refinement) => Box::new(filter.with_refinement(refinement)?),
+    })
 }
 
 impl Tracked {

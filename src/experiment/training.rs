@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
+use super::error::scenario_error;
+use super::performed::{markers, refit, retargeted, settle};
 use super::placement::place;
-use super::staging::{refit, retargeted, settle};
-use super::{ExperimentError, ScenarioError, ScenarioFile, clip_file};
+use super::{ExperimentError, clip_file};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
-use crate::body::{Humanoid, LinkFrames, Markers, Motion};
+use crate::body::Humanoid;
+use crate::scenario::ScenarioFile;
 
 /// What a scenario's tracker may learn from.
 pub(super) struct Learned {
@@ -34,11 +36,11 @@ pub(super) fn load(
     for (index, clip) in settings.clips.iter().enumerate() {
         let table = format!("training.clips[{index}]");
         let unsound = |key: &str, message: String| -> ExperimentError {
-            ScenarioError::from(file.complaint(&format!("{table}.{key}"), message)).into()
+            scenario_error(file, &format!("{table}.{key}"), message)
         };
         if clip.frames_per_second != rate {
             let message = format!(
-                "expected the rate of [motion], {rate} Hz, found {} Hz; what is learned at one rate does not hold at another",
+                "expected the rate of [motion], {rate} Hz, found {} Hz; motion models depend on the frame rate",
                 clip.frames_per_second
             );
             return Err(unsound("frames_per_second", message));
@@ -46,8 +48,8 @@ pub(super) fn load(
         let clip_file::Recording { clip: recording, source } = clip_file::load(file, &table, clip, mocap_directory)?;
         if let Some((first, last)) = source.shared_frames(test) {
             let message = format!(
-                "frames {first} to {last} (of the file, from 1) of `{}` are frames of [motion] too (`{}`); learn from other frames than \
-                 those of the test",
+                "frames {first} to {last} (of the file, from 1) of `{}` are also frames of [motion] (`{}`); learn from \
+                frames that are not in the test",
                 source.clip,
                 test.in_words()
             );
@@ -67,14 +69,4 @@ pub(super) fn load(
         learned.sources.push(source);
     }
     Ok(Some(learned))
-}
-
-/// Where a body's markers are, frame by frame.
-fn markers(body: &Humanoid, motion: &Motion) -> Vec<Markers> {
-    let mut frames = LinkFrames::default();
-    let of = |pose| {
-        body.link_frames_into(pose, &mut frames);
-        body.markers(&frames)
-    };
-    motion.poses.iter().map(of).collect()
 }

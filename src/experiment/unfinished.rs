@@ -1,4 +1,4 @@
-//! What this process has begun to write and not finished, so that it can be removed when the process is stopped early.
+//! Unfinished outputs of this process, which are removed when it is stopped.
 
 use std::fs;
 use std::io;
@@ -72,7 +72,7 @@ pub fn abandon() -> String {
     let there = |path: &Option<PathBuf>| path.clone().filter(|path| path.exists());
     let said = match (there(&register.kept), there(&register.finished)) {
         (Some(partial), _) => ExperimentError::TrainingInterrupted { partial }.to_string(),
-        (None, Some(path)) => format!("interrupted; {} was written before", path.display()),
+        (None, Some(path)) => format!("interrupted; {} was already written", path.display()),
         (None, None) => ExperimentError::Interrupted.to_string(),
     };
     std::mem::forget(register);

@@ -1,4 +1,4 @@
-//! How a long piece of work tells how far it is, and hears that it should stop.
+//! Progress and interruption of long work.
 
 use super::ExperimentError;
 
@@ -15,7 +15,7 @@ pub enum Stage {
     Evaluate,
 }
 
-/// Looks on while an experiment runs, from whatever thread.
+/// Observes an experiment, from any thread.
 pub trait Watch: Sync {
     /// A stage of so many frames begins.
     fn begin(&self, stage: Stage, frames: usize);
@@ -33,7 +33,7 @@ pub trait Watch: Sync {
     fn interrupted(&self) -> bool;
 }
 
-/// Nobody looks on and nobody interrupts.
+/// No progress output and no interruption.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unwatched;
 

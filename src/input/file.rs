@@ -1,4 +1,4 @@
-//! Reading a file that is no larger than its kind may be.
+//! Reads files within the size limit of their kind.
 
 use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};
@@ -9,7 +9,8 @@ use super::limits::in_words;
 /// The bytes of a regular file of at most `limit` bytes.
 ///
 /// # Errors
-/// What the system says; for anything but a regular file and for a larger one a message that says what was expected.
+/// The operating system's error; for anything except a regular file within the limit, a message with what was
+/// expected.
 pub(crate) fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = open(path, limit)?;
     let mut bytes = Vec::with_capacity(file.metadata()?.len().min(limit) as usize);
@@ -29,14 +30,15 @@ pub(crate) fn read_to_string(path: &Path, limit: u64) -> io::Result<String> {
     String::from_utf8(read(path, limit)?).map_err(not_text)
 }
 
-/// A regular file of at most `limit` bytes, open for reading. A pipe is never opened: that would wait for somebody who writes.
+/// A regular file of at most `limit` bytes, open for reading. A pipe is never opened, because that would block until a
+/// writer appears.
 ///
 /// # Errors
 /// As [`read`].
 pub(crate) fn open(path: &Path, limit: u64) -> io::Result<File> {
     check(&fs::metadata(path)?, limit)?;
     let file = File::open(path)?;
-    // another file may have come to stand there in between
+    // another file may have replaced it in between
     check(&file.metadata()?, limit)?;
     Ok(file)
 }
@@ -46,14 +48,14 @@ fn check(metadata: &Metadata, limit: u64) -> io::Result<()> {
         return Err(io::Error::new(ErrorKind::IsADirectory, "is a directory, expected a file"));
     }
     if !metadata.is_file() {
-        let message = "is a device, a pipe or a socket, expected a regular file; copy what it gives into a file first";
+        let message = "is a device, a pipe or a socket, expected a regular file; copy its content to a file first";
         return Err(io::Error::new(ErrorKind::InvalidInput, message));
     }
     if metadata.len() > limit { Err(too_large(limit)) } else { Ok(()) }
 }
 
 fn too_large(limit: u64) -> io::Error {
-    let message = format!("larger than {}, the greatest size of a file of this kind", in_words(limit));
+    let message = format!("larger than {}, the limit for a file of this kind", in_words(limit));
     io::Error::new(ErrorKind::FileTooLarge, message)
 }
 
@@ -67,7 +69,7 @@ mod tests {
         fs::write(file.path(), vec![b'x'; 2048]).unwrap();
         assert_eq!(read(file.path(), 2048).unwrap().len(), 2048);
         let error = read(file.path(), 2047).unwrap_err();
-        assert_eq!(error.to_string(), "larger than 1 KiB, the greatest size of a file of this kind");
+        assert_eq!(error.to_string(), "larger than 1 KiB, the limit for a file of this kind");
         fs::write(file.path(), [0xff, 0xfe]).unwrap();
         assert!(read_to_string(file.path(), 10).unwrap_err().to_string().contains("not UTF-8"));
     }

@@ -1,4 +1,4 @@
-//! Text of a file or a command line as messages may show it: short, and without characters that steer a terminal.
+//! Quotes text of files and command lines in messages: short, and without control characters.
 
 use std::fmt::{Display, Write};
 
@@ -13,15 +13,15 @@ pub(crate) fn excerpt(text: &str) -> String {
     shortened(text.chars().map(harmless), SHOWN)
 }
 
-/// A message or a path without control characters; of one that is too long its beginning.
+/// A message or a path without control characters, truncated if too long.
 pub(crate) fn plain(message: impl Display) -> String {
     let mut writer = Harmless { text: String::new(), characters: 0 };
     write!(writer, "{message}").ok();
     if writer.characters > LONGEST_MESSAGE { shortened(writer.text.chars(), LONGEST_MESSAGE) } else { writer.text }
 }
 
-/// What another crate says of an input. Its messages quote the input and then say `, expected ...`: the former is cut, the latter
-/// is kept.
+/// An error message of another crate about an input. Its messages quote the input and end with `, expected ...`: the
+/// quote is cut, the end is kept.
 pub(crate) fn foreign(message: impl Display) -> String {
     let message = message.to_string();
     let (found, expected) = match message.rfind(", expected ") {
@@ -31,7 +31,7 @@ pub(crate) fn foreign(message: impl Display) -> String {
     plain(format_args!("{}{expected}", excerpt(found)))
 }
 
-/// Takes a message character by character, so that a huge one is never held.
+/// Takes a message character by character, so a huge one is never held in memory.
 struct Harmless {
     text: String,
     characters: usize,
@@ -56,7 +56,7 @@ fn shortened(characters: impl Iterator<Item = char>, most: usize) -> String {
     text
 }
 
-/// The character, or one that stands for it where it would steer a terminal or turn the direction of writing.
+/// The character, or a replacement if it would control a terminal or change the direction of writing.
 pub(crate) fn harmless(character: char) -> char {
     match character {
         '\n' | '\r' | '\t' | '\u{2028}' | '\u{2029}' => ' ',

@@ -5,17 +5,19 @@ use std::collections::HashMap;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::asf::{AcclaimChannel, AcclaimJoint, AcclaimSkeleton};
-use super::read::{ReadOptions, UpAxis, clip_name};
-use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, Recording};
+use super::clip::clip_name;
+use super::options::GREATEST_RATE;
+use super::options::{ReadOptions, UpAxis};
+use super::recording::{MOST_JOINT_FRAMES, Recording};
 use super::text_cursor::{TextCursor, quoted};
 use super::{Clip, MocapError};
 
-/// CMU's rate; AMC files do not have one, save some that say `:SAMPLES-PER-SECOND`.
+/// CMU's rate; AMC files have none, except some with `:SAMPLES-PER-SECOND`.
 const USUAL_RATE: f64 = 120.0;
 
 /// Reads an AMC file's text with the skeleton that it moves; `file` is its name, for messages and the clip's name.
 ///
-/// Frames must be numbered without a gap, and each must move every bone that the skeleton lets move.
+/// Frames must be numbered without gaps, and each must have values for every movable bone of the skeleton.
 pub fn parse_amc(
     text: &str,
     file: &str,
@@ -27,7 +29,7 @@ pub fn parse_amc(
     motion.run()?;
     let mut notes = Vec::new();
     let frames_per_second = options.frames_per_second.or(motion.frames_per_second).unwrap_or_else(|| {
-        notes.push(format!("the file has no rate: {USUAL_RATE} frames a second taken"));
+        notes.push(format!("the file has no frame rate: {USUAL_RATE} frames a second assumed"));
         USUAL_RATE
     });
     let clip = Clip {
@@ -88,7 +90,7 @@ impl<'a> Motion<'a> {
                 if let Some(open) = &open
                     && Some(number) != open.number.checked_add(1)
                 {
-                    let expected = format!("the frame after {}, or a bone and its angles", open.number);
+                    let expected = format!("the frame after {}, or a bone with its angles", open.number);
                     return Err(self.cursor.unexpected(&expected, Some(line)));
                 }
                 self.close(open.take())?;
@@ -256,7 +258,7 @@ head 40 50
             (
                 "head 40 50\n8",
                 "head 40 50\n9",
-                "tiny.amc:7: expected the frame after 7, or a bone and its angles, found `9`",
+                "tiny.amc:7: expected the frame after 7, or a bone with its angles, found `9`",
             ),
             (
                 "8\nroot 1 2 3 10 20 30\nhead 40 50\n",

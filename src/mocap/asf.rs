@@ -1,4 +1,4 @@
-//! ASF: an Acclaim skeleton. Bones with a direction and a length at rest, each with the axes in which it turns.
+//! ASF: an Acclaim skeleton. Bones with a direction and a length at rest, each with its rotation axes.
 //!
 //! A bone becomes a joint at the bone's start, that is, at its parent's end (Lander, "Working with Motion Capture File
 //! Formats", Game Developer, January 1998). At rest every joint's frame is parallel to the world; a bone's turn is
@@ -19,11 +19,11 @@ pub struct AcclaimSkeleton {
     pub(super) joints: Vec<AcclaimJoint>,
     /// The file's `length`, see [`Self::metres_per_unit`].
     pub(super) length: Option<f64>,
-    /// Whether angles are degrees, here and in motion files that do not say.
+    /// Whether angles are degrees, here and in motion files without their own unit.
     pub(super) degrees: bool,
 }
 
-/// How an Acclaim joint sits at rest and moves.
+/// Rest position and channels of an Acclaim joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct AcclaimJoint {
     /// From the parent's start, file units; the root's own position.
@@ -64,7 +64,7 @@ struct Bone {
     start_to_end: Vector3<f64>,
     parent_from_axis: UnitQuaternion<f64>,
     channels: Vec<AcclaimChannel>,
-    /// Index of the parent bone; the inner `None` is the root. Unset until the hierarchy says.
+    /// Index of the parent bone; the inner `None` is the root. Set by the hierarchy.
     parent: Option<Option<usize>>,
 }
 
@@ -295,7 +295,7 @@ impl<'a> Parser<'a> {
         }
         match self.bones.iter().zip(is_placed).find(|(_, is_placed)| !is_placed) {
             Some((bone, _)) => Err(self.cursor.error(
-                "every bone to hang on the root in `:hierarchy`",
+                "every bone to descend from the root in `:hierarchy`",
                 format!("{} (line {}) that does not", quoted(&bone.name), bone.line),
             )),
             None => Ok(AcclaimSkeleton { skeleton, joints, length: self.length, degrees: self.degrees }),
@@ -414,7 +414,8 @@ pub(super) mod tests {
             (
                 "    root trunk\n",
                 "    head trunk\n",
-                "tiny.asf:37: expected every bone to hang on the root in `:hierarchy`, found `head` (line 16) that does not",
+                "tiny.asf:37: expected every bone to descend from the root in `:hierarchy`, found `head` (line 16) that \
+                does not",
             ),
             (
                 "  end\n:hierarchy",

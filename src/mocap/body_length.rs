@@ -1,23 +1,23 @@
-//! How long a recorded body is, from how far it reaches and from its bones; neither depends on the rest pose or the axes.
+//! The size of a recorded body, from its reach and its bones; neither depends on the rest pose or the axes.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Clip;
 
-/// The longest way along a human skeleton's bones, from a hand to a foot, in statures: 1.48 to 1.62 in six recordings of four
-/// conventions.
+/// The longest path along a human skeleton's bones, from a hand to a foot, in statures: 1.48 to 1.62 in six recordings
+/// of four conventions.
 const LONGEST_WAY: f64 = 1.55;
 
-/// How far a body's reach in its frames may lie from what its bones say: less where it never stands, more where the arms
-/// are raised.
+/// Tolerated difference between a body's reach in its frames and the estimate from its bones: reach is smaller if it
+/// never stands, larger with raised arms.
 const REACH_TOLERANCE: f64 = 0.1;
 
 /// Frames that are measured, spread over the clip.
 const SAMPLES: usize = 101;
 
 impl Clip {
-    /// About how tall the body is that was recorded, standing or not, from its reach and its bones; metres. 0 for a skeleton
-    /// without length.
+    /// Approximate stature of the recorded body, standing or not, from its reach and its bones; metres. 0 for a
+    /// skeleton without length.
     pub fn stature(&self) -> f64 {
         Body::of(self).length(self)
     }
@@ -27,14 +27,14 @@ pub(super) fn sampled(clip: &Clip) -> impl Iterator<Item = &Vec<Isometry3<f64>>>
     clip.frames.iter().step_by(clip.frames.len().div_ceil(SAMPLES).max(1))
 }
 
-/// The value that a share of the values do not exceed; 0 of none.
+/// The quantile of the values; 0 without values.
 pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let index = (share * values.len() as f64) as usize;
     values.get(index.min(values.len().saturating_sub(1))).copied().unwrap_or(0.0)
 }
 
-/// The joints that are the body: from the first joint on which several hang. What comes before it says where the body is.
+/// The joints of the body: from the first joint with several children. Joints before it only position the body.
 pub(super) struct Body {
     is_part: Vec<bool>,
     top: usize,
@@ -54,7 +54,7 @@ impl Body {
         Self { is_part, top }
     }
 
-    /// Where all joints and tips are.
+    /// Positions of all joints and tips.
     pub(super) fn points(&self, clip: &Clip, frame: &[Isometry3<f64>]) -> Vec<Point3<f64>> {
         let world = clip.skeleton.joint_frames(frame);
         let joints = clip.skeleton.joints.iter().zip(&world).zip(&self.is_part).filter(|(_, is_part)| **is_part);
@@ -64,17 +64,17 @@ impl Body {
         of.collect()
     }
 
-    /// How long the body is: its greatest reach in the frames, as far as its bones allow.
+    /// The body's size: its greatest reach in the frames, bounded by its bones.
     pub(super) fn length(&self, clip: &Clip) -> f64 {
         let reaches: Vec<f64> = sampled(clip).map(|frame| reach(&self.points(clip, frame))).collect();
         let by_bones = self.longest_way(clip) / LONGEST_WAY;
         quantile(reaches, 0.75).clamp((1.0 - REACH_TOLERANCE) * by_bones, (1.0 + REACH_TOLERANCE) * by_bones)
     }
 
-    /// The longest way along bones from one end of the body to another. A bone is as long as in the median frame.
+    /// The longest path along bones from one end of the body to another. A bone has its length in the median frame.
     fn longest_way(&self, clip: &Clip) -> f64 {
         let joints = &clip.skeleton.joints;
-        // the longest way down from each joint
+        // the longest path down from each joint
         let mut down: Vec<f64> = joints.iter().map(|joint| joint.tip.map_or(0.0, |tip| tip.norm())).collect();
         let mut longest = down[self.top.min(down.len().saturating_sub(1))..].first().copied().unwrap_or(0.0);
         for index in (self.top + 1..joints.len()).rev().filter(|index| self.is_part[*index]) {
@@ -119,7 +119,7 @@ mod tests {
     fn where_the_body_is_does_not_count() {
         let joint = |parent, tip| SkeletonJoint { name: "j".to_owned(), parent, tip };
         let up = Vector3::z() * 0.8;
-        // a root on the ground, far from the hips that hang on it; a head and a foot on the hips
+        // a root on the ground, far from its child, the hips; a head and a foot below the hips
         let skeleton = Skeleton {
             joints: vec![joint(None, None), joint(Some(0), None), joint(Some(1), Some(up)), joint(Some(1), Some(-up))],
         };

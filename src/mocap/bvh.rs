@@ -1,24 +1,27 @@
-//! BVH: a tree of joints with channels, then one row of channel values a frame.
+//! BVH: a tree of joints with channels, then one row of channel values per frame.
 //!
-//! Grammar and meaning as Biovision's files have them: `parent_from_joint` is the position channels (or `OFFSET` where a
+//! Grammar and meaning as in Biovision's files: `parent_from_joint` is the position channels (or `OFFSET` where a
 //! joint has none) and the product of the rotation channels in the order in which they are listed, degrees. Keywords
-//! may be in any case; every joint may list any channels in any order. A joint's position channels replace its `OFFSET`.
+//! may be in any case; every joint may list any channels in any order. A joint's position channels replace its
+//! `OFFSET`.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::bvh_hierarchy::{Channel, Hierarchy, parse_hierarchy};
-use super::read::{ReadOptions, clip_name};
-use super::recording::{GREATEST_RATE, LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, rate_from_frame_time};
+use super::clip::clip_name;
+use super::options::GREATEST_RATE;
+use super::options::ReadOptions;
+use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, rate_from_frame_time};
 use super::text_cursor::{TextCursor, finite_number};
 use super::{Clip, MocapError};
 
 /// Reads a BVH file's text; `file` is its name, for messages and the clip's name.
 ///
-/// Where the header's number of frames and the rows disagree by one or two, the rows count, and it is said in the notes; by more, the
-/// file is cut short or its header is another's.
+/// If the header's number of frames and the rows differ by one or two, the rows count, with a note; a larger difference
+/// is an error: the file is truncated or its header is wrong.
 pub fn parse_bvh(text: &str, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
     options.check()?;
-    // A brace may touch its neighbours; lines keep their numbers.
+    // Braces may be adjacent to words; line numbers do not change.
     let text = text.replace('{', " { ").replace('}', " } ");
     let mut cursor = TextCursor::new(&text, file);
     let hierarchy = parse_hierarchy(&mut cursor)?;
@@ -54,14 +57,14 @@ fn parse_motion(
             let expected = format!("{announced} rows as the header announces (`Frames: {announced}`)");
             return Err(cursor.error(expected, format!("the end of the file after {found} rows")));
         }
-        notes.push(format!("the header announces {announced} frames, the file has {found} rows: all rows are taken"));
+        notes.push(format!("the header announces {announced} frames, the file has {found} rows: all rows are used"));
     }
     let Hierarchy { skeleton, offsets, .. } = hierarchy;
     let clip = Clip { name: clip_name(file), skeleton, frames_per_second, frames, notes, cyclic: false };
     Ok(Recording { clip, rest_offsets: offsets, empty_frames, metres_per_unit: None, up: None })
 }
 
-/// By how many rows a header may be wrong: programs that write BVH count the rest pose or the last frame in or out.
+/// Tolerated difference between header and rows: programs differ in counting the rest pose or the last frame.
 const MOST_ROWS_APART: usize = 2;
 
 type Frames = Vec<Vec<Isometry3<f64>>>;
@@ -250,7 +253,7 @@ Frame Time: 0.02
 
     #[test]
     fn a_file_cut_short_anywhere_is_refused() {
-        // The last value may lose its digits after the point, and its line end: then nothing shows.
+        // The last value may lose its fractional digits and its line end without a visible error.
         for length in 0..TINY.len() - 3 {
             assert!(parse(&TINY[..length]).is_err(), "{length}");
         }

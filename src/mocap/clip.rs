@@ -1,15 +1,18 @@
 //! A recording: a skeleton and, for every frame, a rigid transform per joint.
 
+use std::path::Path;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// One joint of a recorded skeleton. Its frame sits where the joint rotates (an Acclaim bone's *start*, a BVH joint).
+/// One joint of a recorded skeleton. The origin of its frame is the centre of rotation (an Acclaim bone's *start*, a
+/// BVH joint).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkeletonJoint {
     /// Name as the file spells it.
     pub name: String,
     /// Index of the parent, always smaller than this joint's own; `None` for the root.
     pub parent: Option<usize>,
-    /// Where the bone ends in this joint's frame, for leaves (BVH `End Site`, end of an Acclaim bone); metres.
+    /// The end of the bone in this joint's frame, for leaves (BVH `End Site`, end of an Acclaim bone); metres.
     pub tip: Option<Vector3<f64>>,
 }
 
@@ -23,7 +26,7 @@ pub struct Skeleton {
 /// A recording of at least one frame. Metres, world Z up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
-    /// For people: usually the file's stem.
+    /// Display name, usually the file's stem.
     pub name: String,
     /// The skeleton, the same in every frame.
     pub skeleton: Skeleton,
@@ -32,7 +35,7 @@ pub struct Clip {
     /// Per frame and joint: `parent_from_joint` (`world_from_joint` for the root). With every rotation but the root's the
     /// identity, the skeleton is in its file's rest pose, in all three formats.
     pub frames: Vec<Vec<Isometry3<f64>>>,
-    /// What a reader should be told: units guessed, dropout frames interpolated, header and rows that disagree.
+    /// Notes: guessed units, interpolated dropout frames, differences between header and rows.
     pub notes: Vec<String>,
     /// Whether the recording is one cycle of a motion meant to repeat (DeepMimic's `Loop: wrap`): its last frame is then
     /// its first frame again, one cycle later, up to a step on the ground and a small misfit.
@@ -70,4 +73,9 @@ impl Clip {
     pub fn joint_positions(&self, frame: usize) -> Vec<Point3<f64>> {
         self.joint_frames(frame).iter().map(|f| f.translation.vector.into()).collect()
     }
+}
+
+/// Display name: the stem of a file's name.
+pub(super) fn clip_name(file: &str) -> String {
+    Path::new(file).file_stem().map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

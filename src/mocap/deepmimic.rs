@@ -8,10 +8,10 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use super::read::{ReadOptions, UpAxis, clip_name};
-use super::recording::{
-    GREATEST_RATE, LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, pose_between, rate_from_frame_time,
-};
+use super::clip::clip_name;
+use super::options::GREATEST_RATE;
+use super::options::{ReadOptions, UpAxis};
+use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, pose_between, rate_from_frame_time};
 use super::rotation::Axis;
 use super::text_cursor::is_sane;
 use super::{Clip, MocapError, Skeleton, SkeletonJoint};
@@ -38,7 +38,7 @@ enum Kind {
 /// Name, parent, offset from the parent (metres, Y up), what its numbers mean, and the end of a leaf.
 type JointRow = (&'static str, Option<usize>, [f64; 3], Kind, Option<[f64; 3]>);
 
-/// Offsets are the joints' of the humanoid; tips the far ends of its head and hand balls and foot boxes.
+/// Offsets are those of the humanoid's joints; tips are the far ends of its head and hand spheres and foot boxes.
 #[rustfmt::skip]
 const JOINTS: [JointRow; 15] = [
     ("root",           None,     [0.0, 0.0, 0.0],             Kind::Root,  None),
@@ -68,7 +68,7 @@ struct File {
 
 /// Reads a DeepMimic clip's text; `file` is its name, for messages and the clip's name.
 ///
-/// The last row's duration means nothing. Where the others differ, the clip is resampled to their median, and says so.
+/// The last row's duration is ignored. If the others differ, the clip is resampled to their median, with a note.
 pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
     options.check()?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -200,8 +200,8 @@ impl Row<'_> {
     }
 }
 
-/// Gives the clip the rate of its durations (one fewer than frames), after resampling where these differ. The last frame
-/// stays the last, so that a cycle stays a cycle.
+/// Gives the clip the rate of its durations (one fewer than frames), after resampling if these differ. The last frame
+/// stays the last, so a cycle stays a cycle.
 fn set_rate(clip: &mut Clip, durations: &[f64], file: &str) -> Result<(), MocapError> {
     let mut sorted = durations.to_vec();
     sorted.sort_by(f64::total_cmp);

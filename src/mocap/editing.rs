@@ -2,12 +2,14 @@
 
 use std::ops::Range;
 
-use super::recording::{GREATEST_RATE, MOST_JOINT_FRAMES, pose_between};
+use super::options::GREATEST_RATE;
+use super::recording::{MOST_JOINT_FRAMES, pose_between};
 use super::rotation::make_signs_continuous;
 use super::{Clip, MocapError};
 
 impl Clip {
-    /// Frames `frames.start .. frames.end`, counted from 0. At least two, and within the clip. A part of a cycle is no cycle.
+    /// Frames `frames.start .. frames.end`, counted from 0. At least two, and within the clip. A part of a cycle is not
+    /// cyclic.
     pub fn crop(mut self, frames: Range<usize>) -> Result<Self, MocapError> {
         let total = self.frames.len();
         if frames.end > total || frames.len() < 2 {
@@ -23,11 +25,11 @@ impl Clip {
         Ok(self)
     }
 
-    /// The same motion at another rate: rotations by slerp, positions on straight lines; where an instant of the new rate is
-    /// one of the old, that frame is kept bit for bit.
+    /// The same motion at another rate: rotations by slerp, positions linearly; frames at times of both rates are kept
+    /// bit for bit.
     ///
-    /// Frame 0 stays; the last frame is the last instant of the new rate within the clip, so up to one new frame time is
-    /// lost at the end. A cycle stays one only if it is a whole number of new frames long: repeat it first
+    /// Frame 0 stays; the last frame is the last time of the new rate within the clip, so up to one new frame time is
+    /// lost at the end. A cycle stays a cycle only if it is a whole number of new frames long: repeat it first
     /// ([`Clip::looped`]), then resample.
     pub fn resampled(&self, frames_per_second: f64) -> Result<Self, MocapError> {
         // A rate that is off by rounding must not lose the last frame.

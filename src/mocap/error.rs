@@ -1,10 +1,10 @@
-//! What can be wrong with a recording.
+//! Errors of recordings.
 
 use std::path::PathBuf;
 
 use crate::input::plain;
 
-/// Why a recording could not be read or edited. Each message says where, what was expected and what was found.
+/// Errors of reading and editing recordings. Each message names the place, what was expected and what was found.
 #[derive(Debug, thiserror::Error)]
 pub enum MocapError {
     /// The file is not there, or may not be read.
@@ -33,33 +33,33 @@ pub enum MocapError {
     NoSkeleton {
         /// The motion file.
         path: PathBuf,
-        /// The name that was looked for.
+        /// The expected name.
         wanted: String,
-        /// What was there instead.
+        /// What was found instead.
         found: String,
     },
-    /// A line that does not say what it should.
+    /// A line has unexpected content.
     #[error("{}:{line}: expected {}, found {}", plain(file), plain(expected), plain(found))]
     Line {
         /// The file.
         file: String,
         /// Line, counted from 1.
         line: usize,
-        /// What should stand there.
+        /// The expected content.
         expected: String,
-        /// What stands there.
+        /// The actual content.
         found: String,
     },
-    /// A frame that does not say what it should, in a format whose lines mean nothing.
+    /// A frame has unexpected content, in a format without meaningful lines.
     #[error("{}: frame {frame} (from 1): expected {}, found {}", plain(file), plain(expected), plain(found))]
     Frame {
         /// The file.
         file: String,
         /// Frame, counted from 1.
         frame: usize,
-        /// What should stand there.
+        /// The expected content.
         expected: String,
-        /// What stands there.
+        /// The actual content.
         found: String,
     },
     /// Nothing moves in fewer than two frames.
@@ -72,8 +72,9 @@ pub enum MocapError {
     },
     /// No usual unit makes the body human.
     #[error(
-        "{file}: expected a body that is 1.2 to 2.3 m tall in a usual unit (mm, cm, dm, m, inch, foot or CMU's inch/0.45), found one \
-         of {length:.4} units; say how long the file's unit is (`metres_per_unit` in a scenario, --metres-per-unit on the command line)"
+        "{file}: expected a body that is 1.2 to 2.3 m tall in a usual unit (mm, cm, dm, m, inch, foot or CMU's \
+        inch/0.45), found one of {length:.4} units; give the length of the file's unit (`metres_per_unit` in a \
+        scenario, --metres-per-unit on the command line)"
     )]
     UnknownUnit {
         /// The file.
@@ -81,7 +82,7 @@ pub enum MocapError {
         /// How tall the body is, in file units.
         length: f64,
     },
-    /// A setting that makes no sense.
+    /// A setting is invalid.
     #[error("{setting}: expected {}, found {found}", plain(expected))]
     Setting {
         /// The setting's name.
@@ -93,7 +94,7 @@ pub enum MocapError {
     },
     /// A clip that cannot be repeated.
     #[error(
-        "clip `{}`: expected one cycle of a repeating motion (DeepMimic's `Loop: wrap`), found a clip that is none",
+        "clip `{}`: expected one cycle of a repeating motion (DeepMimic's `Loop: wrap`), found a clip that does not repeat",
         plain(clip)
     )]
     NotCyclic {

@@ -1,8 +1,8 @@
 //! Repeating one cycle of a motion without a seam.
 //!
-//! Each cycle is the first one moved over the ground: by the horizontal shift, and the turn about the vertical if it is one,
-//! that take the root of the first frame to that of the last. What misfit remains (height, tilt, every joint) is taken up
-//! over the last frames of each cycle by a cubic that also removes the jump in velocity.
+//! Each cycle is the first one moved over the ground: by the horizontal shift, and the rotation about the vertical if
+//! there is one, from the root of the first frame to that of the last. The remaining misfit (height, tilt, every joint)
+//! is blended over the last frames of each cycle by a cubic that also removes the jump in velocity.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -10,19 +10,20 @@ use super::recording::MOST_JOINT_FRAMES;
 use super::rotation::{Axis, make_signs_continuous};
 use super::{Clip, MocapError};
 
-/// Time over which the misfit at the seam is spread, seconds.
+/// Time over which the misfit at the seam is blended, seconds.
 const BLEND_TIME: f64 = 0.25;
 
 /// ... and the greatest share of the cycle that this may be.
 const BLEND_SHARE: f64 = 1.0 / 3.0;
 
-/// A heading that changes by less over a cycle is no turn but part of the misfit: recorded strides never close exactly, and
-/// a straight walk must stay straight. Radians.
+/// A smaller heading change over a cycle belongs to the misfit: recorded strides never close exactly, and a straight
+/// walk must stay straight. Radians.
 const LEAST_TURN: f64 = 15.0 * core::f64::consts::PI / 180.0;
 
 impl Clip {
-    /// A cyclic clip repeated until it lasts `duration` seconds or, by less than a frame, more. The root's way over the ground
-    /// and its heading add up from cycle to cycle; its height and tilt repeat. The result is no longer marked cyclic.
+    /// A cyclic clip repeated until it lasts `duration` seconds or, by less than a frame, more. The root's path over
+    /// the ground and its heading accumulate from cycle to cycle; its height and tilt repeat. The result is no longer
+    /// marked cyclic.
     pub fn looped(&self, duration: f64) -> Result<Self, MocapError> {
         let steps = (duration * self.frames_per_second - 1e-6).ceil();
         let most = (MOST_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
@@ -62,7 +63,7 @@ impl Clip {
         })
     }
 
-    /// What one cycle adds to the root's way: the turn about Z and the horizontal shift from frame 0 to the last.
+    /// The change of the root in one cycle: rotation about Z and horizontal shift from frame 0 to the last.
     fn step_over_ground(&self) -> Isometry3<f64> {
         let (Some(&first), Some(&last)) = (self.frames[0].first(), self.frames[self.frames.len() - 1].first()) else {
             return Isometry3::identity();
@@ -76,8 +77,8 @@ impl Clip {
         Isometry3::from_parts(Translation3::from(shift), turn)
     }
 
-    /// The frames with the last ones bent so that the last frame is the first one moved by `step_over_ground`, at the first
-    /// one's velocity.
+    /// The frames, blended at the end so that the last frame is the first one moved by `step_over_ground`, with the
+    /// first one's velocity.
     fn seamless_cycle(&self, step_over_ground: &Isometry3<f64>) -> Vec<Vec<Isometry3<f64>>> {
         let period = self.frames.len() - 1;
         let blend = (BLEND_TIME * self.frames_per_second).min(BLEND_SHARE * period as f64).round().max(1.0);

@@ -1,7 +1,7 @@
-//! Recordings as their files say them: BVH, ASF/AMC and DeepMimic become one [`Clip`].
+//! Readers of recordings: BVH, ASF/AMC and DeepMimic become one [`Clip`].
 //!
-//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose sign
-//! does not jump from frame to frame. What a reader had to guess or mend stands in [`Clip::notes`].
+//! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose
+//! sign does not jump from frame to frame. [`Clip::notes`] lists what a reader had to guess or repair.
 //!
 //! ```no_run
 //! use skiagraph::mocap::{ReadOptions, read};
@@ -20,6 +20,7 @@ mod deepmimic;
 mod editing;
 mod error;
 mod looping;
+mod options;
 mod read;
 mod recording;
 mod rest_pose;
@@ -33,4 +34,5 @@ pub use bvh::parse_bvh;
 pub use clip::{Clip, Skeleton, SkeletonJoint};
 pub use deepmimic::parse_deepmimic;
 pub use error::MocapError;
-pub use read::{ReadOptions, UpAxis, read};
+pub use options::{ReadOptions, UpAxis};
+pub use read::read;

@@ -3,61 +3,12 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::recording::GREATEST_RATE;
-use super::{Clip, MocapError, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+use super::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
 use crate::input::{self, limits};
-
-/// The axis of a file's world that points up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UpAxis {
-    /// Second axis.
-    Y,
-    /// Third axis.
-    Z,
-}
-
-/// What a file may leave open, or get wrong. Everything unset is taken from the file, or guessed and said in
-/// [`Clip::notes`].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ReadOptions {
-    /// Frames a second. AMC files do not say; 120 is taken there.
-    pub frames_per_second: Option<f64>,
-    /// Length of the file's unit, metres.
-    pub metres_per_unit: Option<f64>,
-    /// The file's up axis.
-    pub up: Option<UpAxis>,
-    /// The `.asf` file of an `.amc` file; unset: `SUBJECT.asf` beside `SUBJECT_TAKE.amc`, else the only one there.
-    pub skeleton: Option<PathBuf>,
-    /// Keep a rest pose that was put before the motion ([`Clip::has_inserted_rest_pose`]).
-    pub keep_rest_pose: bool,
-}
-
-impl ReadOptions {
-    /// Refuses rates and units that nothing can have.
-    pub(super) fn check(&self) -> Result<(), MocapError> {
-        check_within("frames_per_second", self.frames_per_second, 1e-3..=GREATEST_RATE)?;
-        check_within("metres_per_unit", self.metres_per_unit, 1e-6..=1e3)
-    }
-}
-
-fn check_within(
-    setting: &'static str,
-    value: Option<f64>,
-    allowed: std::ops::RangeInclusive<f64>,
-) -> Result<(), MocapError> {
-    match value {
-        Some(value) if !allowed.contains(&value) => Err(MocapError::Setting {
-            setting,
-            expected: format!("a number from {} to {}", allowed.start(), allowed.end()),
-            found: value.to_string(),
-        }),
-        _ => Ok(()),
-    }
-}
 
 /// Reads a recording by its extension: `.bvh`, `.amc` with its `.asf`, DeepMimic's `.txt` or `.json` (upper or lower case).
 ///
-/// An inserted rest pose in front is left out unless [`ReadOptions::keep_rest_pose`].
+/// An inserted rest pose is left out unless [`ReadOptions::keep_rest_pose`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
     let file = path.display().to_string();
     let clip = match extension(path).as_str() {
@@ -116,11 +67,6 @@ fn find_skeleton(amc: &Path) -> Result<PathBuf, MocapError> {
             found: format!("{} other .asf files", others.len()),
         }),
     }
-}
-
-/// For people: the stem of a file's name.
-pub(super) fn clip_name(file: &str) -> String {
-    Path::new(file).file_stem().map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
-//! A recording between its file and the [`Clip`]: still in the file's units and axes, holes not yet mended.
+//! A recording between its file and the [`Clip`]: still in the file's units and axes, with dropouts.
 
 use std::ops::Range;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::read::{ReadOptions, UpAxis};
+use super::options::{ReadOptions, UpAxis};
 use super::rest_pose::REST_POSE_NOTE;
 use super::rotation::{Axis, between, make_signs_continuous};
 use super::stature::Stature;
@@ -16,29 +16,26 @@ pub(super) const MOST_JOINT_FRAMES: usize = 20_000_000;
 /// Joints that a skeleton may have; a hand has about twenty.
 pub(super) const MOST_JOINTS: usize = 1_000;
 
-/// Nobody records at fewer frames than one in this time, seconds: with longer ones a small file claims hours.
+/// Longest plausible frame time, seconds: with longer ones a small file could claim hours.
 pub(super) const LONGEST_FRAME: f64 = 10.0;
-
-/// A rate that nobody records at.
-pub(super) const GREATEST_RATE: f64 = 1e5;
 
 /// A parsed file. `clip` is in file units and file axes.
 pub(super) struct Recording {
-    /// What the file said.
+    /// The content of the file.
     pub(super) clip: Clip,
     /// Each joint's offset from its parent in the rest pose, file units.
     pub(super) rest_offsets: Vec<Vector3<f64>>,
-    /// Frames in which every channel was exactly zero, ascending: the recorder lost the subject.
+    /// Frames in which every channel was exactly zero, ascending: the recording system lost the subject.
     pub(super) empty_frames: Vec<usize>,
-    /// What the format itself fixes.
+    /// Defined by the format.
     pub(super) metres_per_unit: Option<f64>,
-    /// What the format itself fixes.
+    /// Defined by the format.
     pub(super) up: Option<UpAxis>,
 }
 
 impl Recording {
-    /// Mends the holes, then turns and scales to metres, Z up. Options come before the format's own word, and that
-    /// before a guess.
+    /// Fills dropouts, then rotates and scales to metres, Z up. Options take precedence over the format's definition,
+    /// and that over a guess.
     pub(super) fn into_clip(mut self, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
         self.fill_empty_frames();
         if self.clip.frames.len() < 2 {
@@ -66,8 +63,8 @@ impl Recording {
         Ok(self.clip)
     }
 
-    /// Cuts off empty frames at both ends and interpolates those between. A single empty first frame stays: it is the
-    /// rest pose that some converters put there. Returns which frames are left.
+    /// Removes empty frames at both ends and interpolates those between. A single empty first frame stays: it is the
+    /// rest pose that some converters insert. Returns the range of remaining frames.
     pub(super) fn fill_empty_frames(&mut self) -> Range<usize> {
         let clip = &mut self.clip;
         let total = clip.frames.len();
@@ -79,7 +76,7 @@ impl Recording {
         }
         let seen: Vec<usize> = (0..total).filter(|&index| is_seen[index]).collect();
         let (Some(&first), Some(&last)) = (seen.first(), seen.last()) else {
-            clip.notes.push("all channels are zero in every frame of the file: the body rests throughout".to_owned());
+            clip.notes.push("all channels are zero in every frame of the file: the body does not move".to_owned());
             return 0..total;
         };
         let mut runs = Vec::new();
@@ -128,7 +125,7 @@ fn scale(clip: &mut Clip, metres_per_unit: f64) {
     }
 }
 
-/// Turns the root, and with it the world, by a quarter turn about X: Y becomes Z, Z becomes -Y.
+/// Rotates the root, and with it the world, by 90 degrees about X: Y becomes Z, Z becomes -Y.
 fn turn_y_up_to_z_up(clip: &mut Clip) {
     let turn = Axis::X.turn(core::f64::consts::FRAC_PI_2);
     for root in clip.frames.iter_mut().filter_map(|frame| frame.first_mut()) {
@@ -138,8 +135,8 @@ fn turn_y_up_to_z_up(clip: &mut Clip) {
     }
 }
 
-/// The rate whose frames last `seconds`: the whole number of frames a second that lies within 0.05 %, since files write
-/// rounded frame times (0.0083333 for 1/120), else the quotient as it is. 29.97 and 30 stay apart.
+/// The rate whose frames last `seconds`: the whole number of frames a second that lies within 0.05 %, since files
+/// contain rounded frame times (0.0083333 for 1/120), else the exact quotient. 29.97 and 30 stay distinct.
 pub(super) fn rate_from_frame_time(seconds: f64, notes: &mut Vec<String>) -> f64 {
     let rate = 1.0 / seconds;
     let whole = rate.round();
@@ -200,7 +197,7 @@ mod tests {
     fn a_skeleton_that_never_moves_has_lost_nothing() {
         let clip = recording(4, &[0, 1, 2, 3]).into_clip("f", &ReadOptions::default()).unwrap();
         assert_eq!(clip.frames.len(), 4);
-        assert_eq!(clip.notes, ["all channels are zero in every frame of the file: the body rests throughout"]);
+        assert_eq!(clip.notes, ["all channels are zero in every frame of the file: the body does not move"]);
     }
 
     #[test]

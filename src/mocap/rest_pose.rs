@@ -1,4 +1,5 @@
-//! The rest pose that converters put before a motion: cgspeed's BVH versions of CMU's recordings start with a T-pose.
+//! The rest pose that converters insert before a motion: cgspeed's BVH versions of CMU's recordings start with a
+//! T-pose.
 
 use nalgebra::Isometry3;
 
@@ -7,14 +8,14 @@ use super::Clip;
 /// Share of the moving joints that a rest pose leaves exactly unrotated.
 const RESTING_SHARE: f64 = 0.75;
 
-/// How much greater the step out of an inserted pose is than any step soon after it.
+/// Smallest ratio of the step out of an inserted pose to the largest of the next steps.
 const JUMP: f64 = 5.0;
 
 /// Steps after the first to compare with.
 const STEPS: usize = 60;
 
-/// What a clip with such a frame notes.
-pub(super) const REST_POSE_NOTE: &str = "the first frame is a rest pose that was put before the motion";
+/// The note of a clip with such a frame.
+pub(super) const REST_POSE_NOTE: &str = "the first frame is a rest pose inserted before the motion";
 
 impl Clip {
     /// Whether frame 0 is a rest pose that does not belong to the motion: nearly all joints that move are exactly
@@ -32,12 +33,12 @@ impl Clip {
             && mean_turn(rest, next) > JUMP * greatest_later
     }
 
-    /// Without that frame, where there is one; said in `notes`.
+    /// The clip without that frame, if there is one, with a note.
     pub fn without_inserted_rest_pose(mut self) -> Self {
         if self.has_inserted_rest_pose() {
             self.frames.remove(0);
             self.notes.retain(|note| note != REST_POSE_NOTE);
-            self.notes.push("left out: a rest pose that was put before the motion".to_owned());
+            self.notes.push("left out: a rest pose inserted before the motion".to_owned());
         }
         self
     }

@@ -1,4 +1,4 @@
-//! Rotations as recordings need them: turns about a coordinate axis, interpolation, continuous signs.
+//! Rotations of recordings: about coordinate axes, interpolation, continuous signs.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 

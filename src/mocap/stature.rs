@@ -1,23 +1,24 @@
-//! How tall a skeleton is, and what that says about the file's unit and up axis.
+//! The stature of a skeleton, and the file's unit and up axis derived from it.
 //!
-//! The rest pose of a file need not be a standing one: it may lie, or be no pose at all (bones along their own axes). So
-//! the unit is told from what does not change with it: how far the body reaches in the recorded frames, and how long its bones
-//! are together. The up axis is the one along which the body is longer in the frames; where the rest pose says another, that is
-//! taken only if the lowest point stays at one level along it and leaves its place along the longer one: somebody lies there.
+//! The rest pose of a file need not be standing: it may be lying, or no pose at all (bones along their own axes). So
+//! the unit is derived from quantities independent of it: the body's reach in the recorded frames, and the total length
+//! of its bones. The up axis is the one along which the body is longer in the frames. If the rest pose indicates
+//! another axis, that one is used only if the lowest point stays at one level along it and moves along the longer one:
+//! then the subject is lying.
 
 use nalgebra::{Isometry3, Vector3};
 
 use super::body_length::{Body, bounds, quantile, sampled};
-use super::read::UpAxis;
+use super::options::UpAxis;
 use super::{Clip, MocapError};
 
-/// A skeleton's joints and tips stand about this high, metres.
+/// Typical height of a standing skeleton's joints and tips, metres.
 const ADULT: f64 = 1.7;
 
 /// Statures that a guessed unit may lead to, metres: from a child of six to the tallest.
 const HUMAN: std::ops::RangeInclusive<f64> = 1.2..=2.3;
 
-/// Beyond these a guessed unit is questioned, metres.
+/// Statures outside this range give a note, metres.
 const USUAL: std::ops::RangeInclusive<f64> = 1.4..=2.1;
 
 /// Units that recordings are written in. CMU's is an inch over 0.45.
@@ -37,7 +38,8 @@ const DECISIVE: f64 = 1.5;
 /// How much steadier the lowest point must be along the up axis than along the other for the floor to decide.
 const STEADIER: f64 = 3.0;
 
-/// Along an axis on which the lowest point moves by more than this share of the body's length nobody stands.
+/// Along an axis on which the lowest point moves by more than this share of the body's length, the body is not
+/// standing.
 const WANDERING: f64 = 0.1;
 
 /// A skeleton's measures, file units.
@@ -71,7 +73,7 @@ impl Stature {
         }
     }
 
-    /// Y or Z, said in `notes`.
+    /// Y or Z, with a note.
     pub(super) fn guess_up(&self, notes: &mut Vec<String>) -> UpAxis {
         let by_motion = longer(&self.moved);
         let by_rest = self.rest_decides().then(|| longer(&self.rest)).filter(|axis| *axis != by_motion);
@@ -79,31 +81,38 @@ impl Stature {
             notes.push(format!("up axis guessed: {by_motion:?}"));
             return by_motion;
         };
-        // a walk along a straight line is steady sideways too: whoever lies must also leave their place
+        // a straight walk is also steady sideways, so a lying body must also move along the other axis
         let leaves_place = along(&self.floor, by_motion) > WANDERING * self.length;
         let guess = if leaves_place && self.steadier() == Some(by_rest) { by_rest } else { by_motion };
         notes.push(format!("up axis guessed: {guess:?}"));
         notes.push(match guess == by_motion {
             true => {
-                format!("the rest pose lies along {by_rest:?}, the motion stands along {by_motion:?}; else set `up`")
+                format!(
+                    "the rest pose is longest along {by_rest:?}, the motion along {by_motion:?}; if this is wrong, \
+                    set `up`"
+                )
             }
-            false => format!("in most frames the body is longer along {by_motion:?}: lying down, or set `up`"),
+            false => format!(
+                "in most frames the body is longer along {by_motion:?}: it is lying down, or `up` must be \
+                set"
+            ),
         });
         guess
     }
 
-    /// An axis that the format itself fixes; a body that seems to stand along the other one is said in `notes`.
+    /// An axis defined by the format; notes a body that seems to stand along the other one.
     pub(super) fn accept_up(&self, up: UpAxis, notes: &mut Vec<String>) -> UpAxis {
         let by_motion = longer(&self.moved);
         if by_motion != up && self.steadier() == Some(by_motion) {
             notes.push(format!(
-                "the body is longer along {by_motion:?} than along {up:?}, its format's up: lying down, or set `up`"
+                "the body is longer along {by_motion:?} than along {up:?}, the format's up axis: it is lying down, or \
+                `up` must be set"
             ));
         }
         up
     }
 
-    /// The usual unit that makes this skeleton's stature nearest to an adult's, said in `notes`.
+    /// The usual unit with the stature nearest to an adult's, with a note.
     ///
     /// # Errors
     /// [`MocapError::UnknownUnit`] where none makes it human.
@@ -117,18 +126,18 @@ impl Stature {
             return Err(MocapError::UnknownUnit { file: file.to_owned(), length: self.length });
         };
         let stature = self.length * unit;
-        notes.push(format!("unit guessed: {name} ({unit:.6} m); the body is then {stature:.2} m tall"));
+        notes.push(format!("unit guessed: {name} ({unit:.6} m), which makes the body {stature:.2} m tall"));
         if !USUAL.contains(&stature) {
             notes.push(format!("{stature:.2} m is unusual: set `metres_per_unit` if another unit is meant"));
         }
         Ok(unit)
     }
 
-    /// A unit that is known; a stature that hardly any human has is said in `notes`.
+    /// A known unit; notes an unusual stature.
     pub(super) fn accept_unit(&self, unit: f64, notes: &mut Vec<String>) -> f64 {
         let stature = self.length * unit;
         if !HUMAN.contains(&stature) {
-            notes.push(format!("the body is {stature:.3} m tall with 1 unit = {unit:.6} m: is that meant?"));
+            notes.push(format!("the body is {stature:.3} m tall with 1 unit = {unit:.6} m: check the unit"));
         }
         unit
     }
@@ -137,7 +146,7 @@ impl Stature {
         self.rest.y > DECISIVE * self.rest.z || self.rest.z > DECISIVE * self.rest.y
     }
 
-    /// The axis along which the lowest point stays at one level, where it is clearly one of the two.
+    /// The axis along which the lowest point stays at one level, if one of the two is clearly steadier.
     fn steadier(&self) -> Option<UpAxis> {
         let [y, z] = [self.floor.y, self.floor.z];
         (y > STEADIER * z || z > STEADIER * y).then_some(if y < z { UpAxis::Y } else { UpAxis::Z })
@@ -204,8 +213,8 @@ mod tests {
         let lying_rest =
             Stature { rest: Vector3::new(1.7, 0.3, 1.7), moved: Vector3::new(0.6, 1.7, 0.4), ..standing(1.7) };
         assert_eq!(lying_rest.guess_up(&mut notes), UpAxis::Y);
-        assert!(notes[1].contains("rest pose lies along Z"), "{notes:?}");
-        // A rest pose with every bone along x says nothing.
+        assert!(notes[1].contains("rest pose is longest along Z"), "{notes:?}");
+        // A rest pose with every bone along x is uninformative.
         let straight =
             Stature { rest: Vector3::new(9.0, 0.1, 0.1), moved: Vector3::new(0.5, 0.5, 1.7), ..standing(1.7) };
         assert_eq!(straight.guess_up(&mut Vec::new()), UpAxis::Z);

@@ -1,4 +1,4 @@
-//! A cursor through a text file that knows on which line it stands.
+//! A cursor through a text file that tracks its line.
 
 use std::fmt::Display;
 use std::iter::Enumerate;
@@ -9,7 +9,7 @@ use super::MocapError;
 /// No length or angle in a real recording is greater, in any unit.
 const GREATEST_NUMBER: f64 = 1e7;
 
-/// Reads words, numbers and lines. Blank lines and lines that start with `#` are passed over.
+/// Reads words, numbers and lines. Skips blank lines and lines that start with `#`.
 pub(super) struct TextCursor<'a> {
     file: &'a str,
     lines: Enumerate<Lines<'a>>,
@@ -29,7 +29,7 @@ impl<'a> TextCursor<'a> {
         self.line
     }
 
-    /// Moves to the next line and returns it, trimmed; what was left of the current line is dropped.
+    /// Moves to the next line and returns it, trimmed; the rest of the current line is dropped.
     pub(super) fn next_line(&mut self) -> Option<&'a str> {
         for (index, line) in self.lines.by_ref() {
             self.line = index + 1;
@@ -109,7 +109,7 @@ impl<'a> TextCursor<'a> {
     }
 }
 
-/// A number that a recording can hold: neither NaN nor infinite nor absurdly great.
+/// A number that a recording may contain: finite and not absurdly large.
 pub(super) fn finite_number(word: &str) -> Option<f64> {
     word.parse().ok().filter(|&number| is_sane(number))
 }
@@ -119,7 +119,7 @@ pub(super) fn is_sane(number: f64) -> bool {
     number.abs() <= GREATEST_NUMBER
 }
 
-/// A word of a file, safe and short enough to show.
+/// A word of a file, sanitised and shortened for messages.
 pub(super) fn quoted(word: &str) -> String {
     let shown: String = word.chars().take(40).flat_map(char::escape_debug).collect();
     if word.chars().nth(40).is_some() { format!("`{shown}…`") } else { format!("`{shown}`") }

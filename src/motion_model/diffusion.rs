@@ -1,22 +1,11 @@
 //! The simplest motion model: a pose keeps still, or its velocity, and wanders by a Gaussian per degree of freedom.
 
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use super::{MotionModel, MotionModelError, ProposalScales};
-use crate::body::{Humanoid, Pose, ROOT_STEP};
-
-/// Where a pose is expected in the next frame, before it wanders.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Prediction {
-    /// Where it is now.
-    #[default]
-    None,
-    /// As far on as the last two estimates lie apart.
-    ConstantVelocity,
-}
+use super::{MotionModel, MotionModelError, NormalEquations, Prediction, ProposalScales};
+use crate::body::{DegreeOfFreedom, Humanoid, Pose, ROOT_STEP};
+use crate::rng::normal;
 
 /// Settings of [`Diffusion`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -33,6 +22,14 @@ impl Default for DiffusionSettings {
         Self { prediction: Prediction::None, scale: 1.0 }
     }
 }
+
+/// Weight of the last estimate in a descent, in squared lengths of the residuals: weak, for it only has to hold what the images do
+/// not show. A hundred times as much loses a walk.
+const DESCENT_PULL: f64 = 0.005;
+/// Farthest that one step of a descent moves the root, metres.
+const DESCENT_SLIDE_M: f64 = 0.1;
+/// Farthest that it turns the root or a joint, radians.
+const DESCENT_TURN_RAD: f64 = 0.3;
 
 /// `x_t = x_{t-1} (+ velocity) + N(0, P_0)` with `P_0` diagonal: S2's temporal model. A particle carries a pose.
 ///
@@ -75,6 +72,17 @@ impl Diffusion {
         self.deviations.iter().map(|d| d * normal(rng)).collect()
     }
 
+    /// How far each number of a step of descent may go from `state`, down and up.
+    fn descent_room(&self, state: &Pose) -> Vec<[f64; 2]> {
+        let slide = [[-DESCENT_SLIDE_M, DESCENT_SLIDE_M]; 3];
+        let turn = [[-DESCENT_TURN_RAD, DESCENT_TURN_RAD]; 3];
+        let within = |(angle, limits): (&f64, &DegreeOfFreedom)| {
+            [(limits.lower - angle).max(-DESCENT_TURN_RAD), (limits.upper - angle).min(DESCENT_TURN_RAD)]
+        };
+        let joints = state.joint_angles.iter().zip(&self.body.degrees_of_freedom).map(within);
+        slide.into_iter().chain(turn).chain(joints).collect()
+    }
+
     fn reflect_at_limits(&self, pose: &mut Pose) {
         for (angle, dof) in pose.joint_angles.iter_mut().zip(&self.body.degrees_of_freedom) {
             if *angle < dof.lower {
@@ -84,10 +92,6 @@ impl Diffusion {
             }
         }
     }
-}
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 impl MotionModel for Diffusion {
@@ -127,6 +131,25 @@ impl MotionModel for Diffusion {
 
     fn difference(&self, from: &Pose, to: &Pose, step: &mut [f64]) {
         self.body.difference(from, to, step);
+    }
+
+    fn descends(&self) -> bool {
+        true
+    }
+
+    fn descend(&self, state: &Pose, anchor: &Pose, mut evidence: NormalEquations) -> Option<Pose> {
+        let mut towards = vec![0.0; self.body.step_len()];
+        self.body.difference(state, anchor, &mut towards);
+        let precision: Vec<f64> = self.deviations.iter().map(|d| DESCENT_PULL / (d * d).max(1e-8)).collect();
+        evidence.pull(&towards, &precision);
+        let step = evidence.step_within(&self.descent_room(state))?;
+        let mut pose = self.body.step(state, step.as_slice());
+        self.body.clamp_to_limits(&mut pose);
+        Some(pose)
+    }
+
+    fn with_pose(&self, _state: &Pose, pose: &Pose) -> Option<Pose> {
+        Some(pose.clone())
     }
 }
 

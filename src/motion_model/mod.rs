@@ -4,6 +4,7 @@
 //! nudged. [`Diffusion`] carries a pose and lets it wander.
 
 mod diffusion;
+mod evidence;
 pub mod gpdm;
 pub mod gpdm_graph;
 mod latent;
@@ -14,9 +15,10 @@ mod proposal;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-pub use diffusion::{Diffusion, DiffusionSettings, Prediction};
+pub use diffusion::{Diffusion, DiffusionSettings};
+pub use evidence::NormalEquations;
 pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion};
-pub use proposal::ProposalScales;
+pub use proposal::{Prediction, ProposalScales};
 
 use crate::body::{Humanoid, Pose};
 
@@ -54,6 +56,24 @@ pub trait MotionModel: Send + Sync {
 
     /// The step from one state to another, written into `step`.
     fn difference(&self, from: &Self::State, to: &Self::State, step: &mut [f64]);
+
+    /// Whether [`Self::descend`] has an answer.
+    fn descends(&self) -> bool {
+        false
+    }
+
+    /// The state moved one damped Gauss-Newton step down `evidence`, which was taken at its pose, the model's own prior added:
+    /// a pull towards `anchor`, the last estimate, or what else the model knows. `None` for models that cannot descend, and where the
+    /// equations are singular. Must be deterministic.
+    fn descend(&self, _state: &Self::State, _anchor: &Pose, _evidence: NormalEquations) -> Option<Self::State> {
+        None
+    }
+
+    /// `state` with another pose; `None` for models whose states cannot have any pose. Such a model is descended from particles alone,
+    /// and no limbs are drawn.
+    fn with_pose(&self, _state: &Self::State, _pose: &Pose) -> Option<Self::State> {
+        None
+    }
 
     /// How many models a state can be in (the K latent spaces of S1); 0 where no model was learned.
     fn models(&self) -> usize {

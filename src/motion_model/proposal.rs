@@ -2,8 +2,21 @@
 
 use nalgebra::DVector;
 
-use super::{MotionModelError, Prediction};
+use serde::{Deserialize, Serialize};
+
+use super::MotionModelError;
 use crate::body::{Humanoid, Motion, ROOT_STEP};
+
+/// Where a pose is expected in the next frame, before it wanders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Prediction {
+    /// Where it is now.
+    #[default]
+    None,
+    /// As far on as the last two estimates lie apart.
+    ConstantVelocity,
+}
 
 /// Standard deviations of the change of a pose from one frame to the next: S2's `P_0 = diag(std^2)`, before any factor.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! What the cameras saw: one silhouette per view and instant.
+//! Observations: one silhouette per view and frame.
 
 mod observe;
 
@@ -6,7 +6,7 @@ pub use observe::{Observer, observe, observe_frame};
 
 use crate::raster::Mask;
 
-/// What all cameras of a rig saw at one instant. This, the cameras, a body and a start pose are all a tracker gets.
+/// The images of all cameras of a rig at one time. A tracker gets only these, the cameras, a body and a start pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// Frame number, from 0.

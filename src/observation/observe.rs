@@ -1,4 +1,4 @@
-//! Clean observations: what perfect background subtraction would leave of the truth.
+//! Clean observations: the result of perfect background subtraction.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -19,13 +19,13 @@ pub fn observe_frame(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> Obse
     Observer::new(truth, rig).observe(frame)
 }
 
-/// Sees any frame of the truth, from any thread. What cameras need to be ready (the rays of all pixels behind a lens)
-/// is worked out once, whatever the number of frames and threads.
+/// Sees any frame of the truth, from any thread. Camera data (the rays of all pixels behind a lens) are computed once
+/// for all frames and threads.
 pub struct Observer<'a> {
     truth: &'a GroundTruth,
-    /// What the props look like to every camera; empty without props.
+    /// Depth images of the props for every camera; empty without props.
     screens: Vec<DepthImage>,
-    /// One for every camera, to make others of for more threads.
+    /// One per camera; painters of other threads are derived from it.
     painters: Vec<SilhouettePainter>,
     idle: Mutex<Vec<Vec<SilhouettePainter>>>,
 }

@@ -1,19 +1,19 @@
 //! Exact silhouettes of tapered capsules.
 //!
-//! A pixel is set iff the ray through its centre meets the part of a solid that lies at or beyond the near plane
-//! (z >= near). So a solid before the near plane casts no shadow, one that holds the camera casts it wherever it reaches
-//! beyond the near plane, and what is cut off by the plane is not seen.
+//! A pixel is set iff the ray through its centre meets the part of a solid that lies at or beyond the near plane (z >=
+//! near). So a solid before the near plane is invisible, one that contains the camera is visible wherever it reaches
+//! beyond the near plane, and parts cut off by the plane are not seen.
 
 use nalgebra::Vector3;
 
 use crate::camera::Pinhole;
 
-use super::dispatch::{Dispatched, dispatch};
 use super::outline::{CapsuleBlock, Outline, OutlineBlock, RowSpans};
 use super::strips::{ROWS, Rows, STRIP, StripImage, StripLayout};
 use super::{Mask, PixelBounds, TaperedCapsule};
+use crate::simd::{Dispatched, dispatch};
 
-/// Beyond this many pixels single precision no longer tells a pixel's half from its whole.
+/// Beyond this many pixels single precision no longer resolves half pixels.
 const FAR_AWAY: f32 = 65536.0;
 
 /// Draws silhouettes of tapered capsules as a pinhole camera sees them.
@@ -57,22 +57,22 @@ impl CapsulePainter {
     }
 }
 
-/// Memory for drawing silhouettes, used again and again: one per thread, for cameras of any size. It grows when it first
-/// meets a larger image and never allocates after that.
+/// Reusable memory for drawing silhouettes: one per thread, for cameras of any size. It grows with the largest image so
+/// far and never allocates after that.
 #[derive(Default)]
 pub struct SilhouetteScratch {
     pub(super) image: StripImage,
     capsules: CapsuleBlock,
     outlines: OutlineBlock,
-    /// Centres of all rows, 0.5, 1.5 and so on; NaN for the rows below the image that make a block whole.
+    /// Centres of all rows, 0.5, 1.5 and so on; NaN for rows below the image that pad the last block.
     centres: Vec<Rows<f32>>,
     /// A strip's contour.
     pub(super) edge: Vec<u32>,
 }
 
 impl SilhouetteScratch {
-    /// Draws the silhouettes on a cleared image, with the best instructions this processor has; the bits are the same on
-    /// all.
+    /// Draws the silhouettes on a cleared image, with the best instruction set of this processor; the results are
+    /// bit-identical on all.
     pub(super) fn draw(&mut self, pinhole: &Pinhole, capsules_in_camera: &[TaperedCapsule]) {
         dispatch(Drawing { scratch: self, pinhole, capsules_in_camera });
     }
@@ -175,7 +175,7 @@ fn ones_from(bit: u32) -> u32 {
     u32::MAX.checked_shl(bit).unwrap_or(0)
 }
 
-/// Draws a solid that the near plane cuts, ray by ray. Slow and exact.
+/// Draws a solid that the near plane cuts, ray by ray: slow and exact.
 #[inline(never)]
 fn draw_by_rays(capsule: &TaperedCapsule, pinhole: &Pinhole, image: &mut StripImage) {
     let bounds = bounds_beyond_near(capsule, pinhole);
@@ -190,7 +190,7 @@ fn draw_by_rays(capsule: &TaperedCapsule, pinhole: &Pinhole, image: &mut StripIm
     }
 }
 
-/// Pixels outside which the part of the solid beyond the near plane is surely not seen.
+/// A conservative bound of the pixels that see the part of the solid beyond the near plane.
 fn bounds_beyond_near(capsule: &TaperedCapsule, pinhole: &Pinhole) -> PixelBounds {
     let TaperedCapsule { a, b, radius_a, radius_b } = capsule;
     let low = |i: usize| (a[i] - radius_a).min(b[i] - radius_b);

@@ -3,11 +3,11 @@
 use crate::camera::Pinhole;
 
 use super::contour_distance::ContourDistance;
-use super::dispatch::{Dispatched, dispatch};
 use super::strips::StripImage;
 use super::{Mask, Overlap, SilhouetteScratch, TaperedCapsule};
+use crate::simd::{Dispatched, dispatch};
 
-/// What an observed silhouette says about a model's.
+/// Comparison of an observed silhouette with a model's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
     /// Pixel counts of the two masks laid over each other, exact.
@@ -18,7 +18,8 @@ pub struct Comparison {
     pub contour: Option<f64>,
 }
 
-/// Compares silhouettes of tapered capsules with one observed mask: made once per view and frame, asked once per particle.
+/// Compares silhouettes of tapered capsules with one observed mask: made once per view and frame, used once per
+/// particle.
 ///
 /// A comparison draws the model as [`super::CapsulePainter`] does and counts only the words it drew: what both masks share
 /// and how many pixels the model has; the observed mask was counted once. With a [`SilhouetteScratch`] per thread it does

@@ -2,8 +2,8 @@
 
 use super::Mask;
 
-/// The set pixels that have an unset neighbour above, below, left or right *inside the image*: where a silhouette is cut by
-/// the image's border it has no contour, for there nothing is seen to end.
+/// The set pixels that have an unset neighbour above, below, left or right *inside the image*: at the image's border a
+/// silhouette has no contour, because its end is not visible there.
 pub fn contour(mask: &Mask) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     let mut contour = Mask::new(width, height);

@@ -1,4 +1,4 @@
-//! How far a drawn silhouette's contour lies from an observed one.
+//! Distance of a drawn silhouette's contour from an observed one.
 
 use super::strips::{STRIP, StripImage, StripLayout};
 use super::{DistanceMap, Mask, contour};
@@ -6,7 +6,7 @@ use super::{DistanceMap, Mask, contour};
 /// What [`ContourDistance`] stores for a distance of tau or more.
 const FAR: u16 = u16::MAX;
 
-/// Truncated distances to the contour of an observed mask, in fixed point, so that sums do not depend on their order.
+/// Truncated distances to the contour of an observed mask, in fixed point, so sums do not depend on their order.
 #[derive(Clone, Debug)]
 pub(super) struct ContourDistance {
     layout: StripLayout,

@@ -92,9 +92,10 @@ impl Envelope {
             let height = i64::from(distance) * i64::from(distance);
             let mut from = 0;
             while let Some(&(last_at, last_height, last_from)) = self.parabolas.last() {
-                // The new parabola is lower than the last one beyond x = numerator / (2 (at - last_at)).
+                // The new parabola is lower than the last one beyond x = numerator / (2 (at - last_at)). Both are integers below
+                // 2^37, whose quotient in f64 is never rounded over an integer; it is several times as fast as theirs.
                 let numerator = height + at * at - last_height - last_at * last_at;
-                from = numerator.div_euclid(2 * (at - last_at)) + 1;
+                from = (numerator as f64 / (2 * (at - last_at)) as f64).floor() as i64 + 1;
                 if from > last_from {
                     break;
                 }

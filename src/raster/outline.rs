@@ -16,7 +16,7 @@ use crate::camera::Pinhole;
 use super::TaperedCapsule;
 use super::strips::{ROWS, Rows};
 
-/// Capsules whose outlines are found in one go: enough for a body, few enough to stay in the fastest cache.
+/// Capsules processed together: enough for a body, few enough for the first-level cache.
 pub(super) const BLOCK: usize = 16;
 
 /// One number per capsule of a block.
@@ -134,7 +134,7 @@ impl OutlineBlock {
     #[inline(always)]
     pub(super) fn project(&mut self, capsules: &CapsuleBlock, pinhole: &Pinhole) {
         self.count = capsules.count;
-        // Whole vectors: what the spare lanes hold is computed and never read.
+        // Whole vectors: results of the spare lanes are computed but never read.
         let lanes = capsules.count.next_multiple_of(4).min(BLOCK);
         for i in 0..lanes {
             let a = [capsules.a[0][i], capsules.a[1][i], capsules.a[2][i]];
@@ -299,7 +299,7 @@ pub(super) fn upper(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// An outline made ready for asking where it lies in rows.
+/// An outline prepared for row queries.
 pub(super) struct RowSpans {
     arcs: [Arc; 2],
     edges: [Edge; 2],
@@ -322,7 +322,7 @@ impl RowSpans {
             let [left_a, right_a] = self.arcs[0].crossings(y);
             let [left_b, right_b] = self.arcs[1].crossings(y);
             let (x_a, x_b) = (self.edges[0].crossing(y), self.edges[1].crossing(y));
-            // Every crossing lies in the hull, NaN stands for none: the hull is what is between the outermost.
+            // Every crossing lies in the hull and NaN means none, so the hull is between the outermost crossings.
             let left = lower(x_a, lower(x_b, lower(left_a, lower(left_b, f32::INFINITY))));
             let right = upper(x_a, upper(x_b, upper(right_a, upper(right_b, f32::NEG_INFINITY))));
             *start = nearest_integer(lower(upper(left, 0.0), self.width));
@@ -333,7 +333,7 @@ impl RowSpans {
 }
 
 impl Outline {
-    /// Whether all of it is nearer to pixel (0, 0) than `limit`; never where a number is NaN.
+    /// Whether all of it is nearer to pixel (0, 0) than `limit`; false if a number is NaN.
     #[inline(always)]
     pub(super) fn is_within(&self, limit: f32) -> bool {
         self.left > -limit && self.right < limit && self.top > -limit && self.bottom < limit
@@ -356,7 +356,7 @@ impl Arc {
     }
 }
 
-/// A tangent made ready for asking where it crosses rows.
+/// A tangent prepared for row crossings.
 struct Edge {
     x: f32,
     y: f32,
@@ -375,13 +375,13 @@ impl Edge {
 
     #[inline(always)]
     fn crossing(&self, y: f32) -> f32 {
-        // Level tangents have an infinite slope: the ends bound what comes of it.
+        // Level tangents have an infinite slope: the ends bound the result.
         let x = upper(lower(self.x + self.slope * (y - self.y), self.high[0]), self.low[0]);
         if (y - self.low[1]) * (self.high[1] - y) >= 0.0 { x } else { f32::NAN }
     }
 }
 
-/// Rounds a number in `0.0..=2^22` to the nearest integer. In the sum's mantissa the integer stands as it is.
+/// Rounds a number in `0.0..=2^22` to the nearest integer: adding 2^23 leaves the integer in the low mantissa bits.
 #[inline(always)]
 fn nearest_integer(x: f32) -> u32 {
     const SHIFT: f32 = 8_388_608.0;

@@ -1,4 +1,4 @@
-//! How far two silhouettes agree.
+//! Overlap of two silhouettes.
 
 use super::Mask;
 

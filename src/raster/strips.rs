@@ -36,7 +36,7 @@ impl StripLayout {
     }
 }
 
-/// A binary image in strips that remembers where it was drawn on; everything else is zero.
+/// A binary image in strips that tracks where it was drawn on; everything else is zero.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StripImage {
     layout: StripLayout,
@@ -97,7 +97,7 @@ impl StripImage {
         &self.words
     }
 
-    /// From now on blocks `first..last` of these strips count as drawn on.
+    /// Marks blocks `first..last` of these strips as drawn on.
     #[inline(always)]
     pub(super) fn mark_blocks(&mut self, strips: Range<usize>, first: usize, last: usize) {
         for (top, bottom) in &mut self.drawn[strips] {

@@ -1,4 +1,4 @@
-//! The solid that bodies are mostly made of.
+//! The main solid of bodies.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 

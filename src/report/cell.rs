@@ -18,7 +18,7 @@ pub const CELL_HEIGHT: u32 = 480;
 
 /// Neither silhouette.
 pub(super) const GROUND: [u8; 3] = [0x1b, 0x26, 0x31];
-/// What stands about.
+/// Props.
 pub(super) const PROP: [u8; 3] = [0x4a, 0x41, 0x54];
 /// Beyond the camera's image.
 const OUTSIDE: [u8; 3] = [0x0d, 0x13, 0x19];
@@ -29,7 +29,7 @@ pub(super) const ONLY_OBSERVED: [u8; 3] = [0xf2, 0xc1, 0x4e];
 /// Covered by the model, but not observed.
 pub(super) const ONLY_ESTIMATED: [u8; 3] = [0x4f, 0x7f, 0xe0];
 
-/// What one camera saw in one frame, and what the estimate would show there.
+/// The observed and the estimated silhouette of one camera and frame.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub(super) camera: &'a Camera,
@@ -48,7 +48,7 @@ impl View<'_> {
         intersection_over_union(self.estimated?, self.observed)
     }
 
-    /// Where the two silhouettes are; the whole image if nowhere.
+    /// Bounds of the two silhouettes; the whole image if both are empty.
     pub(super) fn bounds(&self) -> PixelBounds {
         let observed = self.observed.bounds();
         let found = self.estimated.map_or(observed, |estimated| observed.union(&estimated.bounds()));
@@ -90,7 +90,7 @@ impl View<'_> {
         let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         for (pixel, (x, y)) in picture.pixels_mut().iter_mut().zip(positions) {
             let observed = self.observed.get(x, y);
-            // without an estimated silhouette nothing is missed
+            // without an estimated silhouette nothing counts as missed
             let estimated = self.estimated.map_or(observed, |mask| mask.get(x, y));
             let tone = match (observed, estimated) {
                 (true, true) => BOTH,

@@ -1,4 +1,4 @@
-//! One page on which several methods stand side by side.
+//! The page that compares several methods.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +12,12 @@ use crate::evaluation::{METRICS, Metric, Summary, quantile};
 
 const TEMPLATE: &str = include_str!("comparison.html");
 /// Metrics of the table.
-const COLUMNS: [&str; 5] = ["humaneva_mm", "mpjpe_root_mm", "pa_mpjpe_mm", "body_orientation_deg", "track_loss"];
+const COLUMNS: [&str; 6] =
+    ["humaneva_mm", "mpjpe_root_mm", "pa_mpjpe_mm", "body_orientation_deg", "track_loss", "coverage"];
 const COLOURS: [Colour; 7] =
     [Colour::Blue, Colour::Orange, Colour::Green, Colour::Red, Colour::Purple, Colour::Amber, Colour::Ink];
 
-/// What a page of methods shows. All methods tracked the same clip with the same seeds.
+/// The input of a comparison page. All methods tracked the same clip with the same seeds.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparisonInput<'a> {
     /// The scenario's title.
@@ -25,7 +26,7 @@ pub struct ComparisonInput<'a> {
     pub frames: usize,
     /// Number of seeds.
     pub seeds: usize,
-    /// Whether actor and tracker share body and flesh.
+    /// Whether actor and tracker have the same body.
     pub matched: bool,
     /// The methods, at least one.
     pub methods: &'a [ComparedMethod],
@@ -105,7 +106,7 @@ pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportErro
     render_page(TEMPLATE, &page)
 }
 
-/// The error of every method over the frames (S1 Fig. 6): the median over seeds.
+/// The error of every method over the frames (as in `[GPDM graph]`, Fig. 6): the median over seeds.
 pub fn error_plot(methods: &[ComparedMethod]) -> LinePlot {
     let line = |(index, method): (usize, &ComparedMethod)| {
         let frames = method.errors.iter().map(Vec::len).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! When which foot stands, how high it is and how it slips: as a plot of its own and as a page.
+//! Stances, gaps and slip of the feet over time, as a plot and as a page.
 
 use serde::Serialize;
 
@@ -13,15 +13,15 @@ const LINES_HEIGHT: u32 = 240;
 /// Contact of a motion with the ground over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactChart {
-    /// Whose motion.
+    /// Name of the motion.
     pub title: String,
     /// Frames a second.
     pub frames_per_second: f64,
     /// The left and the right foot.
     pub feet: [FootCourse; 2],
-    /// Further quantities over time, one plot each: what it is, with its unit, and a value a frame.
+    /// Further quantities over time, one plot each: name with unit, and one value per frame.
     pub others: Vec<(String, Vec<Option<f64>>)>,
-    /// Sentences that stand above the plots.
+    /// Sentences above the plots.
     pub summary: Vec<String>,
     /// Table below them: heads, then rows.
     pub table: (Vec<String>, Vec<Vec<String>>),
@@ -34,9 +34,9 @@ pub struct FootCourse {
     pub name: String,
     /// First frame and the frame after the last of every stance.
     pub stances: Vec<[usize; 2]>,
-    /// Height of its lowest point, a value a frame.
+    /// Height of its lowest point, one value per frame.
     pub gap_mm: Vec<f64>,
-    /// Speed along the ground of what is there, a value a frame.
+    /// Speed of that point along the ground, one value per frame.
     pub slip_mm_per_s: Vec<f64>,
 }
 

@@ -72,7 +72,7 @@ pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<Cell>>, ReportError> {
     views.iter().zip(&bounds).map(column).collect()
 }
 
-/// The view of a frame in which the silhouettes agree least, and its camera's index; `None` without a camera.
+/// The view of a frame with the lowest overlap, and its camera's index; `None` without a camera.
 pub(super) fn worst_cell(sheet: &Sheet<'_>, frame: &SheetFrame) -> Result<Option<(usize, Cell)>, ReportError> {
     let views = views(sheet, frame)?;
     let found =
@@ -109,7 +109,7 @@ fn fitting_height(head: &str) -> f32 {
     LETTER_HEIGHT * (room / text_width(head, LETTER_HEIGHT).max(room))
 }
 
-/// When the frame was.
+/// Time of the frame.
 pub(super) fn seconds(sheet: &Sheet<'_>, frame: &SheetFrame) -> f64 {
     frame.frame as f64 / sheet.frames_per_second
 }

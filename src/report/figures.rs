@@ -1,4 +1,4 @@
-//! The page's plots, each with a sentence that says how to read it.
+//! The page's plots, each with an explanation.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use super::input::worst_frames;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 use super::{ReportError, ReportInput, ReportRun, Shown};
 
-/// A plot at several widths: the page shows the one that fits.
+/// A plot at several widths; the page shows the one that fits.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Figure {
     /// Fragment of the address.
@@ -29,14 +29,14 @@ const BROAD: u32 = 1160;
 const WIDE: u32 = 560;
 const NARROW: u32 = 350;
 
-/// How much of the page's width a figure takes.
+/// Width of a figure on the page.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Span {
     Half,
     Whole,
 }
 
-/// All figures that the input allows. `typical` is the run that stands for the others where only one can be shown.
+/// All figures that the input allows. `typical` is the run for figures that show only one.
 pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Vec<Figure>, ReportError> {
     let made = [
         error_over_frames(input)?,
@@ -104,18 +104,17 @@ fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportEr
         marks: worst,
         ..LinePlot::default()
     };
-    let mut how =
-        "Lower is better: how far, on average, the fifteen body markers are from where they really were.".to_owned();
+    let mut how = "Lower is better: mean distance of the fifteen body markers from their true positions.".to_owned();
     if several {
-        how += " A wide band means that luck decides.";
+        how += " A wide band means that results depend strongly on the seed.";
     }
     if frozen_greatest > top {
-        how += " The dashed line leaves the plot at the top.";
+        how += " The dashed line continues above the plot.";
     }
     if greatest > LOSS_THRESHOLD_MM {
         how += " Above 150 mm for fifteen frames in a row, the body counts as lost.";
     }
-    lines("error", "Error over the clip", how, Span::Whole, &plot)
+    lines("error", "Error over time", how, Span::Whole, &plot)
 }
 
 fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
@@ -135,13 +134,13 @@ fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     });
     let plot = SpanPlot { x_label: "set frame, from 0".into(), x_range: [0.0, frames], rows: rows.collect() };
     let how_to_read = format!(
-        "Bars: frames in which the foot stands on the ground, told from the solids of each body by one rule.{}",
+        "Bars: frames in which the foot stands on the ground, determined from each body's geometry by the same rule.{}",
         seed_note(run)
     );
     let draw = |width| plot.svg(width).map(|Svg(text)| text);
     Ok(Some(Figure {
         id: "stances",
-        title: "Which foot stands when",
+        title: "Stances of each foot",
         how_to_read,
         broad: Some(draw(BROAD)?),
         wide: draw(WIDE)?,
@@ -181,16 +180,16 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     };
     let (Svg(wide), Svg(narrow)) = (plot.svg(WIDE)?, plot.svg(NARROW)?);
     let mut how =
-        "Shorter is better. Hands and feet are usually worst, because little of the silhouette holds them; a left \
-                   and a right that differ much may have been swapped."
+        "Shorter is better. Hands and feet are usually worst, because they cover little of the silhouette. A large \
+        difference between left and right may mean swapped limbs."
             .to_owned();
     if input.summary.per_joint.iter().any(|joint| joint.ci95.is_some()) {
         how += " The thin line is the 95 % interval over seeds.";
     }
     if plot.cuts_off() {
-        how += " Where it ends at the right edge it goes on.";
+        how += " An interval that reaches the right edge continues beyond it.";
     }
-    Ok(Some(Figure { id: "joints", title: "Error of every joint", how_to_read: how, broad: None, wide, narrow }))
+    Ok(Some(Figure { id: "joints", title: "Error per joint", how_to_read: how, broad: None, wide, narrow }))
 }
 
 fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
@@ -211,70 +210,69 @@ fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     let frozen = input.frozen.map(curve);
     all.extend(frozen.map(|points| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), points)));
     let plot = LinePlot {
-        x_label: "allowed distance from the truth, mm".into(),
+        x_label: "distance from the truth, mm".into(),
         y_label: "markers within it, %".into(),
         lines: all,
         y_from: Some(0.0),
         y_to: Some(100.0),
         ..LinePlot::default()
     };
-    let how = "Higher and further left is better: the share of markers that are no further off than the distance below \
-               (PCK). The area under the curve is the score AUC.";
-    lines("pck", "How many markers are near enough", how.into(), Span::Half, &plot)
+    let how = "Higher is better: share of markers within the distance on the horizontal axis (PCK). The area under the \
+        curve is the AUC metric.";
+    lines("pck", "Share of markers within a distance", how.into(), Span::Half, &plot)
 }
 
 fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
         x_label: "set frame, from 0".into(),
-        y_label: "energy: how badly the images fit".into(),
+        y_label: "energy (lower fits the images better)".into(),
         lines: vec![
             Line::new("at the true pose", Stroke::solid(Colour::Green), indexed(run.truth_energy)),
             Line::new("at the estimate", Stroke::dashed(Colour::Red), indexed(run.estimate_energy)),
         ],
         ..LinePlot::default()
     };
-    let how = "Search or model? Where the dashed line runs below the other, the images prefer a wrong pose: likelihood or body \
-               are at fault; where it runs above, the search missed a better pose that was there.";
+    let how = "Search or model? Where the dashed line is below the solid line, the images prefer a wrong pose: the \
+        likelihood or the body model causes the error. Where it is above, the search missed a better pose.";
     lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), Span::Whole, &plot)
 }
 
 fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
         x_label: "set frame, from 0".into(),
-        y_label: "particles that still count".into(),
+        y_label: "effective sample size".into(),
         lines: of_layers(run, |layer| layer.effective_sample_size),
         y_from: Some(0.0),
         ..LinePlot::default()
     };
-    let how = "How many particles carry the weight after each layer (effective sample size). A level line is a search under \
-               control; a line that falls to the bottom has bet everything on one guess.";
+    let how = "Effective number of particles after each layer. A steady line is healthy; a line near the bottom means \
+        that almost all weight is on one particle.";
     lines("survival", "Effective sample size by layer", format!("{how}{}", seed_note(run)), Span::Half, &plot)
 }
 
 fn annealing(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let plot = LinePlot {
         x_label: "set frame, from 0".into(),
-        y_label: "λ, sharpness of the weights (steps of ten times)".into(),
+        y_label: "λ, sharpness of the weights (log scale)".into(),
         lines: of_layers(run, |layer| layer.lambda),
         logarithmic: true,
         ..LinePlot::default()
     };
-    let how = "From layer to layer the weights get sharper, so that the search moves from looking around to settling down. λ \
-               is found anew in every frame, so that the wanted share of particles survives.";
+    let how = "The weights get sharper from layer to layer, so the search narrows. In every frame λ is set so that the \
+        requested share of particles survives.";
     lines("annealing", "Annealing λ by layer", format!("{how}{}", seed_note(run)), Span::Half, &plot)
 }
 
-/// S1 Fig. 7: bands on top of each other, one a model.
+/// Stacked bands, one per model (`[GPDM graph]`, Fig. 7).
 fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
-    let models = run.occupancy.iter().map(Vec::len).max().unwrap_or(0);
+    let models = run.occupancy.iter().map(|models| models.len()).max().unwrap_or(0);
     if models < 2 {
         return Ok(None);
     }
-    let up_to = |frame: &Vec<ModelOccupancy>, end: usize| {
-        frame[..end.min(frame.len())].iter().map(|m| m.particles).sum::<u32>()
-    };
+    let up_to =
+        |frame: &[ModelOccupancy], end: usize| frame[..end.min(frame.len())].iter().map(|m| m.particles).sum::<u32>();
     let band = |model: usize| {
-        let ends = |frame: &Vec<ModelOccupancy>| [f64::from(up_to(frame, model)), f64::from(up_to(frame, model + 1))];
+        let ends = |frame: &&[ModelOccupancy]| [f64::from(up_to(frame, model)), f64::from(up_to(frame, model + 1))];
         let edges = run.occupancy.iter().map(ends).enumerate().map(|(frame, ends)| (frame as f64, ends));
         let stroke = Stroke::solid(Colour::of_rank(model, models));
         let points = edges.clone().map(|(frame, [_, high])| (frame, Some(high))).collect();
@@ -290,19 +288,19 @@ fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         y_from: Some(0.0),
         ..LinePlot::default()
     };
-    let recovered: u32 = run.occupancy.iter().flatten().map(|m| m.recovered).sum();
+    let recovered: u32 = run.occupancy.iter().copied().flatten().map(|m| m.recovered).sum();
     let how = format!(
-        "How many particles each learned model holds before resampling, one band on top of the other: a motion that goes through \
-         several models moves from band to band. {recovered} times a particle had left what its model knows and was brought back.{}",
+        "Number of particles in each learned model before resampling, stacked: a motion that passes through several \
+        models moves from band to band. Particles left the region known to their model and were reset {recovered} times.{}",
         seed_note(run)
     );
-    lines("occupancy", "Particles in every model", how, Span::Whole, &plot)
+    lines("occupancy", "Particles per model", how, Span::Whole, &plot)
 }
 
 fn of_layers(run: &ReportRun<'_>, value: fn(&LayerRecord) -> f64) -> Vec<Line> {
-    let count = run.layers.iter().map(Vec::len).max().unwrap_or(0);
+    let count = run.layers.iter().map(|layers| layers.len()).max().unwrap_or(0);
     let of_layer = |layer: usize| {
-        let finite = |frame: &Vec<LayerRecord>| frame.get(layer).map(value).filter(|value| value.is_finite());
+        let finite = |frame: &[LayerRecord]| frame.get(layer).map(value).filter(|value| value.is_finite());
         let points = run.layers.iter().enumerate().map(|(frame, layers)| (frame as f64, finite(layers))).collect();
         Line::new(&format!("layer {}", layer + 1), Stroke::solid(Colour::of_rank(layer, count)), points)
     };

@@ -1,4 +1,4 @@
-//! A stick figure that walks, and trackers that follow it more or less: input for tests and for looking at the page.
+//! A walking stick figure, and trackers that follow it more or less: input for tests and for viewing the page.
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
 
@@ -89,8 +89,8 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
             run: *run,
             truth_energy,
             estimate_energy,
-            layers,
-            occupancy: &occupancy,
+            layers: layers.iter().map(Vec::as_slice).collect(),
+            occupancy: occupancy.iter().map(Vec::as_slice).collect(),
             stances: &stances,
         })
         .collect();

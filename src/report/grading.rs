@@ -1,12 +1,11 @@
-//! By which limits a run is good, usable, poor or lost.
+//! Limits that grade a run as good, usable, poor or lost.
 
 use serde::Serialize;
 
 use super::ReportInput;
-use super::verdict::percent;
 use crate::evaluation::{Direction, Unit, find_metric};
 
-/// How good a run is; the worst last.
+/// The grade of a run; the worst last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
@@ -14,14 +13,14 @@ pub enum Grade {
     Good,
     /// The body is followed; single limbs or stretches are off.
     Usable,
-    /// The body is found, its pose is not to be relied on.
+    /// The body is found, but its pose is unreliable.
     Poor,
     /// The estimate is not where the body is.
     Lost,
 }
 
 impl Grade {
-    /// For the beginning of a sentence.
+    /// The grade, capitalised.
     pub fn title(self) -> &'static str {
         match self {
             Self::Good => "Good",
@@ -32,24 +31,24 @@ impl Grade {
     }
 }
 
-/// One measure of a run beside its limits.
+/// One metric of a run with its limits.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Criterion {
-    /// [`crate::evaluation::Metric::name`], `floors` for the comparison with an answer that never moves.
+    /// [`crate::evaluation::Metric::name`], `floors` for the comparison with a tracker that never moves.
     pub metric: &'static str,
     /// Name for people.
     pub title: &'static str,
-    /// The run's value; of `floors` how many of the measures that are compared are worse.
+    /// The run's value; for `floors` the number of metrics that are worse.
     pub value: f64,
-    /// What it amounts to.
+    /// The resulting grade.
     pub grade: Grade,
-    /// The limits of good, usable and poor, which themselves still have that grade; `None` where any value has it.
+    /// The limits of good, usable and poor, inclusive; `None` if any value has that grade.
     pub limits: [Option<f64>; 3],
     /// The value in words.
     pub finding: String,
     /// The limits in words.
     pub limits_in_words: [String; 3],
-    /// Why these limits.
+    /// The reason for these limits.
     pub why: &'static str,
 }
 
@@ -69,16 +68,16 @@ const LIMITS: [Limits; 6] = [
         title: "Mean error of the markers",
         limits: [Some(50.0), Some(100.0), Some(150.0)],
         finding: "a mean error of {}",
-        why: "50 mm is the radius of an adult's upper arm or lower leg, 100 mm its thickness, so that the estimated bone lies \
-              inside the true limb or at least beside it; a frame that is more than 150 mm off counts as lost",
+        why: "50 mm is the radius of an adult's upper arm or lower leg, 100 mm its diameter, so the estimated bone lies \
+            inside the true limb or directly beside it; a frame with more than 150 mm counts as lost",
     },
     Limits {
         metric: "pck150",
         title: "Markers within 150 mm",
         limits: [Some(0.95), Some(0.85), Some(0.5)],
         finding: "only {} of the markers within 150 mm",
-        why: "one of fifteen markers is 7 %: a hand or a foot that is astray all the time is still usable, an arm or a leg with its \
-              three markers is not",
+        why: "one of fifteen markers is 7 %: one hand or foot that is always wrong is still usable, a whole arm or leg \
+            with its three markers is not",
     },
     Limits {
         metric: "track_loss",
@@ -92,31 +91,32 @@ const LIMITS: [Limits; 6] = [
         title: "Frames without an estimate",
         limits: [Some(0.0), Some(0.05), Some(0.5)],
         finding: "no estimate in {} of the frames",
-        why: "frames without an estimate are left out of the mean error, which could otherwise be bought by leaving out the hard ones",
+        why: "the mean error leaves out frames without an estimate, so a tracker could improve it by skipping difficult \
+            frames",
     },
     Limits {
         metric: "limb_swaps",
         title: "Frames with left and right exchanged",
         limits: [Some(0.05), Some(0.2), None],
         finding: "left and right exchanged in {} of the frames",
-        why: "when feet pass each other a frame or two are judged exchanged by chance; a gait with legs exchanged is another \
-              gait",
+        why: "when feet pass each other, one or two frames may count as exchanged by chance; more means that the \
+            tracker follows the wrong leg",
     },
     Limits {
         metric: "silhouette_iou",
         title: "Overlap of the silhouettes",
         limits: [Some(0.8), Some(0.65), Some(0.45)],
-        finding: "silhouettes that overlap by {}",
-        why: "in the default scenario the tracker's body, whose measures are a little wrong, overlaps by 88 % in the pose that fits the \
-              truth best, by 67 % when it is moved by 50 mm and by 46 % when it is moved by 100 mm",
+        finding: "a silhouette overlap of {}",
+        why: "in the default scenario, with a deliberately mismatched body, the overlap is 88 % in the pose that fits \
+            the truth best, 67 % when that pose is moved by 50 mm and 46 % when it is moved by 100 mm",
     },
 ];
 
-/// Measures of place and pose that an answer that never moves should not win. The orientation of the trunk is not among them:
-/// two bodies in the same pose differ in it by some degrees.
+/// Metrics of position and pose in which a tracker that never moves should not win. Trunk orientation is not among
+/// them: two bodies in the same pose differ in it by a few degrees.
 const FLOORS: [&str; 5] = ["humaneva_mm", "humaneva_relative_mm", "pa_mpjpe_mm", "silhouette_iou", "pck150"];
 
-/// Everything that is graded, where it was measured.
+/// All criteria that were measured.
 pub(super) fn criteria(input: &ReportInput<'_>) -> Vec<Criterion> {
     LIMITS.iter().filter_map(|limits| graded(input, limits)).chain(floors(input)).collect()
 }
@@ -146,7 +146,8 @@ fn graded(input: &ReportInput<'_>, limits: &Limits) -> Option<Criterion> {
     })
 }
 
-/// How many measures of place and pose an answer that never moves does better: none is good, the error in place itself is poor.
+/// The number of metrics in which a tracker that never moves is better: none is good; if the HumanEva error is among
+/// them, poor.
 fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
     let frozen = input.frozen?;
     let is_worse = |name: &&&str| {
@@ -163,17 +164,30 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
     let titles: Vec<&str> = worse.iter().filter_map(|name| find_metric(name)).map(|metric| metric.title).collect();
     Some(Criterion {
         metric: "floors",
-        title: "Measures no better than never moving",
+        title: "Metrics no better than never moving",
         value: worse.len() as f64,
         grade,
         limits: [Some(0.0), Some((FLOORS.len() - 1) as f64), None],
         finding: match titles.is_empty() {
-            true => "nothing worse than an answer that never moves".to_owned(),
-            false => format!("no better than an answer that never moves in: {}", titles.join(", ")),
+            true => "nothing worse than a tracker that never moves".to_owned(),
+            false => format!("no better than a tracker that never moves in: {}", titles.join(", ")),
         },
         limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
-        why: "errors of place and pose, and the overlap: whoever looks at no image at all gets the floor",
+        why: "a tracker that ignores all images and keeps its start pose reaches this floor; compared are errors of \
+            position and pose, and the overlap",
     })
+}
+
+/// A share as a whole percentage; 0 % and 100 % only if exact.
+pub(super) fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    if value > 0.0 && value < 1.0 {
+        "under 1 %".into()
+    } else if value > 99.0 && value < 100.0 {
+        "over 99 %".into()
+    } else {
+        format!("{value:.0} %")
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! How a page is made of its template: the shell that all pages share, its style, and what stands on the page.
+//! Renders pages from templates: the shared shell, its style, and the content of a page.
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::ReportError;
 use super::plots::css_variables;
 
-/// The mark of all pages and pictures that this program writes: by it they are known for its own.
+/// The mark of all pages and pictures written by skiagraph, by which it recognises its own files.
 pub(super) const GENERATOR: &str = concat!("skiagraph ", env!("CARGO_PKG_VERSION"));
 
 const SHELL: &str = include_str!("shell.html");

@@ -1,4 +1,4 @@
-//! What a report is made from.
+//! The input of a report.
 
 use crate::body::Markers;
 use crate::camera::CameraRig;
@@ -13,9 +13,9 @@ pub struct ReportInput<'a> {
     pub title: &'a str,
     /// The tracker, in words: its name and its main settings.
     pub tracker: &'a str,
-    /// Whether actor and tracker share body and flesh.
+    /// Whether actor and tracker have the same body.
     pub matched: bool,
-    /// The rest of what a reader should know, in groups: bodies, cameras, noise, settings, version.
+    /// Further facts, in groups: bodies, cameras, noise, settings, version.
     pub facts: &'a [FactGroup],
     /// One entry a seed, at least one.
     pub runs: &'a [ReportRun<'a>],
@@ -37,7 +37,7 @@ pub struct FactGroup {
 }
 
 /// One seed's run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ReportRun<'a> {
     /// Clip, seed and what was measured.
     pub run: Run<'a>,
@@ -45,15 +45,15 @@ pub struct ReportRun<'a> {
     pub truth_energy: &'a [Option<f64>],
     /// Energy of the estimate per frame; empty where unknown.
     pub estimate_energy: &'a [Option<f64>],
-    /// What happened in every annealing layer, `[frame][layer]`; empty for trackers without layers.
-    pub layers: &'a [Vec<LayerRecord>],
-    /// How many particles were in every motion model, `[frame][model]`; empty for trackers without learned models.
-    pub occupancy: &'a [Vec<ModelOccupancy>],
-    /// When the feet stand, one entry a foot; empty where the bodies have no feet to stand on.
+    /// Records of every annealing layer, `[frame][layer]`; empty for trackers without layers.
+    pub layers: Vec<&'a [LayerRecord]>,
+    /// Number of particles in every motion model, `[frame][model]`; empty for trackers without learned models.
+    pub occupancy: Vec<&'a [ModelOccupancy]>,
+    /// Stances of the feet, one entry per foot; empty if the bodies have no feet.
     pub stances: &'a [FootStances],
 }
 
-/// When one foot stands: first frame and the frame after the last, of every stance.
+/// Stances of one foot: first frame and the frame after the last.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FootStances {
     /// The foot's name.
@@ -71,7 +71,7 @@ pub struct Sheet<'a> {
     pub rig: &'a CameraRig,
     /// Frames a second.
     pub frames_per_second: f64,
-    /// Where what stands about is in every camera's image; empty where nothing does.
+    /// Masks of the props in every camera's image; empty without props.
     pub props: Vec<Mask>,
     /// The columns, from left to right ([`frames_to_show`]).
     pub frames: Vec<SheetFrame>,
@@ -86,17 +86,17 @@ pub struct SheetFrame {
     pub seed: u64,
     /// Frame number.
     pub frame: usize,
-    /// What every camera saw.
+    /// The observation of every camera.
     pub observed: Vec<Mask>,
     /// The estimate's silhouette in every camera, drawn with the tracker's body; `None` without a pose to draw.
     pub estimated: Option<Vec<Mask>>,
-    /// Where the actor's markers were.
+    /// The actor's markers.
     pub truth: Markers,
-    /// Where the estimate puts them.
+    /// The estimated markers.
     pub estimate: Markers,
 }
 
-/// Why no report was made.
+/// Errors of reports.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// There is nothing to show.
@@ -127,7 +127,7 @@ pub enum ReportError {
     #[error("cannot encode the picture: {0}")]
     Png(String),
     /// The page's template failed.
-    #[error("cannot fill the page: {0}")]
+    #[error("cannot render the page: {0}")]
     Template(#[from] minijinja::Error),
 }
 
@@ -140,7 +140,7 @@ pub struct Shown {
     pub frame: usize,
 }
 
-/// How many frames of one run lie at least between two of the worst.
+/// Smallest distance between two listed worst frames of one run.
 const APART: usize = 10;
 
 /// The frames that a sheet should show: `count` spread evenly over the scored frames of the typical run, and the worst of all
@@ -184,7 +184,7 @@ pub fn worst_frames(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
     chosen
 }
 
-/// Index of the run whose mean HumanEva error is the (lower) median: the one to show where only one can be shown.
+/// Index of the run whose mean HumanEva error is the (lower) median: the one for figures that show only one.
 pub fn typical_run(runs: &[Run<'_>]) -> Option<usize> {
     let error = |run: &Run<'_>| run.evaluation.metrics.get("humaneva_mm").map_or(f64::INFINITY, |value| value.mean);
     let mut order: Vec<usize> = (0..runs.len()).collect();

@@ -18,6 +18,7 @@ mod input;
 mod lettering;
 mod model_distances;
 mod model_figures;
+mod model_input;
 mod model_page;
 pub mod overlay;
 mod page;
@@ -34,6 +35,7 @@ pub use input::{
     worst_frames,
 };
 pub use model_distances::{CandidateFrame, FrameDistances};
-pub use model_page::{LatentPath, ModelPageInput, OneModel, OtherModel, model_page};
+pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};
+pub use model_page::model_page;
 pub use page::render;
 pub use verdict::{Verdict, verdict};

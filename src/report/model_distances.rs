@@ -1,4 +1,4 @@
-//! The frame-distance matrix of a motion model (S1 Fig. 4): a picture with its axes, its key and its candidates.
+//! The frame-distance matrix of a motion model (`[GPDM graph]`, Fig. 4) with axes, colour key and candidates.
 
 use std::fmt::Write;
 
@@ -28,12 +28,12 @@ pub struct CandidateFrame {
     pub model: usize,
 }
 
-/// Colours from the least to the greatest distance: blue is near, red is far, as in S1.
+/// Colours from the smallest to the largest distance: blue is near, red is far, as in `[GPDM graph]`.
 const RAMP: [[f32; 3]; 5] =
     [[10.0, 42.0, 110.0], [47.0, 134.0, 196.0], [238.0, 232.0, 205.0], [222.0, 120.0, 60.0], [134.0, 14.0, 32.0]];
 /// Edge of the picture inside the drawing, CSS pixels.
 const EDGE: f64 = 480.0;
-/// What is left and right, above and below of it.
+/// Margins around it.
 const LEFT: f64 = 52.0;
 const RIGHT: f64 = 10.0;
 const TOP: f64 = 10.0;
@@ -41,8 +41,7 @@ const BOTTOM: f64 = 96.0;
 /// Most crosses that are drawn.
 const MOST_CROSSES: usize = 6000;
 
-/// The drawing: `starts` are the frames where models begin, the crosses stand where a candidate of one model meets one of
-/// another.
+/// The drawing: `starts` are the frames where models begin, crosses mark pairs of candidates of different models.
 pub(super) fn draw(
     distances: &FrameDistances,
     candidates: &[CandidateFrame],
@@ -81,7 +80,7 @@ pub(super) fn all_shown(candidates: &[CandidateFrame]) -> bool {
     candidates.len() * candidates.len() <= MOST_CROSSES
 }
 
-/// The pairs that get a cross; of very many candidates each with itself alone.
+/// The pairs that get a cross; with very many candidates, only each with itself.
 fn pairs(candidates: &[CandidateFrame]) -> Box<dyn Iterator<Item = [&CandidateFrame; 2]> + '_> {
     if !all_shown(candidates) {
         return Box::new(candidates.iter().take(MOST_CROSSES).map(|c| [c, c]));
@@ -119,7 +118,7 @@ fn key(svg: &mut String, greatest: f32) -> Result<(), ReportError> {
     let (top, text) = (EDGE + 56.0, EDGE + 86.0);
     write_to(svg, format_args!("<linearGradient id=\"distance-key\">{stops}</linearGradient>"))?;
     write_to(svg, format_args!("<rect y=\"{top}\" width=\"{EDGE}\" height=\"12\" fill=\"url(#distance-key)\"/>"))?;
-    write_to(svg, format_args!("<text y=\"{text}\">0: the same pose</text>"))?;
+    write_to(svg, format_args!("<text y=\"{text}\">0: same pose</text>"))?;
     write_to(svg, format_args!("<text x=\"{EDGE}\" y=\"{text}\" text-anchor=\"end\">{greatest:.1} rad\u{b2}</text>"))
 }
 

@@ -1,7 +1,7 @@
 //! The plots of a motion model's page.
 
 use super::ReportError;
-use super::model_page::{LatentPath, ModelPageInput, OneModel};
+use super::model_input::{LatentPath, ModelPageInput, OneModel};
 use super::plots::{Colour, Line, LinePlot, Path, PathPanel, PathPlot, Size, Stroke, Svg};
 
 /// A drawing for each width of a page.
@@ -15,14 +15,15 @@ pub(super) struct Drawing {
 /// Colours of models in turn; red is the prediction's.
 const COLOURS: [Colour; 6] = [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Ink];
 
-/// With more models than this a legend would say nothing.
+/// With more models than this there is no legend.
 const MOST_NAMED: usize = 6;
 
 pub(super) fn colour(model: usize) -> Colour {
     COLOURS[model % COLOURS.len()]
 }
 
-/// Learned latents and the mean prediction of one model (S1 Figs. 2 and 5a), the first principal axis against the others.
+/// Learned latents and the mean prediction of one model (`[GPDM graph]`, Figs. 2 and 5a), the first principal axis
+/// against the others.
 pub(super) fn latents(index: usize, model: &OneModel) -> Result<Drawing, ReportError> {
     let learned = Stroke::solid(colour(index));
     let predicted = Stroke::dashed(Colour::Red);
@@ -50,7 +51,7 @@ pub(super) fn latents(index: usize, model: &OneModel) -> Result<Drawing, ReportE
     Ok(Drawing { broad: wide.clone(), wide, narrow: draw(350, 40 + 270 * count, 1)? })
 }
 
-/// Distance between recording and simulation, frame by frame (S1 Figs. 3 and 5b).
+/// Distance between recording and simulation, frame by frame (`[GPDM graph]`, Figs. 3 and 5b).
 pub(super) fn errors(input: &ModelPageInput<'_>) -> Result<Drawing, ReportError> {
     let mut lines = Vec::new();
     if let Some(other) = &input.against {
@@ -71,7 +72,7 @@ pub(super) fn errors(input: &ModelPageInput<'_>) -> Result<Drawing, ReportError>
     }
     let plot = LinePlot {
         x_label: "training frame".to_owned(),
-        y_label: "distance of the simulation from the recording, rad\u{b2}".to_owned(),
+        y_label: "distance between simulation and recording, rad\u{b2}".to_owned(),
         lines,
         y_from: Some(0.0),
         ..LinePlot::default()

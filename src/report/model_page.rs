@@ -1,65 +1,14 @@
-//! One page on what a motion model has learned.
+//! The page about a learned motion model.
 
 use serde::Serialize;
 
 use super::html::render_page;
-use super::model_distances::{CandidateFrame, FrameDistances, all_shown, draw};
+use super::model_distances::{all_shown, draw};
 use super::model_figures::{self, Drawing};
+use super::model_input::{ModelPageInput, OneModel};
 use super::{FactGroup, ReportError};
 
 const TEMPLATE: &str = include_str!("model_page.html");
-
-/// Points of a latent space, each of as many coordinates as it has dimensions, the principal axis first.
-pub type LatentPath = Vec<Vec<f64>>;
-
-/// What the page shows.
-#[derive(Clone, Debug)]
-pub struct ModelPageInput<'a> {
-    /// The model's name.
-    pub title: &'a str,
-    /// The rate at which it was learned, Hz: its frames are counted at this rate.
-    pub frames_per_second: f64,
-    /// What kind of model it is and of what, each a few words.
-    pub chips: Vec<String>,
-    /// The models in the order of the training frames, at least one.
-    pub models: Vec<OneModel>,
-    /// The bound that segments were grown to keep, rad^2; `None` where there was none.
-    pub threshold: Option<f64>,
-    /// Another model of the same motions.
-    pub against: Option<OtherModel>,
-    /// Distances between training frames.
-    pub distances: FrameDistances,
-    /// Where particles may change models.
-    pub candidates: Vec<CandidateFrame>,
-    /// What else a reader should know.
-    pub facts: Vec<FactGroup>,
-}
-
-/// One learned GPDM.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OneModel {
-    /// Its first training frame, counted over all recordings.
-    pub start: usize,
-    /// The recording that it was learned from.
-    pub recording: String,
-    /// Its first frame in that recording, from 0.
-    pub first: usize,
-    /// Learned latents, one a frame.
-    pub learned: LatentPath,
-    /// Mean prediction from the first learned latent on, in the same axes.
-    pub predicted: LatentPath,
-    /// Distance between recording and simulation, one a frame, rad^2.
-    pub errors: Vec<f64>,
-}
-
-/// The model that this one is held against.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OtherModel {
-    /// What to call it.
-    pub name: String,
-    /// Distance between recording and simulation over the same frames, rad^2.
-    pub errors: Vec<f64>,
-}
 
 #[derive(Serialize)]
 struct Page<'a> {
@@ -144,12 +93,12 @@ fn headlines(input: &ModelPageInput<'_>) -> Vec<Headline> {
     let [mean, greatest] = mean_and_greatest(&all);
     let headline = |value: String, unit, meaning| Headline { value, unit, meaning };
     let turns = match input.candidates.len() {
-        1 => "moment at which particles may change models",
-        _ => "moments at which particles may change models",
+        1 => "frame at which particles may change models",
+        _ => "frames at which particles may change models",
     };
     let mut headlines = vec![
         headline(rad2(mean), "rad\u{b2}", "mean distance between recording and simulation, summed over the joints"),
-        headline(rad2(greatest), "rad\u{b2}", "greatest distance of a frame"),
+        headline(rad2(greatest), "rad\u{b2}", "largest distance in a frame"),
         headline(input.models.len().to_string(), "", if input.models.len() == 1 { "model" } else { "models" }),
         headline(input.candidates.len().to_string(), "", turns),
     ];
@@ -157,7 +106,7 @@ fn headlines(input: &ModelPageInput<'_>) -> Vec<Headline> {
         let [of_other, _] = mean_and_greatest(&other.errors);
         let percent = 100.0 * mean / of_other;
         let share = if percent < 1.0 { format!("{percent:.3}") } else { format!("{percent:.1}") };
-        headlines.insert(1, headline(share, "%", "of the mean error of the model it is held against"));
+        headlines.insert(1, headline(share, "%", "of the mean error of the compared model"));
     }
     headlines
 }
@@ -166,13 +115,15 @@ fn mean_and_greatest(errors: &[f64]) -> [f64; 2] {
     [errors.iter().sum::<f64>() / errors.len().max(1) as f64, errors.iter().copied().fold(0.0, f64::max)]
 }
 
-/// Three digits that count.
+/// Three significant digits.
 fn rad2(value: f64) -> String {
     if value >= 1.0 { format!("{value:.2}") } else { format!("{value:.4}") }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::model_distances::{CandidateFrame, FrameDistances};
+    use super::super::model_input::OtherModel;
     use super::*;
 
     fn input(models: usize) -> ModelPageInput<'static> {
@@ -230,7 +181,7 @@ mod tests {
         flat.threshold = None;
         flat.candidates.clear();
         let html = model_page(&flat).unwrap();
-        assert!(html.contains("No such moments") && !html.contains(">TH<"));
+        assert!(html.contains("No frames were found") && !html.contains(">TH<"));
         assert!(model_page(&input(0)).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! Skeletons as a camera sees them, drawn onto a picture.
+//! Draws skeletons as a camera sees them onto a picture.
 
 use nalgebra::{Point2, Point3};
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
@@ -9,7 +9,7 @@ use crate::camera::Camera;
 /// A straight piece of a skeleton, end points in the world, metres.
 pub type Bone = [Point3<f64>; 2];
 
-/// Whose skeleton: colour and line style, so that it can be told apart without seeing colours.
+/// Whose skeleton: colour and line style, distinguishable without colour vision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Whose {
     /// The truth: green, unbroken, round joints.
@@ -18,7 +18,7 @@ pub enum Whose {
     Estimate,
 }
 
-/// Which part of a camera's image a picture shows: `picture = scale * (pixel - corner)`.
+/// The part of a camera's image that a picture shows: `picture = scale * (pixel - corner)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// The camera pixel at the picture's top left.
@@ -65,8 +65,8 @@ pub fn link_bones(humanoid: &Humanoid, frames: &LinkFrames) -> Vec<Bone> {
     bones.filter(|[from, to]| (to - from).norm() > 1e-6).collect()
 }
 
-/// Draws bones as `camera` sees them through `window`. Bones behind the camera are left out; a bent lens bends them.
-/// Lines are `width` picture pixels wide and have a dark edge, so that they show on any ground.
+/// Draws bones as `camera` sees them through `window`. Bones behind the camera are left out; lens distortion bends
+/// them. Lines are `width` picture pixels wide and have a dark edge, so that they show on any ground.
 pub fn draw_bones(picture: &mut Pixmap, camera: &Camera, window: &Window, bones: &[Bone], whose: Whose, width: f32) {
     let to_picture = |point: &Point3<f64>| {
         let pixel = camera.project(point)?;
@@ -110,7 +110,7 @@ fn paint([red, green, blue]: [u8; 3]) -> Paint<'static> {
     paint
 }
 
-/// All bones as one path, each in pieces short enough to follow a bent lens.
+/// All bones as one path, each in pieces short enough to follow the lens distortion.
 fn bones_path(bones: &[Bone], to_picture: impl Fn(&Point3<f64>) -> Option<(f32, f32)>) -> Option<Path> {
     const PIECES: usize = 8;
     let mut path = PathBuilder::new();

@@ -14,14 +14,14 @@ use super::{ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, ov
 const TEMPLATE: &str = include_str!("page.html");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The metrics that stand at the top, with what each means.
+/// The headline metrics with their meaning.
 const HEADLINES: [(&str, &str); 6] = [
     ("humaneva_mm", "mean distance of the body's markers from the truth"),
-    ("pa_mpjpe_mm", "the same for the pose alone, place and size set right"),
-    ("body_orientation_deg", "how far the trunk is turned away"),
-    ("silhouette_iou", "of the outlines agree (intersection over union)"),
+    ("pa_mpjpe_mm", "the same after aligning position, orientation and size"),
+    ("body_orientation_deg", "orientation error of the trunk"),
+    ("silhouette_iou", "overlap of the silhouettes (intersection over union)"),
     ("track_loss", "of the frames count as lost"),
-    ("coverage", "of the markers have an estimate; errors speak of these alone"),
+    ("coverage", "of the markers have an estimate; errors cover only these"),
 ];
 
 #[derive(Serialize)]
@@ -70,7 +70,7 @@ struct MetricRow {
     max: Option<String>,
     coverage: String,
     frozen: Option<String>,
-    /// Worse than an answer that never moves.
+    /// Worse than a tracker that never moves.
     worse: bool,
 }
 
@@ -89,7 +89,7 @@ struct WorstRow<'a> {
     error: String,
     overlap: Option<String>,
     gap: Option<String>,
-    /// Of this seed, in the camera that agrees least.
+    /// Of this seed, in the camera with the lowest overlap.
     picture: Option<SheetCell<'a>>,
 }
 
@@ -199,7 +199,7 @@ fn absent_row<'a>(input: &ReportInput<'a>, metric: &Metric) -> Option<AbsentRow<
     Some(AbsentRow { title: metric.title, name: metric.name, needs })
 }
 
-/// A share as a percentage; 100 is all of it, not nearly all.
+/// A share as a percentage; 100 means exactly all.
 fn coverage(share: f64) -> String {
     format!("{:.1}", (1000.0 * share).floor() / 10.0)
 }
@@ -226,7 +226,7 @@ fn worst_row<'a>(input: &ReportInput<'a>, runs: &[Run<'_>], worst: Shown) -> Res
     })
 }
 
-/// One view of a frame among the worst: that of its own seed in which the silhouettes agree least.
+/// One view of a frame among the worst: that of its own seed with the lowest overlap.
 fn picture_of<'a>(sheet: &'a Sheet<'a>, seed: u64, frame: usize) -> Result<Option<SheetCell<'a>>, ReportError> {
     let is_it = |shown: &&SheetFrame| (shown.seed, shown.frame) == (seed, frame);
     let Some(shown) = sheet.worst.iter().find(is_it) else { return Ok(None) };
@@ -269,7 +269,7 @@ fn sheet_on_page<'a>(runs: &[Run<'_>], sheet: &'a Sheet<'a>) -> Result<SheetOnPa
     Ok(SheetOnPage { outlined, colours, columns })
 }
 
-/// A value for people: shares as percentages, the rest with a sensible number of decimals.
+/// A displayed value: shares as percentages, others with suitable decimals.
 pub(super) fn number(value: f64, unit: Unit) -> String {
     let decimals = match unit {
         Unit::Fraction | Unit::Millimetre | Unit::Degree | Unit::Millisecond => 1,
@@ -318,7 +318,7 @@ mod tests {
         for reference in ["http:", "https:", "src=\"/", "@import", "<link"] {
             assert!(!outside.contains(reference), "the page refers to {reference}");
         }
-        for heading in ["Error over the clip", "Error of every joint", "Effective sample size", "Worst frames"] {
+        for heading in ["Error over time", "Error per joint", "Effective sample size", "Worst frames"] {
             assert!(html.contains(heading), "{heading}");
         }
         assert!(html.contains("frame 0 (the start pose) left out"), "protocols are on the page");
@@ -353,7 +353,7 @@ mod tests {
     #[test]
     fn the_grade_its_limits_and_what_is_worse_than_never_moving_are_on_the_page() {
         let html = page(&Story { seeds: 2, lost_from: Some(60), ..Story::default() });
-        for words in ["at most 50 mm", "at most 100 mm", "at most 150 mm", "2 seeds: no interval", "Held back by"] {
+        for words in ["at most 50 mm", "at most 100 mm", "at most 150 mm", "2 seeds: no interval", "Limited by"] {
             assert!(html.contains(words), "{words}");
         }
         assert!(html.contains("class=\"worse\""), "jitter is worse than that of what stands still");

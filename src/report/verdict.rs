@@ -1,27 +1,27 @@
-//! The run in one sentence, by which limits it was graded, and where its error comes from.
+//! The run in one sentence, its grade with limits, and the likely cause of its error.
 
 use serde::Serialize;
 
 use super::ReportInput;
-use super::grading::{Criterion, Grade, criteria};
+use super::grading::{Criterion, Grade, criteria, percent};
 use crate::evaluation::METRICS;
 
-/// How the run went.
+/// The verdict on a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// The worst grade of all criteria.
     pub grade: Grade,
-    /// One or two sentences: the grade, the error, and what holds it back.
+    /// One or two sentences: the grade, the error, and the limiting criteria.
     pub line: String,
-    /// What was graded, with limits.
+    /// The criteria with their limits.
     pub criteria: Vec<Criterion>,
-    /// Names of the metrics that are worse than those of an answer that never moves, in the order of the tables.
+    /// Names of the metrics that are worse than those of a tracker that never moves, in table order.
     pub worse_than_frozen: Vec<&'static str>,
-    /// Where the images prefer another pose than the tracker's; `None` where energies are unknown.
+    /// Whether the images prefer the estimate or the true pose; `None` if energies are unknown.
     pub cause: Option<String>,
 }
 
-/// Grades a run and puts it into words.
+/// Grades a run and describes it.
 pub fn verdict(input: &ReportInput<'_>) -> Verdict {
     let criteria = criteria(input);
     let grade = criteria.iter().map(|criterion| criterion.grade).max().unwrap_or(Grade::Lost);
@@ -32,20 +32,20 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
 
 fn error_in_words(input: &ReportInput<'_>) -> String {
     let Some(error) = input.summary.metrics.get("humaneva_mm") else {
-        return "no error could be measured".to_owned();
+        return "the error could not be measured".to_owned();
     };
     let seeds = input.runs.len();
     let certainty = match error.ci95 {
         Some(ends) => format!("95 % interval {:.0} to {:.0} mm over {seeds} seeds", ends.low, ends.high),
         None => error.interval.clone(),
     };
-    format!("the markers are {:.0} mm off on average ({certainty})", error.mean)
+    format!("the mean marker error is {:.0} mm ({certainty})", error.mean)
 }
 
-/// What gave the grade, where it is not the best.
+/// The criteria that determine the grade, unless it is the best.
 fn held_back_by(grade: Grade, criteria: &[Criterion]) -> String {
     let worst: Vec<&str> = criteria.iter().filter(|c| c.grade == grade).map(|c| c.finding.as_str()).collect();
-    if grade == Grade::Good { String::new() } else { format!(" Held back by: {}.", worst.join("; ")) }
+    if grade == Grade::Good { String::new() } else { format!(" Limited by: {}.", worst.join("; ")) }
 }
 
 fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<&'static str> {
@@ -55,18 +55,18 @@ fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<&'static str> {
     worse.map(|metric| metric.name).collect()
 }
 
-/// Which of truth and estimate the images fit better, from the sign of the energy gap frame by frame.
+/// Whether the images fit truth or estimate better, from the sign of the energy gap in each frame.
 fn cause(input: &ReportInput<'_>) -> Option<String> {
     let of_runs = input.runs.iter().filter_map(|run| run.run.evaluation.metrics.get("energy_gap"));
     let gaps = of_runs.flat_map(|metric| metric.per_frame.iter().flatten().copied());
-    // images that show nothing fit everything alike
+    // empty images fit every pose equally
     let gaps: Vec<f64> = gaps.filter(|gap| *gap != 0.0).collect();
     let preferred = gaps.iter().filter(|gap| **gap > 0.0).count();
     let share = (!gaps.is_empty()).then(|| preferred as f64 / gaps.len() as f64)?;
     Some(if share >= 0.5 {
         format!(
-            "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's body): there \
-             the likelihood and the body prefer a wrong pose.",
+            "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's \
+            body): there the likelihood or the body model prefers a wrong pose.",
             percent(share)
         )
     } else {
@@ -78,18 +78,6 @@ fn cause(input: &ReportInput<'_>) -> Option<String> {
     })
 }
 
-/// A share as a whole percentage; never 0 % for something nor 100 % for less than everything.
-pub(super) fn percent(share: f64) -> String {
-    let value = 100.0 * share;
-    if value > 0.0 && value < 1.0 {
-        "under 1 %".into()
-    } else if value > 99.0 && value < 100.0 {
-        "over 99 %".into()
-    } else {
-        format!("{value:.0} %")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,7 +87,7 @@ mod tests {
     fn a_run_that_follows_is_good_and_says_how_sure_it_is() {
         let verdict = told(&Story { seeds: 3, ..Story::default() }, verdict);
         assert_eq!(verdict.grade, Grade::Good, "{:?}", verdict.criteria);
-        assert!(verdict.line.starts_with("Good: the markers are "), "{}", verdict.line);
+        assert!(verdict.line.starts_with("Good: the mean marker error is "), "{}", verdict.line);
         assert!(verdict.line.contains("95 % interval") && verdict.line.ends_with("over 3 seeds)."), "{}", verdict.line);
     }
 
@@ -108,7 +96,7 @@ mod tests {
         let told = |seeds| told(&Story { seeds, lost_from: Some(60), ..Story::default() }, verdict);
         let of_one = told(1);
         assert!(of_one.grade > Grade::Usable, "{of_one:?}");
-        assert!(of_one.line.contains("1 seed: no interval") && of_one.line.contains("Held back by"), "{}", of_one.line);
+        assert!(of_one.line.contains("1 seed: no interval") && of_one.line.contains("Limited by"), "{}", of_one.line);
         assert!(told(2).line.contains("2 seeds: no interval"));
     }
 
@@ -117,7 +105,11 @@ mod tests {
     fn an_answer_that_is_149_mm_off_in_every_frame_is_poor() {
         let verdict = told(&Story { beside_m: 0.149, ..Story::default() }, verdict);
         assert!(verdict.grade >= Grade::Poor, "{verdict:?}");
-        assert!(verdict.line.contains("149 mm off") || verdict.line.contains("150 mm off"), "{}", verdict.line);
+        assert!(
+            verdict.line.contains("error is 149 mm") || verdict.line.contains("error is 150 mm"),
+            "{}",
+            verdict.line
+        );
     }
 
     #[test]

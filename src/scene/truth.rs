@@ -1,4 +1,4 @@
-//! Everything that is known exactly, because we made it.
+//! Ground truth: everything that is known exactly.
 
 use nalgebra::Point3;
 
@@ -8,12 +8,12 @@ use crate::camera::CameraRig;
 use crate::input::excerpt;
 use crate::parallel;
 
-/// What really happened: the actor's body and, for every frame, everything that is known about it exactly.
+/// The ground truth: the actor's body and its exact state in every frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundTruth {
     /// The actor's body.
     pub actor: Humanoid,
-    /// What else stands about; cameras see it as background, and it hides what is behind it.
+    /// The props; they belong to the background and hide what is behind them.
     pub props: Vec<Prop>,
     /// Frames a second.
     pub frames_per_second: f64,
@@ -36,13 +36,13 @@ pub struct TruthFrame {
     pub markers: Markers,
     /// `[camera][marker]`: whether the camera sees the marker inside its image and before the near plane.
     pub in_view: Vec<[bool; LANDMARKS.len()]>,
-    /// `[camera][marker]`: whether the marker is in view and neither flesh nor a prop hides it. Markers lie inside the body, so neither
-    /// the flesh of a marker's own link nor flesh that holds the marker counts; all other flesh between the camera's
-    /// centre and the marker does.
+    /// `[camera][marker]`: whether the marker is in view and hidden neither by the body nor by a prop. Markers lie
+    /// inside the body, so the geometry of a marker's own link and solids that contain the marker do not count; all
+    /// other geometry between the camera's centre and the marker does.
     pub visible: Vec<[bool; LANDMARKS.len()]>,
 }
 
-/// Why there is no truth.
+/// Errors of scenes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// The motion has no pose, or no rate.
@@ -70,10 +70,10 @@ pub enum SceneError {
         /// Its degrees of freedom.
         expected: usize,
     },
-    /// A link has no place.
+    /// A link's position is not finite.
     #[error(
-        "set frame {frame} (from 0): the pose puts link {:?} at a place that is not finite; look for NaN or huge numbers in the \
-         recording",
+        "set frame {frame} (from 0): the position of link {:?} is not finite; look for NaN or huge numbers in the \
+        recording",
         excerpt(link)
     )]
     NotFinite {
@@ -82,9 +82,9 @@ pub enum SceneError {
         /// The link's name.
         link: String,
     },
-    /// Nobody would see anything.
+    /// No camera sees the subject.
     #[error(
-        "the subject is outside all views in all {frames} frames (it begins at {start:.2?} m); move the cameras or the motion"
+        "no camera sees the subject in any of {frames} frames (it starts at {start:.2?} m); move the cameras or the motion"
     )]
     OutOfView {
         /// Number of frames.
@@ -95,7 +95,8 @@ pub enum SceneError {
 }
 
 impl GroundTruth {
-    /// The truth of an actor moved by `motion` before the cameras of `rig`. The same bits for any number of threads.
+    /// The ground truth of an actor that performs `motion` before the cameras of `rig`, bit-identical for any number of
+    /// threads.
     ///
     /// # Errors
     /// [`SceneError`] when the motion is empty, belongs to another body, is not finite, or nowhere in view.
@@ -103,7 +104,7 @@ impl GroundTruth {
         Self::among_props(actor, motion, rig, Vec::new())
     }
 
-    /// As [`Self::from_motion`], with what else stands about.
+    /// As [`Self::from_motion`], with props.
     ///
     /// # Errors
     /// As [`Self::from_motion`].
@@ -235,6 +236,6 @@ mod tests {
             pose.world_from_root = Isometry3::translation(1e300, 0.0, 0.0);
         }
         let error = GroundTruth::from_motion(person(), &motion, &rig()).unwrap_err();
-        assert!(error.to_string().contains("outside all views in all 4 frames"), "{error}");
+        assert!(error.to_string().contains("no camera sees the subject in any of 4 frames"), "{error}");
     }
 }

@@ -5,9 +5,8 @@ use nalgebra::Isometry3;
 use crate::body::{Flesh, Humanoid, LANDMARKS, LinkFrames, Markers, Prop, Ray};
 use crate::camera::Camera;
 
-/// Clears every marker of `visible` that flesh hides: flesh of another link than the marker's, which does not hold the
-/// marker itself, and which the segment from the camera's centre to the marker meets; or any prop on that segment, be it one that
-/// holds the marker.
+/// Clears every hidden marker of `visible`. A marker is hidden if the segment from the camera's centre to it meets a
+/// solid of another link that does not contain the marker, or any prop, even one that contains the marker.
 pub(super) fn clear_hidden(
     body: &Humanoid,
     frames: &LinkFrames,

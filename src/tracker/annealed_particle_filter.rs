@@ -1,20 +1,19 @@
 //! The annealed particle filter: S2's Algorithm 1.
 
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::annealing::{Selection, select};
-use super::resampling::systematic;
+use super::resampling::{heaviest, systematic};
 use super::{
-    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, SettingError, TrackError,
-    Tracker,
+    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, Refinement, SettingError,
+    TrackError, Tracker,
 };
 use crate::body::Pose;
 use crate::motion_model::MotionModel;
 use crate::observation::Observation;
-use crate::rng::{Purpose, stream};
+use crate::rng::{Purpose, normal, stream};
 
 /// Particles whose energies are asked for at once.
 const BATCH: usize = 8;
@@ -45,6 +44,7 @@ pub struct AnnealedParticleFilter<M: MotionModel, L: Likelihood> {
     particles: Vec<M::State>,
     /// The last two estimates, oldest first.
     past: Vec<Pose>,
+    refinement: Option<Refinement>,
 }
 
 impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
@@ -54,7 +54,30 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     /// [`SettingError`] where a setting is out of its range.
     pub fn new(settings: FilterSettings, model: M, likelihood: L, seed: u64) -> Result<Self, SettingError> {
         settings.validate()?;
-        Ok(Self { settings, seed, model, likelihood, start: None, particles: Vec::new(), past: Vec::new() })
+        Ok(Self {
+            settings,
+            seed,
+            model,
+            likelihood,
+            start: None,
+            particles: Vec::new(),
+            past: Vec::new(),
+            refinement: None,
+        })
+    }
+
+    /// The same filter, whose estimates are refined after the last layer.
+    ///
+    /// # Errors
+    /// [`SettingError`] where the likelihood or the motion model cannot be descended.
+    pub fn with_refinement(self, refinement: Refinement) -> Result<Self, SettingError> {
+        let lacking = match (self.likelihood.descends(), self.model.descends()) {
+            (true, true) => return Ok(Self { refinement: Some(refinement), ..self }),
+            (false, _) => "likelihood",
+            (true, false) => "motion model",
+        };
+        let (expected, found) = (format!("a {lacking} that can be descended"), "one that cannot".to_owned());
+        Err(SettingError { key: "refinement", expected, found })
     }
 
     /// Step 1: particles for this frame, from the start pose or the frame before.
@@ -182,6 +205,23 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         occupancy
     }
 
+    /// Refines the estimate where that is asked for, and lets a share of the particles go on from it. Starts: the last estimate, this
+    /// frame's and the heaviest particle, as far as the model's states can have such poses.
+    fn refine(&mut self, estimate: &mut Estimate, heaviest: &M::State) {
+        let (Some(refinement), Some(energy)) = (&self.refinement, estimate.energy) else { return };
+        let Some(anchor) = self.past.last().or(self.start.as_ref()) else { return };
+        let given = [anchor, &estimate.pose].into_iter().filter_map(|pose| self.model.with_pose(heaviest, pose));
+        let starts: Vec<M::State> = given.chain([heaviest.clone()]).collect();
+        let refined = refinement.refine(&self.model, &self.likelihood, estimate.frame, anchor, &starts, energy);
+        estimate.evaluations += refined.evaluations;
+        let Some((state, energy)) = refined.found else { return };
+        for particle in refinement.moved(self.particles.len()) {
+            self.particles[particle] = state.clone();
+        }
+        estimate.pose = self.model.pose(&state).clone();
+        estimate.energy = Some(energy);
+    }
+
     fn remember(&mut self, estimate: &Pose) {
         if self.past.len() == 2 {
             self.past.remove(0);
@@ -222,10 +262,22 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         records.push(record(&energies, &selection));
         let pose = self.estimate(&particles, &selection.weights).ok_or(TrackError::NoValidParticle { frame })?;
         let occupancy = self.occupancy(&particles, &selection.weights);
+        let energy = self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch());
+        let heaviest = particles.get(heaviest(&selection.weights)).cloned();
         self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
-        self.remember(&pose);
-        let energy = Some(self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch()));
-        Ok(Estimate { frame, pose, energy, layers: records, evaluations: (count * layers + 1) as u64, occupancy })
+        let mut estimate = Estimate {
+            frame,
+            pose,
+            energy: Some(energy),
+            layers: records,
+            evaluations: (count * layers + 1) as u64,
+            occupancy,
+        };
+        if let Some(heaviest) = heaviest {
+            self.refine(&mut estimate, &heaviest);
+        }
+        self.remember(&estimate.pose);
+        Ok(estimate)
     }
 }
 
@@ -247,14 +299,6 @@ struct Moments<S> {
     about: S,
     mean: Vec<f64>,
     deviations: Vec<f64>,
-}
-
-fn heaviest(weights: &[f64]) -> usize {
-    weights.iter().enumerate().fold(0, |best, (i, w)| if *w > weights[best] { i } else { best })
-}
-
-fn normal(rng: &mut rand_chacha::ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 fn record(energies: &[f64], selection: &Selection) -> LayerRecord {

@@ -2,6 +2,7 @@
 
 use super::TrackError;
 use crate::body::Pose;
+use crate::motion_model::NormalEquations;
 use crate::observation::Observation;
 
 /// An energy of poses given an observation, `E(y_t, x_t)` of S2's Eq. 2; lower is better.
@@ -35,5 +36,17 @@ pub trait Likelihood: Send + Sync {
     /// The energy of `pose` as if no pose were rejected for what it is; the same as [`Self::energy`] where none ever is.
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64 {
         self.energy(pose, scratch)
+    }
+
+    /// Whether [`Self::linearise`] has an answer.
+    fn descends(&self) -> bool {
+        false
+    }
+
+    /// What the observation says of a small step from `pose`: squared residuals of contours, linearised, with robust weights of
+    /// `width` lengths (a length is 1/240 of an image's height). `None` for likelihoods without such residuals, which cannot be
+    /// descended, and for poses that are not finite.
+    fn linearise(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<NormalEquations> {
+        None
     }
 }

@@ -4,13 +4,16 @@
 
 mod annealed_particle_filter;
 mod annealing;
+mod descent;
 mod estimate;
 mod frozen;
 mod likelihood;
 mod limb_sides;
 mod observed_view;
+mod placed_body;
 mod plausibility;
 mod rectification;
+mod refinement;
 mod resampling;
 mod settings;
 mod silhouette_likelihood;
@@ -21,6 +24,7 @@ pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
 pub use plausibility::{PlausibilitySettings, PlausibleLikelihood, PlausibleScratch};
+pub use refinement::{Refinement, RefinementSettings};
 pub use resampling::systematic;
 pub use settings::{Estimator, FilterSettings, Kernel, SettingError};
 pub use silhouette_likelihood::{

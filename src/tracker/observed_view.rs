@@ -1,11 +1,10 @@
 //! What one camera saw, ready to be compared with thousands of poses.
 
+use super::placed_body::PlacedBody;
 use super::{ContourTerm, SilhouetteSettings};
-use crate::body::{Humanoid, LinkFrames, SilhouettePainter, capsules_in_camera};
+use crate::body::{Humanoid, SilhouettePainter, capsules_in_camera};
 use crate::camera::Camera;
-use crate::raster::{
-    Comparison, DistanceMap, Mask, SilhouetteComparer, SilhouetteScratch, TaperedCapsule, contour, overlap,
-};
+use crate::raster::{Comparison, DistanceMap, Mask, SilhouetteComparer, SilhouetteScratch, contour, overlap};
 
 /// An observed silhouette in an ideal pinhole's pixels, and what it takes to compare it.
 #[derive(Debug)]
@@ -32,7 +31,6 @@ pub(super) struct ObservedEdge {
 
 /// Buffers of one thread for all views.
 pub(super) struct ViewScratch {
-    capsules: Vec<TaperedCapsule>,
     silhouette: SilhouetteScratch,
     /// One per view of [`ObservedView::Masks`].
     painters: Vec<(SilhouettePainter, Mask)>,
@@ -45,16 +43,7 @@ impl ViewScratch {
             let mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
             (SilhouettePainter::new(camera), mask)
         };
-        Self {
-            capsules: Vec::new(),
-            silhouette: SilhouetteScratch::default(),
-            painters: painted.map(painter).collect(),
-        }
-    }
-
-    /// The capsules of the [`ObservedView::Capsules`] that was compared last, in its camera's frame.
-    pub(super) fn capsules(&mut self) -> &mut Vec<TaperedCapsule> {
-        &mut self.capsules
+        Self { silhouette: SilhouetteScratch::default(), painters: painted.map(painter).collect() }
     }
 }
 
@@ -71,19 +60,20 @@ impl ObservedView {
         Self::Masks { observed, edge }
     }
 
-    /// Compares the body with its links at `frames`; `view` is this view's number.
+    /// Compares the body as it is placed; `view` is this view's number. [`ObservedView::Capsules`] leaves its capsules in the frame of
+    /// `camera`.
     pub(super) fn compare(
         &self,
         body: &Humanoid,
-        frames: &LinkFrames,
+        PlacedBody { frames, capsules }: &mut PlacedBody,
         camera: &Camera,
         view: usize,
         scratch: &mut ViewScratch,
     ) -> Comparison {
         match self {
             Self::Capsules(comparer) => {
-                capsules_in_camera(body, frames, camera, &mut scratch.capsules);
-                comparer.compare(&mut scratch.silhouette, &scratch.capsules)
+                capsules_in_camera(body, frames, camera, capsules);
+                comparer.compare(&mut scratch.silhouette, capsules)
             }
             Self::Masks { observed, edge } => {
                 let (painter, model) = &mut scratch.painters[view];

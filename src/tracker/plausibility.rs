@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::silhouette_likelihood::{LikelihoodScratch, PlacedBody};
+use super::placed_body::PlacedBody;
+use super::silhouette_likelihood::{CompareBuffers, LikelihoodScratch};
 use super::{Likelihood, SettingError, SilhouetteLikelihood, TrackError};
 use crate::body::Pose;
 use crate::camera::Camera;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
+use crate::motion_model::NormalEquations;
 use crate::observation::Observation;
 
 /// What a radian beyond a joint's limit amounts to, metres.
@@ -86,11 +88,10 @@ impl PlausibleLikelihood {
     fn judge(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut PlausibleScratch, may_reject: bool) {
         let PlausibleScratch { silhouettes, bodies, solids } = scratch;
         bodies.resize_with(bodies.len().max(poses.len()), PlacedBody::default);
-        let mut camera = None;
         for ((pose, energy), placed) in poses.iter().zip(energies.iter_mut()).zip(bodies.iter_mut()) {
-            *energy = self.silhouette_energy(pose, silhouettes, solids, may_reject);
-            camera = self.silhouettes.give_away(silhouettes, placed);
+            *energy = self.silhouette_energy(pose, placed, &mut silhouettes.compare, solids, may_reject);
         }
+        let camera = self.silhouettes.capsules_camera();
         for ((pose, energy), placed) in poses.iter().zip(energies).zip(bodies) {
             if energy.is_finite() {
                 let depth = self.depth(placed, camera, solids) + LIMIT_LEVER * beyond_limits(&self.limits, pose);
@@ -103,18 +104,19 @@ impl PlausibleLikelihood {
     fn silhouette_energy(
         &self,
         pose: &Pose,
-        silhouettes: &mut LikelihoodScratch,
+        placed: &mut PlacedBody,
+        compare: &mut CompareBuffers,
         solids: &mut InterpenetrationScratch,
         may_reject: bool,
     ) -> f64 {
-        let Some(frames) = self.silhouettes.place(pose, silhouettes) else { return f64::NAN };
+        let Some(frames) = placed.place(self.silhouettes.body(), pose) else { return f64::NAN };
         if let (true, Some(limit)) = (may_reject, self.settings.reject_beyond_m) {
             let depths = self.solids.depths(frames, solids);
             if depths.ground_m.max(depths.own_m) > limit {
                 return f64::INFINITY;
             }
         }
-        self.silhouettes.energy_in_place(silhouettes)
+        self.silhouettes.energy_of(placed, compare)
     }
 
     /// In the ground and in itself, metres.
@@ -170,6 +172,14 @@ impl Likelihood for PlausibleLikelihood {
         let mut energy = 0.0;
         self.judge(&[pose], std::slice::from_mut(&mut energy), scratch, false);
         energy
+    }
+
+    fn descends(&self) -> bool {
+        self.silhouettes.descends()
+    }
+
+    fn linearise(&self, pose: &Pose, width: f64, scratch: &mut PlausibleScratch) -> Option<NormalEquations> {
+        self.silhouettes.linearise(pose, width, &mut scratch.silhouettes)
     }
 }
 

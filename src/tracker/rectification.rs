@@ -32,6 +32,13 @@ impl Rectification {
         Some(Self { width, height, sources })
     }
 
+    /// Which pixels of the rectified image the camera shows; `None` where it shows them all.
+    pub(super) fn shown(&self) -> Option<Mask> {
+        let row = self.width.max(1) as usize;
+        let is_shown = |x: u32, y: u32| self.sources[y as usize * row + x as usize] != UNSEEN;
+        self.sources.contains(&UNSEEN).then(|| Mask::from_fn(self.width, self.height, is_shown))
+    }
+
     /// The mask that the camera would have seen through an ideal lens.
     pub(super) fn rectify(&self, observed: &Mask) -> Mask {
         let mut rectified = Mask::new(self.width, self.height);

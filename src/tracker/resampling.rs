@@ -4,7 +4,6 @@
 /// uniform in [0, 1). Particle i is drawn `floor(N w_i)` or `ceil(N w_i)` times.
 pub fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
     let count = weights.len();
-    let heaviest = weights.iter().enumerate().fold(0, |best, (i, w)| if *w > weights[best] { i } else { best });
     let mut ancestors = Vec::with_capacity(count);
     let mut cumulative = 0.0;
     for (i, weight) in weights.iter().enumerate() {
@@ -14,8 +13,13 @@ pub fn systematic(weights: &[f64], offset: f64) -> Vec<usize> {
         }
     }
     // Rounding can leave the sum of the weights just below one and the last draw open.
-    ancestors.resize(count, heaviest);
+    ancestors.resize(count, heaviest(weights));
     ancestors
+}
+
+/// The first particle that none outweighs; 0 without any.
+pub(super) fn heaviest(weights: &[f64]) -> usize {
+    weights.iter().enumerate().fold(0, |best, (i, w)| if *w > weights[best] { i } else { best })
 }
 
 #[cfg(test)]

@@ -3,13 +3,16 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
+use super::placed_body::PlacedBody;
 use super::rectification::Rectification;
 use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
 use crate::body::{Flesh, Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
+use crate::motion_model::NormalEquations;
 use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
@@ -99,6 +102,8 @@ pub struct SilhouetteLikelihood {
     views: Vec<View>,
     /// Whether [`crate::raster::SilhouetteComparer`] can do the work.
     fast: bool,
+    /// What a descent needs; `None` where nobody asks for one.
+    outline: Option<BodyOutline>,
 }
 
 /// One camera and what it saw.
@@ -107,14 +112,24 @@ struct View {
     /// Its ideal pinhole.
     camera: Camera,
     rectification: Option<Rectification>,
+    /// Which pixels of the pinhole's image the camera shows; `None` where it shows them all.
+    shown: Option<Mask>,
     observed: ObservedView,
     /// The sides of limbs; `None` where they weigh nothing.
     sides: Option<LimbSides>,
+    /// The outline that a descent brings the model's to; `None` where none was seen, or nobody descends.
+    outline: Option<ObservedOutline>,
 }
 
 /// Buffers of one thread.
 pub struct LikelihoodScratch {
-    frames: LinkFrames,
+    placed: PlacedBody,
+    pub(super) compare: CompareBuffers,
+    descent: Option<DescentScratch>,
+}
+
+/// What comparing a body with all views takes.
+pub(super) struct CompareBuffers {
     views: ViewScratch,
     limbs: Vec<TaperedCapsule>,
 }
@@ -133,7 +148,12 @@ impl SilhouetteLikelihood {
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && one_sided;
         let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
-        Ok(Self { body, settings, views, fast })
+        Ok(Self { body, settings, views, fast, outline: None })
+    }
+
+    /// The same likelihood, which can be descended too ([`Likelihood::linearise`]).
+    pub fn with_descent(self) -> Self {
+        Self { outline: Some(BodyOutline::new(&self.body)), ..self }
     }
 
     /// What one view adds to the sum of Eq. 3; `None` where neither side has a pixel.
@@ -144,11 +164,11 @@ impl SilhouetteLikelihood {
 }
 
 impl SilhouetteLikelihood {
-    /// What the sides of the limbs at `scratch.frames` add to a view's energy.
-    fn sides_energy(&self, view: &View, scratch: &mut LikelihoodScratch) -> f64 {
+    /// What the sides of the limbs of a body with its links at `frames` add to a view's energy.
+    fn sides_energy(&self, view: &View, frames: &LinkFrames, limbs: &mut Vec<TaperedCapsule>) -> f64 {
         let Some(sides) = &view.sides else { return 0.0 };
-        capsules_in_camera(&self.body, &scratch.frames, &view.camera, &mut scratch.limbs);
-        self.settings.limb_side_weight * sides.mean_distance(&scratch.limbs)
+        capsules_in_camera(&self.body, frames, &view.camera, limbs);
+        self.settings.limb_side_weight * sides.mean_distance(limbs)
     }
 }
 
@@ -158,19 +178,52 @@ impl Likelihood for SilhouetteLikelihood {
     fn scratch(&self) -> LikelihoodScratch {
         let painted = if self.fast { [].iter() } else { self.views.iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
-        LikelihoodScratch { frames: LinkFrames::default(), views, limbs: Vec::new() }
+        let compare = CompareBuffers { views, limbs: Vec::new() };
+        LikelihoodScratch { placed: PlacedBody::default(), compare, descent: None }
     }
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
         check_fit(&self.views, observation)?;
-        let (fast, settings) = (self.fast, self.settings);
+        let (fast, descends, settings) = (self.fast, self.outline.is_some(), self.settings);
         let views = self.views.par_iter_mut().zip(&observation.silhouettes);
-        views.for_each(|(view, mask)| view.observe(mask, fast, &settings));
+        views.for_each(|(view, mask)| view.observe(mask, fast, descends, &settings));
         Ok(())
     }
 
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
-        if self.place(pose, scratch).is_some() { self.energy_in_place(scratch) } else { f64::NAN }
+        let LikelihoodScratch { placed, compare, .. } = scratch;
+        match placed.place(&self.body, pose) {
+            Some(_) => self.energy_of(placed, compare),
+            None => f64::NAN,
+        }
+    }
+
+    fn descends(&self) -> bool {
+        self.outline.is_some()
+    }
+
+    fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
+        let outline = self.outline.as_ref()?;
+        scratch.placed.place(&self.body, pose)?;
+        let buffers =
+            scratch.descent.get_or_insert_with(|| DescentScratch::new(self.views.iter().map(|view| &view.camera)));
+        let about = pose.world_from_root.translation.vector.into();
+        let mut equations = Accumulator::new(self.body.links.len(), about);
+        for (index, view) in self.views.iter().enumerate() {
+            let Some(observed) = &view.outline else { continue };
+            descent::add_view(
+                &self.body,
+                &scratch.placed.frames,
+                outline,
+                &view.camera,
+                index,
+                observed,
+                width,
+                buffers,
+                &mut equations,
+            );
+        }
+        Some(equations.finish(&self.body, &scratch.placed.frames))
     }
 }
 
@@ -180,45 +233,25 @@ impl SilhouetteLikelihood {
         &self.body
     }
 
-    /// Where `pose` puts the body's links; `None` for a pose that is not finite.
-    pub(super) fn place<'s>(&self, pose: &Pose, scratch: &'s mut LikelihoodScratch) -> Option<&'s LinkFrames> {
-        let root = pose.world_from_root.translation.vector;
-        if !root.iter().chain(&pose.joint_angles).all(|number| number.is_finite()) {
-            return None;
-        }
-        self.body.link_frames_into(pose, &mut scratch.frames);
-        Some(&scratch.frames)
-    }
-
-    /// The energy of the pose that was placed last.
-    pub(super) fn energy_in_place(&self, scratch: &mut LikelihoodScratch) -> f64 {
+    /// The energy of a body that was put into a pose. Where [`Self::capsules_camera`] is a camera, the body's capsules are afterwards
+    /// those in its frame.
+    pub(super) fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, view) in self.views.iter().enumerate() {
-            let comparison =
-                view.observed.compare(&self.body, &scratch.frames, &view.camera, index, &mut scratch.views);
+            let comparison = view.observed.compare(&self.body, placed, &view.camera, index, &mut buffers.views);
             if let Some(energy) = self.view_energy(comparison) {
-                sum += energy + self.sides_energy(view, scratch);
+                sum += energy + self.sides_energy(view, &placed.frames, &mut buffers.limbs);
                 count += 1.0;
             }
         }
         if count > 0.0 { sum / count } else { 0.0 }
     }
 
-    /// Gives away where [`Self::energy_in_place`] left links and solids, for other memory of the kind; the camera in whose frame the
-    /// solids are, or `None` where not all of them are tapered capsules or silhouettes are drawn in another way.
-    pub(super) fn give_away(&self, scratch: &mut LikelihoodScratch, to: &mut PlacedBody) -> Option<&Camera> {
-        std::mem::swap(&mut scratch.frames, &mut to.frames);
-        std::mem::swap(scratch.views.capsules(), &mut to.capsules);
+    /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` where not all solids are tapered capsules or silhouettes
+    /// are drawn in another way.
+    pub(super) fn capsules_camera(&self) -> Option<&Camera> {
         self.views.last().filter(|_| self.fast).map(|view| &view.camera)
     }
-}
-
-/// A body in a pose.
-#[derive(Default)]
-pub(super) struct PlacedBody {
-    pub(super) frames: LinkFrames,
-    /// Its solids in the frame of a camera.
-    pub(super) capsules: Vec<TaperedCapsule>,
 }
 
 impl View {
@@ -227,13 +260,17 @@ impl View {
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
         let observed = ObservedView::new(&camera, nothing, fast, settings);
-        Self { camera, rectification, observed, sides: None }
+        let shown = rectification.as_ref().and_then(Rectification::shown);
+        Self { camera, rectification, shown, observed, sides: None, outline: None }
     }
 
-    fn observe(&mut self, mask: &Mask, fast: bool, settings: &SilhouetteSettings) {
+    fn observe(&mut self, mask: &Mask, fast: bool, descends: bool, settings: &SilhouetteSettings) {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
         self.sides = (settings.limb_side_weight > 0.0).then(|| LimbSides::new(pinhole, &ideal, tau));
+        self.outline = descends
+            .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
+            .flatten();
         self.observed = ObservedView::new(&self.camera, ideal, fast, settings);
     }
 }

@@ -69,7 +69,12 @@ fn frames_beyond_the_clip() {
     let room = Room::new();
     assert_refused(&room, &["motion.last_frame=400"], &["override motion.last_frame=400", "1 to 39", "found 400"]);
     assert_refused(&room, &["motion.first_frame=0"], &["motion.first_frame: expected a frame number from 1, found 0"]);
-    assert_refused(&room, &["motion.first_frame=9"], &["tiny.toml:8: motion.last_frame: expected a frame after 9"]);
+    assert_refused(
+        &room,
+        &["motion.first_frame=9"],
+        &["tiny.toml:8: motion.last_frame: expected a frame after the \
+        first, 9"],
+    );
 }
 
 #[test]
@@ -112,7 +117,7 @@ fn robots_that_cannot_be_used() {
         noted.stderr
     );
     let alone = format!(r#"<robot name="hat"><link name="hat">{mesh}</link></robot>"#);
-    refused(&alone, &["robot.urdf:", "gone.stl", "nothing else of this body can be drawn"]);
+    refused(&alone, &["robot.urdf:", "gone.stl", "this body has no other geometry"]);
     room.write("robot.urdf", format!("{urdf}\0"));
     room.succeed("check tiny.toml actor.robot=robot.urdf");
 }
@@ -121,7 +126,11 @@ fn robots_that_cannot_be_used() {
 fn cameras_that_see_nothing() {
     let room = Room::new();
     assert_refused(&room, &["rig.ring.height_m=-0.5"], &["rig.ring.height_m", "above the ground", "-0.500"]);
-    assert_refused(&room, &["rig.ring.look_at_m=[100.0, 0.0, 1.0]"], &["outside all views", "move the cameras"]);
+    assert_refused(
+        &room,
+        &["rig.ring.look_at_m=[100.0, 0.0, 1.0]"],
+        &["no camera sees the subject", "move the cameras"],
+    );
     assert_refused(&room, &["rig.ring.count=0"], &["rig.ring.count: expected 1 to 64, found 0"]);
     let camera = |focal: f64, z: f64| {
         format!(
@@ -156,9 +165,10 @@ fn settings_out_of_range() {
 fn layers_that_there_are_not() {
     let room = Room::new();
     room.write("tiny.toml", TINY);
-    for (layers, words) in
-        [("layers=[\"colour\"]", "known here: depth, parts"), ("layers=[\"depth\",\"depth\"]", "each layer once")]
-    {
+    for (layers, words) in [
+        ("layers=[\"colour\"]", "known here: depth, parts"),
+        ("layers=[\"depth\",\"depth\"]", "every layer at most once"),
+    ] {
         let answer = room.skiagraph(["render", "tiny.toml", layers, "--out", "set"]);
         assert_eq!(answer.code, 2, "{}", answer.stderr);
         assert!(answer.stderr.contains("layers") && answer.stderr.contains(words), "{}", answer.stderr);
@@ -186,8 +196,8 @@ fn places_that_cannot_be_written() {
     let room = Room::new();
     room.write("a.txt", "a file");
     assert_refused(&room, &["--out", "a.txt/run"], &["a.txt", "cannot create the directory"]);
-    assert_refused(&room, &["--out", "a.txt"], &["a.txt: there is something here that is not a result of ours"]);
-    assert_refused(&room, &["--out", "/"], &["/: there is something here"]);
+    assert_refused(&room, &["--out", "a.txt"], &["a.txt: this exists and is not an unchanged skiagraph result"]);
+    assert_refused(&room, &["--out", "/"], &["/: this exists and is not an unchanged"]);
     if cfg!(target_os = "linux") {
         // Nobody, root neither, may make directories there.
         assert_refused(&room, &["--out", "/proc/run"], &["/proc: cannot write into the directory"]);
@@ -242,10 +252,10 @@ fn sets_and_runs_that_are_none() {
     let room = Room::new();
     for (arguments, words) in [
         (vec!["track", "nowhere", "--tracker", "frozen", "--out", "run"], "nowhere"),
-        (vec!["track", ".", "--tracker", "frozen", "--out", "run"], "is not a whole benchmark set"),
+        (vec!["track", ".", "--tracker", "frozen", "--out", "run"], "is not a complete benchmark set"),
         (vec!["track", ".", "--tracker", "frosen", "--out", "run"], "did you mean `frozen`?"),
         (vec!["track", ".", "--tracker", "frozen", "speed=3", "--out", "run"], "unknown key `speed`"),
-        (vec!["evaluate", ".", "run"], "is not a whole benchmark set"),
+        (vec!["evaluate", ".", "run"], "is not a complete benchmark set"),
     ] {
         let answer = room.skiagraph(&arguments);
         assert_eq!(answer.code, 2, "{arguments:?}: {}", answer.stderr);

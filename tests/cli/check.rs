@@ -45,7 +45,7 @@ fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost
     }
     let words = room.succeed("check tiny.toml").stdout;
     for expected in
-        ["path     from (", "camera   cam01: 100 % of the frames, figure ", "cost     run: about ", "on the disk"]
+        ["path     from (", "camera   cam01: in view in 100 % of the frames, ", "cost     run: about ", "on the disk"]
     {
         assert!(words.contains(expected), "{expected}: {words}");
     }
@@ -86,9 +86,9 @@ fn what_run_refuses_check_refuses_with_the_same_words() {
     );
     let on_a_model = format!("{bare}[tracker.gpdm_graph]\nmodel_file = \"nowhere.model\"\n");
     for (scenario, words) in [
-        (hidden, "expected a camera that sees the subject, found not one pixel of it"),
-        (inside, "rig.camera[1]: expected a camera outside the actor, found `cam01` inside its `"),
-        (around, "rig.ring: expected a camera outside the actor"),
+        (hidden, "expected a camera that sees the subject, found no pixel of it"),
+        (inside, "rig.camera[1]: expected every camera outside the actor: `cam01` is inside the actor's `"),
+        (around, "rig.ring: expected every camera outside the actor"),
         (simulated, "mm inside the prop \"block\""),
         (on_a_model, "nowhere.model: cannot be read"),
     ] {
@@ -113,7 +113,7 @@ fn a_model_file_is_opened_and_must_fit() {
     room.succeed("train embedded:run --model gpdm-graph --fps 30 --out a.model --quiet");
     let refused = room.skiagraph(["check", "tiny.toml"]);
     assert!(
-        refused.code == 2 && refused.stderr.contains("learned at 30 frames a second, found 60"),
+        refused.code == 2 && refused.stderr.contains("learned at 30 frames a second, needed at 60"),
         "{}",
         refused.stderr
     );

@@ -30,7 +30,7 @@ fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
         assert!(mean(record, "foot_skate_mm_per_s") > 0.0 && (0.0..=1.0).contains(&mean(record, "contact_f1")));
     }
     let page = String::from_utf8(room.read("fix/report.html")).unwrap();
-    assert!(page.contains("Which foot stands when") && page.contains("left foot, estimate"));
+    assert!(page.contains("Stances of each foot") && page.contains("left foot, estimate"));
 }
 
 #[test]

@@ -45,7 +45,15 @@ fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
     let set = json(&room, &["set"]);
     assert_eq!((set["frames"].as_u64(), set["hashes_ok"].as_bool()), (Some(5), Some(true)));
     assert_eq!(set["cameras"].as_array().unwrap().len(), 2);
-    for (what, words) in [("embedded:walk", "recording of"), ("actor", "44 joint angles"), ("set", "all as listed")] {
+    for (what, words) in [
+        ("embedded:walk", "recording of"),
+        ("actor", "44 joint angles"),
+        (
+            "set",
+            "all match \
+        files.sha256",
+        ),
+    ] {
         let answer = room.succeed(&format!("inspect {what}"));
         assert!(answer.stdout.contains(words), "{}", answer.stdout);
     }
@@ -63,8 +71,8 @@ fn what_is_nothing_of_ours_is_refused_with_one_message() {
     let cases: [(&[&str], &str); 8] = [
         (&["nowhere"], "nowhere: cannot be read"),
         (&["mine.doc"], "expected a model of skiagraph train, a recording"),
-        (&["mine.model"], "no whole model"),
-        (&["folder"], "is not a whole benchmark set"),
+        (&["mine.model"], "not a complete skiagraph model"),
+        (&["folder"], "is not a complete benchmark set"),
         (&["embedded:wolk"], "did you mean `embedded:walk`"),
         (&["nowhere.bvh"], "nowhere.bvh"),
         (&["nowhere.urdf"], "nowhere.urdf"),

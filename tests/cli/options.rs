@@ -23,7 +23,7 @@ fn run_and_track_take_short_and_full_keys_alike() {
     for (arguments, words) in [
         (
             vec!["run", "tiny.toml", "robot=actor"],
-            "`robot` may mean actor.robot or tracker_body.robot; write the full key",
+            "`robot` is ambiguous: actor.robot or tracker_body.robot; write the full key",
         ),
         (
             vec!["run", "tiny.toml", "partciles=3"],
@@ -59,7 +59,10 @@ fn a_run_goes_where_the_same_settings_went_and_else_to_the_next_free_name() {
     assert_eq!(runs(), ["tiny", "tiny-2"]);
     assert_eq!([particles(&room, "runs/tiny"), particles(&room, "runs/tiny-2")], [Some(12), Some(13)]);
     let said = notes("run tiny.toml particles=14 --out runs/tiny");
-    assert!(said.contains("runs/tiny held results of another scenario or of other settings: replaced"), "{said}");
+    assert!(
+        said.contains("runs/tiny held results of another scenario or of other settings; they were replaced"),
+        "{said}"
+    );
     assert_eq!((particles(&room, "runs/tiny"), runs().len()), (Some(14), 2));
 }
 
@@ -103,10 +106,10 @@ fn shells_complete_every_command_and_manual_pages_are_written_and_replaced() {
     room.succeed("man --out pages/man1");
     room.succeed("man --out pages/man1");
     let page = String::from_utf8(room.read("pages/man1/skiagraph-run.1")).unwrap();
-    assert!(page.contains("Render, track, evaluate and report in one go"), "{page}");
+    assert!(page.contains("Render, track, evaluate and report in one step"), "{page}");
     room.write("pages/man1/skiagraph-run.1", ".TH mine 1\n");
     let refused = room.skiagraph(["man", "--out", "pages/man1"]);
-    assert!(refused.code == 2 && refused.stderr.contains("not a result of ours"), "{}", refused.stderr);
+    assert!(refused.code == 2 && refused.stderr.contains("not an unchanged skiagraph result"), "{}", refused.stderr);
     room.succeed("man --out pages/man1 --force");
     assert_eq!(room.read("pages/man1/skiagraph-run.1~"), b".TH mine 1\n");
 }

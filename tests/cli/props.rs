@@ -1,7 +1,8 @@
 //! What stands about besides the actor: from the scenario to silhouettes, contact truth and report.
 
 use serde_json::Value;
-use skiagraph::benchmark_set::{Array, BenchmarkSet, Npz, Values};
+use skiagraph::benchmark_set::BenchmarkSet;
+use skiagraph::npz::{Array, Npz, Values};
 
 use super::rooms::Room;
 
@@ -85,7 +86,7 @@ fn props_that_make_no_sense_are_refused_with_the_key() {
         (
             "name = \"a\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]\n[[prop]]\nname = \"a\"\n\
              shape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]",
-            "prop[1].name: expected each prop its own name",
+            "prop[1].name: expected unique names of props",
         ),
     ] {
         room.write("broken.toml", format!("{SCENARIO}[[prop]]\n{prop}\n"));
@@ -113,8 +114,8 @@ fn keys_of_the_simulation_are_refused_where_they_make_no_sense() {
     let simulated = "[actor]\ncontact = \"simulate\"\n";
     let push = "[actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 10.0\n";
     for (actor, expected) in [
-        ("[actor]\nfriction = 0.5\n".to_owned(), "actor.friction: expected it only beside contact = \"simulate\""),
-        (format!("[actor]\ncontact = \"fix\"\n{push}"), "actor.push: expected it only beside contact = \"simulate\""),
+        ("[actor]\nfriction = 0.5\n".to_owned(), "actor.friction: expected it only with contact = \"simulate\""),
+        (format!("[actor]\ncontact = \"fix\"\n{push}"), "actor.push: expected it only with contact = \"simulate\""),
         (format!("{simulated}root_wrench = -0.1\n"), "actor.root_wrench: expected 0 to 10, found -0.1"),
         (format!("{simulated}friction = inf\n"), "actor.friction: expected a finite number"),
         (format!("{simulated}{push}direction = [0.0, 0.0, 0.0]\n"), "actor.push.direction: expected a direction"),

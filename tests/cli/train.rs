@@ -73,8 +73,8 @@ fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
             "error: --last-frame: embedded:walk: expected a frame of the clip",
         ),
         (&["embedded:walk", "--out", "x.model", "--fps", "0"], "found 0"),
-        (&["embedded:walk", "--out", "x.model", "--robot", "r2d2"], "neither a robot that ships"),
-        (&["embedded:walk", "--out", "mine.txt"], "not a result of ours"),
+        (&["embedded:walk", "--out", "x.model", "--robot", "r2d2"], "neither a built-in robot"),
+        (&["embedded:walk", "--out", "mine.txt"], "not an unchanged skiagraph result"),
     ];
     for (arguments, words) in cases {
         let answer = room.skiagraph(["train", "--model", "gpdm-graph"].iter().chain(arguments));
@@ -139,11 +139,11 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     fs::copy(room.path("walk.model.partial"), room.path("other.model.partial")).unwrap();
     let (learned, heard) = learn("walk.model", &settings, usize::MAX);
     learned.unwrap();
-    assert!(heard.len() == 1 && heard[0].contains("going on after 1 model that is kept"), "{heard:?}");
+    assert!(heard.len() == 1 && heard[0].contains("resuming with 1 model saved"), "{heard:?}");
     assert_eq!(room.read("walk.model"), room.read("at_once.model"));
     let (learned, heard) = learn("other.model", &GraphSettings { threshold_per_joint: 1e-5, ..settings }, usize::MAX);
     learned.unwrap();
-    assert!(heard.len() == 1 && heard[0].contains("of another training"), "{heard:?}");
+    assert!(heard.len() == 1 && heard[0].contains("belongs to another training"), "{heard:?}");
     assert!(room.entries().iter().all(|name| !name.contains("partial")), "{:?}", room.entries());
 }
 
@@ -189,12 +189,12 @@ fn a_model_that_does_not_fit_is_refused_with_the_reason_and_nothing_is_left() {
     room.write("cut.model", &room.read("run.model")[..999]);
     let cases = [
         ("nowhere.model", "nowhere.model: cannot be read"),
-        ("cut.model", "no whole model"),
-        ("single.model", "learn one with --model gpdm-graph"),
-        ("actor.model", "whose joints are not those of"),
-        ("slow.model", "learned at 30 frames a second, found 60"),
-        ("walk.model", "learned from frames of `embedded:walk`"),
-        ("run.model\"\nmodel.clip_s = 0.7 # \"", "model_file: expected no keys of `model`"),
+        ("cut.model", "not a complete skiagraph model"),
+        ("single.model", "train one with --model gpdm-graph"),
+        ("actor.model", "whose joints differ from those of"),
+        ("slow.model", "learned at 30 frames a second, needed at 60"),
+        ("walk.model", "of `embedded:walk`, which are also frames of"),
+        ("run.model\"\nmodel.clip_s = 0.7 # \"", "model_file: expected no training keys of `model`"),
     ];
     for (file, words) in cases {
         room.write("tiny.toml", tiny_with(&ON_A_MODEL.replace("run.model", file)));

@@ -83,7 +83,7 @@ macro_rules! smoke_tests {
         }
     };
 }
-smoke_tests!(bvh asf amc deepmimic urdf obj stl scenario manifest cameras body npz poses model);
+smoke_tests!(bvh asf amc deepmimic urdf obj stl collada scenario manifest cameras body npz poses model);
 
 #[test]
 fn seeds_are_accepted_and_written_where_they_are_asked_for() {

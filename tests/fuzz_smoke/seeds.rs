@@ -7,10 +7,10 @@ use std::sync::OnceLock;
 
 use skiagraph::body::{Humanoid, Motion};
 use skiagraph::experiment::{
-    Destination, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, ScenarioFile, TrackerSettings,
-    Unwatched, render, track_set,
+    Destination, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, Unwatched, render, track_set,
 };
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
+use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
 use super::support::test_data;
 use super::targets::DIVIDER;
@@ -22,6 +22,12 @@ const MOTION: &str =
     ":DEGREES\n1\nroot 9.3 17.8 -17.3 -2 -7.5 -3.2\nfemur 1 2 3\n2\nroot 9 17 -17 -2 -7 -3\nfemur 1 2 4\n";
 const OBJ: &str = "# a quad\nv 0 0 0\nv 1 0 0\nv 1 1 0.5\nvn 0 0 1\nv 0 1 0.5\nf 1/1/1 2//1 3 -1\n";
 const STL: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 .5\nendloop\nendfacet\nendsolid s\n";
+const COLLADA: &str = "<COLLADA><asset><unit meter=\"0.01\"/></asset><library_geometries><geometry id=\"g\"><mesh><source id=\"s\">\
+    <float_array id=\"a\" count=\"12\">0 0 0 1 0 0 1 1 0 0 1 0</float_array><technique_common><accessor count=\"4\" stride=\"3\"/>\
+    </technique_common></source><vertices id=\"v\"><input semantic=\"POSITION\" source=\"#s\"/></vertices><polylist count=\"1\">\
+    <input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><vcount>4</vcount><p>0 1 2 3</p></polylist></mesh></geometry>\
+    </library_geometries><library_visual_scenes><visual_scene id=\"o\"><node><rotate>0 0 1 90</rotate><scale>2 1 1</scale>\
+    <instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes></COLLADA>";
 
 /// The seeds of a target: at least one, none longer than 64 KiB but models.
 pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
@@ -54,6 +60,7 @@ pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
         "urdf" => [ours("robots", &["urdf"]), shared("robots", &["urdf"])].concat(),
         "obj" => vec![OBJ.into()],
         "stl" => vec![STL.into(), [&[0_u8; 80][..], &[1, 0, 0, 0], &[7; 50]].concat()],
+        "collada" => [vec![COLLADA.into()], shared("robots", &["dae"])].concat(),
         "scenario" => {
             let overrides = b"\xffseed=3\nrig.ring.count=2\ntracker.frozen={}\nparticles=7\nkernel.min={factor=1.0}\n";
             ours("scenarios", &["toml"]).into_iter().map(|text| [text.as_slice(), overrides].concat()).collect()
@@ -61,7 +68,7 @@ pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
         "manifest" => made(&["set/set.toml"]),
         "cameras" => made(&["set/cameras.json", "set/truth/props.json"]),
         "body" => made(&["set/start/body.json", "set/truth/actor.json"]),
-        "npz" => made(&["set/start/spread.npz", "set/truth/truth.npz", "run/search.npz"]),
+        "npz" => made(&["set/start/spread.npz", "set/truth/truth.npz", "set/truth/recording.npz", "run/search.npz"]),
         "poses" => made(&["run/poses.npz"]),
         "model" => made(&["a.model"]),
         other => panic!("no seeds for {other}"),

@@ -5,16 +5,18 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use skiagraph::benchmark_set::{Estimates, Npz, body_from_json, fuzzing};
+use skiagraph::benchmark_set::{Estimates, body_from_json, fuzzing, recordings_from_npz};
 use skiagraph::body::{Humanoid, mesh_from_bytes, shipped};
-use skiagraph::experiment::{LearnedModel, ScenarioFile, TrackerSettings};
+use skiagraph::experiment::LearnedModel;
 use skiagraph::mocap::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+use skiagraph::npz::Npz;
+use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
 /// What a target is handed.
 pub type Target = fn(&[u8]);
 
 /// Every target by its name, which is that of its file in `fuzz/fuzz_targets/`.
-pub const TARGETS: [(&str, Target); 14] = [
+pub const TARGETS: [(&str, Target); 15] = [
     ("bvh", bvh),
     ("asf", asf),
     ("amc", amc),
@@ -22,6 +24,7 @@ pub const TARGETS: [(&str, Target); 14] = [
     ("urdf", urdf),
     ("obj", obj),
     ("stl", stl),
+    ("collada", collada),
     ("scenario", scenario),
     ("manifest", manifest),
     ("cameras", cameras),
@@ -125,6 +128,11 @@ pub fn stl(data: &[u8]) {
     mesh("f.stl", data);
 }
 
+/// A Collada mesh.
+pub fn collada(data: &[u8]) {
+    mesh("f.dae", data);
+}
+
 /// A scenario and, behind the divider, one override a line.
 pub fn scenario(data: &[u8]) {
     let (text, overrides) = in_two(data);
@@ -171,13 +179,21 @@ pub fn npz(data: &[u8]) {
             Err(error) => assert_tame(&error),
         }
         fuzzing::training(&bytes, 19).map_or_else(|error| assert_tame(&error), drop);
+        recordings_from_npz("f", &bytes).map_or_else(|error| assert_tame(&error), drop);
+        if let Some(body) = smaller_body() {
+            fuzzing::spread(&bytes, body).map_or_else(|error| assert_tame(&error), drop);
+        }
     }
+}
+
+fn smaller_body() -> Option<&'static Humanoid> {
+    static BODY: LazyLock<Option<Humanoid>> = LazyLock::new(|| shipped("tracker25").ok());
+    BODY.as_ref()
 }
 
 /// A run's estimates, of the smaller body that ships.
 pub fn poses(data: &[u8]) {
-    static BODY: LazyLock<Option<Humanoid>> = LazyLock::new(|| shipped("tracker25").ok());
-    let Some(body) = &*BODY else { return };
+    let Some(body) = smaller_body() else { return };
     match Estimates::from_bytes("f", &with_right_checksums(data), body) {
         Ok(run) => assert_eq!(run.seeds.len(), run.sequences.len()),
         Err(error) => assert_tame(&error),

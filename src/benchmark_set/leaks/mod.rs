@@ -88,10 +88,11 @@ fn unknown_chunk(bytes: &[u8]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::benchmark_set::BenchmarkSet;
     use crate::benchmark_set::fixture::set_of;
-    use crate::benchmark_set::{Array, BenchmarkSet, Npz};
     use crate::body::Pose;
     use crate::body::fixture::walk;
+    use crate::npz::{Array, Npz};
 
     const FRAMES: usize = 12;
 

@@ -2,7 +2,8 @@
 
 use serde_json::Value;
 
-use crate::benchmark_set::{Array, Npz, SetError, Values};
+use crate::benchmark_set::SetError;
+use crate::npz::{Array, Npz, Values};
 
 /// Numbers of a file with the steps at which rows and columns of them may be read.
 pub(super) struct Sequence {

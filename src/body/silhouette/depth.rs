@@ -1,4 +1,4 @@
-//! How far away each pixel's flesh is, and whose it is.
+//! Depth and link index of every pixel.
 
 use nalgebra::Isometry3;
 
@@ -22,13 +22,13 @@ pub struct DepthImage {
 }
 
 impl SilhouettePainter {
-    /// Depth and link by the rays of all pixels, lens included. Agrees with the silhouette but for pixels whose centre
-    /// lies on an outline to within rounding.
+    /// Depth and link by the rays of all pixels, lens included. Equals the silhouette, except for pixels whose centre
+    /// lies on an outline up to rounding.
     pub fn depth(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> DepthImage {
         self.depth_of(humanoid.links.iter().map(|link| link.flesh.as_slice()).zip(frames.0.iter().copied()))
     }
 
-    /// As [`Self::depth`], of what stands about; the part is the prop's index plus 1.
+    /// As [`Self::depth`], of the props; the part is the prop's index plus 1.
     pub fn depth_of_props(&mut self, props: &[Prop]) -> DepthImage {
         self.depth_of(props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())))
     }
@@ -55,7 +55,7 @@ impl SilhouettePainter {
 }
 
 impl DepthImage {
-    /// The pixels that show anything.
+    /// The pixels that show geometry.
     pub fn mask(&self) -> Mask {
         let mut mask = Mask::new(self.width, self.height);
         for (index, _) in self.part.iter().enumerate().filter(|(_, part)| **part != 0) {
@@ -64,7 +64,7 @@ impl DepthImage {
         mask
     }
 
-    /// Takes away what is farther than `screen` shows at the same pixel; both are of one camera.
+    /// Clears the pixels that are farther than `screen` at the same pixel; both images are of the same camera.
     pub fn hide_behind(&mut self, screen: &DepthImage) {
         for (index, screen) in screen.depth.iter().enumerate() {
             if *screen < self.depth[index] {
@@ -73,8 +73,9 @@ impl DepthImage {
         }
     }
 
-    /// Clears the pixels of a silhouette of what is seen here that `screen` hides; all are of one camera. A pixel on an outline
-    /// that the silhouette has and this image has not (see [`SilhouettePainter::depth`]) counts as the farthest.
+    /// Clears the pixels of this image's silhouette that `screen` hides; all are of the same camera. A pixel on an
+    /// outline that is in the silhouette but not in this image (see [`SilhouettePainter::depth`]) counts as the
+    /// farthest.
     pub fn clear_hidden(&self, screen: &DepthImage, silhouette: &mut Mask) {
         for (index, (screen, own)) in screen.depth.iter().zip(&self.depth).enumerate() {
             if screen < own {

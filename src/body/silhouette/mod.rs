@@ -1,8 +1,9 @@
 //! The silhouette that a camera sees of a body, lens distortion included.
 //!
-//! A pixel belongs to it iff the ray through the pixel's centre meets the part of any solid at or beyond the near plane.
-//! Tapered capsules in a camera with an ideal lens are filled by their outlines ([`CapsulePainter`], thousands a
-//! second); everything else by testing the rays of the pixels in the solid's bounds, which is exact for any lens.
+//! A pixel belongs to it iff the ray through the pixel's centre meets the part of any solid at or beyond the near
+//! plane. Tapered capsules in a camera with an ideal lens are filled by their outlines ([`CapsulePainter`], thousands
+//! per second). For everything else the rays of all pixels in the solid's bounds are tested, which is exact for any
+//! lens.
 
 mod depth;
 mod pixel_rays;
@@ -18,8 +19,8 @@ use crate::raster::{CapsulePainter, Mask, TaperedCapsule};
 pub use depth::DepthImage;
 use pixel_rays::PixelRays;
 
-/// Writes every tapered capsule of the body into `capsules` (cleared first), in the camera's frame, metres: what
-/// [`CapsulePainter`] and the trackers' energies draw. Other flesh is left out.
+/// Writes every tapered capsule of the body into `capsules` (cleared first), in the camera's frame, metres: the input
+/// of [`CapsulePainter`] and of trackers' energies. Other solids are left out.
 pub fn capsules_in_camera(
     humanoid: &Humanoid,
     frames: &LinkFrames,
@@ -47,7 +48,7 @@ pub struct SilhouettePainter {
     camera: Camera,
     outlines: CapsulePainter,
     capsules: Vec<TaperedCapsule>,
-    /// Made when first needed: undistorting every pixel takes tens of milliseconds, and 16 bytes a pixel.
+    /// Created on first use: undistorting every pixel takes tens of milliseconds, and 16 bytes per pixel.
     rays: Arc<OnceLock<PixelRays>>,
 }
 
@@ -62,7 +63,7 @@ impl SilhouettePainter {
         }
     }
 
-    /// Another painter for the same camera, for another thread: they share what takes memory.
+    /// Another painter for the same camera, for another thread; large buffers are shared.
     pub fn sharing(&self) -> Self {
         Self {
             camera: self.camera.clone(),

@@ -1,4 +1,4 @@
-//! The ray of every pixel of a camera, and a fast way to the pixels that may see a region.
+//! The ray of every pixel of a camera, and a fast search for pixels that may see a region.
 
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -28,7 +28,7 @@ impl Reach {
         points.into_iter().fold(nowhere, |reach, p| Self { low: reach.low.inf(&p), high: reach.high.sup(&p) })
     }
 
-    /// Where the part of the box beyond the plane z = `near` appears; `None` where it does not.
+    /// The image region of the part of the box beyond the plane z = `near`; `None` if there is none.
     pub(super) fn view(&self, near: f64) -> Option<View> {
         if self.high.z.is_nan() || self.high.z < near {
             return None;
@@ -64,7 +64,7 @@ pub(super) struct PixelRays {
     tiles: Vec<Tile>,
 }
 
-/// A square of pixels and where it looks.
+/// A square of pixels and its view.
 struct Tile {
     left: u32,
     top: u32,
@@ -97,7 +97,7 @@ impl PixelRays {
         whole
     }
 
-    /// The tiles that look at any of `view`.
+    /// The tiles that overlap `view`.
     pub(super) fn tiles(&self, view: &View) -> Tiles<'_> {
         Tiles { rays: self, chosen: self.tiles.iter().filter(|t| t.view.meets(view)).collect() }
     }

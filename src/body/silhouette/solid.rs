@@ -1,4 +1,4 @@
-//! Which pixels' rays meet a solid beyond the near plane.
+//! Pixels whose rays meet a solid beyond the near plane.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -82,7 +82,7 @@ fn paint_where(reach: &Reach, rays: &PixelRays, near: f64, mask: &mut Mask, seen
     });
 }
 
-/// The surface of a mesh; of a closed mesh that the near plane cuts, the far side is seen.
+/// The surface of a mesh; if the near plane cuts a closed mesh, its far side is visible.
 fn each_depth_of_mesh(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
@@ -114,7 +114,7 @@ struct Facing {
 impl Facing {
     fn new([a, b, c]: &[Point3<f64>; 3]) -> Self {
         let normal = (b - a).cross(&(c - a));
-        // The same edge of two triangles gives the same plane but for its sign, so that no ray slips between them.
+        // A shared edge of two triangles gives the same plane up to sign, so no ray passes between them.
         let edges = [(a, b), (b, c), (c, a)].map(|(p, q)| p.coords.cross(&q.coords));
         Self { edges, normal, offset: normal.dot(&a.coords) }
     }

@@ -11,7 +11,7 @@ use super::document::{Document, child};
 use super::tree::Tree;
 use crate::body::{DegreeOfFreedom, Drive, JointKind};
 
-/// What every joint allows, and the numbers that drive them.
+/// The allowed motion of every joint, and the degrees of freedom.
 pub(super) struct Axes {
     kinds: Vec<Option<JointKind>>,
     pub(super) degrees_of_freedom: Vec<DegreeOfFreedom>,
@@ -24,7 +24,7 @@ impl Axes {
     }
 }
 
-/// Reads all joints in the tree's order; what is assumed goes into `notes`.
+/// Reads all joints in the tree's order; assumptions go into `notes`.
 pub(super) fn read(
     document: &Document<'_>,
     robot: &urdf_rs::Robot,
@@ -83,7 +83,7 @@ fn free<'a>(name: &'a str, suffixes: &'a [&str]) -> impl Iterator<Item = DegreeO
     })
 }
 
-/// The degree of freedom of a joint with one axis. A zero speed or effort is how files say that they do not know.
+/// The degree of freedom of a joint with one axis. A speed or effort of zero means unknown.
 fn limited(node: Node<'_, '_>, joint: &urdf_rs::Joint, notes: &mut Vec<String>) -> DegreeOfFreedom {
     let name = joint.name.clone();
     let said = |value: f64| if value > 0.0 { value } else { f64::INFINITY };

@@ -1,31 +1,33 @@
 //! Collada (.dae) meshes: the triangles of a scene, in metres.
 //!
-//! Own code over the XML reader at hand: the crates there are read a whole document (materials, textures, animation) and refuse
-//! what they do not know, where a body needs positions and faces alone. Read are `<triangles>`, `<polylist>`, `<polygons>`,
-//! `<trifans>` and `<tristrips>`, placed by the nodes of the visual scene (matrix, translate, rotate, scale; instances of
-//! geometries, nodes and skins) and scaled by `<unit>`. As in RViz and MoveIt `<up_axis>` is passed over: robots are modelled in
-//! the axes of their links, whatever their modeller wrote there.
+//! Own code on top of the XML reader: existing crates read the whole document (materials, textures, animation) and
+//! reject unknown parts, but a body needs only positions and faces. Supported are `<triangles>`, `<polylist>`,
+//! `<polygons>`, `<trifans>` and `<tristrips>`, placed by the nodes of the visual scene (matrix, translate, rotate,
+//! scale; instances of geometries, nodes and skins) and scaled by `<unit>`. As in RViz and MoveIt, `<up_axis>` is
+//! ignored: robots are modelled in the axes of their links.
 
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Matrix4, Point3, Unit, Vector3};
 use roxmltree::{Node, NodeId};
 
-use super::mesh::Mesh;
+use super::limits::{MOST_MESH_NODES, parse_xml};
+use super::triangles::Mesh;
 use crate::body::rotation_about;
 
 /// Deeper nodes than this are refused.
 const MAX_DEPTH: usize = 64;
-/// Most instances of geometries and nodes, and most vertices and triangles that they may amount to.
+/// Limits of instances of geometries and nodes, and of their vertices and triangles.
 const MAX_INSTANCES: usize = 10_000;
 const MAX_ELEMENTS: usize = 1 << 22;
 
 /// Reads a Collada document.
 ///
 /// # Errors
-/// What is wrong, for a message that already names the mesh.
+/// The problem, for a message that already names the mesh.
 pub(super) fn read(text: &str) -> Result<Mesh, String> {
-    let xml = roxmltree::Document::parse(text).map_err(|e| format!("not well-formed XML: {e}"))?;
+    let xml = parse_xml(text, MOST_MESH_NODES)
+        .map_err(|(line, problem)| format!("not well-formed XML: line {line}: {problem}"))?;
     let root = xml.root_element();
     if !is(&root, "COLLADA") {
         return Err("expected <COLLADA> as the outermost element".to_owned());
@@ -58,7 +60,7 @@ fn child<'a, 't>(node: Node<'a, 't>, tag: &str) -> Option<Node<'a, 't>> {
     node.children().find(|n| is(n, tag))
 }
 
-/// The scene that the document shows, or its first.
+/// The active scene of the document, or its first.
 fn visual_scene<'a, 't>(root: Node<'a, 't>, scene: &Scene<'a, 't>) -> Option<Node<'a, 't>> {
     let shown = child(root, "scene").and_then(|n| child(n, "instance_visual_scene"));
     let shown = shown.and_then(|instance| scene.target(instance, "url"));
@@ -140,7 +142,7 @@ impl<'a, 't> Scene<'a, 't> {
         Ok(())
     }
 
-    /// `known` says where the positions of the geometry's other parts begin, and how many there are.
+    /// `known` has the start and number of the positions of the geometry's other parts.
     fn primitives(
         &mut self,
         part: Node<'a, 't>,
@@ -221,7 +223,7 @@ impl<'a, 't> Scene<'a, 't> {
 fn faces(part: Node<'_, '_>, shape: &str, stride: usize, at: usize) -> Result<Vec<Vec<usize>>, String> {
     let indices = |node: Node<'_, '_>| -> Result<Vec<usize>, String> {
         let words = text(node).map_or(Vec::new(), |t| t.split_ascii_whitespace().collect());
-        let number = |word: &&str| word.parse().map_err(|_| format!("<p>: `{word}` is no index"));
+        let number = |word: &&str| word.parse().map_err(|_| format!("<p>: `{word}` is not an index"));
         words.iter().skip(at).step_by(stride).map(number).collect()
     };
     let lists = part.children().filter(|n| is(n, "p") || is(n, "ph"));
@@ -235,7 +237,7 @@ fn faces(part: Node<'_, '_>, shape: &str, stride: usize, at: usize) -> Result<Ve
             let mut rest = all.as_slice();
             let mut faces = Vec::new();
             for word in counts {
-                let count: usize = word.parse().map_err(|_| format!("<vcount>: `{word}` is no number"))?;
+                let count: usize = word.parse().map_err(|_| format!("<vcount>: `{word}` is not a number"))?;
                 let Some((face, after)) = rest.split_at_checked(count) else {
                     return Err("<vcount> counts more corners than <p> has".to_owned());
                 };
@@ -254,7 +256,7 @@ fn text<'a>(node: Node<'a, '_>) -> Option<&'a str> {
 
 fn floats(node: Node<'_, '_>) -> Result<Vec<f64>, String> {
     let words = text(node).unwrap_or_default().split_ascii_whitespace();
-    words.map(|word| word.parse().map_err(|_| format!("`{word}` is no number"))).collect()
+    words.map(|word| word.parse().map_err(|_| format!("`{word}` is not a number"))).collect()
 }
 
 fn exactly<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], String> {
@@ -352,6 +354,12 @@ mod tests {
         assert!(message("", NODE, &far).contains("names vertex 4; there are 4"));
         let counts = format!("<polylist>{INPUTS}<vcount>5</vcount><p>0 0 1 1</p></polylist>");
         assert!(message("", NODE, &counts).contains("counts more corners"));
+        let attributes: String = (0..65).map(|i| format!("a{i}=\"\" ")).collect();
+        assert!(
+            read(&format!("<COLLADA>\n<b {attributes}/></COLLADA>")).unwrap_err().contains("line 2: an element of 65")
+        );
+        let nodes = "<p/>".repeat(MOST_MESH_NODES as usize);
+        assert!(read(&format!("<COLLADA>{nodes}</COLLADA>")).unwrap_err().contains("more than 1000000 elements"));
         let ring = "<node id=\"n\"><instance_node url=\"#n\"/></node>";
         assert!(message("", ring, &triangles()).contains("nested deeper"));
         let many = format!("<node>{}</node>", "<instance_geometry url=\"#g\"/>".repeat(MAX_INSTANCES + 1));

@@ -1,14 +1,15 @@
-//! The XML behind a robot: where its elements stand, and the checks that make `urdf-rs` safe to call.
+//! The XML of a robot: positions of its elements, and the checks that make `urdf-rs` safe to call.
 //!
-//! `urdf-rs` accepts NaN, skips words that are no numbers, and names neither line nor element in its errors. It also refuses
-//! a file for parts that no body needs (a `<texture>` without a name, say): it is only shown the elements in [`NEEDED`].
+//! `urdf-rs` accepts NaN, skips words that are not numbers, and names neither line nor element in its errors. It also
+//! rejects a file for parts that a body does not need (for example a `<texture>` without a name), so it gets only the
+//! elements in [`NEEDED`].
 
 use std::borrow::Cow;
 
 use roxmltree::Node;
 
 use super::UrdfError;
-use super::limits::{LONGEST_NAME, MOST_NODES, check_attributes};
+use super::limits::{LONGEST_NAME, MOST_NODES, parse_xml};
 use crate::body::bounds::MOST_LINKS;
 use crate::input::excerpt;
 
@@ -17,7 +18,7 @@ const MAX_DEPTH: usize = 32;
 /// Greatest magnitude of any number but a limit.
 const MAX_NUMBER: f64 = 1e6;
 
-/// Element, attribute, how many numbers it holds, whether it must be there, whether infinity is allowed.
+/// Element, attribute, number of values, whether it is required, whether infinity is allowed.
 const NUMBERS: &[(&str, &str, usize, bool, bool)] = &[
     ("origin", "xyz", 3, false, false),
     ("origin", "rpy", 3, false, false),
@@ -45,7 +46,7 @@ const NUMBERS: &[(&str, &str, usize, bool, bool)] = &[
     ("mesh", "scale", 3, false, false),
 ];
 
-/// Parent element, child element, attribute: the words that must be there.
+/// Parent element, child element, attribute: required words.
 const WORDS: &[(&str, &str, &str)] = &[
     ("robot", "link", "name"),
     ("robot", "joint", "name"),
@@ -56,7 +57,7 @@ const WORDS: &[(&str, &str, &str)] = &[
     ("geometry", "mesh", "filename"),
 ];
 
-/// Element and those of its children that a body is made of; all other elements are passed over.
+/// Element and its children that define a body; all other elements are ignored.
 const NEEDED: &[(&str, &[&str])] = &[
     ("robot", &["link", "joint"]),
     ("link", &["inertial", "visual", "collision"]),
@@ -67,7 +68,7 @@ const NEEDED: &[(&str, &[&str])] = &[
     ("joint", &["origin", "parent", "child", "axis", "limit", "mimic"]),
 ];
 
-/// More XML name spaces without declaration than this are not mended.
+/// Limit of undeclared XML name spaces that are declared automatically.
 const MAX_UNDECLARED: usize = 16;
 
 const JOINT_TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
@@ -84,12 +85,7 @@ pub(super) struct Document<'t> {
 impl<'t> Document<'t> {
     pub(super) fn parse(text: &'t str, file: &'t str) -> Result<Self, UrdfError> {
         let not_xml = |line, reason| UrdfError::NotXml { file: file.to_owned(), line, reason };
-        check_attributes(text).map_err(|(line, problem)| not_xml(line, problem))?;
-        let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
-        let xml = roxmltree::Document::parse_with_options(text, options).map_err(|e| match e {
-            roxmltree::Error::NodesLimitReached => not_xml(1, format!("more than {MOST_NODES} elements and texts")),
-            other => not_xml(other.pos().row, other.to_string()),
-        })?;
+        let xml = parse_xml(text, MOST_NODES).map_err(|(line, problem)| not_xml(line, problem))?;
         let robot = xml.root_element();
         let ids = |tag: &str| robot.children().filter(|n| n.has_tag_name(tag)).map(|n| n.id()).collect();
         let (links, joints) = (ids("link"), ids("joint"));
@@ -280,7 +276,7 @@ impl<'t> Document<'t> {
     }
 }
 
-/// Whether a body is made of this element, as far as its parent and itself tell.
+/// Whether this element, given its parent, is part of a body's definition.
 fn is_needed(node: &Node<'_, '_>) -> bool {
     let Some(parent) = node.parent_element() else { return true };
     let children = NEEDED.iter().find(|(tag, _)| parent.has_tag_name(*tag)).map_or(&[][..], |(_, children)| children);

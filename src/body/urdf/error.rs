@@ -1,4 +1,4 @@
-//! What may be wrong with a URDF.
+//! Errors of URDF files.
 
 use crate::input::{excerpt, limits, plain};
 
@@ -10,12 +10,12 @@ pub enum UrdfError {
     Unreadable {
         /// The URDF.
         file: String,
-        /// What the system says.
+        /// The operating system's error.
         source: std::io::Error,
     },
     /// The text is longer than any URDF should be.
     #[error(
-        "{}: longer than {}; a URDF is a short text with its meshes in files of their own",
+        "{}: larger than {}; a URDF is a short text, with meshes in separate files",
         plain(file),
         limits::in_words(*limit as u64)
     )]
@@ -32,27 +32,27 @@ pub enum UrdfError {
         file: String,
         /// Line, from 1.
         line: u32,
-        /// What the reader stumbled over.
+        /// The XML reader's message.
         reason: String,
     },
-    /// The text is XML but not a humanoid that we can use.
+    /// The text is XML but not a usable humanoid.
     #[error("{}:{line}: {}: {}", plain(file), excerpt(element), plain(problem))]
     Refused {
         /// The URDF.
         file: String,
         /// Line, from 1.
         line: u32,
-        /// The link or joint at fault.
+        /// The link or joint with the error.
         element: String,
-        /// What is wrong, what was expected, what to do.
+        /// The problem, what was expected, and what to do.
         problem: String,
     },
-    /// No shipped robot has that name.
-    #[error("no robot `{}` ships; there are: {known}", excerpt(name))]
+    /// No built-in robot has that name.
+    #[error("no built-in robot `{}`; known: {known}", excerpt(name))]
     NotShipped {
         /// The name asked for.
         name: String,
-        /// The names there are.
+        /// The known names.
         known: String,
     },
 }

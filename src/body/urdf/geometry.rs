@@ -33,16 +33,16 @@ struct End<'a, 't> {
     radius: f64,
 }
 
-/// Where meshes come from, and which could not be had.
+/// The source of meshes, and those that could not be read.
 pub(super) struct Meshes<'a> {
     fetch: &'a dyn Fn(&str) -> io::Result<Vec<u8>>,
     /// Names as the URDF gives them, each once.
     missing: Vec<String>,
-    /// How often one was asked for.
+    /// Number of requests for missing meshes.
     misses: usize,
-    /// What is wrong with the first.
+    /// The error of the first.
     first: Option<UrdfError>,
-    /// How much geometry the robot may still have.
+    /// The remaining geometry allowance.
     allowance: Allowance,
 }
 
@@ -61,18 +61,18 @@ impl<'a> Meshes<'a> {
         }
         let problem = || {
             format!(
-                "mesh `{}`: {reason}; nothing else of this body can be drawn: put its meshes where the URDF says, or \
-                 give its links <visual> solids",
+                "mesh `{}`: {reason}; this body has no other geometry: put its meshes where the URDF says, or give its \
+                links <visual> solids",
                 excerpt(name)
             )
         };
         self.first.get_or_insert_with(|| document.refuse(node, problem()));
     }
 
-    /// A note on meshes that were left out; `None` of none.
+    /// A note on meshes that were left out, if any.
     ///
     /// # Errors
-    /// The first missing mesh where the links have no flesh without them.
+    /// The first missing mesh, if the links have no other geometry.
     pub(super) fn note(self, links: &[Link]) -> Result<Option<String>, UrdfError> {
         let Some(first) = self.first else { return Ok(None) };
         if links.iter().all(|link| link.flesh.is_empty()) {
@@ -91,8 +91,7 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// What casts the shadow of a link: its visual solids. Where it has none, or one of their meshes is missing, its collision
-/// solids do.
+/// A link's geometry: its visual solids, or its collision solids if it has no visual or one of its meshes is missing.
 pub(super) fn flesh(
     document: &Document<'_>,
     node: Node<'_, '_>,
@@ -113,7 +112,7 @@ pub(super) fn flesh(
     Ok(if instead.is_empty() { flesh } else { instead })
 }
 
-/// The flesh of solids, with the ends of tapered capsules joined.
+/// The geometry of the elements, with the ends of tapered capsules joined.
 fn joined(document: &Document<'_>, solids: &[Solid<'_, '_>], meshes: &mut Meshes<'_>) -> Result<Vec<Flesh>, UrdfError> {
     let mut flesh = Vec::with_capacity(solids.len());
     let mut ends: Vec<End<'_, '_>> = Vec::new();
@@ -130,7 +129,10 @@ fn joined(document: &Document<'_>, solids: &[Solid<'_, '_>], meshes: &mut Meshes
     match ends.first() {
         Some(end) => Err(document.refuse(
             end.node,
-            format!("taper:{}:{} stands alone; the link needs both taper:{0}:a and taper:{0}:b", end.name, end.side),
+            format!(
+                "taper:{}:{} has no counterpart; the link needs both taper:{0}:a and taper:{0}:b",
+                end.name, end.side
+            ),
         )),
         None => Ok(flesh),
     }
@@ -141,7 +143,7 @@ impl<'a, 't> Solid<'a, 't> {
         Self { node, name: name.as_deref(), link_from_solid: isometry(origin), geometry }
     }
 
-    /// The end of a tapered capsule that this ball is by its name, if it is one.
+    /// The end of a tapered capsule that this sphere's name declares, if any.
     fn taper_end(&self, document: &Document<'_>) -> Result<Option<End<'a, 't>>, UrdfError> {
         let Some(rest) = self.name.and_then(|n| n.strip_prefix("taper:")) else { return Ok(None) };
         let Some((name, side @ ("a" | "b"))) = rest.rsplit_once(':') else {
@@ -155,7 +157,7 @@ impl<'a, 't> Solid<'a, 't> {
         Ok(Some(End { node: self.node, name, side, centre, radius: self.size(document, *radius)? }))
     }
 
-    /// `None` of a mesh that cannot be had.
+    /// `None` for a mesh that cannot be read.
     fn flesh(&self, document: &Document<'_>, meshes: &mut Meshes<'_>) -> Result<Option<Flesh>, UrdfError> {
         self.check_place(document)?;
         let along_z = |half: f64, radius: f64| {
@@ -212,7 +214,7 @@ impl<'a, 't> Solid<'a, 't> {
     }
 
     fn size(&self, document: &Document<'_>, size: f64) -> Result<f64, UrdfError> {
-        // real files mark centres of mass with solids of size 0, which cast no shadow
+        // real files mark centres of mass with invisible solids of size 0
         if (0.0..=MAX_SIZE).contains(&size) {
             return Ok(size);
         }

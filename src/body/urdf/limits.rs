@@ -1,19 +1,35 @@
-//! How much a URDF may hold: bounded before anything is built of it.
+//! Size limits of a URDF, checked before anything is allocated for it.
 
 use std::cell::Cell;
 
 use crate::body::bounds::{MOST_SOLIDS, MOST_TRIANGLES};
 
-/// Attributes that one element may have; those of a URDF have at most eight, beside namespaces on `<robot>`.
+/// Attributes that one element may have; elements of a URDF have at most eight, except namespaces on `<robot>`.
 const MOST_ATTRIBUTES: usize = 64;
 /// Elements, comments and stretches of text that a URDF may have.
 pub(super) const MOST_NODES: u32 = 200_000;
+/// The same of a Collada mesh, where every polygon can be an element.
+pub(super) const MOST_MESH_NODES: u32 = 1_000_000;
 /// Characters of a name.
 pub(super) const LONGEST_NAME: usize = 200;
 
-/// The line of the first element with too many attributes and what is wrong, told by a count of `=` inside tags: the XML reader
-/// compares every attribute with every other.
-pub(super) fn check_attributes(text: &str) -> Result<(), (u32, String)> {
+/// Parses XML of at most `most_nodes` elements, comments and texts, without document type definitions (and so without entities of
+/// the file's own).
+///
+/// # Errors
+/// The line and the problem.
+pub(super) fn parse_xml(text: &str, most_nodes: u32) -> Result<roxmltree::Document<'_>, (u32, String)> {
+    check_attributes(text)?;
+    let options = roxmltree::ParsingOptions { nodes_limit: most_nodes, ..Default::default() };
+    roxmltree::Document::parse_with_options(text, options).map_err(|error| match error {
+        roxmltree::Error::NodesLimitReached => (1, format!("more than {most_nodes} elements and texts")),
+        other => (other.pos().row, other.to_string()),
+    })
+}
+
+/// The line of the first element with too many attributes, and the message. Counts `=` inside tags before parsing,
+/// because the XML reader compares all pairs of attributes.
+fn check_attributes(text: &str) -> Result<(), (u32, String)> {
     let bytes = text.as_bytes();
     let mut at = 0;
     while let Some(open) = text[at..].find('<').map(|found| at + found) {
@@ -56,17 +72,17 @@ impl Default for Allowance {
 }
 
 impl Allowance {
-    /// One more solid, or what is wrong with that.
+    /// Counts one more solid, or returns the error.
     pub(super) fn take_solid(&self) -> Result<(), String> {
         take(&self.solids, 1, || format!("more than {MOST_SOLIDS} solids on all links together"))
     }
 
-    /// One more mesh, or what is wrong with that.
+    /// Counts one more mesh, or returns the error.
     pub(super) fn take_mesh(&self, vertices: usize, triangles: usize) -> Result<(), String> {
         take(&self.triangles, vertices.max(triangles), || {
             format!(
-                "with it the meshes have more than {MOST_TRIANGLES} triangles or vertices, each counted as often as it is named; \
-                 simplify the meshes"
+                "with it the meshes have more than {MOST_TRIANGLES} triangles or vertices in total (a mesh counts every \
+                time it is used); simplify the meshes"
             )
         })
     }

@@ -5,12 +5,10 @@ use std::collections::HashMap;
 use nalgebra::Point3;
 
 use super::collada;
-use crate::input::excerpt;
+use super::triangles::Mesh;
+use crate::input::{excerpt, plain};
 
-/// Vertices, and triangles that index them.
-pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
-
-/// Why a mesh of that name cannot be read, if so.
+/// The reason why a mesh of that name cannot be read, if any.
 pub(super) fn unsupported(name: &str) -> Option<String> {
     let Some(ending) = ending(name) else {
         return Some("the name has no ending that tells the format; expected .stl, .obj or .dae".to_owned());
@@ -19,7 +17,7 @@ pub(super) fn unsupported(name: &str) -> Option<String> {
     (!known).then(|| format!("ending `.{}` is not supported; convert it to .stl, .obj or .dae", excerpt(&ending)))
 }
 
-/// What stands behind the last dot of a file's name, in lower case.
+/// The extension of a file's name, in lower case.
 fn ending(name: &str) -> Option<String> {
     let file = name.rsplit(['/', '\\']).next()?;
     file.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase())
@@ -28,17 +26,18 @@ fn ending(name: &str) -> Option<String> {
 /// Reads a mesh by the ending of its name.
 ///
 /// # Errors
-/// What is wrong, for a message that already names the mesh.
+/// The problem, for a message that already names the mesh.
 pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
     if let Some(reason) = unsupported(name) {
         return Err(reason);
     }
     let text = || String::from_utf8_lossy(bytes);
     let mesh = match ending(name).unwrap_or_default().as_str() {
-        "stl" => stl(bytes)?,
-        "dae" => collada::read(&text())?,
-        _ => obj(&text())?,
+        "stl" => stl(bytes),
+        "dae" => collada::read(&text()),
+        _ => obj(&text()),
     };
+    let mesh = mesh.map_err(plain)?;
     if mesh.1.is_empty() {
         return Err("has no triangles".to_owned());
     }
@@ -73,7 +72,7 @@ impl Welder {
     }
 }
 
-/// Binary where the length says so (84 bytes and 50 for each triangle), else text.
+/// Binary if the length fits (84 bytes and 50 for each triangle), else text.
 fn stl(bytes: &[u8]) -> Result<Mesh, String> {
     let mut welder = Welder::default();
     if let Some(records) = binary_records(bytes) {
@@ -198,7 +197,7 @@ mod tests {
         assert!(message("m.stl", &binary(&[[[f32::NAN, 0.0, 0.0], [0.0; 3], [1.0; 3]]])).contains("not finite"));
         assert!(message("m.obj", b"v 0 0 0\nf 1 1 2\n").contains("line 2: corner `2` names no vertex"));
         assert!(message("m.obj", b"v 0 0 0\nf 1 1\n").contains("a face of 2 corners"));
-        // A header that claims four thousand million triangles must not be believed.
+        // A header that claims four billion triangles must not be trusted.
         let mut huge = vec![0; 80];
         huge.extend(u32::MAX.to_le_bytes());
         assert!(message("m.stl", &huge).contains("neither a binary STL"));

@@ -1,9 +1,9 @@
-//! Humanoids from URDF: `urdf-rs` reads the values, this room checks what it does not and says where a fault stands.
+//! Humanoids from URDF: `urdf-rs` reads the values, this module checks what it does not and locates errors.
 //!
-//! What casts the shadow is a link's `<visual>` elements, or its `<collision>` elements where it has no visual. Two
-//! visual balls named `taper:NAME:a` and `taper:NAME:b` on one link are the ends of one tapered capsule; any other
-//! URDF tool shows the two balls. A fixed, empty link `marker_NAME` with [`super::Landmark::name`] places a marker and
-//! is not kept as a link; markers without such a link are proposed by [`markers`] from names and shape.
+//! A link's geometry is its `<visual>` elements, or its `<collision>` elements if it has no visual. Two visual spheres
+//! named `taper:NAME:a` and `taper:NAME:b` on one link are the ends of one tapered capsule; other URDF tools show two
+//! spheres. A fixed, empty link `marker_NAME` with [`super::Landmark::name`] places a marker and is not kept as a
+//! link; markers without such a link are proposed by [`markers`] from names and shape.
 
 mod axes;
 mod collada;
@@ -15,6 +15,7 @@ mod markers;
 mod mesh;
 mod package;
 mod tree;
+mod triangles;
 
 use std::io;
 use std::path::Path;
@@ -31,7 +32,8 @@ use crate::input::{self, limits::ROBOT};
 
 /// Greatest mass of a link, kilograms.
 const MAX_MASS: f64 = 1e5;
-/// Moments of inertia that are negative by no more than this were rounded off by whatever wrote them: 0, kg m^2.
+/// Moments of inertia that are negative by at most this are rounding errors of the writing program and become 0, kg
+/// m^2.
 const ROUNDED_OFF: f64 = 1e-9;
 
 impl Humanoid {
@@ -114,7 +116,7 @@ pub type MeshParts = (Vec<nalgebra::Point3<f64>>, Vec<[u32; 3]>);
 /// The vertices and triangles of a mesh file of that name, or what is wrong with it; for `fuzz/`.
 ///
 /// # Errors
-/// What is wrong, for a message that already names the mesh.
+/// The problem, for a message that already names the mesh.
 #[doc(hidden)]
 pub fn mesh_from_bytes(name: &str, bytes: &[u8]) -> Result<MeshParts, String> {
     mesh::read(name, bytes)

@@ -1,14 +1,14 @@
-//! Where the files that a URDF names are.
+//! Lookup of files that a URDF refers to.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::input::{self, limits};
 
-/// Reads the file that `uri` names in a URDF that lies in `directory`.
+/// Reads the file that `uri` names in a URDF in `directory`.
 ///
-/// `package://` and `model://` paths are sought upwards from `directory`: of all trailing parts of the path the longest
-/// that exists below an ancestor is taken, below the nearest ancestor.
+/// `package://` and `model://` paths are searched upwards from `directory`: the longest trailing part of the path that
+/// exists below an ancestor is used, below the nearest ancestor.
 pub(super) fn read(directory: &Path, uri: &str) -> io::Result<Vec<u8>> {
     let path = resolve(directory, uri).ok_or_else(|| {
         io::Error::new(io::ErrorKind::NotFound, format!("no such file at or above {}", directory.display()))

@@ -54,7 +54,7 @@ fn every_fault_of_a_urdf_is_refused_with_its_line_and_element() {
     let cases = [
         (robot(&ring), "test.urdf:5: joint `ba`: the links form a cycle (a -> b -> a)"),
         (robot(&side_ring), "the links form a cycle"),
-        (robot(&[link("a"), link("b")]), "test.urdf:3: link `b`: hangs from no joint, and neither does `a`"),
+        (robot(&[link("a"), link("b")]), "test.urdf:3: link `b`: has no parent joint, and neither has `a`"),
         (robot(&[]), "no <link>"),
         (robot(&[link("a"), link("a")]), "test.urdf:3: link `a`: a second link named `a`"),
         (robot(&[link("a"), hinge("j", "a", "b", LIMIT)]), "joint `j`: child link `b` does not exist"),
@@ -92,7 +92,7 @@ fn every_fault_of_a_urdf_is_refused_with_its_line_and_element() {
         (block("<visual><geometry/></visual>"), "<visual> needs a <geometry> with one of sphere"),
         (
             block("<visual><geometry><mesh filename=\"gone.stl\"/></geometry></visual>"),
-            "mesh `gone.stl`: cannot be read: no meshes here; nothing else of this body can be drawn",
+            "mesh `gone.stl`: cannot be read: no meshes here; this body has no other geometry",
         ),
         (
             block("<visual><geometry><mesh filename=\"gone.glb\"/></geometry></visual>"),
@@ -102,7 +102,7 @@ fn every_fault_of_a_urdf_is_refused_with_its_line_and_element() {
         (mass("NaN"), "<mass value=\"NaN\">"),
         (mass("1e6"), "a mass of 1000000 kg"),
         (mass("1").replace("izz=\"1\"", "izz=\"-1e-6\""), "test.urdf:2: link `a`: a negative moment of inertia"),
-        (taper("taper:arm:a"), "taper:arm:a stands alone"),
+        (taper("taper:arm:a"), "taper:arm:a has no counterpart"),
         (taper("taper:arm"), "expected taper:NAME:a or taper:NAME:b"),
         ("<robot name=\"r\"><link name=\"a\">".into(), "test.urdf:1: not well-formed XML"),
         ("<urdf/>".into(), "expected <robot>"),

@@ -16,11 +16,11 @@ pub(super) struct Tree {
     pub(super) joint_above: Vec<Option<usize>>,
     /// Per joint of the file, the index of its parent link.
     pub(super) parent_link: Vec<usize>,
-    /// Per link of the file, the joints that hang from it.
+    /// Per link of the file, its child joints.
     pub(super) joints_below: Vec<Vec<usize>>,
 }
 
-/// Orders the links, or says why they are no tree. An empty root from which the body hangs by a floating or planar joint is
+/// Orders the links, or reports why they are not a tree. An empty root with a floating or planar joint to the body is
 /// left out, with a note: a body's root moves freely anyway.
 pub(super) fn order(
     document: &Document<'_>,
@@ -51,7 +51,7 @@ pub(super) fn order(
         let (parent, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
         if let Some(other) = tree.joint_above[below].replace(index) {
             let problem = format!(
-                "link `{}` already hangs from joint `{}`; a link has one parent",
+                "link `{}` is already the child of joint `{}`; a link has one parent",
                 joint.child.link, robot.joints[other].name
             );
             return Err(document.refuse(node, problem));
@@ -100,7 +100,7 @@ fn root(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree) -> Result<
         (Some(first), Some(second)) => Err(document.refuse(
             document.link(second),
             format!(
-                "hangs from no joint, and neither does `{}`; a humanoid has one root: join them",
+                "has no parent joint, and neither has `{}`; a humanoid has one root: join them",
                 robot.links[first].name
             ),
         )),
@@ -108,7 +108,7 @@ fn root(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree) -> Result<
     }
 }
 
-/// The joint by which a whole body hangs freely from an empty root, if it does.
+/// The free joint between an empty root and the body, if any.
 fn free_joint(robot: &urdf_rs::Robot, tree: &Tree, root: usize) -> Option<usize> {
     let link = &robot.links[root];
     let is_empty = link.visual.is_empty() && link.collision.is_empty() && link.inertial.mass.value == 0.0;
@@ -117,7 +117,7 @@ fn free_joint(robot: &urdf_rs::Robot, tree: &Tree, root: usize) -> Option<usize>
     (is_empty && is_free).then_some(joint)
 }
 
-/// Follows parents from a link that no root reaches until a link comes again.
+/// Follows parents from a link that no root reaches until a link repeats.
 fn cycle(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree, start: usize) -> UrdfError {
     let mut path = vec![start];
     let mut link = start;

@@ -1,4 +1,4 @@
-//! `skiagraph inspect MOTION --contacts`: how a motion stands on the ground, and where it does so worst.
+//! `skiagraph inspect MOTION --contacts`: ground contact of a motion, and its worst frames.
 
 use std::path::Path;
 
@@ -7,13 +7,11 @@ use serde::Serialize;
 use super::super::{Destination, ExperimentError, clip_file};
 use super::{INSPECT_SCHEMA, place_for};
 use crate::benchmark_set::BenchmarkSet;
-use crate::body::retarget::{RetargetOptions, retarget};
 use crate::body::{Humanoid, Motion, shipped};
-use crate::contact::{
-    ContactRule, ContactTrack, Dynamics, DynamicsFrame, GROUND_FRICTION, GroundContact, GroundContacts, GroundQuality,
-    SelfCollision,
-};
+use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
+use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::report::{ContactChart, FootCourse};
+use crate::retarget::{RetargetOptions, retarget};
 
 /// Contact of a motion in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -102,8 +100,8 @@ pub struct StanceSummary {
 /// The frame in which something is worst.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstContact {
-    /// What: `slip`, `penetration`, `float`, `self-penetration`, `imbalance` (how far the zero-moment point is outside) or
-    /// `unexplained force`.
+    /// What: `slip`, `penetration`, `float`, `self-penetration`, `imbalance` (how far the zero-moment point is outside)
+    /// or `residual force`.
     pub fault: &'static str,
     /// Of whom: a foot, a link, two links or the whole body.
     pub part: String,
@@ -135,7 +133,7 @@ pub fn inspect_contacts(
     picture: Option<Destination<'_>>,
 ) -> Result<ContactSummary, ExperimentError> {
     let kind = picture.map(|to| Picture::of(to.path).map(|kind| (to, kind))).transpose()?;
-    // whoever cannot write there shall know before the work
+    // report an unwritable output before the work
     let kind = kind.map(|(to, kind)| place_for(to, [Some(name)]).map(|place| (place, kind))).transpose()?;
     let (body, motion, notes) = moved(name, metres_per_unit)?;
     let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
@@ -268,7 +266,7 @@ fn worst(
         found("float", "mm", of(&contacts.feet, true, |frame| 1000.0 * frame.gap_m)),
         found("self-penetration", "mm", depths.collect()),
         found("imbalance", "mm", whole(|frame| frame.margin_m.map(|margin| -1000.0 * margin))),
-        found("unexplained force", "body weights", whole(|frame| Some(frame.residual))),
+        found("residual force", "body weights", whole(|frame| Some(frame.residual))),
     ];
     all.into_iter().flatten().collect()
 }
@@ -303,10 +301,10 @@ fn chart(summary: &ContactSummary, contacts: &GroundContacts, dynamics: Option<&
         dynamics.map(|dynamics| (label.to_owned(), dynamics.frames.iter().map(value).collect()))
     };
     let others = [
-        over_time("zero-moment point within the support, mm (below 0: outside)", |frame| {
+        over_time("zero-moment point inside the support polygon, mm (below 0: outside)", |frame| {
             frame.margin_m.map(|margin| 1000.0 * margin)
         }),
-        over_time("force that the ground does not explain, % of body weight", |frame| Some(100.0 * frame.residual)),
+        over_time("residual force at the root, % of body weight", |frame| Some(100.0 * frame.residual)),
     ];
     ContactChart {
         title: summary.name.clone(),

@@ -1,4 +1,4 @@
-//! `skiagraph inspect`: what a file or directory holds, whichever kind of ours it is.
+//! `skiagraph inspect`: describes a file or directory of any known kind.
 
 mod clip;
 mod contacts;
@@ -64,12 +64,12 @@ pub fn inspect(
     if kind != Kind::Model {
         let of_models = [("--against", against.is_some()), ("--out", page.is_some())];
         if let Some((argument, _)) = of_models.into_iter().find(|(_, given)| *given) {
-            let detail = format!("is for models of skiagraph train, and {name} is none");
+            let detail = format!("is for models of skiagraph train only, and {name} is not one");
             return Err(ExperimentError::Argument { argument, detail });
         }
     }
     if kind != Kind::Clip && metres_per_unit.is_some() {
-        let detail = format!("is for recordings, and {name} is none");
+        let detail = format!("is for recordings and sets only, and {name} is neither");
         return Err(ExperimentError::Argument { argument: "--metres-per-unit", detail });
     }
     Ok(match kind {

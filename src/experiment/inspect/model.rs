@@ -23,9 +23,9 @@ pub struct ModelSummary {
     pub candidates: usize,
     /// Pairs of candidates of different models, either way: the inter-transitions that are possible.
     pub inter_transitions: usize,
-    /// Distance between recording and simulation over all frames (S1 Eq. 9).
+    /// Distance between recording and simulation over all frames (`[GPDM graph]`, Eq. 9).
     pub reconstruction_error_rad2: Spread,
-    /// The same of the model that this one is held against, and the ratio of the means.
+    /// The same for the compared model, and the ratio of the means.
     pub against: Option<Against>,
 }
 
@@ -106,7 +106,7 @@ pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedMod
     let other = LearnedModel::read(path)?;
     other.facts.check_fits(path, &model.body, model.facts.frames_per_second)?;
     if other.facts.learned_from != model.facts.learned_from {
-        let detail = "learned from other motions; only models of the same motions can be held against each other";
+        let detail = "learned from other motions; only models of the same motions can be compared";
         return Err(ExperimentError::Malformed { path: path.to_owned(), detail: detail.to_owned() });
     }
     Ok(other)

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::super::{ExperimentError, LearnedModel};
-use crate::motion_model::gpdm_graph::Segment;
+use crate::motion_model::gpdm_graph::{ModelKind, Segment};
 use crate::motion_model::pose_chart::distance;
 use crate::parallel;
 use crate::report::{
@@ -45,7 +45,7 @@ pub(super) fn html(
             format!("{} latent dimensions", settings.training.latent_dimensions),
         ],
         models: graph.segments.iter().zip(&starts).map(one).collect(),
-        threshold: (!settings.single).then_some(settings.threshold_per_joint * joints),
+        threshold: (settings.kind() == ModelKind::GpdmGraph).then_some(settings.threshold_per_joint * joints),
         against: against.map(|(p, other)| OtherModel { name: name(p), errors: errors_of(other) }),
         distances: frame_distances(model),
         candidates: graph.candidates.iter().map(at).collect(),
@@ -123,14 +123,14 @@ fn facts_in_words(model: &LearnedModel) -> Vec<FactGroup> {
     let balance = training.balance.map_or_else(|| "D/d (balanced GPDM)".to_owned(), |b| b.to_string());
     let mut learning = vec![
         fact("dynamics", format!("{:?} order", training.order).to_lowercase()),
-        fact("predicts steps", if training.delta { "yes" } else { "no" }.to_owned()),
+        fact("predicts differences", if training.delta { "yes" } else { "no" }.to_owned()),
         fact("weight of the dynamics", balance),
         fact("rounds, iterations", format!("{}, {}", training.rounds, training.iterations)),
     ];
-    if !settings.single {
+    if settings.kind() == ModelKind::GpdmGraph {
         learning.push(fact("clip", format!("{:.3} s", settings.clip_s)));
         learning.push(fact("TH", format!("{:.4} rad\u{b2} a joint", settings.threshold_per_joint)));
-        learning.push(fact("candidates found by", settings.detector.replace('_', " ")));
+        learning.push(fact("candidates found by", settings.detector.in_words().to_owned()));
     }
     learning.push(fact("program", facts.program.clone()));
     let recording = |from: &super::super::LearnedFrom| {

@@ -1,24 +1,24 @@
 //! The graph of a model file's arrays.
 
 use super::ModelFacts;
-use crate::benchmark_set::{Array, Npz, SetError, Values};
 use crate::body::Humanoid;
 use crate::motion_model::gpdm::{DynamicsKernel, Gpdm, GpdmParts, MapKernel, PartsError, SequenceLayout};
 use crate::motion_model::gpdm_graph::{Candidate, GpdmGraph, Segment, SegmentRange};
 use crate::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS, unit_quaternion};
+use crate::npz::{Array, Npz, NpzError, Values};
 
 /// Largest sum of squared lengths of all models: that many numbers stand in their kernel matrices, twice.
 const MOST_KERNEL_ENTRIES: usize = 1 << 26;
 
 /// Why arrays make no graph.
 pub(super) enum ArraysError {
-    Set(SetError),
+    Npz(NpzError),
     Parts(PartsError),
 }
 
-impl From<SetError> for ArraysError {
-    fn from(error: SetError) -> Self {
-        Self::Set(error)
+impl From<NpzError> for ArraysError {
+    fn from(error: NpzError) -> Self {
+        Self::Npz(error)
     }
 }
 
@@ -103,7 +103,7 @@ impl<'a> Arrays<'a> {
         Ok(segments)
     }
 
-    fn numbers(&self, name: &str, shape: &[Option<usize>]) -> Result<&'a [f64], SetError> {
+    fn numbers(&self, name: &str, shape: &[Option<usize>]) -> Result<&'a [f64], NpzError> {
         self.npz.f64s(self.file, name, shape)
     }
 
@@ -119,7 +119,7 @@ impl<'a> Arrays<'a> {
         }
     }
 
-    fn wrong(&self, detail: &str) -> SetError {
-        SetError::Malformed { file: self.file.to_owned(), detail: detail.to_owned() }
+    fn wrong(&self, detail: &str) -> NpzError {
+        NpzError::new(self.file, detail)
     }
 }

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::malformed;
 use crate::body::{Humanoid, JointKind};
 use crate::experiment::ExperimentError;
+use crate::input::hex_sha256;
 use crate::motion_model::gpdm_graph::GraphSettings;
 
 /// What a model was learned from and how.
@@ -83,7 +83,7 @@ impl RobotFacts {
 impl ModelFacts {
     /// `gpdm` or `gpdm-graph`.
     pub fn kind(&self) -> &'static str {
-        if self.settings.single { "gpdm" } else { "gpdm-graph" }
+        self.settings.kind().name()
     }
 
     /// An error unless the model was learned for this robot, of whatever size, and this rate. `path` is its file.
@@ -94,7 +94,7 @@ impl ModelFacts {
         let (known, found) = (&self.robot, RobotFacts::of(body));
         if known.joints_sha256 != found.joints_sha256 {
             let detail = format!(
-                "learned for the robot `{}`, whose joints are not those of `{}`; learn a model with that robot",
+                "learned for the robot `{}`, whose joints differ from those of `{}`; train a model with that robot",
                 known.name, found.name
             );
             return Err(malformed(path, detail));
@@ -102,14 +102,10 @@ impl ModelFacts {
         let own = self.frames_per_second;
         if own != frames_per_second {
             let detail = format!(
-                "learned at {own} frames a second, found {frames_per_second}; learn a model at that rate (--fps)"
+                "learned at {own} frames a second, needed at {frames_per_second}; train a model at that rate (--fps)"
             );
             return Err(malformed(path, detail));
         }
         Ok(())
     }
-}
-
-pub(in crate::experiment) fn hex_sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -9,13 +9,13 @@
 //! | `map_kernel` | (S, 2) | inverse width, noise precision |
 //! | `dynamics_kernel` | (S, 4) | amplitude, inverse width, linear amplitude, noise precision |
 //! | `centred`, `latents` | (N, D), (N, d) | observations less their mean and latents, model after model |
-//! | `errors` | (N) | distance between recording and simulation, rad^2 (S1 Eq. 9) |
+//! | `errors` | (N) | distance between recording and simulation, rad^2 (`[GPDM graph]`, Eq. 9) |
 //! | `rotations` | (N, J, 4) | joint rotations of the training frames, `w x y z` |
 //! | `candidates` | (C, 2) | model and row of every inter-transition candidate |
 //! | `chart_means`, `root_units` | (J, 4), (6) | mean rotations and units of the observation vectors |
 //! | `fingerprint`, `fingerprint_rows`, `fingerprint_version` | (F, 16), (M), () | what the frames of the M recordings are known by in any other file |
 //!
-//! Every array carries a checksum. Kernel matrices are worked out again when a model is read.
+//! Every array carries a checksum. Kernel matrices are recomputed when a model is read.
 
 mod arrays;
 mod facts;
@@ -27,19 +27,20 @@ use std::path::Path;
 use serde::Deserialize;
 
 use self::arrays::{Arrays, ArraysError};
-pub(super) use self::facts::hex_sha256;
 pub use self::facts::{LearnedFrom, ModelFacts, RobotFacts};
 use super::error::read_file;
-use super::{ExperimentError, json_tree, to_json};
+use super::{ExperimentError, to_json};
 use crate::benchmark_set::{
-    Array, Npz, SetError, SourceRecording, Values, body_from_json, body_to_json, push_fingerprints, read_fingerprints,
+    SetError, SourceRecording, body_from_json, body_to_json, push_fingerprints, read_fingerprints,
 };
 use crate::body::Humanoid;
-use crate::body::retarget::MotionFingerprint;
 use crate::input::{excerpt, limits};
 use crate::motion_model::gpdm::{DynamicsKernel, GpdmParts};
 use crate::motion_model::gpdm_graph::GpdmGraph;
 use crate::motion_model::pose_chart::ROOT_DIMENSIONS;
+use crate::npz::{Array, Npz, Values};
+use crate::retarget::MotionFingerprint;
+use crate::scenario::json_tree;
 
 /// The format's name and version.
 pub const MODEL_SCHEMA: &str = "skiagraph.model/1";
@@ -94,15 +95,15 @@ impl LearnedModel {
         let facts = facts_of(path, &npz)?;
         let body = body_from_json(&file, bytes_of(path, &npz, "body")?)?;
         if RobotFacts::of(&body) != facts.robot {
-            return Err(malformed(path, "its body is not the robot that its facts name"));
+            return Err(malformed(path, "its body differs from the robot that its facts describe"));
         }
         let graph = Arrays { file: &file, npz: &npz }.graph(&facts, &body);
         let graph = graph.map_err(|e| match e {
-            ArraysError::Set(e) => no_model(path, e),
+            ArraysError::Npz(e) => no_model(path, e),
             ArraysError::Parts(e) => malformed(path, e.to_string()),
         })?;
         if graph.segments.iter().any(|s| s.range.motion >= facts.learned_from.len()) {
-            return Err(malformed(path, "segments: expected training motions that its facts name"));
+            return Err(malformed(path, "segments: expected training motions that its facts list"));
         }
         let fingerprints = read_fingerprints(&file, &npz, facts.learned_from.len()).map_err(|e| no_model(path, e))?;
         Ok(Self { facts, body, graph, fingerprints })
@@ -188,7 +189,7 @@ fn facts_of(path: &Path, npz: &Npz) -> Result<ModelFacts, ExperimentError> {
 fn bytes_of<'a>(path: &Path, npz: &'a Npz, name: &str) -> Result<&'a [u8], ExperimentError> {
     match npz.get(name).map(|array| &array.values) {
         Some(Values::U8(bytes)) => Ok(bytes),
-        _ => Err(malformed(path, format!("not a model of skiagraph: it has no bytes {name:?}"))),
+        _ => Err(malformed(path, format!("not a skiagraph model: it has no array {name:?}"))),
     }
 }
 
@@ -197,9 +198,9 @@ fn malformed(path: &Path, detail: impl Into<String>) -> ExperimentError {
 }
 
 /// The archive is none, or is damaged.
-fn no_model(path: &Path, error: SetError) -> ExperimentError {
-    match error {
-        SetError::Malformed { detail, .. } => malformed(path, format!("{detail} (no whole model of skiagraph)")),
+fn no_model(path: &Path, error: impl Into<SetError>) -> ExperimentError {
+    match error.into() {
+        SetError::Malformed { detail, .. } => malformed(path, format!("{detail} (not a complete skiagraph model)")),
         other => other.into(),
     }
 }

@@ -89,8 +89,8 @@ fn a_newer_version_and_what_is_no_model_are_told_apart() {
     let message = read(&newer.to_bytes().unwrap()).unwrap_err().to_string();
     assert!(message.contains("skiagraph.model/2") && message.contains("update skiagraph"), "{message}");
     let other = Npz::from_iter([("fps", Array::new(&[], vec![60.0]))]).to_bytes("x").unwrap();
-    assert!(read(&other).unwrap_err().to_string().contains("not a model of skiagraph"));
-    assert!(read(b"[motion]\n").unwrap_err().to_string().contains("no whole model"));
+    assert!(read(&other).unwrap_err().to_string().contains("not a skiagraph model"));
+    assert!(read(b"[motion]\n").unwrap_err().to_string().contains("not a complete skiagraph model"));
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn another_robot_and_another_rate_are_refused_and_another_size_is_not() {
     let message = model.facts.check_fits(path, &Humanoid::actor().unwrap(), 60.0).unwrap_err().to_string();
     assert!(message.starts_with("walk.model: learned for the robot"), "{message}");
     let message = model.facts.check_fits(path, &model.body, 30.0).unwrap_err().to_string();
-    assert!(message.contains("60 frames a second, found 30"), "{message}");
+    assert!(message.contains("60 frames a second, needed at 30"), "{message}");
 }
 
 #[test]

@@ -13,7 +13,6 @@
 //! alternating the closed form of `W` with L-BFGS on the latents and the kernels' logarithms ([`train`]).
 
 mod kernel;
-mod lanes;
 mod layout;
 mod model;
 mod objective;

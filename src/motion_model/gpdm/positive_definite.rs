@@ -11,7 +11,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matm
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatRef, Par};
 
-use super::lanes::{Loop, add_scaled, dispatch, dot};
+use crate::simd::{Dispatched, add_scaled, dispatch, dot};
 
 /// Columns that are factored at once.
 const BLOCK: usize = 32;
@@ -209,11 +209,11 @@ struct ForwardSubstitution<'a> {
     columns: &'a mut Mat<f64>,
 }
 
-impl Loop for ForwardSubstitution<'_> {
+impl Dispatched for ForwardSubstitution<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn work(self) {
         let n = self.lower.nrows();
         for j in 0..n {
             let column = self.columns.col_as_slice_mut(j);

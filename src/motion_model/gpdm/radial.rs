@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::lanes::{Loop, add_scaled, dispatch, dot, scaled_exponentials, sum};
+use crate::simd::{Dispatched, add_scaled, dispatch, dot, scaled_exponentials, sum};
 
 /// Writes the values between rows of `a` and rows of `b`: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
 pub(super) fn radial(amplitude: f64, inverse_width: f64, a: &Mat<f64>, b: MatRef<'_, f64>, values: &mut Mat<f64>) {
@@ -24,11 +24,11 @@ struct Columns<'a> {
     values: &'a mut Mat<f64>,
 }
 
-impl Loop for Columns<'_> {
+impl Dispatched for Columns<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn work(self) {
         for j in 0..self.b.nrows() {
             let first = if self.lower { j } else { 0 };
             let column = &mut self.values.col_as_slice_mut(j)[first..];
@@ -88,11 +88,11 @@ struct Weighing<'a> {
     products: &'a mut Products,
 }
 
-impl Loop for Weighing<'_> {
+impl Dispatched for Weighing<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn work(self) {
         let n = self.x.nrows();
         let Products { sx, sums } = self.products;
         for j in 0..n {
@@ -131,11 +131,11 @@ struct SymmetricProduct<'a> {
     product: &'a mut Mat<f64>,
 }
 
-impl Loop for SymmetricProduct<'_> {
+impl Dispatched for SymmetricProduct<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn work(self) {
         for j in 0..self.x.nrows() {
             let column = &self.s.col_as_slice(j)[j..];
             for c in 0..self.x.ncols() {

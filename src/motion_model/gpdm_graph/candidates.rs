@@ -1,6 +1,7 @@
 //! Where a motion may turn into another: turning points of the body, found without labels.
 
 use nalgebra::{DMatrix, Point3};
+use serde::{Deserialize, Serialize};
 
 /// Finds inter-transition candidates in a motion.
 pub trait CandidateDetector {
@@ -8,13 +9,36 @@ pub trait CandidateDetector {
     fn detect(&self, positions: &[Vec<Point3<f64>>], frames_per_second: f64) -> Vec<usize>;
 }
 
-/// The detector of that name: `short_term_pca`, `speed_minima` or `every_frame`.
-pub fn detector(name: &str) -> Option<Box<dyn CandidateDetector>> {
-    match name {
-        "short_term_pca" => Some(Box::new(ShortTermPca::default())),
-        "speed_minima" => Some(Box::new(SpeedMinima::default())),
-        "every_frame" => Some(Box::new(EveryFrame)),
-        _ => None,
+/// Which detector finds the candidates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Detector {
+    /// [`ShortTermPca`].
+    #[default]
+    ShortTermPca,
+    /// [`SpeedMinima`].
+    SpeedMinima,
+    /// [`EveryFrame`].
+    EveryFrame,
+}
+
+impl Detector {
+    /// The detector with its default settings.
+    pub fn build(self) -> Box<dyn CandidateDetector> {
+        match self {
+            Self::ShortTermPca => Box::new(ShortTermPca::default()),
+            Self::SpeedMinima => Box::new(SpeedMinima::default()),
+            Self::EveryFrame => Box::new(EveryFrame),
+        }
+    }
+
+    /// Its name for people.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::ShortTermPca => "short term pca",
+            Self::SpeedMinima => "speed minima",
+            Self::EveryFrame => "every frame",
+        }
     }
 }
 
@@ -183,35 +207,33 @@ mod tests {
 
     #[test]
     fn both_detectors_find_where_a_swing_turns() {
-        for name in ["short_term_pca", "speed_minima"] {
-            let found = detector(name).unwrap().detect(&swing(240), 60.0);
+        for detector in [Detector::ShortTermPca, Detector::SpeedMinima] {
+            let found = detector.build().detect(&swing(240), 60.0);
             let expected: Vec<usize> = (0..8).map(|k| 15 + 30 * k).collect();
-            assert_eq!(found.len(), expected.len(), "{name}: {found:?}");
-            assert!(found.iter().zip(&expected).all(|(a, b)| a.abs_diff(*b) <= 1), "{name}: {found:?}");
+            assert_eq!(found.len(), expected.len(), "{detector:?}: {found:?}");
+            assert!(found.iter().zip(&expected).all(|(a, b)| a.abs_diff(*b) <= 1), "{detector:?}: {found:?}");
         }
     }
 
     #[test]
     fn a_motion_at_rest_or_of_a_few_frames_has_no_candidates() {
         let rest = vec![vec![Point3::new(0.1, 0.2, 0.3)]; 120];
-        for name in ["short_term_pca", "speed_minima"] {
-            let detector = detector(name).unwrap();
-            assert!(detector.detect(&rest, 60.0).is_empty(), "{name}");
-            assert!(detector.detect(&swing(2), 60.0).is_empty(), "{name}");
+        for detector in [Detector::ShortTermPca, Detector::SpeedMinima] {
+            assert!(detector.build().detect(&rest, 60.0).is_empty(), "{detector:?}");
+            assert!(detector.build().detect(&swing(2), 60.0).is_empty(), "{detector:?}");
         }
-        assert!(detector("unknown").is_none());
     }
 
     #[test]
     fn every_frame_between_the_ends_is_a_candidate_and_holds_those_of_the_others() {
-        let every = detector("every_frame").unwrap();
+        let every = Detector::EveryFrame.build();
         for frames in 0..3 {
             assert!(every.detect(&swing(frames), 60.0).is_empty(), "{frames} frames");
         }
         let all = every.detect(&swing(240), 60.0);
         assert_eq!((all.len(), all[0], all[237]), (238, 1, 238));
-        for name in ["short_term_pca", "speed_minima"] {
-            assert!(detector(name).unwrap().detect(&swing(240), 60.0).iter().all(|t| all.contains(t)), "{name}");
+        for detector in [Detector::ShortTermPca, Detector::SpeedMinima] {
+            assert!(detector.build().detect(&swing(240), 60.0).iter().all(|t| all.contains(t)), "{detector:?}");
         }
     }
 }

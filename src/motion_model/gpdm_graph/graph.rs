@@ -4,9 +4,8 @@ use std::ops::Range;
 
 use nalgebra::UnitQuaternion;
 
-use super::learner::GraphLearner;
+use super::candidates::Detector;
 use super::segmentation::SegmentRange;
-use crate::body::{Humanoid, Motion};
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 
@@ -18,8 +17,8 @@ pub struct GraphSettings {
     pub clip_s: f64,
     /// TH of S1's Table 1 per anatomical joint, rad^2: S1's 1.0 over the 13 joints of a CMU body.
     pub threshold_per_joint: f64,
-    /// `short_term_pca` (S1), `speed_minima` or `every_frame`.
-    pub detector: String,
+    /// What finds the moments at which the motion may turn into another.
+    pub detector: Detector,
     /// How each model is learned.
     pub training: TrainingOptions,
     /// Whether to learn one model of each whole motion in place of segments: the original GPDM.
@@ -34,7 +33,7 @@ impl Default for GraphSettings {
         Self {
             clip_s: 0.5,
             threshold_per_joint: 1.0 / 13.0,
-            detector: "short_term_pca".to_owned(),
+            detector: Detector::default(),
             training: TrainingOptions::default(),
             single: false,
             joint: false,
@@ -147,25 +146,6 @@ pub enum GraphError {
 }
 
 impl GpdmGraph {
-    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
-    /// [`GraphLearner`] does the same step by step.
-    ///
-    /// # Errors
-    /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
-    pub fn learn(
-        body: &Humanoid,
-        motions: &[Motion],
-        settings: &GraphSettings,
-        mut progress: impl FnMut(&Segment, usize),
-    ) -> Result<Self, GraphError> {
-        let mut learner = GraphLearner::new(body, motions, settings)?;
-        while let Some(segment) = learner.grow(&mut |_, _| true)? {
-            let segment = segment.clone();
-            progress(&segment, learner.frames_done());
-        }
-        Ok(learner.finish())
-    }
-
     /// The model and row of a training frame.
     pub(super) fn locate(&self, motion: usize, frame: usize) -> Option<Candidate> {
         let row_in = |s: &Segment| {

@@ -2,7 +2,6 @@
 
 use nalgebra::Point3;
 
-use super::candidates::{CandidateDetector, detector};
 use super::graph::{GpdmGraph, GraphError, GraphSettings, Segment};
 use super::segmentation::{Learned, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
 use crate::body::{Humanoid, LinkFrames, Motion};
@@ -28,7 +27,6 @@ pub struct GraphLearner<'a> {
     training: Vec<TrainingMotion>,
     clip: usize,
     threshold: f64,
-    detector: Box<dyn CandidateDetector>,
     graph: GpdmGraph,
 }
 
@@ -38,7 +36,7 @@ impl<'a> GraphLearner<'a> {
     /// # Errors
     /// [`GraphError`] where settings are out of range or a motion is too short.
     pub fn new(body: &'a Humanoid, motions: &'a [Motion], settings: &'a GraphSettings) -> Result<Self, GraphError> {
-        let (frames_per_second, clip, detector) = checked(motions, settings)?;
+        let (frames_per_second, clip) = checked(motions, settings)?;
         let chart = PoseChart::learn(body, motions);
         let threshold = settings.threshold_per_joint * chart.groups().len() as f64;
         let observed = |(index, motion): (usize, &Motion)| TrainingMotion {
@@ -48,7 +46,7 @@ impl<'a> GraphLearner<'a> {
         };
         let training = motions.iter().enumerate().map(observed).collect();
         let graph = GpdmGraph { chart, frames_per_second, segments: Vec::new(), candidates: Vec::new() };
-        Ok(Self { body, motions, settings, training, clip, threshold, detector, graph })
+        Ok(Self { body, motions, settings, training, clip, threshold, graph })
     }
 
     /// Takes up where another learner of the same motions and settings was stopped.
@@ -115,8 +113,9 @@ impl<'a> GraphLearner<'a> {
 
     /// The graph of what was learned, its inter-transition candidates found.
     pub fn finish(mut self) -> GpdmGraph {
+        let detector = self.settings.detector.build();
         for (index, motion) in self.motions.iter().enumerate() {
-            let turns = self.detector.detect(&joint_positions(self.body, motion), self.graph.frames_per_second);
+            let turns = detector.detect(&joint_positions(self.body, motion), self.graph.frames_per_second);
             let located = turns.into_iter().filter_map(|frame| self.graph.locate(index, frame)).collect::<Vec<_>>();
             self.graph.candidates.extend(located);
         }
@@ -138,10 +137,28 @@ impl<'a> GraphLearner<'a> {
     }
 }
 
-fn checked(
-    motions: &[Motion],
-    settings: &GraphSettings,
-) -> Result<(f64, usize, Box<dyn CandidateDetector>), GraphError> {
+impl GpdmGraph {
+    /// Learns a graph of `body`'s motions. `progress` hears of every finished model and of the frames done so far.
+    /// [`GraphLearner`] does the same step by step.
+    ///
+    /// # Errors
+    /// [`GraphError`] where settings are out of range or the motions are too short, not finite or hardly vary.
+    pub fn learn(
+        body: &Humanoid,
+        motions: &[Motion],
+        settings: &GraphSettings,
+        mut progress: impl FnMut(&Segment, usize),
+    ) -> Result<Self, GraphError> {
+        let mut learner = GraphLearner::new(body, motions, settings)?;
+        while let Some(segment) = learner.grow(&mut |_, _| true)? {
+            let segment = segment.clone();
+            progress(&segment, learner.frames_done());
+        }
+        Ok(learner.finish())
+    }
+}
+
+fn checked(motions: &[Motion], settings: &GraphSettings) -> Result<(f64, usize), GraphError> {
     let rate = motions.first().ok_or(GraphError::NoMotion)?.frames_per_second;
     if let Some(other) = motions.iter().find(|m| m.frames_per_second != rate) {
         return Err(GraphError::Rates { first: rate, other: other.frames_per_second });
@@ -156,15 +173,12 @@ fn checked(
     if !(1..=8).contains(&settings.training.latent_dimensions) {
         return wrong("training.latent_dimensions", "1 to 8", settings.training.latent_dimensions.to_string());
     }
-    let Some(detector) = detector(&settings.detector) else {
-        return wrong("detector", "\"short_term_pca\", \"speed_minima\" or \"every_frame\"", settings.detector.clone());
-    };
     let least = settings.training.latent_dimensions.max(settings.training.order.lag() + 1) + 1;
     let clip = ((settings.clip_s * rate).round() as usize).max(least);
     if let Some(motion) = motions.iter().position(|m| m.poses.len() < clip) {
         return Err(GraphError::ShorterThanClip { motion, frames: motions[motion].poses.len(), clip });
     }
-    Ok((rate, clip, detector))
+    Ok((rate, clip))
 }
 
 /// Where every moving joint is in the root's frame, frame by frame, metres.

@@ -8,10 +8,12 @@
 mod candidates;
 mod graph;
 mod learner;
+mod model_kind;
 mod parts;
 mod segmentation;
 
-pub use candidates::{CandidateDetector, EveryFrame, ShortTermPca, SpeedMinima, detector};
+pub use candidates::{CandidateDetector, Detector, EveryFrame, ShortTermPca, SpeedMinima};
 pub use graph::{Candidate, GpdmGraph, GraphError, GraphSettings, Segment};
 pub use learner::GraphLearner;
+pub use model_kind::ModelKind;
 pub use segmentation::SegmentRange;

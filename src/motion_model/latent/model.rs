@@ -5,7 +5,6 @@ use std::sync::Arc;
 use faer::Mat;
 use nalgebra::{Isometry3, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
@@ -18,6 +17,7 @@ use super::root::{Place, RootDynamics, Stand};
 use super::settings::{LatentSettings, RootMotion};
 use super::transition::{Jumps, Moving, jump, training_means};
 use crate::body::{Humanoid, Pose};
+use crate::rng::normal;
 
 /// Latents farther than this many length scales of the map from every training latent are brought back. Out there the map
 /// falls back to the mean pose and the linear part of the dynamics may explode: the model knows nothing of that region.
@@ -385,10 +385,6 @@ impl MotionModel for LatentModel {
     fn was_recovered(&self, state: &LatentParticle) -> bool {
         state.recovered
     }
-}
-
-pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use super::super::gpdm_graph::{GpdmGraph, Segment};
 use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart, ROOT_DIMENSIONS};
 use super::footing::Footing;
-use super::model::normal;
 use crate::body::Humanoid;
+use crate::rng::normal;
 
 /// Frames nearer in time than this are no new motion, seconds.
 const APART_S: f64 = 0.25;

@@ -8,10 +8,10 @@ use rand_chacha::ChaCha8Rng;
 use super::super::gpdm_graph::GpdmGraph;
 use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart};
 use super::footing::{Feet, FootStep, Footing, turned_about};
-use super::model::normal;
 use super::residual::{Unseen, offset_by};
 use super::settings::{LatentSettings, RootMotion};
 use crate::body::{Humanoid, Pose, rotation_about};
+use crate::rng::normal;
 
 /// Deviations of the root's steps never fall below these: metres and radians a frame.
 const LEAST_NOISE: PlanarStep = PlanarStep { forward: 0.002, left: 0.002, turn: 0.3 * std::f64::consts::PI / 180.0 };

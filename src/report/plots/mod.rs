@@ -1,7 +1,7 @@
 //! Plots as SVG: lines with bands, bars, and paths through a plane.
 //!
-//! Colours are CSS variables with a fallback, so that a plot inside a page follows the page's light or dark theme
-//! ([`css_variables`]) and a plot in a file of its own brings its theme along ([`Svg::standalone`]).
+//! Colours are CSS variables with a fallback, so a plot in a page follows the page's light or dark theme
+//! ([`css_variables`]) and a plot in its own file contains its theme ([`Svg::standalone`]).
 
 mod bars;
 mod lines;

@@ -1,4 +1,4 @@
-//! Colours, strokes, text and what turns plotters' SVG into ours.
+//! Colours, strokes, text and post-processing of plotters' SVG.
 
 use plotters::chart::MeshStyle;
 use plotters::coord::types::RangedCoordf64;
@@ -13,7 +13,7 @@ use crate::report::html::GENERATOR;
 pub(super) const FINE: i32 = 8;
 
 /// A colour with a value for light and one for dark paper. All are distinct for the common forms of colour blindness
-/// (Okabe and Ito 2008) in lightness or hue.
+/// (`[Okabe 2008]`) in lightness or hue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Colour {
@@ -83,7 +83,7 @@ impl Colour {
         RGBColor(red, green, blue)
     }
 
-    /// A colour that stands for this one in a dashed line until the SVG is finished.
+    /// The placeholder for this colour in dashed lines until post-processing.
     fn rgb_when_dashed(self) -> RGBColor {
         let RGBColor(red, green, blue) = self.rgb();
         RGBColor(red, green, blue ^ 1)
@@ -143,7 +143,7 @@ impl Svg {
 
 pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// Runs `draw` on an empty canvas of `size`, then makes the SVG scale, follows the theme and dashes what is dashed.
+/// Runs `draw` on an empty canvas of `size`, then makes the SVG scalable and themed and applies dashes.
 pub(super) fn draw_svg(
     size: Size,
     label: &str,
@@ -190,7 +190,7 @@ pub(super) fn text_style(pixels: f64, colour: Colour, horizontal: HPos, vertical
     style.pos(Pos::new(horizontal, vertical))
 }
 
-/// What stands above a plot: its title, if any, and a legend that wraps.
+/// The head of a plot: its title, if any, and a legend that wraps.
 pub(super) struct Head<'a> {
     title: Option<&'a str>,
     entries: Vec<(&'a str, Stroke)>,
@@ -257,7 +257,7 @@ pub(super) fn style_mesh<'b>(
         .x_desc(x_label);
 }
 
-/// A number as short as it can be read.
+/// A number in its shortest readable form.
 pub(super) fn short(value: f64) -> String {
     let rounded = (value * 1000.0).round() / 1000.0;
     if rounded == 0.0 { "0".into() } else { format!("{rounded}") }

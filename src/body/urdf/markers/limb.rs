@@ -1,4 +1,4 @@
-//! A limb: the chain of joints from trunk to hand or foot, and which of them are its upper, middle and lower joint.
+//! A limb: the chain of joints from trunk to hand or foot, with its upper, middle and lower joint.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -21,7 +21,7 @@ impl Limb {
         if self == Self::Leg { Part::Ankle } else { Part::Wrist }
     }
 
-    /// Names of what hangs on the lower joint and is no part of the chain.
+    /// Names of parts below the lower joint that do not belong to the chain.
     fn beyond(self) -> Part {
         if self == Self::Leg { Part::Toe } else { Part::Finger }
     }
@@ -41,12 +41,12 @@ impl Limb {
     }
 }
 
-/// A place on a link; metres, root's frame at the zero pose.
+/// A position on a link; metres, root's frame at the zero pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) link: usize,
     pub(super) point: Point3<f64>,
-    /// Whether a name told it, and not shape alone.
+    /// Whether it comes from a name and not only from shape.
     pub(super) named: bool,
 }
 
@@ -91,7 +91,7 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
         let near = |i: &usize| apart(*i, lower) <= NEAR * apart(lower, middle);
         (lower..=last).take_while(near).take(MOST_HINGES).map(|i| path[i]).collect()
     });
-    // all that lies between two markers must be between the links that carry them: the bone may be on any link of a joint
+    // everything between two markers must be between the links that carry them: the bone may be on any link of a joint
     let place = |of: &[usize], carrier: Option<&usize>, named: bool| {
         Some(Place { link: parts.parts[*carrier?].links[0], point: joint_centre(parts, of)?, named })
     };
@@ -102,8 +102,8 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     Some([upper_joint, middle_joint, lower_joint])
 }
 
-/// The hinges of a hip or shoulder: the last before the middle joint. A collar bone's are only among them where there are no
-/// others to make a shoulder of.
+/// The hinges of a hip or shoulder: the last ones before the middle joint. A collar bone's hinges belong to them only
+/// if the shoulder has no others.
 fn upper_hinges(parts: &RigidParts<'_>, above: &[usize]) -> Vec<usize> {
     let hinges = &above[above.len().saturating_sub(MOST_HINGES)..];
     let is_shoulder = |part: &&usize| parts.parts[**part].part != Some(Part::Clavicle);
@@ -112,7 +112,7 @@ fn upper_hinges(parts: &RigidParts<'_>, above: &[usize]) -> Vec<usize> {
     if is_enough { own } else { hinges.to_vec() }
 }
 
-/// The lower joint of a limb that has none: where a fixed link of that name is, else as far as people's limbs reach.
+/// The lower joint of a limb without one: a fixed link of that name, else a position by human proportions.
 fn tip(parts: &RigidParts<'_>, limb: Limb, last: usize, upper: &Place, middle: &Place) -> Place {
     let part = &parts.parts[last];
     if let Some((link, _, _)) = part.fixed.iter().find(|(_, _, name)| *name == limb.lower()) {
@@ -130,11 +130,11 @@ fn tip(parts: &RigidParts<'_>, limb: Limb, last: usize, upper: &Place, middle: &
     Place { link: part.links[0], point: middle.point + direction * length, named: false }
 }
 
-/// How much a joint's own origin counts beside its axis.
+/// Weight of a joint's own origin relative to its axis.
 const ORIGIN_WEIGHT: f64 = 0.01;
 
-/// The point that is nearest to the axes of some joints, least squares: where hips and shoulders made of several hinges turn.
-/// A joint that turns every way is its own centre.
+/// The least-squares nearest point to the axes of some joints: the centre of hips and shoulders with several hinges. A
+/// ball joint is its own centre.
 fn joint_centre(parts: &RigidParts<'_>, joints: &[usize]) -> Option<Point3<f64>> {
     let joint = |part: &usize| &parts.parts[*part];
     if let Some(ball) = joints.iter().map(joint).rev().find(|j| j.axis.is_none()) {

@@ -1,9 +1,10 @@
-//! Markers: placed by links named `marker_NAME`, and proposed from names and shape where there is no such link.
+//! Markers: placed by links named `marker_NAME`, otherwise proposed from names and shape.
 //!
-//! Legs and arms are found by the names of their links and joints, else by shape: the two mirrored chains that reach lowest
-//! are legs, of the others those that reach farthest to the sides are arms. Within a limb names tell the joints, else the
-//! middle joint is the one farthest from both ends. A joint of several hinges is where their axes meet. What names do not tell
-//! of trunk and head follows people's proportions (Drillis and Contini 1966). Every proposal can be overridden by itself.
+//! Legs and arms are found by the names of their links and joints, else by shape: the two mirrored chains that reach
+//! lowest are legs; of the others, those that reach farthest to the sides are arms. Within a limb, names identify the
+//! joints, else the middle joint is the one farthest from both ends. A joint of several hinges is at the intersection
+//! of their axes. Positions on trunk and head without names follow human proportions (`[Drillis 1966]`). Every proposal
+//! can be overridden individually.
 
 mod limb;
 mod names;
@@ -23,13 +24,13 @@ pub(super) use proposal::propose;
 /// One place per landmark.
 pub(super) type MarkerSet = [Option<LinkPoint>; LANDMARKS.len()];
 
-/// The marker that a link of this name is.
+/// The marker that a link of this name defines.
 pub(super) fn slot(link: &str) -> Option<usize> {
     let name = link.strip_prefix("marker_")?;
     LANDMARKS.iter().position(|l| l.name() == name)
 }
 
-/// Where the marker that `link` is sits on the link that `joint` hangs it from.
+/// The position of the marker `link` on the parent link of `joint`.
 pub(super) fn place(
     document: &Document<'_>,
     node: Node<'_, '_>,
@@ -37,7 +38,7 @@ pub(super) fn place(
     joint: &Joint,
 ) -> Result<LinkPoint, UrdfError> {
     if !link.flesh.is_empty() || link.inertia.is_some() || joint.kind != JointKind::Fixed {
-        return Err(document.refuse(node, "a marker must be a link without mass and flesh on a fixed joint"));
+        return Err(document.refuse(node, "a marker must be a link without mass and geometry on a fixed joint"));
     }
     Ok(LinkPoint { link: joint.parent, point_in_link: joint.parent_from_joint.translation.vector.into() })
 }

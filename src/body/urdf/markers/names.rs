@@ -1,7 +1,7 @@
-//! What the name of a link or joint says: a side, and a part of the body.
+//! Side and body part from the name of a link or joint.
 //!
-//! Names are cut into words (`l_hip_yaw_link`, `LeftUpLeg`, `LARM_LINK1`, `upperleg01.L`, `mixamorig:RightFoot`); a side may be
-//! a word of its own or stand before or behind one.
+//! Names are cut into words (`l_hip_yaw_link`, `LeftUpLeg`, `LARM_LINK1`, `upperleg01.L`, `mixamorig:RightFoot`); a
+//! side may be a separate word, a prefix or a suffix.
 
 /// Left or right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,17 +43,17 @@ const SIDED: [(Part, &[&str]); 10] = [
     (Part::Wrist, &["wrist", "hand", "palm", "wrx", "wry"]),
     (Part::Arm, &["arm"]),
 ];
-/// Words of fingers, which make a hand's name a finger's.
+/// Words of fingers; with one of them, a hand's name is a finger's.
 const FINGERS: [&str; 10] =
     ["finger", "fingers", "thumb", "index", "middle", "ring", "pinky", "little", "gripper", "knuckle"];
-/// Words of frames that tell nothing of the body.
+/// Words of frames that carry no information about the body.
 const FRAMES: [&str; 10] = ["imu", "sensor", "ft", "camera", "lidar", "skin", "com", "hokuyo", "eye", "jaw"];
 /// Words that may stand at the end of another.
 const ENDINGS: [&str; 3] = ["joint", "link", "body"];
 /// Words that join the next.
 const BEFORE: [&str; 5] = ["upper", "up", "lower", "low", "fore"];
 
-/// The side and part that a name tells, each if it does. Parts of a limb are only told with their side.
+/// The side and part in a name, each if present. Parts of a limb need a side.
 pub(super) fn told(name: &str) -> (Option<Side>, Option<Part>) {
     let words = words(name);
     if words.iter().any(|w| FRAMES.contains(&w.as_str())) {
@@ -84,7 +84,7 @@ fn side(word: &str) -> Option<Side> {
     }
 }
 
-/// The part of the most telling word: a whole limb's name only counts where nothing else does.
+/// The part of the most specific word; the name of a whole limb counts only without another.
 fn part(words: &[String]) -> Option<Part> {
     let known = |word: &String| {
         let bare = ENDINGS.iter().find_map(|e| word.strip_suffix(e)).filter(|w| !w.is_empty()).unwrap_or(word);

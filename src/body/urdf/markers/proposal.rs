@@ -1,4 +1,4 @@
-//! Fifteen markers for a body that does not place them all.
+//! Proposes the markers that a body does not place itself.
 
 use nalgebra::{Point3, Vector3};
 
@@ -8,8 +8,8 @@ use super::names::{Part, Side};
 use super::rigid_part::RigidParts;
 use crate::body::{Humanoid, LANDMARKS, Landmark, LinkPoint};
 
-/// Heights in fractions of the way from hips to shoulders: the seventh cervical vertebra above the shoulders, and the crown
-/// above it (Drillis and Contini 1966: hip 0.530, shoulder 0.818 of the stature; C7 at 0.85).
+/// Heights in fractions of the way from hips to shoulders: the seventh cervical vertebra above the shoulders, and the
+/// crown above it (`[Drillis 1966]`: hip 0.530, shoulder 0.818 of the stature; C7 at 0.85).
 const NECK_OVER_TRUNK: f64 = 0.11;
 const CROWN_OVER_TRUNK: f64 = 0.52;
 
@@ -31,7 +31,7 @@ const LIMBS: [(Limb, [[Landmark; 3]; 2]); 2] = [
     ),
 ];
 
-/// Fills in the markers that a body does not place itself, and says which.
+/// Fills in the markers that a body does not place itself, with a note.
 pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
     if body.markers.iter().all(Option::is_some) {
         return;
@@ -59,7 +59,7 @@ pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
     }
 }
 
-/// Where every landmark may be.
+/// The proposed position of every landmark.
 fn places(body: &Humanoid) -> [Option<Place>; LANDMARKS.len()] {
     let parts = RigidParts::of(body);
     let mut places = [None; LANDMARKS.len()];
@@ -103,7 +103,7 @@ fn limb_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> Op
     shaped_ends(parts, limb, legs)
 }
 
-/// The mirrored pair of chains of at least two joints that reach lowest, or, beside legs, farthest to the sides.
+/// The mirrored pair of chains of at least two joints that reaches lowest or, given the legs, farthest to the sides.
 fn shaped_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> Option<[usize; 2]> {
     let (up, left) = upright(parts, legs);
     let is_free = |end: usize| {
@@ -130,8 +130,8 @@ fn shaped_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> 
     best.map(|(_, ends)| ends)
 }
 
-/// The directions up and left, as far as shape tells: by the legs where they are known, else Z up and Y left (ROS), or Y up
-/// and X left where the body lies along Y.
+/// The directions up and left from the shape: from the legs if they are known, else Z up and Y left (ROS), or Y up and
+/// X left if the body extends along Y.
 fn upright(parts: &RigidParts<'_>, legs: Option<[usize; 2]>) -> (Vector3<f64>, Vector3<f64>) {
     if let Some(legs) = legs {
         let [left, right] = legs.map(|leg| parts.parts[leg].origin);
@@ -153,8 +153,8 @@ fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
     Vector3::ith(most, if direction[most] < 0.0 { -1.0 } else { 1.0 })
 }
 
-/// The base of the neck and the crown: of a head that is named and where a head may be, else in people's proportion to the way
-/// from hips to shoulders.
+/// The base of the neck and the crown: from a named head at a plausible position, else by human proportions from the
+/// distance between hips and shoulders.
 fn neck_and_crown(parts: &RigidParts<'_>, hips: &Place, shoulders: &Place) -> [Place; 2] {
     let trunk = shoulders.point - hips.point;
     let length = trunk.norm();
@@ -175,14 +175,14 @@ fn neck_and_crown(parts: &RigidParts<'_>, hips: &Place, shoulders: &Place) -> [P
     [thorax, Place { link, point: crown.unwrap_or(guess), named: crown.is_some() }]
 }
 
-/// What is called a head.
+/// A head found by name.
 struct Head {
     /// The link that carries it.
     link: usize,
-    /// All links that are it or hang on it.
+    /// The link and its descendants.
     links: Vec<usize>,
     origin: Point3<f64>,
-    /// The first joint of the neck, or where a head without joints begins.
+    /// The first joint of the neck, or the base of a head without joints.
     neck: Point3<f64>,
 }
 

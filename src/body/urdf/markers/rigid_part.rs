@@ -1,11 +1,12 @@
-//! A body as its rigid parts: links that fixed joints join are one, and every part but the first hangs on a joint that moves.
+//! A body as rigid parts: links connected by fixed joints form one part; every part except the first is moved by a
+//! joint.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::names::{Part, Side, told};
 use crate::body::{Humanoid, JointKind, LinkFrames};
 
-/// Links that move as one.
+/// Links that move together.
 #[derive(Debug)]
 pub(super) struct RigidPart {
     /// All links, parents first; the first hangs on the moving joint, or is the root.
@@ -13,14 +14,14 @@ pub(super) struct RigidPart {
     pub(super) parent: Option<usize>,
     /// Number of moving joints above.
     pub(super) depth: usize,
-    /// Where its joint is at the zero pose, in the root's frame.
+    /// Position of its joint at the zero pose, in the root's frame.
     pub(super) origin: Point3<f64>,
-    /// The joint's axis there; `None` of a joint that turns every way, or slides.
+    /// The joint's axis there; `None` for a ball joint or a slide.
     pub(super) axis: Option<Vector3<f64>>,
-    /// What its first link, else its joint, else another of its links is called.
+    /// From the name of its first link, else of its joint, else of another of its links.
     pub(super) side: Option<Side>,
     pub(super) part: Option<Part>,
-    /// What the other links are called.
+    /// Side and part of the other links.
     pub(super) fixed: Vec<(usize, Option<Side>, Part)>,
 }
 
@@ -77,24 +78,24 @@ impl<'a> RigidParts<'a> {
         path
     }
 
-    /// The last part on which both hang, or that one of them is.
+    /// The lowest common ancestor of two parts.
     pub(super) fn meeting(&self, a: usize, b: usize) -> usize {
         let both = self.path(a).into_iter().zip(self.path(b));
         both.take_while(|(x, y)| x == y).last().map_or(0, |(x, _)| x)
     }
 
-    /// Whether `part` is `other` or hangs on it.
+    /// Whether `part` is `other` or its descendant.
     pub(super) fn hangs_on(&self, part: usize, other: usize) -> bool {
         std::iter::successors(Some(part), |&p| self.parts[p].parent).any(|p| p == other)
     }
 
-    /// Parts on which no other hangs.
+    /// Parts without descendants.
     pub(super) fn ends(&self) -> impl Iterator<Item = usize> {
         (0..self.parts.len()).filter(|&part| self.parts.iter().all(|p| p.parent != Some(part)))
     }
 
-    /// How far the flesh of these links reaches along a direction of the root's frame, metres from its origin; `None`
-    /// without flesh.
+    /// How far the geometry of these links reaches along a direction of the root's frame, metres from its origin;
+    /// `None` without geometry.
     pub(super) fn reach(&self, links: &[usize], direction: &Vector3<f64>) -> Option<f64> {
         let down = -Vector3::z();
         let turn = UnitQuaternion::rotation_between(direction, &down)
@@ -104,7 +105,7 @@ impl<'a> RigidParts<'a> {
         self.body.lowest_point(&frames, links).map(|point| -point.z)
     }
 
-    /// The middle of the flesh of these links, root's frame; `None` without flesh.
+    /// The centre of the geometry of these links, root's frame; `None` without geometry.
     pub(super) fn middle(&self, links: &[usize]) -> Option<Point3<f64>> {
         let solids = links.iter().flat_map(|&l| self.body.links[l].flesh.iter().map(move |f| (l, f)));
         let middles: Vec<Point3<f64>> = solids.filter_map(|(l, f)| Some(self.frames[l] * f.middle()?)).collect();

@@ -1,0 +1,90 @@
+//! What a refined frame is made of, beside the plain one: 640 x 480, four views, a person who fills half the image's height.
+//! `cargo bench --bench refinement`; on one thread with `RAYON_NUM_THREADS=1`.
+
+mod scene;
+
+use divan::Bencher;
+use scene::{filter, filter_of, ring, seen, standing, tracker25};
+use skiagraph::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
+use skiagraph::tracker::{
+    Likelihood, Refinement, RefinementSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
+};
+
+const SIZE: [u32; 2] = [640, 480];
+
+fn main() {
+    divan::main();
+}
+
+fn likelihood() -> SilhouetteLikelihood {
+    SilhouetteLikelihood::new(tracker25(), &ring(SIZE), SilhouetteSettings::default()).expect("sound settings")
+}
+
+fn model() -> Diffusion {
+    let body = tracker25();
+    let scales = ProposalScales::for_human(&body, 60.0);
+    Diffusion::new(body, &scales, &DiffusionSettings::default()).expect("sound scales")
+}
+
+/// A frame again and again: every frame starts from the particles that the last one left.
+fn frames(bencher: Bencher<'_, '_>, particles: usize, refined: bool) {
+    let body = tracker25();
+    let observation = seen(&body, &ring(SIZE));
+    let likelihood = if refined { likelihood().with_descent() } else { likelihood() };
+    let mut filter = filter_of(particles, &body, likelihood);
+    if refined {
+        // limbs are due in every frame or in none: with every second one, half of the difference
+        let settings = RefinementSettings { limb_every: 1, ..RefinementSettings::default() };
+        let refinement = Refinement::new(settings, &body, Vec::new(), 1).expect("sound settings");
+        filter = filter.with_refinement(refinement).expect("silhouettes can be descended");
+    }
+    bencher.bench_local(|| filter.track(divan::black_box(&observation)));
+}
+
+#[divan::bench(sample_count = 30)]
+fn frame_of_the_paper_200(bencher: Bencher<'_, '_>) {
+    let (observation, mut filter) = (seen(&tracker25(), &ring(SIZE)), filter(&tracker25(), likelihood()));
+    bencher.bench_local(|| filter.track(divan::black_box(&observation)));
+}
+
+#[divan::bench(sample_count = 30)]
+fn frame_without_refinement_60(bencher: Bencher<'_, '_>) {
+    frames(bencher, 60, false);
+}
+
+#[divan::bench(sample_count = 30)]
+fn frame_refined_60_with_limbs(bencher: Bencher<'_, '_>) {
+    frames(bencher, 60, true);
+}
+
+#[divan::bench(sample_count = 60)]
+fn prepare(bencher: Bencher<'_, '_>) {
+    let (mut likelihood, observation) = (likelihood(), seen(&tracker25(), &ring(SIZE)));
+    bencher.bench_local(|| likelihood.prepare(divan::black_box(&observation)));
+}
+
+#[divan::bench(sample_count = 60)]
+fn prepare_for_descent(bencher: Bencher<'_, '_>) {
+    let (mut likelihood, observation) = (likelihood().with_descent(), seen(&tracker25(), &ring(SIZE)));
+    bencher.bench_local(|| likelihood.prepare(divan::black_box(&observation)));
+}
+
+#[divan::bench(sample_count = 200)]
+fn energy(bencher: Bencher<'_, '_>) {
+    let (body, mut likelihood) = (tracker25(), likelihood());
+    likelihood.prepare(&seen(&body, &ring(SIZE))).expect("it fits");
+    let (pose, mut scratch) = (standing(&body), likelihood.scratch());
+    bencher.bench_local(|| likelihood.energy(divan::black_box(&pose), &mut scratch));
+}
+
+#[divan::bench(sample_count = 200)]
+fn step_of_descent(bencher: Bencher<'_, '_>) {
+    let (body, model, mut likelihood) = (tracker25(), model(), likelihood().with_descent());
+    likelihood.prepare(&seen(&body, &ring(SIZE))).expect("it fits");
+    let step: Vec<f64> = (0..body.step_len()).map(|i| if i % 2 == 0 { 0.02 } else { -0.02 }).collect();
+    let (pose, mut scratch) = (body.step(&standing(&body), &step), likelihood.scratch());
+    bencher.bench_local(|| {
+        let evidence = likelihood.linearise(divan::black_box(&pose), 4.0, &mut scratch)?;
+        model.descend(&pose, &pose, evidence)
+    });
+}

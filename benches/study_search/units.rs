@@ -1,0 +1,198 @@
+//! One thing to measure, and what was measured already.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use skiagraph::benchmark_set::{BenchmarkSet, SetParts};
+use skiagraph::experiment::{Measures, Models, Staged, Unwatched, track};
+use skiagraph::observation::Observer;
+use skiagraph::scenario::ScenarioFile;
+use skiagraph::scene::GroundTruth;
+
+use super::spoiled::Condition;
+use super::takes::Take;
+
+/// A take, seen under a condition, with a kind of body.
+pub(crate) struct Case<'a> {
+    pub(crate) take: &'a Take,
+    pub(crate) bodies: &'a str,
+    pub(crate) condition: Condition,
+    /// Frames of the test at 60 Hz that are used.
+    pub(crate) most_frames: usize,
+    pub(crate) size_px: [u32; 2],
+}
+
+/// What came of one tracker on one case. All lists have one entry a seed.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Outcome {
+    pub(crate) humaneva_mm: Vec<f64>,
+    /// Share of the frames in which the track was lost.
+    pub(crate) lost: Vec<f64>,
+    pub(crate) energy_gap: Vec<f64>,
+    pub(crate) metrics: BTreeMap<String, Vec<f64>>,
+    pub(crate) frames: usize,
+    pub(crate) evaluations_per_frame: f64,
+    pub(crate) ms_per_frame: f64,
+    /// Error of the truth refitted to the tracker's body.
+    pub(crate) floor_mm: f64,
+}
+
+/// Overrides of the bodies.
+pub(crate) const BODIES: [(&str, &[&str]); 2] = [
+    ("matched", &["actor.robot=\"tracker25\"", "tracker_body.robot=\"tracker25\"", "tracker_body.mismatch=\"none\""]),
+    ("mismatch", &["actor.robot=\"actor\"", "tracker_body.robot=\"tracker25\"", "tracker_body.mismatch=\"standard\""]),
+];
+
+/// Outcomes on disk, one line each, so that a study that was stopped goes on where it was.
+pub(crate) struct Ledger {
+    path: PathBuf,
+    known: BTreeMap<String, Outcome>,
+}
+
+impl Ledger {
+    pub(crate) fn open(path: PathBuf) -> Result<Self, Box<dyn Error>> {
+        std::fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))?;
+        let text = if path.is_file() { std::fs::read_to_string(&path)? } else { String::new() };
+        let known = text.lines().map(serde_json::from_str::<(String, Outcome)>).collect::<Result<_, _>>()?;
+        Ok(Self { path, known })
+    }
+
+    fn add(&mut self, key: String, outcome: Outcome) -> Result<(), Box<dyn Error>> {
+        let mut file = std::fs::OpenOptions::new().create(true).append(true).open(&self.path)?;
+        writeln!(file, "{}", serde_json::to_string(&(&key, &outcome))?)?;
+        self.known.insert(key, outcome);
+        Ok(())
+    }
+}
+
+impl Case<'_> {
+    fn key(&self, (tracker, settings): (&str, &str), seeds: u32) -> String {
+        let [width, height] = self.size_px;
+        let (take, condition, most) = (self.take.name, self.condition.name(), self.most_frames);
+        format!("{take}|{}|{condition}|{tracker}|{settings}|{seeds}|{most}|{width}x{height}", self.bodies)
+    }
+
+    /// Outcomes of every tracker, those that are not known measured.
+    pub(crate) fn outcomes(
+        &self,
+        trackers: &[(&str, &str)],
+        seeds: u32,
+        mocap: &Path,
+        ledger: &mut Ledger,
+    ) -> Result<BTreeMap<String, Outcome>, Box<dyn Error>> {
+        let mut set = None;
+        let mut outcomes = BTreeMap::new();
+        for tracker in trackers {
+            let key = self.key(*tracker, seeds);
+            if !ledger.known.contains_key(&key) {
+                let set = match &mut set {
+                    Some(set) => set,
+                    none => none.insert(self.set(mocap)?),
+                };
+                let outcome = measured(&self.file(tracker.1)?, set, seeds)?;
+                let mean = outcome.humaneva_mm.iter().sum::<f64>() / outcome.humaneva_mm.len() as f64;
+                eprintln!(
+                    "{}, {}, {}, {}: {mean:.1} mm, {:.1} ms, {:.0} evaluations, gap {:+.3}, floor {:.1}",
+                    self.take.name,
+                    self.bodies,
+                    self.condition.name(),
+                    tracker.0,
+                    outcome.ms_per_frame,
+                    outcome.evaluations_per_frame,
+                    outcome.energy_gap.iter().sum::<f64>() / outcome.energy_gap.len() as f64,
+                    outcome.floor_mm
+                );
+                ledger.add(key.clone(), outcome)?;
+            }
+            outcomes.insert(tracker.0.to_owned(), ledger.known[&key].clone());
+        }
+        Ok(outcomes)
+    }
+
+    fn file(&self, tracker: &str) -> Result<ScenarioFile, Box<dyn Error>> {
+        let [width, height] = self.size_px;
+        let text = format!(
+            "schema = \"skiagraph.scenario/1\"\nname = \"{}\"\n\n{}\n[rig.ring]\ncount = 4\nradius_m = 4.5\nheight_m = 1.6\n\
+             size_px = [{width}, {height}]\n\n[tracker.annealed_particle_filter]\n{tracker}\n",
+            self.take.name,
+            self.take.tables(self.condition.frames_per_second())
+        );
+        let bodies = BODIES.iter().find(|(name, _)| *name == self.bodies).map_or(&[][..], |(_, overrides)| overrides);
+        let overrides: Vec<String> = bodies.iter().map(ToString::to_string).chain(self.condition.overrides()).collect();
+        Ok(ScenarioFile::parse(&text, "study", PathBuf::new(), &overrides)?)
+    }
+
+    /// The set, in memory.
+    fn set(&self, mocap: &Path) -> Result<BenchmarkSet, Box<dyn Error>> {
+        let mut staged = Staged::new(&self.file("")?, Some(mocap))?;
+        let most = (self.most_frames as f64 * self.condition.frames_per_second() / 60.0) as usize;
+        staged.rig.cameras.truncate(self.condition.cameras());
+        let mut motion = staged.ground_truth.motion();
+        motion.poses.truncate(most);
+        staged.refitted.poses.truncate(most);
+        let GroundTruth { actor, props, .. } = staged.ground_truth;
+        staged.ground_truth = GroundTruth::among_props(actor, &motion, &staged.rig, props)?;
+        let seed = self.take.name.bytes().fold(7, |hash: u64, byte| hash * 31 + u64::from(byte));
+        staged.start.pose = self.condition.start(&staged.start.body, &staged.start.pose, seed);
+        let parts = SetParts {
+            name: self.take.name,
+            rig: &staged.rig,
+            start: &staged.start,
+            ground_truth: &staged.ground_truth,
+            refitted: Some(&staged.refitted),
+            facts: &staged.facts,
+            recording: None,
+        };
+        let observer = Observer::new(&staged.ground_truth, &staged.rig);
+        Ok(BenchmarkSet::assemble(&parts, |frame| self.condition.spoil(observer.observe(frame)))?)
+    }
+}
+
+fn measured(file: &ScenarioFile, set: &BenchmarkSet, seeds: u32) -> Result<Outcome, Box<dyn Error>> {
+    let all: Vec<u64> = (0..u64::from(seeds)).collect();
+    let settings = file.scenario.tracker();
+    let tracked = track(&set.blind, &settings, &all, None, &mut Models::default(), &Unwatched)?;
+    let measures = Measures::new(set, &tracked, &Unwatched)?;
+    let mut metrics: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for seed in &measures.seeds {
+        for (name, metric) in &seed.evaluation.metrics {
+            metrics.entry((*name).to_owned()).or_default().push(metric.mean);
+        }
+    }
+    let timing = tracked.record.ok_or("a record")?.timing;
+    let frames = set.blind.frame_count;
+    let answers = (frames * all.len()) as f64;
+    let mut take = |name: &str| metrics.remove(name).ok_or_else(|| format!("no {name}"));
+    Ok(Outcome {
+        humaneva_mm: take("humaneva_mm")?,
+        lost: take("track_loss")?,
+        energy_gap: take("energy_gap")?,
+        frames,
+        evaluations_per_frame: timing.likelihood_evaluations as f64 / answers,
+        ms_per_frame: 1000.0 * timing.seconds / answers,
+        floor_mm: floor(set),
+        metrics,
+    })
+}
+
+/// Mean distance of the markers of the truth refitted to the tracker's body, frame 0 left out.
+fn floor(set: &BenchmarkSet) -> f64 {
+    let Some(refitted) = &set.truth.refitted else { return f64::NAN };
+    let body = &set.blind.start.body;
+    let pairs = refitted.poses.iter().zip(&set.truth.ground_truth.frames).skip(1);
+    let of_frame = pairs.map(|(pose, frame)| {
+        let markers = body.markers(&body.link_frames(pose));
+        let both = markers.iter().zip(&frame.markers).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm()));
+        let distances: Vec<f64> = both.collect();
+        1000.0 * distances.iter().sum::<f64>() / distances.len() as f64
+    });
+    let all: Vec<f64> = of_frame.collect();
+    all.iter().sum::<f64>() / all.len() as f64
+}
+
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}

@@ -1,0 +1,112 @@
+//! The list of all metrics.
+
+use super::metric::Metric;
+use super::{
+    balance, contact_f1, coverage, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, limb_swaps, mpjpe,
+    orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
+};
+
+/// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the docs.
+pub const METRICS: &[Metric] = &[
+    humaneva::ABSOLUTE,
+    humaneva::RELATIVE,
+    mpjpe::ABSOLUTE,
+    mpjpe::ROOT_RELATIVE,
+    procrustes::ALIGNED,
+    orientation::BODY,
+    orientation::HEADING,
+    silhouette::ALL_VIEWS,
+    silhouette::WORST_VIEW,
+    pck::PCK,
+    pck::AUC,
+    track_loss::FRACTION,
+    track_loss::TIME_TO_LOSS,
+    track_loss::RECOVERY,
+    coverage::COVERAGE,
+    coverage::LOST_FRAMES,
+    energy_gap::GAP,
+    derivatives::VELOCITY,
+    derivatives::ACCELERATION,
+    derivatives::JITTER,
+    lag::LAG,
+    lag::LAG_CORRECTED,
+    limb_swaps::SHARE,
+    contact_f1::F1,
+    foot_skate::SKATE,
+    foot_skate::TRUE_SKATE,
+    foot_skate::SLIP,
+    foot_skate::TRUE_SLIP,
+    foot_skate::PER_FRAME,
+    foot_skate::RATIO,
+    ground_gap::PENETRATION,
+    ground_gap::TRUE_PENETRATION,
+    ground_gap::FLOAT,
+    ground_gap::TRUE_FLOAT,
+    prop_penetration::DEPTH,
+    prop_penetration::TRUE_DEPTH,
+    self_penetration::DEPTH,
+    self_penetration::TRUE_DEPTH,
+    balance::UNBALANCED,
+    balance::TRUE_UNBALANCED,
+    balance::RESIDUAL,
+    balance::TRUE_RESIDUAL,
+    balance::VIOLATIONS,
+    balance::TRUE_VIOLATIONS,
+];
+
+/// The metric of that name.
+pub fn find_metric(name: &str) -> Option<&'static Metric> {
+    METRICS.iter().find(|metric| metric.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_readme_has_every_metric() {
+        let readme = include_str!("../../README.md");
+        for name in super::METRICS.iter().map(|metric| metric.name) {
+            // what is said of the actor is said once for all
+            let told = name.strip_prefix("truth_").unwrap_or(name);
+            assert!(readme.contains(&format!("`{told}`")), "README.md has no row for {name}");
+        }
+    }
+
+    use super::super::Unit;
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_metric_says_what_it_needs() {
+        for Metric { name, needs, .. } in METRICS {
+            assert!(!needs.is_empty() && !needs.ends_with('.') && !needs.starts_with("needs"), "{name}: {needs}");
+        }
+    }
+
+    #[test]
+    fn worse_is_higher_for_an_error_lower_for_a_score_and_never_for_a_diagnosis() {
+        let is_worse = |name: &str, value: f64, other: f64| find_metric(name).unwrap().is_worse(value, other);
+        assert!(is_worse("humaneva_mm", 2.0, 1.0) && !is_worse("humaneva_mm", 1.0, 1.0));
+        assert!(is_worse("pck150", 0.5, 0.6) && !is_worse("pck150", 0.6, 0.5));
+        assert!(!is_worse("lag_ms", 9.0, 0.0) && !is_worse("lag_ms", -9.0, 0.0));
+    }
+
+    #[test]
+    fn names_are_unique_and_carry_their_unit() {
+        let names: BTreeSet<&str> = METRICS.iter().map(|m| m.name).collect();
+        assert_eq!(names.len(), METRICS.len());
+        for metric in METRICS {
+            let suffix = match metric.unit {
+                Unit::Millimetre => "_mm",
+                Unit::Degree => "_deg",
+                Unit::MillimetrePerSecond => "_mm_per_s",
+                Unit::MetrePerSecondSquared => "_m_per_s2",
+                Unit::MetrePerSecondCubed => "_m_per_s3",
+                Unit::Second => "_s",
+                Unit::Millisecond => "_ms",
+                Unit::BodyWeight => "_body_weights",
+                Unit::Fraction | Unit::Energy => "",
+            };
+            assert!(metric.name.ends_with(suffix), "{} should end in {suffix}", metric.name);
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Student's t interval of a mean over clips of each clip's mean over seeds; `clips[c]` holds the values of clip `c`'s runs.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::statistics::{mean, variance};
+
+/// No logarithms of errors are taken to vary more than this (a standard deviation of 1 is a factor of e from run to run):
+/// one run whose error is all but zero would otherwise stretch an interval of three runs over many powers of ten.
+const GREATEST_LOG_VARIANCE: f64 = 1.0;
+
+/// `m +- t se`.
+pub(super) fn student(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
+    let centre = mean_of_means(clips)?;
+    let half = half_width(clips, |runs| Some(variance(runs)? / runs.len() as f64))?;
+    Some([centre - half, centre + half])
+}
+
+/// `m exp(+- t se / m)`. Of one clip `(se / m)^2 = v / n + v^2 / (2 (n - 1))`, `v` being the variance of the logarithms (Olsson
+/// 2005); of several clips the `se^2` of the clips' means add up.
+pub(super) fn student_on_logs(clips: &[Vec<f64>]) -> Option<[f64; 2]> {
+    let centre = mean_of_means(clips)?;
+    let half = half_width(clips, |runs| {
+        let n = runs.len() as f64;
+        let logs: Vec<f64> = runs.iter().map(|value| libm::log(*value)).collect();
+        let v = variance(&logs)?.min(GREATEST_LOG_VARIANCE);
+        let scale = mean(runs)?;
+        Some(scale * scale * (v / n + v * v / (2.0 * (n - 1.0))))
+    })?;
+    let factor = libm::exp(half / centre);
+    Some([centre / factor, centre * factor])
+}
+
+/// `t sqrt(sum of e) / C`, `e` being the squared standard error of each of the C clips' means.
+fn half_width(clips: &[Vec<f64>], squared_error: impl Fn(&[f64]) -> Option<f64>) -> Option<f64> {
+    let errors: Vec<f64> = clips.iter().map(|runs| squared_error(runs)).collect::<Option<_>>()?;
+    let sum: f64 = errors.iter().sum();
+    let t = student_quantile(freedom(&errors, clips))?;
+    Some(t * sum.sqrt() / clips.len() as f64)
+}
+
+/// Degrees of freedom of a sum of squared standard errors (Welch 1938, Satterthwaite 1946).
+fn freedom(squared_errors: &[f64], clips: &[Vec<f64>]) -> f64 {
+    let sum: f64 = squared_errors.iter().sum();
+    let parts = squared_errors.iter().zip(clips).map(|(e, runs)| (e / sum) * (e / sum) / (runs.len() - 1) as f64);
+    1.0 / parts.sum::<f64>()
+}
+
+/// Degrees of freedom of the mean of the clips' means.
+pub(super) fn freedom_of_mean(clips: &[Vec<f64>]) -> Option<f64> {
+    let errors: Vec<f64> = clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
+    Some(freedom(&errors, clips))
+}
+
+/// The 97.5 % quantile of Student's t.
+pub(super) fn student_quantile(freedom: f64) -> Option<f64> {
+    Some(StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(0.975))
+}
+
+/// Mean over clips of each clip's mean; `None` without a value.
+pub(super) fn mean_of_means(clips: &[Vec<f64>]) -> Option<f64> {
+    mean(&clips.iter().filter_map(|runs| mean(runs)).collect::<Vec<_>>())
+}

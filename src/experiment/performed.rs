@@ -1,0 +1,64 @@
+//! From a recording to a motion of a body: the steps that the test and what is learned from share.
+
+use super::ExperimentError;
+use super::error::scenario_error;
+use crate::benchmark_set::ContactFacts;
+use crate::body::{Humanoid, LinkFrames, Markers, Motion};
+use crate::contact::{ContactRule, GroundContacts, GroundQuality};
+use crate::input::excerpt;
+use crate::mocap::Clip;
+use crate::physics::fix;
+use crate::retarget::{FitOptions, RetargetError, RetargetOptions, Retargeted, fit_motion_to_markers, retarget};
+use crate::scenario::{ContactMode, ScenarioFile};
+
+/// A recording given to a robot; what is wrong is told of the key that names the one or the other.
+pub(super) fn retargeted(
+    file: &ScenarioFile,
+    (clip_key, clip_name): (&str, &str),
+    (robot_key, robot_name): (&str, &str),
+    clip: &Clip,
+    template: &Humanoid,
+) -> Result<Retargeted, ExperimentError> {
+    retarget(clip, template, &RetargetOptions::default()).map_err(|error| {
+        let (key, name) = match error {
+            RetargetError::MissingMarkers { .. } => (robot_key, robot_name),
+            _ => (clip_key, clip_name),
+        };
+        scenario_error(file, key, format!("{}: {error}", excerpt(name)))
+    })
+}
+
+/// Does to the motion what `[actor] contact` says; what came of it. Where the test is simulated, what is only
+/// learned from is fixed.
+pub(super) fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
+    let rule = ContactRule::default();
+    Ok(match mode {
+        ContactMode::Off => None,
+        ContactMode::Measure => {
+            let contacts = GroundContacts::of_motion(&performed.humanoid, &performed.motion, &rule)?;
+            Some(ContactFacts::measured(&GroundQuality::of(&contacts)))
+        }
+        ContactMode::Fix | ContactMode::Simulate => {
+            let fixed = fix(&performed.humanoid, &performed.motion, &rule)?;
+            performed.motion = fixed.motion;
+            Some(ContactFacts::fixed(&fixed.report))
+        }
+    })
+}
+
+/// The motion of `body` whose markers come nearest to those of another.
+pub(super) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64) -> Motion {
+    let fits = fit_motion_to_markers(body, markers, &body.zero_pose(), &FitOptions::default());
+    let poses = fits.into_iter().map(|fit| fit.pose).collect();
+    Motion { frames_per_second, poses }.made_continuous(body)
+}
+
+/// Where a body's markers are, frame by frame.
+pub(super) fn markers(body: &Humanoid, motion: &Motion) -> Vec<Markers> {
+    let mut frames = LinkFrames::default();
+    let of = |pose| {
+        body.link_frames_into(pose, &mut frames);
+        body.markers(&frames)
+    };
+    motion.poses.iter().map(of).collect()
+}

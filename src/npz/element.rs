@@ -1,0 +1,139 @@
+//! Element types of NumPy's arrays, and their values out of bytes.
+
+use super::Values;
+use crate::input::excerpt;
+
+/// An element type: `<f8`, `>i4`, `|u1`, `<U12`.
+pub(super) struct Element {
+    kind: Kind,
+    /// Bytes of one element, at least 1.
+    size: usize,
+    big_endian: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Float,
+    Signed,
+    Unsigned,
+    Bool,
+    /// UTF-32.
+    Text,
+}
+
+impl Element {
+    /// The type of a `descr`, or an error with the supported types.
+    pub(super) fn parse(descr: &str) -> Result<Self, String> {
+        let known = || {
+            let (order, rest) = descr.split_at_checked(1)?;
+            let (kind, size) = rest.split_at_checked(1)?;
+            let size = size.parse::<usize>().ok().filter(|size| *size > 0)?;
+            let kind = match (kind, size) {
+                ("f", 4 | 8) => Kind::Float,
+                ("i", 1 | 2 | 4 | 8) => Kind::Signed,
+                ("u", 1 | 2 | 4 | 8) => Kind::Unsigned,
+                ("b", 1) => Kind::Bool,
+                ("U", _) => Kind::Text,
+                _ => return None,
+            };
+            let size = if let Kind::Text = kind { size.checked_mul(4)? } else { size };
+            let big_endian = match order {
+                "<" => false,
+                ">" => true,
+                "|" if size == 1 => false,
+                _ => return None,
+            };
+            Some(Self { kind, size, big_endian })
+        };
+        known().ok_or_else(|| {
+            format!(
+                "element type {:?} is not supported; expected floats of 4 or 8 bytes, whole numbers, booleans or \
+                 texts (no pickled objects)",
+                excerpt(descr)
+            )
+        })
+    }
+
+    /// `count` elements, which must fill `bytes` exactly; nothing is allocated before that is known.
+    pub(super) fn values(&self, count: usize, bytes: &[u8]) -> Result<Values, String> {
+        if count.checked_mul(self.size) != Some(bytes.len()) {
+            return Err(format!("{} bytes of values, expected {count} elements of {}", bytes.len(), self.size));
+        }
+        let too_large = || "a whole number is above 2^63 - 1".to_string();
+        Ok(match (self.kind, self.size) {
+            (Kind::Float, 8) => Values::F64(self.each(bytes, f64::from_le_bytes)),
+            (Kind::Float, _) => Values::F32(self.each(bytes, f32::from_le_bytes)),
+            (Kind::Signed, 1) => Values::I64(self.each(bytes, |b| i8::from_le_bytes(b).into())),
+            (Kind::Signed, 2) => Values::I64(self.each(bytes, |b| i16::from_le_bytes(b).into())),
+            (Kind::Signed, 4) => Values::I64(self.each(bytes, |b| i32::from_le_bytes(b).into())),
+            (Kind::Signed, _) => Values::I64(self.each(bytes, i64::from_le_bytes)),
+            (Kind::Unsigned, 1) => Values::U8(bytes.to_vec()),
+            (Kind::Unsigned, 2) => Values::I64(self.each(bytes, |b| u16::from_le_bytes(b).into())),
+            (Kind::Unsigned, 4) => Values::I64(self.each(bytes, |b| u32::from_le_bytes(b).into())),
+            (Kind::Unsigned, _) => {
+                let numbers = self.each(bytes, u64::from_le_bytes).into_iter().map(i64::try_from);
+                Values::I64(numbers.collect::<Result<_, _>>().map_err(|_| too_large())?)
+            }
+            (Kind::Bool, _) => Values::Bool(bytes.iter().map(|b| *b != 0).collect()),
+            (Kind::Text, size) => {
+                Values::Text(bytes.chunks_exact(size).map(|text| self.text(text)).collect::<Result<_, _>>()?)
+            }
+        })
+    }
+
+    /// One value for every `N` bytes, which `from` takes in little-endian order.
+    fn each<const N: usize, T>(&self, bytes: &[u8], from: impl Fn([u8; N]) -> T) -> Vec<T> {
+        let in_order = |mut element: [u8; N]| {
+            if self.big_endian {
+                element.reverse();
+            }
+            from(element)
+        };
+        bytes.as_chunks().0.iter().map(|element| in_order(*element)).collect()
+    }
+
+    fn text(&self, bytes: &[u8]) -> Result<String, String> {
+        let text: Option<String> = self.each(bytes, u32::from_le_bytes).into_iter().map(char::from_u32).collect();
+        Ok(text.ok_or("a text contains a number that is not a character")?.trim_end_matches('\0').to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(descr: &str, count: usize, bytes: &[u8]) -> Result<Values, String> {
+        Element::parse(descr)?.values(count, bytes)
+    }
+
+    #[test]
+    fn both_byte_orders_and_all_widths_of_whole_numbers_are_read() {
+        for (descr, bytes) in [
+            ("<i2", vec![0xfe, 0xff, 7, 0]),
+            (">i2", vec![0xff, 0xfe, 0, 7]),
+            ("|i1", vec![0xfe, 7]),
+            ("<i4", [(-2_i32).to_le_bytes(), 7_i32.to_le_bytes()].concat()),
+            (">i8", [(-2_i64).to_be_bytes(), 7_i64.to_be_bytes()].concat()),
+        ] {
+            assert_eq!(read(descr, 2, &bytes), Ok(Values::I64(vec![-2, 7])), "{descr}");
+        }
+        assert_eq!(read(">u4", 1, &u32::MAX.to_be_bytes()), Ok(Values::I64(vec![u32::MAX.into()])));
+        assert_eq!(read("<u8", 1, &7_u64.to_le_bytes()), Ok(Values::I64(vec![7])));
+        assert!(read("<u8", 1, &u64::MAX.to_le_bytes()).unwrap_err().contains("2^63"));
+        assert_eq!(read(">f8", 1, &1.5_f64.to_be_bytes()), Ok(Values::F64(vec![1.5])));
+        assert_eq!(read(">f4", 1, &1.5_f32.to_be_bytes()), Ok(Values::F32(vec![1.5])));
+        let text: Vec<u8> = "aé".chars().flat_map(|c| u32::from(c).to_be_bytes()).chain([0; 4]).collect();
+        assert_eq!(read(">U3", 1, &text), Ok(Values::Text(vec!["aé".to_string()])));
+    }
+
+    #[test]
+    fn what_is_no_plain_type_is_refused_by_its_name() {
+        for descr in
+            ["|O", "<f2", "<f16", "<c8", "<M8[s]", "|S5", "<U0", "<U99999999999999999999", "|f8", "é8", "<", ""]
+        {
+            assert!(read(descr, 0, &[]).is_err_and(|e| e.contains(&format!("{descr:?} is not supported"))), "{descr}");
+        }
+        assert!(read("<i4", 3, &[0; 8]).unwrap_err().contains("expected 3 elements of 4"));
+        assert!(read("<U4611686018427387904", 1, &[]).is_err(), "the width in bytes overflows");
+    }
+}

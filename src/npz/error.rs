@@ -1,0 +1,19 @@
+//! Errors of archives of arrays.
+
+use crate::input::plain;
+
+/// An error of an archive of arrays.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {}", plain(file), plain(detail))]
+pub struct NpzError {
+    /// The archive's name.
+    pub file: String,
+    /// What was expected and what was found.
+    pub detail: String,
+}
+
+impl NpzError {
+    pub(crate) fn new(file: &str, detail: impl Into<String>) -> Self {
+        Self { file: file.to_owned(), detail: detail.into() }
+    }
+}

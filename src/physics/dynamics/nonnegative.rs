@@ -1,0 +1,79 @@
+//! Non-negative least squares.
+
+use nalgebra::{DMatrix, DVector};
+
+/// The `x >= 0` that makes `|a x - b|` least, by the active set method of Lawson and Hanson (Solving Least Squares Problems, 1974,
+/// chapter 23). Every round lets one number become positive; it stops after three times as many rounds as there are numbers,
+/// at the best that it then has.
+pub(super) fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
+    let unknowns = a.ncols();
+    let mut x = DVector::zeros(unknowns);
+    let mut positive = vec![false; unknowns];
+    let tolerance = 1e-10 * a.amax().max(1e-300) * b.amax();
+    for _ in 0..3 * unknowns {
+        let gradient = a.tr_mul(&(b - a * &x));
+        let steepest = (0..unknowns).filter(|&i| !positive[i]).max_by(|&i, &j| gradient[i].total_cmp(&gradient[j]));
+        let Some(next) = steepest.filter(|&i| gradient[i] > tolerance) else { break };
+        positive[next] = true;
+        while let Some(solved) = solve(a, b, &positive) {
+            let too_far = |&i: &usize| positive[i] && solved[i] <= 0.0;
+            let share = |i: usize| x[i] / (x[i] - solved[i]);
+            let nearest = (0..unknowns).filter(too_far).map(|i| (i, share(i))).min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((blocking, share)) = nearest else {
+                x = solved;
+                break;
+            };
+            x += (solved - &x) * share.clamp(0.0, 1.0);
+            positive[blocking] = false;
+            x[blocking] = 0.0;
+            for (positive, x) in positive.iter_mut().zip(x.iter_mut()).filter(|(_, x)| **x <= 1e-14) {
+                (*positive, *x) = (false, 0.0);
+            }
+        }
+    }
+    x
+}
+
+/// Least squares with all but the `positive` numbers zero; `None` without any.
+fn solve(a: &DMatrix<f64>, b: &DVector<f64>, positive: &[bool]) -> Option<DVector<f64>> {
+    let columns: Vec<usize> = (0..positive.len()).filter(|&i| positive[i]).collect();
+    let part = a.select_columns(&columns);
+    // slight damping keeps the solution bounded for dependent columns
+    let mut normal = part.tr_mul(&part);
+    let ridge = 1e-12 * normal.diagonal().amax();
+    (0..columns.len()).for_each(|i| normal[(i, i)] += ridge);
+    let solution = normal.cholesky()?.solve(&part.tr_mul(b));
+    let mut x = DVector::zeros(positive.len());
+    columns.iter().zip(&solution).for_each(|(&column, value)| x[column] = *value);
+    Some(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_solution_that_is_positive_is_found_and_one_that_is_not_ends_at_zero() {
+        let a = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 0.0, 2.0, 1.0, 1.0]);
+        let x = nonnegative_least_squares(&a, &DVector::from_vec(vec![2.0, 6.0, 5.0]));
+        assert!((x[0] - 2.0).abs() < 1e-9 && (x[1] - 3.0).abs() < 1e-9, "{x}");
+        let x = nonnegative_least_squares(&a, &DVector::from_vec(vec![2.0, -6.0, 1.0]));
+        assert!((x[0] - 1.5).abs() < 1e-9 && x[1] == 0.0, "{x}");
+    }
+
+    proptest! {
+        /// The conditions of Karush, Kuhn and Tucker: nothing negative, no slope towards more, none at all where positive.
+        #[test]
+        fn no_step_makes_it_better(numbers in proptest::collection::vec(-1.0_f64..1.0, 6 * 10 + 6)) {
+            let a = DMatrix::from_row_slice(6, 10, &numbers[..60]);
+            let b = DVector::from_row_slice(&numbers[60..]);
+            let x = nonnegative_least_squares(&a, &b);
+            let gradient = a.tr_mul(&(&b - &a * &x));
+            for i in 0..10 {
+                prop_assert!(x[i] >= 0.0 && gradient[i] < 1e-6, "{i}: {} {}", x[i], gradient[i]);
+                prop_assert!(x[i] == 0.0 || gradient[i].abs() < 1e-6, "{i}: {} {}", x[i], gradient[i]);
+            }
+        }
+    }
+}

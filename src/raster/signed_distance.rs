@@ -1,0 +1,195 @@
+//! How far a point of the image lies outside or inside a silhouette.
+
+use super::{DistanceMap, Mask, PixelBounds};
+
+/// Signed distances to the outline of a mask, in pixels: positive outside, negative inside.
+///
+/// The outline runs between set and unset pixels: at a pixel's centre the distance is that to the nearest centre of the
+/// other kind, less half a pixel. Between centres it is interpolated bilinearly. Where the mask is cut by the image's
+/// border, or by pixels that show nothing, it has no outline, for there nothing is seen to end.
+#[derive(Clone, Debug)]
+pub struct SignedDistance {
+    window: PixelBounds,
+    /// NaN at pixels that show nothing.
+    values: Vec<f32>,
+}
+
+/// A distance and its derivative at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistanceSample {
+    /// Signed distance, pixels.
+    pub distance: f64,
+    /// Its gradient: about a unit vector that points away from the silhouette.
+    pub gradient: [f64; 2],
+}
+
+impl SignedDistance {
+    /// Distances for the pixels within `margin` pixels of the mask's bounds; `None` for a mask without an outline (nothing is
+    /// set, or everything). `shown` has the mask's size and says which pixels show anything; without it, all do.
+    pub fn new(mask: &Mask, shown: Option<&Mask>, margin: u32) -> Option<Self> {
+        let window = mask.bounds().grown(margin.max(1), mask.width(), mask.height());
+        let mut background = complement(mask);
+        if let Some(shown) = shown {
+            let unshown: Vec<(u32, u32)> = background.pixels().filter(|(x, y)| !shown.get(*x, *y)).collect();
+            unshown.into_iter().for_each(|(x, y)| background.set(x, y, false));
+        }
+        let outside = DistanceMap::within(mask, window);
+        // what is nearest to a set pixel without being set lies in the bounds of the mask grown by one
+        let inside = DistanceMap::within(&background, mask.bounds().grown(1, mask.width(), mask.height()));
+        let width = (window.right - window.left) as usize;
+        let mut values: Vec<f32> = Vec::new();
+        let mut has_outline = false;
+        for y in window.top..window.bottom {
+            let begin = values.len();
+            values.extend((window.left..window.right).map(|x| (outside.distance(x, y) - 0.5) as f32));
+            let row = &mut values[begin..begin + width];
+            let index = |x: u32| (x - window.left) as usize;
+            for x in mask.runs(y).flatten() {
+                row[index(x)] = (0.5 - inside.distance(x, y)) as f32;
+            }
+            for x in (window.left..window.right).filter(|x| shown.is_some_and(|shown| !shown.get(*x, y))) {
+                row[index(x)] = f32::NAN;
+            }
+            has_outline |= row.iter().any(|value| *value > 0.0 && value.is_finite());
+        }
+        (has_outline && !mask.is_empty()).then_some(Self { window, values })
+    }
+
+    /// The distance at pixel position `(u, v)` (centres lie at +0.5); `None` outside the window and beside pixels that show nothing.
+    #[inline]
+    pub fn sample(&self, u: f64, v: f64) -> Option<DistanceSample> {
+        let w = &self.window;
+        let (x, y) = (u - 0.5 - f64::from(w.left), v - 0.5 - f64::from(w.top));
+        let (columns, rows) = ((w.right - w.left) as usize, (w.bottom - w.top) as usize);
+        let inside = x >= 0.0 && y >= 0.0 && x < columns as f64 - 1.0 && y < rows as f64 - 1.0;
+        if !inside {
+            return None;
+        }
+        let (i, j) = (x as usize, y as usize);
+        let (s, t) = (x - i as f64, y - j as f64);
+        let at = |dx: usize, dy: usize| f64::from(self.values[(j + dy) * columns + i + dx]);
+        let [a, b, c, d] = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+        let (upper, lower) = (a + s * (b - a), c + s * (d - c));
+        let distance = upper + t * (lower - upper);
+        let gradient = [(1.0 - t) * (b - a) + t * (d - c), lower - upper];
+        distance.is_finite().then_some(DistanceSample { distance, gradient })
+    }
+}
+
+fn complement(mask: &Mask) -> Mask {
+    let mut other = Mask::new(mask.width(), mask.height());
+    for y in 0..mask.height() {
+        let mut from = 0;
+        for run in mask.runs(y) {
+            other.fill_span(y, from, run.start);
+            from = run.end;
+        }
+        other.fill_span(y, from, mask.width());
+    }
+    other
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn at_pixels_it_is_the_distance_to_the_nearest_pixel_of_the_other_kind_and_between_them_bilinear(
+            width in 2..24_u32, height in 2..24_u32, seed in any::<u64>(), share in 1..9_u64,
+            at in prop::array::uniform2(0.0..1.0_f64),
+        ) {
+            let mut state = seed | 1;
+            let mask = Mask::from_fn(width, height, |_, _| {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (state >> 33) % 10 < share
+            });
+            let nearest = |x: u32, y: u32| {
+                let other = (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
+                let other = other.filter(|(u, v)| mask.get(*u, *v) != mask.get(x, y));
+                let far = |(u, v): (u32, u32)| (f64::from(u) - f64::from(x)).hypot(f64::from(v) - f64::from(y));
+                other.map(far).fold(f64::INFINITY, f64::min)
+            };
+            let value = |x: u32, y: u32| if mask.get(x, y) { 0.5 - nearest(x, y) } else { nearest(x, y) - 0.5 };
+            let Some(field) = SignedDistance::new(&mask, None, 30) else {
+                prop_assert!(mask.is_empty() || mask.count() == u64::from(width * height));
+                return Ok(());
+            };
+            let (u, v) = (0.5 + at[0] * f64::from(width - 1), 0.5 + at[1] * f64::from(height - 1));
+            let (x, y) = ((u - 0.5) as u32, (v - 0.5) as u32);
+            let (s, t) = (u - 0.5 - f64::from(x), v - 0.5 - f64::from(y));
+            let blend = |a: f64, b: f64, share: f64| (1.0 - share) * a + share * b;
+            let rows = [0, 1].map(|j| blend(value(x, y + j), value(x + 1, y + j), s));
+            let sample = field.sample(u, v).unwrap();
+            prop_assert!((sample.distance - blend(rows[0], rows[1], t)).abs() < 1e-5);
+            let h = 1e-3;
+            for (axis, gradient) in sample.gradient.into_iter().enumerate() {
+                let moved = |by: f64| field.sample(u + by * [1.0, 0.0][axis], v + by * [0.0, 1.0][axis]);
+                let inside_the_cell = [(s, 0), (t, 1)].iter().all(|(share, a)| *a != axis || (h..1.0 - h).contains(share));
+                if inside_the_cell {
+                    let slope = (moved(h).unwrap().distance - moved(-h).unwrap().distance) / (2.0 * h);
+                    prop_assert!((slope - gradient).abs() < 1e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn beside_pixels_that_show_nothing_there_is_no_outline() {
+        let shown = Mask::from_fn(40, 40, |x, _| x < 25);
+        let mask = Mask::from_fn(40, 40, |x, y| x < 25 && y < 20);
+        let field = SignedDistance::new(&mask, Some(&shown), 10).unwrap();
+        let sample = field.sample(24.0, 10.0).unwrap();
+        assert!(
+            (sample.distance + 10.0).abs() < 1e-6 && sample.gradient == [0.0, 1.0],
+            "{sample:?}: it ends below alone"
+        );
+        assert_eq!(field.sample(25.2, 10.0), None);
+        let all = Mask::from_fn(40, 40, |x, _| x < 25);
+        assert!(SignedDistance::new(&all, Some(&shown), 10).is_none(), "all that is shown is set");
+    }
+
+    #[test]
+    fn the_distance_to_a_disc_is_that_of_geometry_within_a_pixel_and_its_gradient_points_outward() {
+        let (cx, cy, radius) = (60.3, 45.8, 20.0);
+        let mask = Mask::from_fn(120, 90, |x, y| (f64::from(x) + 0.5 - cx).hypot(f64::from(y) + 0.5 - cy) <= radius);
+        let field = SignedDistance::new(&mask, None, 25).unwrap();
+        for (angle, length) in (0..40).flat_map(|k| [6.0, 14.0, 19.5, 20.5, 31.0].map(|l| (0.157 * f64::from(k), l))) {
+            let (nx, ny) = (f64::cos(angle), f64::sin(angle));
+            let sample = field.sample(cx + length * nx, cy + length * ny).unwrap();
+            assert!((sample.distance - (length - radius)).abs() < 0.6, "{angle} {length} {}", sample.distance);
+            let cosine = sample.gradient[0] * nx + sample.gradient[1] * ny;
+            // in cells that the outline runs through pixels of both kinds are mixed
+            assert!(cosine > if (length - radius).abs() < 1.0 { 0.7 } else { 0.85 }, "{angle} {length} {cosine}");
+        }
+    }
+
+    #[test]
+    fn the_outline_runs_half_way_between_pixels() {
+        let mask = Mask::from_fn(40, 40, |x, _| x < 20);
+        let field = SignedDistance::new(&mask, None, 10).unwrap();
+        for (u, distance) in [(20.0, 0.0), (21.25, 1.25), (17.0, -3.0)] {
+            let sample = field.sample(u, 13.7).unwrap();
+            assert!((sample.distance - distance).abs() < 1e-6 && sample.gradient == [1.0, 0.0], "{u} {sample:?}");
+        }
+        assert_eq!(field.sample(35.0, 13.0), None, "outside the window");
+        assert_eq!(field.sample(f64::NAN, 13.0), None);
+    }
+
+    #[test]
+    fn the_images_border_is_no_outline() {
+        let mask = Mask::from_fn(40, 40, |x, y| x < 20 && y < 30);
+        let field = SignedDistance::new(&mask, None, 10).unwrap();
+        let corner = field.sample(1.0, 1.0).unwrap();
+        assert!((corner.distance + 19.0).abs() < 1e-6, "{corner:?}: nothing ends at the left and upper border");
+    }
+
+    #[test]
+    fn masks_without_an_outline_have_no_distances() {
+        assert!(SignedDistance::new(&Mask::new(30, 20), None, 5).is_none());
+        assert!(SignedDistance::new(&Mask::from_fn(30, 20, |_, _| true), None, 5).is_none());
+        assert!(SignedDistance::new(&Mask::new(0, 0), None, 5).is_none());
+    }
+}

@@ -1,0 +1,207 @@
+//! Taking specks and pinholes out of a mask.
+
+use super::Mask;
+
+/// `mask` without what segmentation leaves of noise: connected parts (pixels that share a side or a corner) of fewer than `least`
+/// pixels are cleared, but for the largest part, and so are holes filled: connected parts of the background (pixels that share a
+/// side) of fewer than `least` that do not reach the image's border.
+pub fn without_specks(mask: &Mask, least: u64) -> Mask {
+    let (width, height) = (mask.width(), mask.height());
+    let mut cleaned = mask.clone();
+    let parts = Parts::of(&rows_of_runs(mask, false), 1);
+    let largest = parts.areas().into_iter().max().unwrap_or(0);
+    for (part, run) in parts.runs() {
+        if part.area < least.min(largest) {
+            (run.from..run.to).for_each(|x| cleaned.set(x, run.y, false));
+        }
+    }
+    let parts = Parts::of(&rows_of_runs(mask, true), 0);
+    for (part, run) in parts.runs() {
+        let inside = part.left > 0 && part.top > 0 && part.right < width && part.bottom < height;
+        if part.area < least && inside {
+            cleaned.fill_span(run.y, run.from, run.to);
+        }
+    }
+    cleaned
+}
+
+/// Pixels `from .. to` of a row.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    y: u32,
+    from: u32,
+    to: u32,
+}
+
+/// Of every row the runs of set pixels, or of unset ones.
+fn rows_of_runs(mask: &Mask, unset: bool) -> Vec<Vec<Run>> {
+    let of_row = |y| {
+        let set = mask.runs(y).map(|run| Run { y, from: run.start, to: run.end });
+        if !unset {
+            return set.collect();
+        }
+        let mut gaps = Vec::new();
+        let mut from = 0;
+        for run in set.chain([Run { y, from: mask.width(), to: mask.width() }]) {
+            if run.from > from {
+                gaps.push(Run { y, from, to: run.from });
+            }
+            from = run.to;
+        }
+        gaps
+    };
+    (0..mask.height()).map(of_row).collect()
+}
+
+/// A connected part: its number of pixels, and the bounds of those.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    area: u64,
+    left: u32,
+    top: u32,
+    right: u32,
+    bottom: u32,
+}
+
+/// Runs and the parts that they belong to.
+struct Parts {
+    runs: Vec<Run>,
+    /// `parents[i] <= i`: another run of the same part, or the run itself.
+    parents: Vec<usize>,
+    /// Of the run that is its own parent.
+    parts: Vec<Part>,
+}
+
+impl Parts {
+    /// Joins runs of neighbouring rows that overlap; `reach` is 1 where pixels that share a corner alone are connected too.
+    fn of(rows: &[Vec<Run>], reach: u32) -> Self {
+        let runs: Vec<Run> = rows.iter().flatten().copied().collect();
+        let part = |run: &Run| Part {
+            area: u64::from(run.to - run.from),
+            left: run.from,
+            top: run.y,
+            right: run.to,
+            bottom: run.y + 1,
+        };
+        let mut all = Self { parents: (0..runs.len()).collect(), parts: runs.iter().map(part).collect(), runs };
+        let mut begin = 0;
+        for pair in rows.windows(2) {
+            let middle = begin + pair[0].len();
+            let (mut above, mut below) = (begin, middle);
+            while above < middle && below < middle + pair[1].len() {
+                let (a, b) = (all.runs[above], all.runs[below]);
+                if a.from < b.to + reach && b.from < a.to + reach {
+                    all.join(above, below);
+                }
+                if a.to < b.to { above += 1 } else { below += 1 }
+            }
+            begin = middle;
+        }
+        all
+    }
+
+    fn root(&mut self, mut run: usize) -> usize {
+        while self.parents[run] != run {
+            self.parents[run] = self.parents[self.parents[run]];
+            run = self.parents[run];
+        }
+        run
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        if a == b {
+            return;
+        }
+        let (kept, other) = (a.min(b), a.max(b));
+        self.parents[other] = kept;
+        let (p, q) = (self.parts[kept], self.parts[other]);
+        self.parts[kept] = Part {
+            area: p.area + q.area,
+            left: p.left.min(q.left),
+            top: p.top.min(q.top),
+            right: p.right.max(q.right),
+            bottom: p.bottom.max(q.bottom),
+        };
+    }
+
+    /// Pixels of every part.
+    fn areas(&self) -> Vec<u64> {
+        (0..self.runs.len()).filter(|i| self.parents[*i] == *i).map(|i| self.parts[i].area).collect()
+    }
+
+    /// Every run and its part.
+    fn runs(mut self) -> Vec<(Part, Run)> {
+        let count = self.runs.len();
+        let of_run = |run| {
+            let root = self.root(run);
+            (self.parts[root], self.runs[run])
+        };
+        (0..count).map(of_run).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The part that holds `(x, y)`, grown pixel by pixel: how many pixels, and whether it reaches the border.
+    fn flooded(mask: &Mask, x: u32, y: u32) -> (u64, bool) {
+        let value = mask.get(x, y);
+        let (width, height) = (i64::from(mask.width()), i64::from(mask.height()));
+        let (mut seen, mut waiting, mut area, mut border) =
+            (Mask::new(mask.width(), mask.height()), vec![(x, y)], 0, false);
+        seen.set(x, y, true);
+        while let Some((x, y)) = waiting.pop() {
+            area += 1;
+            let (x, y) = (i64::from(x), i64::from(y));
+            border |= x == 0 || y == 0 || x + 1 == width || y + 1 == height;
+            for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
+                let (u, v) = (x + dx, y + dy);
+                let connected = value || dx == 0 || dy == 0;
+                let inside = u >= 0 && v >= 0 && u < width && v < height;
+                if connected && inside && mask.get(u as u32, v as u32) == value && !seen.get(u as u32, v as u32) {
+                    seen.set(u as u32, v as u32, true);
+                    waiting.push((u as u32, v as u32));
+                }
+            }
+        }
+        (area, border)
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_left_is_what_flooding_every_pixel_leaves(
+            width in 1..90_u32, height in 1..14_u32, seed in any::<u64>(), share in 2..9_u64, least in 0..30_u64,
+        ) {
+            let mut state = seed | 1;
+            let mask = Mask::from_fn(width, height, |_, _| {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (state >> 33) % 10 < share
+            });
+            let largest = mask.pixels().map(|(x, y)| flooded(&mask, x, y).0).max().unwrap_or(0);
+            let expected = Mask::from_fn(width, height, |x, y| {
+                let (area, border) = flooded(&mask, x, y);
+                if mask.get(x, y) { area >= least.min(largest) } else { area < least && !border }
+            });
+            prop_assert_eq!(without_specks(&mask, least), expected);
+        }
+    }
+
+    #[test]
+    fn holes_are_filled_and_specks_cleared_but_gaps_between_limbs_stay() {
+        let mask = Mask::from_fn(100, 60, |x, y| {
+            let body = (20..60).contains(&x) && (10..50).contains(&y);
+            let (hole, gap) = (x == 30 && y == 20, (40..45).contains(&x) && (25..35).contains(&y));
+            (body && !hole && !gap) || (x == 80 && y == 5)
+        });
+        let cleaned = without_specks(&mask, 9);
+        assert!(cleaned.get(30, 20) && !cleaned.get(80, 5) && !cleaned.get(42, 30));
+        assert_eq!(cleaned.count(), mask.count() + 1 - 1);
+        let small = Mask::from_fn(30, 30, |x, y| x == 3 && y < 4);
+        assert_eq!(without_specks(&small, 9), small, "the largest part is kept, however small");
+        assert_eq!(without_specks(&Mask::new(0, 0), 9), Mask::new(0, 0));
+    }
+}

@@ -1,0 +1,152 @@
+//! Constant rotations between the recorded joints' frames and the body's links, one per segment.
+//!
+//! Formats define the axes of their joints freely. But a joint turns with its segment in every frame, so one rotation
+//! per segment suffices, averaged over poses found from positions only. Positions do not determine the twist of a head
+//! or a hand about its own length: the average assumes that the subject on the whole looks ahead and does not twist its
+//! hands. Feet are assumed flat when they are lowest.
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use super::anatomy::{SEGMENTS, Segment, SubjectFrame};
+use crate::body::inverse_kinematics::OrientationGoal;
+use crate::body::{Humanoid, Landmark, LinkPoint, Pose, from_axes, rotation_from_vector, rotation_vector};
+
+/// Share of the frames, those with ankle and ball of the foot lowest, in which the foot is assumed flat on the ground.
+const FLAT_SHARE: f64 = 0.1;
+
+/// Weight of one radian of a segment's orientation relative to landmark distances, metres.
+fn metres_per_radian(segment: Segment) -> f64 {
+    match segment {
+        Segment::Pelvis | Segment::Thorax => 0.05,
+        Segment::Head => 0.1,
+        Segment::LeftHand | Segment::RightHand => 0.03,
+        Segment::LeftFoot | Segment::RightFoot => 0.1,
+        Segment::LeftToes | Segment::RightToes => 0.05,
+    }
+}
+
+/// A marker this near to the origin of its link, metres, marks the start of the link: a foot at the ankle, a hand at
+/// the wrist.
+const BEGINS_HERE: f64 = 0.1;
+
+/// The link of the segment: the one with its marker, or the one of that name.
+fn link_of(humanoid: &Humanoid, segment: Segment) -> Option<usize> {
+    let carrier = |landmark: Landmark| humanoid.markers[landmark as usize].map(|m| m.link);
+    let end = |name: &str, landmark: Landmark| {
+        let begins = |m: &LinkPoint| m.point_in_link.coords.norm() < BEGINS_HERE;
+        let found = || humanoid.markers[landmark as usize].filter(begins).map(|m| m.link);
+        humanoid.find_link(name).or_else(found)
+    };
+    match segment {
+        Segment::Pelvis => carrier(Landmark::Pelvis),
+        Segment::Thorax => carrier(Landmark::Thorax).filter(|link| Some(*link) != carrier(Landmark::Pelvis)),
+        Segment::Head => carrier(Landmark::HeadTop),
+        Segment::LeftHand => end("left_hand", Landmark::LeftWrist),
+        Segment::RightHand => end("right_hand", Landmark::RightWrist),
+        Segment::LeftFoot => end("left_foot", Landmark::LeftAnkle),
+        Segment::RightFoot => end("right_foot", Landmark::RightAnkle),
+        Segment::LeftToes => humanoid.find_link("left_toes"),
+        Segment::RightToes => humanoid.find_link("right_toes"),
+    }
+}
+
+/// One segment of a body that follows one joint of a recording.
+#[derive(Clone, Copy, Debug)]
+struct Follower {
+    /// Index into [`SEGMENTS`].
+    segment: usize,
+    link: usize,
+    joint_from_link: UnitQuaternion<f64>,
+}
+
+/// The segments whose orientation a recording contains, with their constant rotations.
+#[derive(Clone, Debug)]
+pub(super) struct Calibration(Vec<Follower>);
+
+impl Calibration {
+    /// From poses found from positions only, for some frames of the subject.
+    pub(super) fn new(humanoid: &Humanoid, subject: &[SubjectFrame], posed: &[(usize, Pose)]) -> Self {
+        let rest = humanoid.body_from_links();
+        let follow = |(segment, part): (usize, &Segment)| {
+            let link = link_of(humanoid, *part)?;
+            let side = usize::from(matches!(part, Segment::RightFoot | Segment::RightToes));
+            let joint_from_link = match part {
+                Segment::LeftFoot | Segment::RightFoot | Segment::LeftToes | Segment::RightToes => {
+                    let flat = flat_foot(subject, segment, side, &rest[link]);
+                    if flat.is_empty() {
+                        mean_rotation(&posed_offsets(humanoid, subject, posed, segment, link))
+                    } else {
+                        mean_rotation(&flat)
+                    }
+                }
+                _ => mean_rotation(&posed_offsets(humanoid, subject, posed, segment, link)),
+            }?;
+            Some(Follower { segment, link, joint_from_link })
+        };
+        Self(SEGMENTS.iter().enumerate().filter_map(follow).collect())
+    }
+
+    /// Orientation goals of the segments at one frame.
+    pub(super) fn goals(&self, frame: &SubjectFrame) -> Vec<OrientationGoal> {
+        let goal = |follower: &Follower| {
+            Some(OrientationGoal {
+                link: follower.link,
+                world_from_link: frame.rotations[follower.segment]? * follower.joint_from_link,
+                metres_per_radian: metres_per_radian(SEGMENTS[follower.segment]),
+            })
+        };
+        self.0.iter().filter_map(goal).collect()
+    }
+}
+
+/// Joint from link in every posed frame.
+fn posed_offsets(
+    humanoid: &Humanoid,
+    subject: &[SubjectFrame],
+    posed: &[(usize, Pose)],
+    segment: usize,
+    link: usize,
+) -> Vec<UnitQuaternion<f64>> {
+    let offset = |(frame, pose): &(usize, Pose)| {
+        Some(subject[*frame].rotations[segment]?.inverse() * humanoid.link_frames(pose)[link].rotation)
+    };
+    posed.iter().filter_map(offset).collect()
+}
+
+/// Joint from foot in the frames with a flat foot, as at the body's zero pose (`rest`): X along the foot over the
+/// ground, Z up.
+fn flat_foot(
+    subject: &[SubjectFrame],
+    segment: usize,
+    side: usize,
+    rest: &UnitQuaternion<f64>,
+) -> Vec<UnitQuaternion<f64>> {
+    let ankle = [Landmark::LeftAnkle, Landmark::RightAnkle][side] as usize;
+    let mut feet: Vec<(f64, UnitQuaternion<f64>)> = subject
+        .iter()
+        .filter_map(|frame| {
+            let (ankle, ball) = (frame.markers[ankle]?, frame.toes[side]?);
+            let flat = heading(&ankle, &ball)?;
+            Some((ankle.z + ball.z, frame.rotations[segment]?.inverse() * flat * rest))
+        })
+        .collect();
+    feet.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let count = ((feet.len() as f64 * FLAT_SHARE) as usize).max(1);
+    feet.into_iter().take(count).map(|(_, offset)| offset).collect()
+}
+
+/// Upright frame whose X points from one position to another over the ground; `None` if one is above the other.
+fn heading(from: &Point3<f64>, to: &Point3<f64>) -> Option<UnitQuaternion<f64>> {
+    let ahead = Vector3::new(to.x - from.x, to.y - from.y, 0.0).try_normalize(1e-6)?;
+    Some(from_axes(ahead, Vector3::z().cross(&ahead)))
+}
+
+/// The rotation with the least sum of squared angles to all others (`[Moakher 2002]`), by fixed-point iteration.
+fn mean_rotation(rotations: &[UnitQuaternion<f64>]) -> Option<UnitQuaternion<f64>> {
+    let mut mean = *rotations.get(rotations.len() / 2)?;
+    for _ in 0..20 {
+        let sum: Vector3<f64> = rotations.iter().map(|r| rotation_vector(&(mean.inverse() * r))).sum();
+        mean *= rotation_from_vector(&(sum / rotations.len() as f64));
+    }
+    Some(mean)
+}

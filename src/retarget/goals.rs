@@ -1,0 +1,103 @@
+//! What a pose shall meet: markers where they are wanted, angles where markers leave them open; and the starts from which the
+//! solver finds it.
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use super::spine::equal_shares;
+use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solution, Solver};
+use crate::body::{Humanoid, Landmark, Markers, Pose, from_axes};
+
+/// Weights for what markers do not determine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitOptions {
+    /// Weight of one radian from the start pose's angles, as a marker distance in metres. It determines what markers do
+    /// not (the twist of a straight arm or a head) and hardly affects the rest.
+    pub stay_m_per_rad: f64,
+    /// The same for the change from the previous frame, in sequences; [`super::retarget`] uses it at 120 frames a
+    /// second and scales it with the square root of the rate, as for a random walk.
+    pub continuity_m_per_rad: f64,
+    /// Largest number of solver steps per frame.
+    pub max_iterations: usize,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { stay_m_per_rad: 0.003, continuity_m_per_rad: 0.03, max_iterations: 60 }
+    }
+}
+
+/// Goals that hold every angle at its value in a pose.
+pub(super) fn stay(pose: &Pose, metres_per_unit: f64) -> Vec<AngleGoal> {
+    pose.joint_angles.iter().map(|&target| AngleGoal { target, metres_per_unit }).collect()
+}
+
+/// Priors: angles stay at a pose's values, and the joints of the spine share its bend.
+pub(super) fn priors(humanoid: &Humanoid, pose: &Pose, options: &FitOptions) -> Goals {
+    let angles = stay(pose, options.stay_m_per_rad);
+    Goals { angles, differences: equal_shares(humanoid), ..Goals::default() }
+}
+
+/// Goals for every marker that both sides have, in addition to `priors`.
+pub(super) fn marker_goals(humanoid: &Humanoid, targets: &Markers, priors: Goals) -> Goals {
+    let points = humanoid
+        .markers
+        .iter()
+        .zip(targets)
+        .filter_map(|(on, target)| Some(PointGoal { on: (*on)?, target: (*target)?, weight: 1.0 }));
+    Goals { points: points.collect(), ..priors }
+}
+
+/// The best of several starts: the pose given, and the body set upright on the trunk's markers with its joints at the start's
+/// angles, half-way to the middle of their ranges, and at the middle.
+pub(super) fn solve_from_afar(
+    solver: &mut Solver<'_>,
+    humanoid: &Humanoid,
+    goals: &Goals,
+    targets: &Markers,
+    start: &Pose,
+    max_iterations: usize,
+) -> Solution {
+    let mut best = solver.solve(goals, start, max_iterations);
+    for share in [0.0, 0.5, 1.0] {
+        let mut pose = start.clone();
+        for (angle, limits) in pose.joint_angles.iter_mut().zip(&humanoid.degrees_of_freedom) {
+            let middle = 0.5 * (limits.lower + limits.upper);
+            if middle.is_finite() {
+                *angle += share * (middle - *angle);
+            }
+        }
+        if let Some(world_from_root) = root_on_trunk(humanoid, targets) {
+            pose.world_from_root = world_from_root;
+        }
+        let solution = solver.solve(goals, &pose, max_iterations);
+        let iterations = best.iterations + solution.iterations;
+        if solution.cost < best.cost {
+            best = solution;
+        }
+        best.iterations = iterations;
+    }
+    best
+}
+
+/// The root's frame when the zero pose's trunk (hips and thorax) is aligned with the targets'.
+fn root_on_trunk(humanoid: &Humanoid, targets: &Markers) -> Option<Isometry3<f64>> {
+    let own = trunk_frame(&humanoid.markers(&humanoid.link_frames(&humanoid.zero_pose())))?;
+    Some(trunk_frame(targets)? * own.inverse())
+}
+
+/// At the middle of the hips, Y towards the left hip, Z as nearly towards the thorax as that allows.
+fn trunk_frame(markers: &Markers) -> Option<Isometry3<f64>> {
+    let place = |landmark: Landmark| markers[landmark as usize];
+    let (left, right, thorax) = (place(Landmark::LeftHip)?, place(Landmark::RightHip)?, place(Landmark::Thorax)?);
+    let middle = nalgebra::center(&left, &right);
+    let y = (left - right).try_normalize(1e-6)?;
+    let x: Vector3<f64> = y.cross(&(thorax - middle)).try_normalize(1e-6)?;
+    let rotation: UnitQuaternion<f64> = from_axes(x, y);
+    Some(Isometry3::from_parts(middle.coords.into(), rotation))
+}
+
+/// Distance of every marker from its target, metres.
+pub(super) fn marker_distances(humanoid: &Humanoid, targets: &Markers, pose: &Pose) -> [Option<f64>; 15] {
+    let markers = humanoid.markers(&humanoid.link_frames(pose));
+    std::array::from_fn(|i| Some((markers[i]? - targets[i]?).norm()))
+}

@@ -1,0 +1,100 @@
+//! Segment lengths of a subject.
+
+use nalgebra::Point3;
+use serde::Serialize;
+
+use super::anatomy::SubjectFrame;
+use crate::body::{Humanoid, Landmark, Markers};
+
+/// Lengths of a body's segments between its landmarks, metres; pairs are left and right. `None` where unknown.
+///
+/// For a recording they are medians over frames, except trunk and neck, which bend: there the 90th percentile, because
+/// bending shortens them and nothing lengthens them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SegmentLengths {
+    /// Middle of the hips to thorax (C7).
+    pub trunk: Option<f64>,
+    /// Thorax (C7) to top of the head.
+    pub head: Option<f64>,
+    /// Shoulder to shoulder.
+    pub shoulder_width: Option<f64>,
+    /// Hip to hip.
+    pub hip_width: Option<f64>,
+    /// Shoulder to elbow.
+    pub upper_arm: [Option<f64>; 2],
+    /// Elbow to wrist.
+    pub forearm: [Option<f64>; 2],
+    /// Hip to knee.
+    pub thigh: [Option<f64>; 2],
+    /// Knee to ankle.
+    pub shank: [Option<f64>; 2],
+    /// Ankle to ball of the foot.
+    pub foot: [Option<f64>; 2],
+}
+
+/// Landmarks of one instant, and the balls of the left and of the right foot; metres.
+type Places = (Markers, [Option<Point3<f64>>; 2]);
+
+/// The ends of a length.
+type Ends = (Option<Point3<f64>>, Option<Point3<f64>>);
+
+impl SegmentLengths {
+    /// Of a body, at its zero pose.
+    pub fn of(humanoid: &Humanoid) -> Self {
+        let frames = humanoid.link_frames(&humanoid.zero_pose());
+        let toes = ["left_toes", "right_toes"]
+            .map(|name| humanoid.find_link(name).map(|link| Point3::from(frames[link].translation.vector)));
+        Self::measure(&[(humanoid.markers(&frames), toes)])
+    }
+
+    pub(super) fn of_subject(frames: &[SubjectFrame]) -> Self {
+        Self::measure(&frames.iter().map(|f| (f.markers, f.toes)).collect::<Vec<_>>())
+    }
+
+    /// The same lengths on both sides: the mean of left and right.
+    pub fn symmetric(self) -> Self {
+        let level = |[left, right]: [Option<f64>; 2]| match (left, right) {
+            (Some(left), Some(right)) => [Some(0.5 * (left + right)); 2],
+            (one, other) => [one.or(other); 2],
+        };
+        Self {
+            upper_arm: level(self.upper_arm),
+            forearm: level(self.forearm),
+            thigh: level(self.thigh),
+            shank: level(self.shank),
+            foot: level(self.foot),
+            ..self
+        }
+    }
+
+    /// Length of the body from ankle to crown, stretched out: shank, thigh, trunk and head; `None` where one is missing.
+    pub fn ankle_to_crown(&self) -> Option<f64> {
+        let mean = |[left, right]: [Option<f64>; 2]| Some(0.5 * (left? + right?));
+        Some(mean(self.shank)? + mean(self.thigh)? + self.trunk? + self.head?)
+    }
+
+    fn measure(frames: &[Places]) -> Self {
+        use Landmark as L;
+        let quantile = |share: f64, ends: &dyn Fn(&Places) -> Ends| {
+            let distances = frames.iter().filter_map(|frame| match ends(frame) {
+                (Some(a), Some(b)) => Some((b - a).norm()),
+                _ => None,
+            });
+            super::quantile(distances.collect(), share)
+        };
+        let between = |a: L, b: L| quantile(0.5, &|(markers, _)| (markers[a as usize], markers[b as usize]));
+        let bending = |a: L, b: L| quantile(0.9, &|(markers, _)| (markers[a as usize], markers[b as usize]));
+        let foot = |ankle: L, side: usize| quantile(0.5, &|(markers, toes)| (markers[ankle as usize], toes[side]));
+        Self {
+            trunk: bending(L::Pelvis, L::Thorax),
+            head: bending(L::Thorax, L::HeadTop),
+            shoulder_width: between(L::LeftShoulder, L::RightShoulder),
+            hip_width: between(L::LeftHip, L::RightHip),
+            upper_arm: [between(L::LeftShoulder, L::LeftElbow), between(L::RightShoulder, L::RightElbow)],
+            forearm: [between(L::LeftElbow, L::LeftWrist), between(L::RightElbow, L::RightWrist)],
+            thigh: [between(L::LeftHip, L::LeftKnee), between(L::RightHip, L::RightKnee)],
+            shank: [between(L::LeftKnee, L::LeftAnkle), between(L::RightKnee, L::RightAnkle)],
+            foot: [foot(L::LeftAnkle, 0), foot(L::RightAnkle, 1)],
+        }
+    }
+}

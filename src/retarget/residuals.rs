@@ -1,0 +1,146 @@
+//! Quality measures of a retargeting.
+
+use serde::Serialize;
+
+use super::SegmentLengths;
+use super::anatomy::SubjectFrame;
+use super::goals::marker_distances;
+use crate::body::{Humanoid, LANDMARKS, Motion};
+
+/// Quality measures of a retargeting; millimetres if the name says so, else metres.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RetargetReport {
+    /// Mean over frames and landmarks of the distance between the body's landmark and the recorded one.
+    pub mean_residual_mm: f64,
+    /// The same for each landmark.
+    pub landmarks: Vec<LandmarkResidual>,
+    /// Degrees of freedom that reached a limit in some frame.
+    pub limit_hits: Vec<LimitHits>,
+    /// Height of the feet after all shifts; `None` where the feet have no flesh.
+    pub foot_height: Option<FootHeight>,
+    /// By how much the motion was raised to stand on the ground.
+    pub ground_shift_m: f64,
+    /// By how much the motion was turned for its ground to be level.
+    pub ground_levelled_deg: f64,
+    /// By how much (x, y) the motion was shifted to centre its path.
+    pub path_shift_m: [f64; 2],
+    /// The subject's segment lengths, as the body was asked to have them.
+    pub lengths: SegmentLengths,
+    /// Notes of the clip's reader, and corrections of the retargeting.
+    pub notes: Vec<String>,
+}
+
+/// Distance of one landmark from its recorded place, over frames.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LandmarkResidual {
+    /// The landmark's name.
+    pub landmark: &'static str,
+    /// Mean.
+    pub mean_mm: f64,
+    /// 95th percentile.
+    pub p95_mm: f64,
+    /// Greatest.
+    pub max_mm: f64,
+}
+
+/// How often a degree of freedom stood at a limit.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LimitHits {
+    /// Its name.
+    pub degree_of_freedom: String,
+    /// Frames at the lower limit.
+    pub lower_frames: usize,
+    /// Frames at the upper limit.
+    pub upper_frames: usize,
+}
+
+/// Height of the lowest point of the feet above the ground, over frames.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FootHeight {
+    /// Mean.
+    pub mean_mm: f64,
+    /// Lowest; negative below the ground.
+    pub min_mm: f64,
+}
+
+/// A degree of freedom nearer to its limit than this stands at it, radians or metres.
+const AT_LIMIT: f64 = 1e-6;
+
+impl RetargetReport {
+    pub(super) fn new(humanoid: &Humanoid, subject: &[SubjectFrame], motion: &Motion, lengths: SegmentLengths) -> Self {
+        let distances: Vec<_> = subject
+            .iter()
+            .zip(&motion.poses)
+            .map(|(frame, pose)| marker_distances(humanoid, &frame.markers, pose))
+            .collect();
+        let of = |landmark: usize| distances.iter().filter_map(|d| d[landmark]).map(|d| 1000.0 * d).collect();
+        let landmarks: Vec<LandmarkResidual> = LANDMARKS
+            .iter()
+            .enumerate()
+            .filter_map(|(index, landmark)| LandmarkResidual::of(landmark.name(), of(index)))
+            .collect();
+        let mean_residual_mm = landmarks.iter().map(|l| l.mean_mm).sum::<f64>() / landmarks.len().max(1) as f64;
+        Self {
+            mean_residual_mm,
+            landmarks,
+            limit_hits: limit_hits(humanoid, motion),
+            foot_height: None,
+            ground_shift_m: 0.0,
+            ground_levelled_deg: 0.0,
+            path_shift_m: [0.0; 2],
+            lengths,
+            notes: Vec::new(),
+        }
+    }
+}
+
+impl LandmarkResidual {
+    fn of(landmark: &'static str, distances_mm: Vec<f64>) -> Option<Self> {
+        let mean_mm = distances_mm.iter().sum::<f64>() / distances_mm.len() as f64;
+        let max_mm = distances_mm.iter().copied().reduce(f64::max)?;
+        Some(Self { landmark, mean_mm, p95_mm: super::quantile(distances_mm, 0.95)?, max_mm })
+    }
+}
+
+impl FootHeight {
+    pub(super) fn of(heights: &[f64]) -> Option<Self> {
+        let min = heights.iter().copied().reduce(f64::min)?;
+        Some(Self { mean_mm: 1000.0 * heights.iter().sum::<f64>() / heights.len() as f64, min_mm: 1000.0 * min })
+    }
+}
+
+/// Greatest plausible speed of a landmark, m/s.
+const FASTEST: f64 = 15.0;
+/// How many frames a note lists.
+const LISTED: usize = 10;
+
+/// A note on the frames, from 0, into which the recording jumps, if any.
+pub(super) fn leaps(subject: &[SubjectFrame], frames_per_second: f64) -> Option<String> {
+    let is_leap = |pair: &[SubjectFrame]| {
+        let moved =
+            pair[0].markers.iter().zip(&pair[1].markers).filter_map(|(a, b)| Some((b.as_ref()? - a.as_ref()?).norm()));
+        moved.fold(0.0, f64::max) * frames_per_second > FASTEST
+    };
+    let frames: Vec<usize> = (1..subject.len()).filter(|&i| is_leap(&subject[i - 1..=i])).collect();
+    let listed: Vec<String> = frames.iter().take(LISTED).map(usize::to_string).collect();
+    let more = if frames.len() > LISTED { format!(" and {} more", frames.len() - LISTED) } else { String::new() };
+    (!frames.is_empty()).then(|| {
+        format!(
+            "the recording jumps (a landmark moves faster than {FASTEST} m/s) into frame {}{more} (from 0, at the \
+            resampled rate)",
+            listed.join(", ")
+        )
+    })
+}
+
+fn limit_hits(humanoid: &Humanoid, motion: &Motion) -> Vec<LimitHits> {
+    let count = |index: usize, is_at: &dyn Fn(f64) -> bool| {
+        motion.poses.iter().filter(|pose| is_at(pose.joint_angles[index])).count()
+    };
+    let hits = humanoid.degrees_of_freedom.iter().enumerate().map(|(index, limits)| LimitHits {
+        degree_of_freedom: limits.name.clone(),
+        lower_frames: count(index, &|angle| angle <= limits.lower + AT_LIMIT),
+        upper_frames: count(index, &|angle| angle >= limits.upper - AT_LIMIT),
+    });
+    hits.filter(|hits| hits.lower_frames + hits.upper_frames > 0).collect()
+}

@@ -1,0 +1,120 @@
+//! `[actor]` and `[tracker_body]`: the body that cameras see and the body that the tracker uses.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The body that the cameras see.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActorSettings {
+    /// `actor`, `tracker25`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded
+    /// subject. Default: `actor`.
+    pub robot: String,
+    /// Treatment of ground contact. `"off"`: none. `"measure"`: the motion is unchanged; notes report how much it
+    /// skates, sinks and floats. `"fix"`: standing feet are planted and nothing is below the ground; notes report the
+    /// changes. `"simulate"`: a physics simulation drives the body towards the fixed motion; the simulated motion is
+    /// the ground truth. Default: `"off"`.
+    pub contact: ContactMode,
+    /// Coefficient of friction of a simulated body on the ground and against itself. Default: 0.8.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Greatest residual wrench at the root, body weights, that may act at the root of a simulated body in addition to
+    /// contact forces; a note reports how much was used. Default: 0, none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root_wrench: Option<f64>,
+    /// A push on a simulated body. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub push: Option<PushSettings>,
+}
+
+/// A push: a constant force for 0.1 s at a link's centre of mass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PushSettings {
+    /// When it begins, seconds from the first frame.
+    pub at: f64,
+    /// The actor's link, such as `thorax`.
+    pub link: String,
+    /// Force times time, N s.
+    pub impulse_ns: f64,
+    /// Direction in the world (X ahead of a motion that starts forwards, Z up), any nonzero vector. Default: `[0, 1,
+    /// 0]`.
+    #[serde(default = "sideways")]
+    pub direction: [f64; 3],
+}
+
+fn sideways() -> [f64; 3] {
+    [0.0, 1.0, 0.0]
+}
+
+/// Treatment of ground contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactMode {
+    /// None: the motion is unchanged.
+    #[default]
+    Off,
+    /// The motion is unchanged; notes report how much it skates, sinks and floats.
+    Measure,
+    /// Standing feet are planted on the ground.
+    Fix,
+    /// A physics simulation drives the body towards the fixed motion.
+    Simulate,
+}
+
+/// The body that the tracker uses. The model is *matched* if it equals the actor's body in links, joints, geometry and
+/// markers, regardless of file names; every report states it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrackerBodySettings {
+    /// `tracker25`, `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded
+    /// subject before the mismatch. Default: `tracker25`.
+    pub robot: String,
+    /// Mismatch of the tracker's body: `"none"`, `"standard"` or `{ percent = { length = 3.0, girth = 10.0 } }`.
+    /// Default: `"standard"`.
+    pub mismatch: Mismatch,
+    /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
+    pub seed: u32,
+}
+
+/// Mismatch of the tracker's body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Mismatch {
+    /// None.
+    None,
+    /// Lengths by up to 3 %, girths by up to 10 %.
+    #[default]
+    Standard,
+    /// By up to these shares.
+    #[serde(rename = "percent")]
+    Percent {
+        /// Greatest error of a segment's length, %.
+        length: f64,
+        /// Greatest error of a segment's girth, %.
+        girth: f64,
+    },
+}
+
+impl Mismatch {
+    /// Greatest error of lengths and of girths, %, or none.
+    pub fn percents(self) -> Option<(f64, f64)> {
+        match self {
+            Self::None => None,
+            Self::Standard => Some((3.0, 10.0)),
+            Self::Percent { length, girth } => Some((length, girth)),
+        }
+    }
+}
+
+impl Default for ActorSettings {
+    fn default() -> Self {
+        Self { robot: "actor".to_owned(), contact: ContactMode::Off, friction: None, root_wrench: None, push: None }
+    }
+}
+
+impl Default for TrackerBodySettings {
+    fn default() -> Self {
+        Self { robot: "tracker25".to_owned(), mismatch: Mismatch::Standard, seed: 1 }
+    }
+}

@@ -1,0 +1,21 @@
+//! Settings are always read from a JSON tree, whatever the file format: each type is compiled for one input only, and
+//! every error has its key.
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::input::foreign;
+
+/// An error of a tree with its key.
+pub(crate) type Error = serde_path_to_error::Error<serde_json::Error>;
+
+/// The value of a tree.
+pub(crate) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, Error> {
+    serde_path_to_error::deserialize(tree)
+}
+
+/// The value of a JSON file, or its error.
+pub(crate) fn value_of_file<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    let tree = serde_json::from_slice(bytes).map_err(foreign)?;
+    value(tree).map_err(foreign)
+}

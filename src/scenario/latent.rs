@@ -1,0 +1,294 @@
+//! `[tracker.gpdm]`, `[tracker.switching_gpdm]` and `[tracker.gpdm_graph]`: particles in learned latent spaces (`[GPDM
+//! graph]`).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::motion_model::gpdm::TrainingOptions;
+use crate::motion_model::gpdm_graph::{Detector, GraphSettings};
+use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
+use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
+
+/// Properties of a kind of latent motion model: how it is learned, and how particles change models.
+pub trait LatentKind {
+    /// The tracker's name.
+    const NAME: &str;
+
+    /// How the model is learned.
+    fn learning(&self) -> GraphSettings;
+
+    /// How particles change from one model to another.
+    fn transition(&self) -> InterTransition;
+}
+
+/// A particle filter in latent space (`[GPDM graph]`, section 3.3). One frame costs `particles x layers` likelihood
+/// evaluations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, bound(deserialize = "T: Default + Deserialize<'de>"))]
+#[schemars(rename = "{T}Tracker", bound = "T: Default + Serialize + JsonSchema")]
+pub struct LatentTrackerSettings<T> {
+    /// The motion model.
+    pub model: T,
+    /// A model of `skiagraph train` instead of one learned from `[[training.clips]]`: its path, relative to the
+    /// scenario. It excludes the training keys of `model`, which are stored in the file. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model_file: Option<String>,
+    /// Particles. Default: 1000, as in [GPDM graph].
+    pub particles: usize,
+    /// Annealing layers; 1 is the plain particle filter of [GPDM graph]. Default: 1.
+    pub layers: usize,
+    /// Effective share of the particles after weighting, in (0, 1]. Default: 0.1.
+    pub survival_rate: f64,
+    /// Source of the root: `"tracked"` (estimated by the tracker) or `"oracle"` (the tracker is given the true root of
+    /// every frame, to separate articulated from global error; every report says so). Default: `"tracked"`.
+    pub root: RootMode,
+    /// Least standard deviation of the process noise, as a share of the latents' spread. Default: 0.03.
+    pub noise_floor: f64,
+    /// Standard deviation of the initial latents around their training points, as a share of the latents' spread.
+    /// Default: 0.1.
+    pub start_jitter: f64,
+    /// Spread of particles off the latent manifold, as a multiple of the distance between training frames and the most
+    /// similar frames at other times; 0 keeps them on it, as in [GPDM graph]. Default: 1.
+    pub residual_scale: f64,
+    /// Time constant with which such offsets decay, seconds. Default: 0.25.
+    pub residual_s: f64,
+    /// Factor on the noise of the root's steps (estimated from training, at least 2 mm and 0.3 degrees per frame).
+    /// Default: 5, chosen on CMU takes other than those of `scenarios/s1`.
+    pub root_noise_scale: f64,
+    /// Source of the root's motion: `"planted"` (feet are held to footholds that each particle stores, weighted by how
+    /// still feet at that height were in training; in flight the model's velocities apply) or `"model"` (the model's
+    /// velocities only). [GPDM graph] does not specify it. Default: `"planted"`.
+    pub root_motion: RootMotion,
+    /// Whether particles at the end of a model continue in the next model of the recording, and at the recording's end
+    /// at the training frame with the most similar motion, if it is near enough for a jump. Default: true.
+    pub natural_edges: bool,
+    /// How particles are distributed among the training poses similar to the start pose: `"softmax"` or `"literal"`
+    /// ([GPDM graph], Eqs. 12 to 14). Default: `"softmax"`.
+    pub initialisation: Initialisation,
+    /// As for the annealed particle filter. Default: `"overlap"`.
+    pub silhouette: SilhouetteTerm,
+    /// As for the annealed particle filter. Default: `"one_sided"`.
+    pub contour: ContourTerm,
+    /// As for the annealed particle filter. Default: 0.5.
+    pub contour_weight: f64,
+    /// As for the annealed particle filter. Default: 1/24.
+    pub contour_reach: f64,
+    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
+    /// it. Default: 0.
+    pub limb_side_weight: f64,
+    /// As for the annealed particle filter; only for several layers. Default: `"geometric"`.
+    pub kernel: Kernel,
+    /// As for the annealed particle filter. Default: `"weighted_mean"`.
+    pub estimator: Estimator,
+}
+
+/// Source of the root.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RootMode {
+    /// Each particle carries its own root.
+    #[default]
+    Tracked,
+    /// The tracker is given the true root.
+    Oracle,
+}
+
+/// The original GPDM: one model of each training clip, or one of all; particles never change models.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Gpdm {
+    /// Whether one model is learned of all training clips together, which then share a latent space. Not with `model_file`. Default: false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub joint: bool,
+    /// How the model is learned.
+    pub training: TrainingOptions,
+}
+
+/// The switching GPDM, the competitor described in [GPDM graph]: the graph's models, left with a constant probability.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SwitchingGpdm {
+    /// Probability of leaving a model in one frame. Default: 0.05.
+    pub probability: f64,
+    /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds. Default: 0.5.
+    pub clip_s: f64,
+    /// Greatest reconstruction error of a segment per anatomical joint (TH in [GPDM graph], Table 1), rad^2. Default:
+    /// 1/13.
+    pub threshold_per_joint: f64,
+    /// How each model is learned.
+    pub training: TrainingOptions,
+}
+
+/// The GPDM graph.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct GpdmGraph {
+    /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds. Default: 0.5.
+    pub clip_s: f64,
+    /// Greatest reconstruction error of a segment per anatomical joint (TH in [GPDM graph], Table 1), rad^2. Default:
+    /// 1/13.
+    pub threshold_per_joint: f64,
+    /// Detector of frames at which particles may jump to another model: `"short_term_pca"`, `"speed_minima"` or
+    /// `"every_frame"`. Default: `"short_term_pca"`.
+    pub detector: Detector,
+    /// Rule for jumps of particles near candidates: `"stay_weighted"`, `"stay_shared"` (the same, weights divided by
+    /// the number of candidates of their model) or `"literal"`. Default: `"stay_weighted"`.
+    pub jump_rule: JumpRule,
+    /// Greatest distance of a jump per anatomical joint, rad^2. Default: 1/13.
+    pub jump_threshold_per_joint: f64,
+    /// Distance at which the probability of a jump is 1/e, per anatomical joint, rad^2; not for `"literal"`. Default:
+    /// 0.25/13.
+    pub jump_width_per_joint: f64,
+    /// Weight of the squared difference of joint velocities, s^2. Default: 0.02.
+    pub velocity_weight: f64,
+    /// How each model is learned.
+    pub training: TrainingOptions,
+}
+
+impl<T: LatentKind> LatentTrackerSettings<T> {
+    /// The settings of the filter.
+    pub fn filter(&self) -> FilterSettings {
+        FilterSettings {
+            particles: self.particles,
+            layers: self.layers,
+            survival_rate: self.survival_rate,
+            kernel: self.kernel,
+            estimator: self.estimator,
+        }
+    }
+
+    /// The settings of the likelihood.
+    pub fn likelihood(&self) -> SilhouetteSettings {
+        SilhouetteSettings {
+            silhouette: self.silhouette,
+            contour: self.contour,
+            contour_weight: self.contour_weight,
+            contour_reach: self.contour_reach,
+            limb_side_weight: self.limb_side_weight,
+        }
+    }
+
+    /// The settings of the latent motion model.
+    pub fn latent(&self) -> LatentSettings {
+        LatentSettings {
+            transition: self.model.transition(),
+            initialisation: self.initialisation,
+            noise_floor: self.noise_floor,
+            start_jitter: self.start_jitter,
+            residual_scale: self.residual_scale,
+            residual_s: self.residual_s,
+            root_noise_scale: self.root_noise_scale,
+            root_motion: self.root_motion,
+            natural_edges: self.natural_edges,
+        }
+    }
+}
+
+impl LatentKind for Gpdm {
+    const NAME: &str = "gpdm";
+
+    fn learning(&self) -> GraphSettings {
+        GraphSettings { single: true, joint: self.joint, training: self.training.clone(), ..GraphSettings::default() }
+    }
+
+    fn transition(&self) -> InterTransition {
+        InterTransition::None
+    }
+}
+
+impl LatentKind for SwitchingGpdm {
+    const NAME: &str = "switching_gpdm";
+
+    fn learning(&self) -> GraphSettings {
+        GraphSettings {
+            clip_s: self.clip_s,
+            threshold_per_joint: self.threshold_per_joint,
+            training: self.training.clone(),
+            ..GraphSettings::default()
+        }
+    }
+
+    fn transition(&self) -> InterTransition {
+        InterTransition::Switching { probability: self.probability }
+    }
+}
+
+impl LatentKind for GpdmGraph {
+    const NAME: &str = "gpdm_graph";
+
+    fn learning(&self) -> GraphSettings {
+        GraphSettings {
+            clip_s: self.clip_s,
+            threshold_per_joint: self.threshold_per_joint,
+            detector: self.detector,
+            training: self.training.clone(),
+            single: false,
+            joint: false,
+        }
+    }
+
+    fn transition(&self) -> InterTransition {
+        InterTransition::Graph {
+            rule: self.jump_rule,
+            threshold: self.jump_threshold_per_joint,
+            width: self.jump_width_per_joint,
+            velocity_weight: self.velocity_weight,
+        }
+    }
+}
+
+impl<T: Default> Default for LatentTrackerSettings<T> {
+    fn default() -> Self {
+        let FilterSettings { particles, layers, survival_rate, kernel, estimator } =
+            FilterSettings::particle_filter(1000);
+        let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
+            SilhouetteSettings::default();
+        let latent = LatentSettings::default();
+        Self {
+            model: T::default(),
+            model_file: None,
+            particles,
+            layers,
+            survival_rate,
+            root: RootMode::Tracked,
+            noise_floor: latent.noise_floor,
+            start_jitter: latent.start_jitter,
+            residual_scale: latent.residual_scale,
+            residual_s: latent.residual_s,
+            root_noise_scale: latent.root_noise_scale,
+            root_motion: latent.root_motion,
+            natural_edges: latent.natural_edges,
+            initialisation: latent.initialisation,
+            silhouette,
+            contour,
+            contour_weight,
+            contour_reach,
+            limb_side_weight,
+            kernel,
+            estimator,
+        }
+    }
+}
+
+impl Default for SwitchingGpdm {
+    fn default() -> Self {
+        let GraphSettings { clip_s, threshold_per_joint, training, .. } = GraphSettings::default();
+        Self { probability: 0.05, clip_s, threshold_per_joint, training }
+    }
+}
+
+impl Default for GpdmGraph {
+    fn default() -> Self {
+        let GraphSettings { clip_s, threshold_per_joint, detector, training, .. } = GraphSettings::default();
+        Self {
+            clip_s,
+            threshold_per_joint,
+            detector,
+            jump_rule: JumpRule::StayWeighted,
+            jump_threshold_per_joint: 1.0 / 13.0,
+            jump_width_per_joint: 0.25 / 13.0,
+            velocity_weight: 0.02,
+            training,
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! A scenario: the definition of one experiment, as in `scenarios/*.toml`.
+//!
+//! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths are
+//! metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's file,
+//! from 1. Key by key the file is checked by type here and by range in `Scenario::first_problem`.
+
+mod bodies;
+mod complaint;
+pub(crate) mod json_tree;
+mod latent;
+mod methods;
+mod motion;
+mod override_keys;
+mod props;
+mod ranges;
+mod read;
+mod rig;
+mod survey;
+mod tracker;
+mod tracker_kind;
+mod tree;
+
+pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBodySettings};
+pub(crate) use complaint::did_you_mean;
+pub use complaint::{Complaint, Place};
+pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
+pub use motion::{Axis, MotionSettings, TrainingSettings};
+pub use props::{PropSettings, PropShape};
+pub use ranges::Problem;
+pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
+pub use rig::{CameraSettings, RigSettings, RingSettings};
+pub use survey::{Survey, survey};
+pub use tracker::{
+    AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
+};
+pub use tracker_kind::{TrackerKind, TrainingUse};
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::benchmark_set::Layer;
+
+/// One experiment: motion, bodies, cameras and tracker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// The version of this format; always `"skiagraph.scenario/1"`.
+    pub schema: SchemaTag,
+    /// Short name: letters, digits, `-` and `_`. Runs are written to `runs/NAME` unless `--out` says otherwise.
+    pub name: String,
+    /// Description in one or two sentences. Default: empty.
+    #[serde(default)]
+    pub description: String,
+    /// First random seed. Default: 0.
+    #[serde(default)]
+    pub seed: u32,
+    /// Number of seeds: `seed`, `seed + 1`, and so on. Default: 1.
+    #[serde(default = "one")]
+    pub seeds: u32,
+    /// Ground-truth images that `render` writes in addition to the masks, one OpenEXR file per camera and frame:
+    /// `"depth"` (metres along the camera's axis) and `"parts"` (index of the visible link). `run` does not use them.
+    /// Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
+    /// The recording that the actor performs.
+    pub motion: MotionSettings,
+    /// The recordings that proposals and motion models are learned from. Default: the spread of proposals is that of
+    /// `[motion]` itself; motion models need training clips.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub training: Option<TrainingSettings>,
+    /// The body that is seen.
+    #[serde(default)]
+    pub actor: ActorSettings,
+    /// The body that the tracker believes in.
+    #[serde(default)]
+    pub tracker_body: TrackerBodySettings,
+    /// Props: fixed solids in the scene. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub prop: Vec<PropSettings>,
+    /// The cameras.
+    #[serde(default)]
+    pub rig: RigSettings,
+    /// The tracker: one of `[tracker.annealed_particle_filter]`, `[tracker.gpdm]`, `[tracker.switching_gpdm]`,
+    /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`. Default: the
+    /// annealed particle filter with its defaults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracker: Option<TrackerSettings>,
+    /// Several trackers instead of `[tracker]`, by name: `[methods.NAME.gpdm_graph]`. Default: none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub methods: BTreeMap<String, TrackerSettings>,
+}
+
+/// The version of the scenario format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SchemaTag {
+    /// The only one so far.
+    #[serde(rename = "skiagraph.scenario/1")]
+    V1,
+}
+
+impl Scenario {
+    /// The seeds of this experiment, in order.
+    pub fn all_seeds(&self) -> impl Iterator<Item = u64> + use<> {
+        (0..u64::from(self.seeds)).map({
+            let first = u64::from(self.seed);
+            move |i| first + i
+        })
+    }
+
+    /// The JSON schema of the format, for editors.
+    pub fn json_schema() -> serde_json::Value {
+        schemars::schema_for!(Self).to_value()
+    }
+}
+
+fn one() -> u32 {
+    1
+}

@@ -1,0 +1,143 @@
+//! Short keys of overrides: `particles` for `tracker.annealed_particle_filter.particles`.
+
+use serde_json::Value;
+
+use super::complaint::did_you_mean;
+use super::{Scenario, TrackerSettings};
+
+/// Greatest depth of nested tables.
+const DEEPEST: usize = 8;
+
+/// Most candidates that a message names.
+const MOST_NAMED: usize = 8;
+
+/// All dotted keys of a scenario with its trackers, tables included; without those of arrays' elements.
+pub(super) fn keys_of(scenario: &Scenario) -> Vec<String> {
+    let schema = Scenario::json_schema();
+    let all = keys_below(&schema, &schema, DEEPEST);
+    let of_trackers = |settings: &TrackerSettings, prefix: &str| {
+        let own = format!("tracker.{}.", settings.name());
+        let own = all.iter().filter_map(|key| key.strip_prefix(&own));
+        own.map(|key| format!("{prefix}.{}.{key}", settings.name())).collect::<Vec<_>>()
+    };
+    let mut keys: Vec<String> =
+        all.iter().filter(|key| !key.starts_with("tracker.") && !key.starts_with("methods.")).cloned().collect();
+    for (name, settings) in scenario.trackers() {
+        let prefix = if scenario.methods.is_empty() { "tracker".to_owned() } else { format!("methods.{name}") };
+        keys.extend(of_trackers(&settings, &prefix));
+    }
+    keys
+}
+
+/// All dotted keys of a tracker's own table.
+pub(super) fn keys_of_tracker(settings: &TrackerSettings) -> Vec<String> {
+    let schema = Scenario::json_schema();
+    let own = format!("tracker.{}.", settings.name());
+    keys_below(&schema, &schema, DEEPEST)
+        .into_iter()
+        .filter_map(|key| Some(key.strip_prefix(&own)?.to_owned()))
+        .collect()
+}
+
+/// The full key for a short one. Full and unknown keys are returned unchanged.
+///
+/// # Errors
+/// A message with the candidates if a short key is ambiguous, or with a suggestion if it is misspelt.
+pub(super) fn full_key(key: &str, keys: &[String]) -> Result<String, String> {
+    let tables = |full: &String| full.starts_with(key) && full[key.len()..].starts_with('.');
+    let first = key.split('.').next().unwrap_or_default();
+    let begins_a_key = keys.iter().any(|full| full.split('.').next() == Some(first));
+    if keys.iter().any(|full| full == key || tables(full)) || begins_a_key {
+        return Ok(key.to_owned());
+    }
+    let ends = |full: &&String| full.ends_with(key) && full[..full.len() - key.len()].ends_with('.');
+    let meant: Vec<&String> = keys.iter().filter(ends).collect();
+    match meant.as_slice() {
+        [] => match did_you_mean(key, keys.iter().filter_map(|full| full.rsplit('.').next())) {
+            Some(guess) => Err(format!("there is no key `{key}`, did you mean `{guess}`?")),
+            None => Ok(key.to_owned()),
+        },
+        [full] => Ok((*full).clone()),
+        several => {
+            let named: Vec<&str> = several.iter().take(MOST_NAMED).map(|full| full.as_str()).collect();
+            let more = if several.len() > MOST_NAMED { " and others" } else { "" };
+            Err(format!("`{key}` is ambiguous: {}{more}; write the full key", named.join(" or ")))
+        }
+    }
+}
+
+/// The other keys with the same ending as a full one, as suggestions.
+pub(super) fn others_that_end_so<'k>(key: &str, keys: &'k [String]) -> Vec<&'k str> {
+    let ends = |full: &&str| full.strip_suffix(key).is_some_and(|rest| rest.ends_with('.'));
+    keys.iter().map(String::as_str).filter(ends).collect()
+}
+
+/// Dotted keys of the objects described by a part of a schema.
+fn keys_below(schema: &Value, part: &Value, depth: usize) -> Vec<String> {
+    if depth == 0 {
+        return Vec::new();
+    }
+    if let Some(name) = part["$ref"].as_str().and_then(|path| path.strip_prefix("#/$defs/")) {
+        return keys_below(schema, &schema["$defs"][name], depth);
+    }
+    let mut keys = Vec::new();
+    for (key, inner) in part["properties"].as_object().into_iter().flatten() {
+        keys.push(key.clone());
+        keys.extend(keys_below(schema, inner, depth - 1).into_iter().map(|rest| format!("{key}.{rest}")));
+    }
+    for choice in ["anyOf", "oneOf", "allOf"].into_iter().flat_map(|kind| part[kind].as_array().into_iter().flatten()) {
+        keys.extend(keys_below(schema, choice, depth - 1));
+    }
+    keys
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::ScenarioFile;
+
+    fn meant(key: &str) -> Result<String, String> {
+        full_key(key, &keys_of(&ScenarioFile::built_in(&[]).unwrap().scenario))
+    }
+
+    #[test]
+    fn a_short_key_means_the_one_full_key_that_ends_so() {
+        for (short, full) in [
+            ("particles", "tracker.annealed_particle_filter.particles"),
+            ("annealed_particle_filter.particles", "tracker.annealed_particle_filter.particles"),
+            ("radius_m", "rig.ring.radius_m"),
+            ("ring.count", "rig.ring.count"),
+            ("loop_to_s", "motion.loop_to_s"),
+            ("mismatch", "tracker_body.mismatch"),
+            ("impulse_ns", "actor.push.impulse_ns"),
+            ("reject_beyond_m", "tracker.annealed_particle_filter.plausibility.reject_beyond_m"),
+        ] {
+            assert_eq!(meant(short).as_deref(), Ok(full));
+        }
+    }
+
+    #[test]
+    fn full_keys_win_and_what_nobody_knows_stays() {
+        for key in
+            ["seed", "layers", "tracker.frozen", "rig.ring.count", "tracker.annealed_particle_filter.partciles", "x.y"]
+        {
+            assert_eq!(meant(key).as_deref(), Ok(key));
+        }
+    }
+
+    #[test]
+    fn a_key_that_may_mean_several_is_refused_with_all_of_them_and_a_misspelt_one_with_a_guess() {
+        let refused = meant("robot").unwrap_err();
+        assert_eq!(refused, "`robot` is ambiguous: actor.robot or tracker_body.robot; write the full key");
+        assert!(meant("partciles").unwrap_err().contains("did you mean `particles`?"));
+    }
+
+    #[test]
+    fn methods_have_their_own_keys() {
+        let text = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n[motion]\nclip = \"embedded:walk\"\n\
+                    [methods.a.annealed_particle_filter]\n[methods.b.frozen]\n";
+        let file = ScenarioFile::parse(text, "a.toml", std::path::PathBuf::new(), &[]).unwrap();
+        let meant = full_key("particles", &keys_of(&file.scenario));
+        assert_eq!(meant.as_deref(), Ok("methods.a.annealed_particle_filter.particles"));
+    }
+}

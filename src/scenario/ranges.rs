@@ -1,0 +1,301 @@
+//! Range checks that types cannot express.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use super::{
+    ActorSettings, AnnealedParticleFilterSettings, CameraSettings, ContactMode, LatentKind, LatentTrackerSettings,
+    MotionSettings, OracleSettings, PropSettings, RingSettings, Scenario, TrainingUse,
+};
+use crate::input::excerpt;
+use crate::motion_model::MotionModelError;
+use crate::tracker::{FilterSettings, RefinementSettings, SettingError, SilhouetteSettings};
+
+/// An invalid value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Dotted key.
+    pub key: String,
+    /// What was expected and what was found.
+    pub message: String,
+}
+
+type Verdict = Result<(), Problem>;
+
+const MAX_IMAGE_SIDE: u32 = 8192;
+/// Greatest focal length and coordinate of a principal point, pixels.
+const GREATEST_PIXELS: f64 = 1e7;
+/// Greatest coefficient of a lens's distortion.
+const GREATEST_DISTORTION: f64 = 1e4;
+const MOST_SEEDS: u32 = 100_000;
+const MOST_CLIPS: usize = 1_000;
+const MOST_PROPS: usize = 1_000;
+const MOST_CAMERAS: usize = 64;
+const MOST_METHODS: usize = 64;
+/// Greatest coordinate, metres.
+const FARTHEST: f64 = 1e4;
+/// Characters of a name of a prop or camera.
+const LONGEST_NAME: usize = 200;
+
+impl Scenario {
+    /// The first invalid value, in the order of the format.
+    pub(crate) fn first_problem(&self) -> Verdict {
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+        require(
+            "name",
+            !self.name.is_empty() && self.name.len() <= 64 && self.name.chars().all(plain),
+            "1 to 64 letters, digits, `-` or `_`",
+            format!("{:?}", excerpt(&self.name)),
+        )?;
+        within("seeds", self.seeds, 1..=MOST_SEEDS)?;
+        let repeated = self.layers.iter().enumerate().any(|(i, layer)| self.layers[..i].contains(layer));
+        require("layers", !repeated, "every layer at most once", format!("{:?}", self.layers).to_lowercase())?;
+        motion("motion", &self.motion)?;
+        if let Some(training) = &self.training {
+            require("training.clips", !training.clips.is_empty(), "at least one [[training.clips]]", "none")?;
+            at_most("training.clips", training.clips.len(), MOST_CLIPS, "recordings")?;
+            for (i, clip) in training.clips.iter().enumerate() {
+                motion(&format!("training.clips[{i}]"), clip)?;
+            }
+        }
+        actor(&self.actor)?;
+        if let Some((length, girth)) = self.tracker_body.mismatch.percents() {
+            within("tracker_body.mismatch.percent.length", length, 0.0..=50.0)?;
+            within("tracker_body.mismatch.percent.girth", girth, 0.0..=50.0)?;
+        }
+        at_most("prop", self.prop.len(), MOST_PROPS, "props")?;
+        for (i, p) in self.prop.iter().enumerate() {
+            prop(&format!("prop[{i}]"), p)?;
+            let again = self.prop[..i].iter().any(|other| other.name == p.name);
+            require(
+                &format!("prop[{i}].name"),
+                !again,
+                "unique names of props",
+                format!("{:?} twice", excerpt(&p.name)),
+            )?;
+        }
+        if let Some(r) = &self.rig.ring {
+            ring(r)?;
+        }
+        at_most("rig.camera", self.rig.camera.len(), MOST_CAMERAS, "cameras")?;
+        for (i, c) in self.rig.camera.iter().enumerate() {
+            camera(&format!("rig.camera[{i}]"), c)?;
+        }
+        require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
+        at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
+        for (name, settings) in self.trackers() {
+            let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
+            let sound = name.len() <= 64 && name.chars().all(plain);
+            require(&prefix, sound, "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
+            let key = format!("{prefix}{}", settings.name());
+            settings.kind().first_problem(&key)?;
+            let needed = settings.kind().training() == TrainingUse::Required;
+            require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
+        }
+        let both = self.tracker.is_some() && !self.methods.is_empty();
+        require("tracker", !both, "either [tracker.*] or [methods.NAME.*]", "both")
+    }
+}
+
+fn motion(table: &str, m: &MotionSettings) -> Verdict {
+    require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
+    if let Some(first) = m.first_frame {
+        require(&format!("{table}.first_frame"), first >= 1, "a frame number from 1", first)?;
+    }
+    if let Some(last) = m.last_frame {
+        let first = m.first_frame.unwrap_or(1);
+        require(&format!("{table}.last_frame"), last > first, format_args!("a frame after the first, {first}"), last)?;
+    }
+    within(&format!("{table}.frames_per_second"), m.frames_per_second, 1.0..=1000.0)?;
+    for (key, value, range) in [
+        ("loop_to_s", m.loop_to_s, 0.01..=3600.0),
+        ("metres_per_unit", m.metres_per_unit, 1e-6..=1e3),
+        ("source_hz", m.source_hz, 1.0..=10_000.0),
+    ] {
+        if let Some(value) = value {
+            within(&format!("{table}.{key}"), value, range)?;
+        }
+    }
+    for coordinate in m.start_m.into_iter().flatten() {
+        within(&format!("{table}.start_m"), coordinate, -1000.0..=1000.0)?;
+    }
+    if let Some(heading) = m.heading_deg {
+        within(&format!("{table}.heading_deg"), heading, -360.0..=360.0)?;
+    }
+    if let Some(hash) = &m.sha256 {
+        let sound = hash.len() == 64 && hash.chars().all(|c| c.is_ascii_hexdigit());
+        require(&format!("{table}.sha256"), sound, "64 hexadecimal digits", format!("{:?}", excerpt(hash)))?;
+    }
+    Ok(())
+}
+
+fn actor(a: &ActorSettings) -> Verdict {
+    let keys =
+        [("friction", a.friction.is_some()), ("root_wrench", a.root_wrench.is_some()), ("push", a.push.is_some())];
+    for (key, said) in keys {
+        let sound = !said || a.contact == ContactMode::Simulate;
+        let found = format_args!("contact = {:?}", a.contact).to_string().to_lowercase();
+        require(&format!("actor.{key}"), sound, "it only with contact = \"simulate\"", found)?;
+    }
+    for (key, value) in [("friction", a.friction), ("root_wrench", a.root_wrench)] {
+        if let Some(value) = value {
+            within(&format!("actor.{key}"), value, 0.0..=10.0)?;
+        }
+    }
+    let Some(push) = &a.push else { return Ok(()) };
+    within("actor.push.at", push.at, 0.0..=3600.0)?;
+    within("actor.push.impulse_ns", push.impulse_ns, 0.0..=10_000.0)?;
+    let length = nalgebra::Vector3::from(push.direction).norm();
+    let found = format!("{:?}", push.direction);
+    require(
+        "actor.push.direction",
+        length > 1e-9 && length.is_finite(),
+        "a direction (a vector other than zero)",
+        found,
+    )
+}
+
+fn prop(table: &str, p: &PropSettings) -> Verdict {
+    name(&format!("{table}.name"), &p.name)?;
+    for (key, length) in p.shape.lengths() {
+        within(&format!("{table}.shape.{key}"), length, 0.001..=1000.0)?;
+    }
+    for (key, values, most) in [("place_m", p.place_m, FARTHEST), ("rotation_deg", p.rotation_deg, 360.0)] {
+        for value in values {
+            within(&format!("{table}.{key}"), value, -most..=most)?;
+        }
+    }
+    Ok(())
+}
+
+fn ring(r: &RingSettings) -> Verdict {
+    within("rig.ring.count", r.count, 1..=64)?;
+    within("rig.ring.radius_m", r.radius_m, 0.1..=1000.0)?;
+    within("rig.ring.height_m", r.height_m, -1000.0..=1000.0)?;
+    above_ground("rig.ring.height_m", r.height_m)?;
+    for (i, coordinate) in r.look_at_m.into_iter().flatten().enumerate() {
+        within(&format!("rig.ring.look_at_m[{i}]"), coordinate, -FARTHEST..=FARTHEST)?;
+    }
+    within("rig.ring.first_azimuth_deg", r.first_azimuth_deg, -360.0..=360.0)?;
+    within("rig.ring.field_of_view_deg", r.field_of_view_deg, 1.0..=170.0)?;
+    image_size("rig.ring.size_px", r.size_px)
+}
+
+fn camera(table: &str, c: &CameraSettings) -> Verdict {
+    image_size(&format!("{table}.size_px"), c.size_px)?;
+    if let Some(given) = &c.name {
+        name(&format!("{table}.name"), given)?;
+    }
+    let [[fx, skew, cx], [k10, fy, cy], bottom] = c.matrix;
+    let key = format!("{table}.matrix");
+    let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+    require(&key, finite(c.matrix.as_flattened()), "finite numbers", "a number that is not finite")?;
+    require(&key, fx > 0.0 && fy > 0.0, "focal lengths fx and fy above 0 px", format_args!("{fx} and {fy}"))?;
+    let sound = [fx, fy, cx, cy].iter().all(|number| number.abs() <= GREATEST_PIXELS);
+    require(&key, sound, format_args!("numbers of at most {GREATEST_PIXELS} px"), format!("{:?}", c.matrix))?;
+    require(
+        &key,
+        skew == 0.0 && k10 == 0.0 && bottom == [0.0, 0.0, 1.0],
+        "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]",
+        format!("{:?}", c.matrix),
+    )?;
+    let key = format!("{table}.rotation");
+    let r = nalgebra::Matrix3::from_fn(|i, j| c.rotation[i][j]);
+    let error = (r * r.transpose() - nalgebra::Matrix3::identity()).norm();
+    require(&key, error < 1e-3, "orthonormal rows", format!("{:?}", c.rotation))?;
+    require(&key, r.determinant() > 0.0, "a rotation (determinant +1)", "a reflection (determinant -1)")?;
+    let sound = c.distortion.iter().all(|number| number.abs() <= GREATEST_DISTORTION);
+    let expected = format_args!("numbers of at most {GREATEST_DISTORTION}");
+    require(&format!("{table}.distortion"), sound, expected, format!("{:?}", c.distortion))?;
+    let key = format!("{table}.translation_m");
+    require(
+        &key,
+        c.translation_m.iter().all(|t| t.abs() <= FARTHEST),
+        format_args!("metres within {FARTHEST}"),
+        format!("{:?}", c.translation_m),
+    )?;
+    let centre = -(r.transpose() * nalgebra::Vector3::from(c.translation_m));
+    above_ground(&key, centre.z)
+}
+
+fn above_ground(key: &str, height: f64) -> Verdict {
+    require(key, height > 0.0, "a camera above the ground (z = 0)", format_args!("one at z = {height:.3} m"))
+}
+
+fn image_size(key: &str, size: [u32; 2]) -> Verdict {
+    let sound = size.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side));
+    require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIDE} px"), format!("{size:?}"))
+}
+
+pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
+    searching(table, s.filter(), s.likelihood())?;
+    s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
+    s.refinement.validate().map_err(|e| setting(table, &e))?;
+    let set = s.paper && s.refinement != RefinementSettings::default();
+    require(
+        &format!("{table}.refinement"),
+        !set,
+        "none of its keys beside `paper = true`, which has no refinement",
+        "some",
+    )?;
+    within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
+}
+
+fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> Verdict {
+    filter.validate().and_then(|()| likelihood.validate()).map_err(|e| setting(table, &e))?;
+    within(&format!("{table}.particles"), filter.particles, 1..=1_000_000)?;
+    within(&format!("{table}.layers"), filter.layers, 1..=1000)
+}
+
+fn setting(table: &str, e: &SettingError) -> Problem {
+    Problem { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
+}
+
+pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {
+    searching(table, s.filter(), s.likelihood())?;
+    match s.latent().validate() {
+        Err(MotionModelError::Setting { key, expected, found }) => {
+            Err(Problem { key: format!("{table}.{key}"), message: format!("expected {expected}, found {found}") })
+        }
+        _ => Ok(()),
+    }?;
+    let learning = s.model.learning();
+    let said = s.model_file.is_some() && learning != T::default().learning();
+    let alone = "no training keys of `model`, because the model is already trained; remove them";
+    require(&format!("{table}.model_file"), !said, alone, "some")?;
+    within(&format!("{table}.model.clip_s"), learning.clip_s, 0.05..=60.0)?;
+    within(&format!("{table}.model.threshold_per_joint"), learning.threshold_per_joint, 1e-9..=10.0)?;
+    within(&format!("{table}.model.training.latent_dimensions"), learning.training.latent_dimensions, 1..=8)?;
+    within(&format!("{table}.model.training.rounds"), learning.training.rounds, 1..=1000)?;
+    within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)
+}
+
+fn name(key: &str, name: &str) -> Verdict {
+    let length = name.chars().count();
+    let expected = format_args!("a name of 1 to {LONGEST_NAME} characters");
+    require(key, (1..=LONGEST_NAME).contains(&length), expected, format_args!("{length}"))
+}
+
+fn at_most(key: &str, found: usize, most: usize, what: &str) -> Verdict {
+    require(key, found <= most, format_args!("at most {most} {what}"), found)
+}
+
+pub(super) fn first_of_oracle(table: &str, s: &OracleSettings) -> Verdict {
+    for (i, offset) in s.root_offset_m.into_iter().enumerate() {
+        within(&format!("{table}.root_offset_m[{i}]"), offset, -1e3..=1e3)?;
+    }
+    within(&format!("{table}.root_noise_m"), s.root_noise_m, 0.0..=1e3)?;
+    within(&format!("{table}.angle_noise_deg"), s.angle_noise_deg, 0.0..=180.0)
+}
+
+fn within<T: PartialOrd + Display>(key: &str, value: T, range: RangeInclusive<T>) -> Verdict {
+    let sound = range.contains(&value);
+    require(key, sound, format_args!("{} to {}", range.start(), range.end()), value)
+}
+
+fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> Verdict {
+    if sound {
+        return Ok(());
+    }
+    Err(Problem { key: key.to_owned(), message: format!("expected {expected}, found {found}") })
+}

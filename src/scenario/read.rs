@@ -1,0 +1,358 @@
+//! Reads a [`Scenario`] from text, with overrides; every error has its position.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+use super::complaint::{Complaint, Place, locate};
+use super::override_keys::{full_key, keys_of, keys_of_tracker, others_that_end_so};
+use super::tree::{settings_of, tree_of};
+use super::{Scenario, TrackerSettings};
+use crate::input::{self, foreign, limits, plain};
+
+/// The scenario that runs when none is named: `scenarios/walk.toml`.
+pub const DEFAULT_SCENARIO: &str = include_str!("../../scenarios/walk.toml");
+
+/// Parts of a dotted key; no setting has more than five.
+const MOST_SEGMENTS: usize = 16;
+
+/// A scenario and where its relative paths start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScenarioFile {
+    /// The scenario, overrides included.
+    pub scenario: Scenario,
+    /// The file as it was named.
+    pub origin: String,
+    /// Paths in the scenario are relative to this folder.
+    pub folder: PathBuf,
+    /// The file itself; `None` for a scenario that was read from no file.
+    pub path: Option<PathBuf>,
+    pub(super) text: String,
+    pub(super) overrides: Vec<String>,
+}
+
+/// Errors of scenarios.
+#[derive(Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// The file cannot be read.
+    #[error("{}: cannot read the scenario: {source}", plain(path.display()))]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file has an invalid value.
+    #[error(transparent)]
+    Unsound(#[from] Complaint),
+}
+
+impl ScenarioFile {
+    /// Reads a scenario file; every override is `key=value` with a dotted key and a TOML value (a bare word is a string).
+    ///
+    /// # Errors
+    /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or an invalid value.
+    pub fn open(path: &Path, overrides: &[String]) -> Result<Self, ScenarioError> {
+        let text = input::read_to_string(path, limits::SETTINGS)
+            .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
+        let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+        let file = Self::parse(&text, &path.display().to_string(), folder, overrides)?;
+        Ok(Self { path: Some(path.to_owned()), ..file })
+    }
+
+    /// The built-in scenario.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] if an override is invalid.
+    pub fn built_in(overrides: &[String]) -> Result<Self, ScenarioError> {
+        Self::parse(DEFAULT_SCENARIO, "walk.toml (built in)", PathBuf::new(), overrides)
+    }
+
+    /// As [`Self::open`], from a text.
+    ///
+    /// # Errors
+    /// As [`Self::open`], except reading errors.
+    pub fn parse(text: &str, origin: &str, folder: PathBuf, overrides: &[String]) -> Result<Self, ScenarioError> {
+        let mut tree = tree_of(text, origin)?;
+        let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))?;
+        let mut full = Vec::new();
+        for assignment in overrides {
+            let assignment = with_full_key(assignment, &scenario)?;
+            set(&mut tree, &assignment)?;
+            scenario = settings_of(tree.clone(), |mistake| mistake.about(&named(&assignment)))
+                .map_err(|complaint| with_other_keys(complaint, &assignment, &scenario))?;
+            full.push(assignment);
+        }
+        let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
+        let file = Self { scenario, origin, folder, path: None, text, overrides };
+        match file.scenario.first_problem() {
+            Ok(()) => Ok(file),
+            Err(problem) => Err(file.complaint(&problem.key, problem.message).into()),
+        }
+    }
+
+    /// An error about the value of a key, with its position in the file or in the override.
+    pub(crate) fn complaint(&self, key: &str, message: String) -> Complaint {
+        let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
+        let spot = locate(&self.text, key).filter(|_| culprit.is_none());
+        let place = spot.map(|spot| Place::of(&self.text, &spot.value));
+        let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
+        Complaint { origin, place, key: key.to_owned(), message }
+    }
+}
+
+impl TrackerSettings {
+    /// These settings with overrides whose keys are relative to the tracker's own table (`particles=50`).
+    ///
+    /// # Errors
+    /// [`Complaint`] if an override is invalid.
+    pub fn overridden(self, overrides: &[String]) -> Result<Self, Complaint> {
+        let mut settings = self;
+        for assignment in overrides {
+            let assignment = &with_own_key(assignment, &settings)?;
+            let complain = |message: String| complaint_about(assignment, message);
+            // one entry, the tracker's name, which holds its table
+            let mut tree = serde_json::to_value(&settings).map_err(|e| complain(e.to_string()))?;
+            if let Some(Value::Object(own)) = tree.as_object_mut().and_then(|named| named.values_mut().next()) {
+                insert(own, assignment)?;
+            }
+            settings = settings_of(tree, |mistake| mistake.about(&named(assignment)))?;
+            settings
+                .kind()
+                .first_problem(settings.name())
+                .map_err(|problem| Complaint { key: problem.key, ..complain(problem.message) })?;
+        }
+        Ok(settings)
+    }
+}
+
+pub(super) fn named(assignment: &str) -> String {
+    format!("override {assignment}")
+}
+
+/// An override of a scenario with its short key expanded.
+pub(super) fn with_full_key(assignment: &str, scenario: &Scenario) -> Result<String, Complaint> {
+    let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
+    let full = full_key(key.trim(), &keys_of(scenario)).map_err(|message| complaint_about(assignment, message))?;
+    Ok(format!("{full}={value}"))
+}
+
+/// An error about an override, with other candidate keys: `layers` is a key of the scenario and of trackers.
+fn with_other_keys(complaint: Complaint, assignment: &str, scenario: &Scenario) -> Complaint {
+    let key = assignment.split('=').next().unwrap_or_default();
+    let keys = keys_of(scenario);
+    match others_that_end_so(key, &keys).as_slice() {
+        [] => complaint,
+        others => Complaint {
+            message: format!("{} (or did you mean {}?)", complaint.message, others.join(" or ")),
+            ..complaint
+        },
+    }
+}
+
+/// An override of a tracker with its key as the tracker's own table has it: `tracker.NAME.KEY` and short keys are
+/// accepted too.
+fn with_own_key(assignment: &str, settings: &TrackerSettings) -> Result<String, Complaint> {
+    let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
+    let complain = |message| complaint_about(assignment, message);
+    let name = settings.name();
+    let key = key.trim();
+    let in_tracker = key.strip_prefix("tracker.").unwrap_or(key);
+    let own = in_tracker.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
+    if own.is_none() && in_tracker != key {
+        return Err(complain(format!("the tracker is `{name}`: write tracker.{name}.KEY or KEY")));
+    }
+    let full = full_key(own.unwrap_or(key), &keys_of_tracker(settings)).map_err(complain)?;
+    Ok(format!("{full}={value}"))
+}
+
+/// Whether an override sets `key`, itself or as part of a table.
+pub(super) fn covers(assignment: &str, key: &str) -> bool {
+    let name = assignment.split('=').next().unwrap_or_default().trim();
+    key.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+fn complaint_about(assignment: &str, message: String) -> Complaint {
+    Complaint { origin: named(assignment), place: None, key: String::new(), message }
+}
+
+/// Applies `key=value` to a scenario.
+pub(super) fn set(tree: &mut Value, assignment: &str) -> Result<(), Complaint> {
+    match tree {
+        Value::Object(table) => insert(table, assignment),
+        _ => Err(complaint_about(assignment, "expected a table".to_owned())),
+    }
+}
+
+/// Applies `key=value` to a table.
+fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Complaint> {
+    let complain = |message: &str| complaint_about(assignment, message.to_owned());
+    let (key, value) = assignment
+        .split_once('=')
+        .ok_or_else(|| complain("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
+    let value = parse_value(value.trim()).map_err(|e| complain(&e))?;
+    // every dot is one level of nested tables
+    if key.split('.').count() > MOST_SEGMENTS {
+        return Err(complain(&format!("expected a key of at most {MOST_SEGMENTS} parts between dots, found more")));
+    }
+    let mut segments: Vec<&str> = key.trim().split('.').collect();
+    let Some(last) = segments.pop().filter(|s| !s.is_empty()) else {
+        return Err(complain("expected a key before `=`"));
+    };
+    let mut table = table;
+    for (depth, segment) in segments.iter().enumerate() {
+        let slot = table.entry((*segment).to_owned()).or_insert_with(|| Value::Object(Map::new()));
+        if !slot.is_object() {
+            *slot = Value::Object(Map::new());
+        }
+        let Value::Object(inner) = slot else { return Err(complain("expected a table")) };
+        let method = depth == 1 && segments[0] == "methods";
+        if (depth == 0 && *segment == "tracker") || method {
+            // A scenario or method has one tracker: naming another replaces it.
+            let chosen = segments.get(depth + 1).copied().unwrap_or(last);
+            inner.retain(|name, _| name == chosen);
+        }
+        table = inner;
+    }
+    table.insert(last.to_owned(), value);
+    Ok(())
+}
+
+/// A TOML value; a bare word (`value=overlap`, `clip=a/b.bvh`) is taken as a string.
+fn parse_value(text: &str) -> Result<Value, String> {
+    let bare = |c: char| c.is_ascii_alphanumeric() || "_-./:~ ".contains(c);
+    match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
+        Ok(value) => Ok(value),
+        Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::String(text.to_owned())),
+        Err(e) => Err(format!("the value is not TOML: {}", foreign(e.message()))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Mismatch;
+
+    const SMALL: &str = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n\n[motion]\nclip = \"embedded:walk\"\n";
+
+    fn parse(extra: &str, overrides: &[&str]) -> Result<Scenario, String> {
+        let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+        ScenarioFile::parse(&format!("{SMALL}{extra}"), "a.toml", PathBuf::new(), &overrides)
+            .map(|f| f.scenario)
+            .map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_misspelt_key_is_shown_with_its_line_and_a_suggestion() {
+        let error = parse("[tracker.annealed_particle_filter]\npartciles = 20\n", &[]).unwrap_err();
+        assert!(error.starts_with("a.toml:7: tracker.annealed_particle_filter.partciles: unknown key"), "{error}");
+        assert!(error.contains("did you mean `particles`?"), "{error}");
+        assert!(error.ends_with("7 | partciles = 20\n    | ^^^^^^^^^"), "{error}");
+    }
+
+    #[test]
+    fn a_wrong_type_names_key_line_expectation_and_finding() {
+        let error = parse("[tracker.annealed_particle_filter]\nparticles = \"many\"\n", &[]).unwrap_err();
+        assert!(error.starts_with("a.toml:7: tracker.annealed_particle_filter.particles: "), "{error}");
+        assert!(error.contains("string \"many\", expected a whole number"), "{error}");
+        let error = parse("[tracker.annealed_particle_filter]\nparticles = -3\n", &[]).unwrap_err();
+        assert!(error.contains("-3"), "{error}");
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_shown_where_it_stands() {
+        let error = parse("[tracker.annealed_particle_filter]\nsurvival_rate = 1.5\n", &[]).unwrap_err();
+        assert!(
+            error.contains("a.toml:7: tracker.annealed_particle_filter.survival_rate: expected a number above 0"),
+            "{error}"
+        );
+        assert!(error.contains("survival_rate = 1.5\n    |                 ^^^"), "{error}");
+        for bad in ["particles=0", "layers=0", "survival_rate=0", "survival_rate=nan"] {
+            let error = parse("", &[&format!("tracker.annealed_particle_filter.{bad}")]).unwrap_err();
+            assert!(error.starts_with("override tracker.annealed_particle_filter."), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_a_setting_cannot_be_is_shown_where_it_stands() {
+        for (extra, expected, line) in [
+            ("loop_to_s = nan", "motion.loop_to_s: expected a finite number", "loop_to_s = nan"),
+            ("source = 2021-01-01", "motion.source: no setting is a date", "source = 2021-01-01"),
+            ("[rig.ring]\nsize_px = [160, 120, 3]", "rig.ring.size_px: invalid length 3", "size_px = [160, 120, 3]"),
+            ("[tracker_body]\nmismatch = 4", "integer `4`, expected a text or a table", "mismatch = 4"),
+            ("[tracker.frosen]", "tracker: unknown name `frosen`, did you mean `frozen`?", "[tracker.frosen]"),
+            (
+                "[tracker.gpdm_graph]\nmodel.detector = \"speed_minimum\"",
+                "model.detector: unknown name `speed_minimum`, did you mean `speed_minima`?",
+                "model.detector = \"speed_minimum\"",
+            ),
+            ("[tracker.frozen]\n[tracker.oracle]", "tracker: expected a single name in this table", "[tracker.frozen]"),
+        ] {
+            let error = parse(extra, &[]).unwrap_err();
+            assert!(error.contains(expected) && error.contains(line), "{error}");
+        }
+        assert!(
+            parse("", &["motion.loop_to_s=inf"]).unwrap_err().contains("motion.loop_to_s: expected a finite number")
+        );
+    }
+
+    #[test]
+    fn an_unknown_tracker_names_those_there_are() {
+        let error = parse("[tracker.frosen]\n", &[]).unwrap_err();
+        assert!(error.contains("did you mean `frozen`?"), "{error}");
+        assert!(
+            error.contains(
+                "annealed_particle_filter, frozen, gpdm, switching_gpdm, gpdm_graph, nearest_training_pose, oracle"
+            ),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_broken_file_is_shown_where_it_breaks() {
+        let error = parse("[tracker\n", &[]).unwrap_err();
+        assert!(error.starts_with("a.toml:6: not TOML: "), "{error}");
+    }
+
+    #[test]
+    fn a_missing_key_is_named() {
+        let error =
+            ScenarioFile::parse("schema = \"skiagraph.scenario/1\"\n", "a.toml", PathBuf::new(), &[]).unwrap_err();
+        assert!(error.to_string().contains("missing key `name`"), "{error}");
+    }
+
+    #[test]
+    fn overrides_change_values_and_may_change_the_tracker() {
+        let s = parse("[tracker.frozen]\n", &["seed=7", "tracker_body.mismatch=none", "motion.loop_to_s=2"]).unwrap();
+        assert_eq!((s.seed, s.motion.loop_to_s, s.tracker_body.mismatch), (7, Some(2.0), Mismatch::None));
+        let s = parse("[tracker.frozen]\n", &["tracker.oracle={}"]).unwrap();
+        assert!(matches!(s.tracker(), TrackerSettings::Oracle(_)));
+        let s = parse("", &["tracker_body.mismatch.percent={length=1.0, girth=2.0}"]).unwrap();
+        assert_eq!(s.tracker_body.mismatch.percents(), Some((1.0, 2.0)));
+    }
+
+    #[test]
+    fn a_bad_override_is_named() {
+        let error = parse("", &["tracker.annealed_particle_filter.partciles=3"]).unwrap_err();
+        assert!(error.starts_with("override tracker.annealed_particle_filter.partciles=3: "), "{error}");
+        assert!(error.contains("did you mean `particles`?"), "{error}");
+        assert!(parse("", &["seed"]).unwrap_err().contains("expected key=value"));
+        let error = parse("", &["layers=1"]).unwrap_err();
+        assert!(error.contains("or did you mean tracker.annealed_particle_filter.layers?"), "{error}");
+        assert!(parse("", &["seed=[1"]).unwrap_err().contains("not TOML"));
+    }
+
+    #[test]
+    fn a_tracker_takes_overrides_by_its_own_keys() {
+        let settings = TrackerSettings::default().overridden(&["particles=7".to_owned()]).unwrap();
+        assert!(matches!(settings, TrackerSettings::AnnealedParticleFilter(s) if s.particles == Some(7)));
+        let error = TrackerSettings::default().overridden(&["layers=0".to_owned()]).unwrap_err().to_string();
+        assert!(error.contains("annealed_particle_filter.layers: expected at least 1"), "{error}");
+    }
+
+    #[test]
+    fn the_built_in_scenario_is_sound() {
+        assert_eq!(ScenarioFile::built_in(&[]).unwrap().scenario.name, "walk");
+    }
+}

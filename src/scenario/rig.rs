@@ -1,0 +1,85 @@
+//! `[rig]`: the cameras, as a ring or one by one.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The cameras: a ring, single cameras, or both (the ring's come first). Default: a ring of four.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigSettings {
+    /// Cameras on a circle, all looking at one point. Default: none if there is a `[[rig.camera]]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ring: Option<RingSettings>,
+    /// Cameras one by one, in OpenCV's convention. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub camera: Vec<CameraSettings>,
+}
+
+/// Cameras at equal angles on a horizontal circle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RingSettings {
+    /// Number of cameras. Default: 4.
+    pub count: u32,
+    /// Radius of the circle, metres. Default: 4.5.
+    pub radius_m: f64,
+    /// Height of the cameras above the ground, metres. Default: 1.6.
+    pub height_m: f64,
+    /// The point that the cameras look at and surround, world coordinates (Z up), metres. Default: 0.95 m above the
+    /// middle of the actor's path.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub look_at_m: Option<[f64; 3]>,
+    /// Angle from the world's X axis to the first camera, degrees. Default: 45.
+    pub first_azimuth_deg: f64,
+    /// Horizontal field of view, degrees. Default: 60.
+    pub field_of_view_deg: f64,
+    /// Image width and height, pixels. Default: 640 x 480.
+    pub size_px: [u32; 2],
+}
+
+/// One camera, in the convention of OpenCV: x right, y down, z forward, pixel (0, 0) the centre of the top-left pixel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSettings {
+    /// Name. Default: `camNN` by its place in the rig.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Image width and height, pixels.
+    pub size_px: [u32; 2],
+    /// Intrinsic matrix K, rows: `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`, pixels.
+    pub matrix: [[f64; 3]; 3],
+    /// Rotation R of `p_in_camera = R p_in_world + t`, rows.
+    pub rotation: [[f64; 3]; 3],
+    /// Translation t of `p_in_camera = R p_in_world + t`, metres.
+    pub translation_m: [f64; 3],
+    /// Lens distortion k1, k2, p1, p2, k3. Default: none.
+    #[serde(default)]
+    pub distortion: [f64; 5],
+}
+
+impl Default for RigSettings {
+    fn default() -> Self {
+        Self { ring: Some(RingSettings::default()), camera: Vec::new() }
+    }
+}
+
+impl Default for RingSettings {
+    fn default() -> Self {
+        Self {
+            count: 4,
+            radius_m: 4.5,
+            height_m: 1.6,
+            look_at_m: None,
+            first_azimuth_deg: 45.0,
+            field_of_view_deg: 60.0,
+            size_px: [640, 480],
+        }
+    }
+}
+
+impl RigSettings {
+    /// Number of cameras.
+    pub fn count(&self) -> usize {
+        self.ring.as_ref().map_or(0, |r| r.count as usize) + self.camera.len()
+    }
+}

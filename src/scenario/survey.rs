@@ -1,0 +1,296 @@
+//! Finds all errors of a scenario, not only the first: each error is reported, the key is removed from the tree (or
+//! replaced by a valid value if it is required), and the rest is read again.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::complaint::Complaint;
+use super::read::{covers, named, set, with_full_key};
+use super::tree::{Mistake, settings_or_mistake, tree_of};
+use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
+
+/// Limit of reported errors.
+const MOST_MISTAKES: usize = 200;
+
+/// A scenario with all its errors.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// The scenario without its invalid keys; `None` if it cannot be read at all.
+    pub file: Option<ScenarioFile>,
+    /// All errors: those of the file in its order, then missing keys and overrides; empty if the scenario is valid by
+    /// itself.
+    pub complaints: Vec<Complaint>,
+}
+
+/// Reads a scenario (`None`: the built-in one) with overrides as [`ScenarioFile::open`] does, collecting all errors.
+///
+/// # Errors
+/// [`ScenarioError::Unreadable`] if the file cannot be read.
+pub fn survey(path: Option<&Path>, overrides: &[String]) -> Result<Survey, ScenarioError> {
+    let sound = match path {
+        None => ScenarioFile::built_in(overrides),
+        Some(path) => ScenarioFile::open(path, overrides),
+    };
+    match sound {
+        Ok(file) => Ok(Survey { file: Some(file), complaints: Vec::new() }),
+        Err(ScenarioError::Unsound(first)) => Ok(Repair::new(path, overrides)?.survey(first)),
+        Err(unreadable) => Err(unreadable),
+    }
+}
+
+/// A scenario whose errors are removed one by one.
+struct Repair<'a> {
+    file: ScenarioFile,
+    wanted: &'a [String],
+    tree: Value,
+    complaints: Vec<Complaint>,
+    /// Dotted keys that were invalid.
+    removed: Vec<String>,
+}
+
+impl<'a> Repair<'a> {
+    fn new(path: Option<&Path>, wanted: &'a [String]) -> Result<Self, ScenarioError> {
+        let mut file = ScenarioFile::built_in(&[])?;
+        file.text = DEFAULT_SCENARIO.to_owned();
+        if let Some(path) = path {
+            file.text = std::fs::read_to_string(path)
+                .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
+            file.origin = path.display().to_string();
+            file.folder = path.parent().map(Path::to_owned).unwrap_or_default();
+            file.path = Some(PathBuf::from(path));
+        }
+        Ok(Self { file, wanted, tree: Value::Null, complaints: Vec::new(), removed: Vec::new() })
+    }
+
+    fn survey(mut self, first: Complaint) -> Survey {
+        let whole = self.read_all().is_some();
+        // errors of the file in its order, then missing keys and overrides
+        self.complaints.sort_by_key(|complaint| complaint.place.as_ref().map_or(usize::MAX, |place| place.line));
+        if self.complaints.is_empty() {
+            self.complaints.push(first);
+        }
+        Survey { file: whole.then_some(self.file), complaints: self.complaints }
+    }
+
+    fn read_all(&mut self) -> Option<()> {
+        match tree_of(&self.file.text, &self.file.origin) {
+            Ok(tree) => self.tree = tree,
+            Err(complaint) => {
+                self.complaints.push(complaint);
+                return None;
+            }
+        }
+        self.file.scenario = self.settings()?;
+        for assignment in self.wanted {
+            let applied = with_full_key(assignment, &self.file.scenario).and_then(|full| {
+                set(&mut self.tree, &full)?;
+                Ok(full)
+            });
+            match applied {
+                Ok(full) => self.file.overrides.push(full),
+                Err(complaint) => self.complaints.push(complaint),
+            }
+            self.file.scenario = self.settings()?;
+        }
+        while let Err(problem) = self.file.scenario.first_problem() {
+            if self.complaints.len() >= MOST_MISTAKES {
+                return None;
+            }
+            if !self.follows(&problem.key, &problem.message) {
+                self.complaints.push(self.file.complaint(&problem.key, problem.message));
+            }
+            if !self.remove(&problem.key) {
+                return None;
+            }
+            self.file.scenario = self.settings()?;
+        }
+        Some(())
+    }
+
+    /// The settings of the tree after removal of all invalid keys.
+    fn settings(&mut self) -> Option<Scenario> {
+        for _ in 0..MOST_MISTAKES {
+            match settings_or_mistake(self.tree.clone()) {
+                Ok(scenario) => return Some(scenario),
+                Err(mistake) => self.mend(mistake)?,
+            }
+        }
+        None
+    }
+
+    fn mend(&mut self, mistake: Mistake) -> Option<()> {
+        let missing = mistake.message.strip_prefix("missing key `").and_then(|rest| rest.split('`').next());
+        if let Some(field) = missing.map(str::to_owned) {
+            let key = joined(&mistake.key, &field);
+            if !self.removed.contains(&key) {
+                self.tell(mistake.clone(), &key);
+            }
+            let number = self.removed.len();
+            let table = at(&mut self.tree, &mistake.key)?.as_object_mut()?;
+            table.insert(field.clone(), harmless(&field, number)?);
+            return Some(());
+        }
+        let inside = mistake.unknown.as_ref().map(|word| joined(&mistake.key, word));
+        let key = inside.filter(|key| at(&mut self.tree, key).is_some()).unwrap_or(mistake.key.clone());
+        let consequence = self.removed.iter().any(|removed| removed.starts_with(&key) && !key.is_empty());
+        if !consequence {
+            self.tell(mistake, &key);
+        }
+        self.remove(&key).then_some(())
+    }
+
+    fn tell(&mut self, mistake: Mistake, key: &str) {
+        let culprit = self.file.overrides.iter().rev().find(|assignment| covers(assignment, key));
+        let complaint = match culprit {
+            Some(assignment) => mistake.about(&named(assignment)),
+            None => mistake.in_text(&self.file.origin, &self.file.text),
+        };
+        self.complaints.push(complaint);
+    }
+
+    /// Removes a key from the tree; returns whether it existed.
+    fn remove(&mut self, key: &str) -> bool {
+        let whole = key.trim_end_matches(|c: char| c == ']' || c == '[' || c.is_ascii_digit());
+        let key = if key.ends_with(']') { whole } else { key };
+        let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
+        let Some(table) = at(&mut self.tree, table).and_then(Value::as_object_mut) else { return false };
+        let was_there = table.remove(name).is_some();
+        self.removed.push(key.to_owned());
+        was_there
+    }
+
+    /// Whether a problem exists only because of a removed key.
+    fn follows(&self, key: &str, message: &str) -> bool {
+        let took = |table: &str| self.removed.iter().any(|removed| removed.starts_with(table));
+        (key.starts_with("actor.") && message.contains("only with contact") && took("actor.contact"))
+            || (message.contains("training motion") && took("training"))
+    }
+}
+
+fn joined(table: &str, key: &str) -> String {
+    if table.is_empty() { key.to_owned() } else { format!("{table}.{key}") }
+}
+
+/// The value of a dotted key with indices; the whole tree for an empty one.
+fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
+    let segments = key.split(['.', '[', ']']).filter(|segment| !segment.is_empty());
+    segments.into_iter().try_fold(tree, |value, segment| match value {
+        Value::Object(table) => table.get_mut(segment),
+        Value::Array(elements) => elements.get_mut(segment.parse::<usize>().ok()?),
+        _ => None,
+    })
+}
+
+/// A valid value for a required key that was invalid or missing.
+fn harmless(key: &str, number: usize) -> Option<Value> {
+    Some(match key {
+        "schema" => json!("skiagraph.scenario/1"),
+        "name" => json!(format!("unnamed{number}")),
+        "motion" => json!({ "clip": "embedded:walk" }),
+        "clip" => json!("embedded:walk"),
+        "clips" => json!([{ "clip": "embedded:run" }]),
+        "shape" => json!({ "sphere": { "radius_m": 0.1 } }),
+        "size_m" => json!([1.0, 1.0, 1.0]),
+        "radius_m" | "length_m" | "impulse_ns" | "length" | "girth" => json!(1.0),
+        "place_m" => json!([0.0, 0.0, 0.0]),
+        "size_px" => json!([64, 64]),
+        "matrix" => json!([[60.0, 0.0, 32.0], [0.0, 60.0, 32.0], [0.0, 0.0, 1.0]]),
+        "rotation" => json!([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+        "translation_m" => json!([0.0, 1.0, 3.0]),
+        "at" => json!(0.0),
+        "link" => json!("pelvis"),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: &str = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n\n[motion]\nclip = \"embedded:walk\"\n";
+
+    fn told(text: &str, overrides: &[&str]) -> Vec<String> {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("a.toml");
+        std::fs::write(&path, text).unwrap();
+        let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+        let found = survey(Some(&path), &overrides).unwrap();
+        let folder = format!("{}/", root.path().display());
+        found.complaints.iter().map(|complaint| complaint.to_string().replace(&folder, "")).collect()
+    }
+
+    fn assert_told(text: &str, overrides: &[&str], expected: &[&str]) {
+        let told = told(text, overrides);
+        assert_eq!(told.len(), expected.len(), "{told:#?}");
+        for (told, expected) in told.iter().zip(expected) {
+            assert!(told.contains(expected), "no {expected:?} in {told}");
+        }
+    }
+
+    #[test]
+    fn a_sound_scenario_has_no_complaint_and_is_the_one_that_is_read() {
+        let found = survey(None, &["seed=3".to_owned()]).unwrap();
+        assert!(found.complaints.is_empty());
+        assert_eq!(found.file.unwrap(), ScenarioFile::built_in(&["seed=3".to_owned()]).unwrap());
+    }
+
+    #[test]
+    fn unknown_keys_wrong_types_and_values_out_of_range_are_all_told() {
+        let text = format!(
+            "{SMALL}frames_per_second = 0.0\nup = \"x\"\n[rig.ring]\nraduis_m = 3.0\ncount = 0\nheight_m = \"high\"\n\
+             [tracker.annealed_particle_filter]\nparticles = \"many\"\nlayers = 0\nsurvival_rate = 1.5\n"
+        );
+        assert_told(
+            &text,
+            &["seeds=0"],
+            &[
+                "a.toml:6: motion.frames_per_second: expected 1 to 1000, found 0",
+                "a.toml:7: motion.up: unknown name `x`",
+                "a.toml:9: rig.ring.raduis_m: unknown key",
+                "a.toml:10: rig.ring.count: expected 1 to 64, found 0",
+                "a.toml:11: rig.ring.height_m",
+                "a.toml:13: tracker.annealed_particle_filter.particles",
+                "a.toml:14: tracker.annealed_particle_filter.layers: expected at least 1",
+                "a.toml:15: tracker.annealed_particle_filter.survival_rate: expected a number above 0",
+                "override seeds=0: seeds: expected 1 to",
+            ],
+        );
+    }
+
+    #[test]
+    fn what_must_be_there_is_missed_once_and_the_rest_is_read() {
+        let text = "[motion]\nfirst_frame = 0\n[[prop]]\nname = \"a\"\nshape = { sphere = { radius_m = -1.0 } }\n\
+                    [[prop]]\nshape = 3\nplace_m = [0, 0]\nname = \"b\"\n";
+        let told = told(text, &["robot=x", "tracker.frosen={}"]);
+        for expected in [
+            "missing key `schema`",
+            "missing key `name`",
+            "missing key `clip`",
+            "missing key `place_m`",
+            "prop[1].shape",
+            "prop[1].place_m",
+            "override robot=x: `robot` is ambiguous:",
+            "override tracker.frosen={}",
+            "motion.first_frame: expected a frame number from 1",
+            "prop[0].shape.sphere.radius_m: expected 0.001 to 1000",
+        ] {
+            assert_eq!(told.iter().filter(|told| told.contains(expected)).count(), 1, "{expected}: {told:#?}");
+        }
+        assert_eq!(told.len(), 10, "{told:#?}");
+    }
+
+    #[test]
+    fn what_follows_from_a_mistake_is_not_told_as_another() {
+        let text = format!("{SMALL}[actor]\ncontact = \"simulat\"\nfriction = 0.5\n");
+        assert_told(&text, &[], &["did you mean `simulate`?"]);
+        let text = format!("{SMALL}[[training.clips]]\nclip = 3\n[tracker.gpdm]\n");
+        assert_told(&text, &[], &["training.clips[0].clip"]);
+        assert_told(&format!("{SMALL}[tracker.frosen]\n"), &[], &["did you mean `frozen`?"]);
+    }
+
+    #[test]
+    fn a_file_that_is_not_toml_is_told_where_it_breaks() {
+        assert_told(&format!("{SMALL}[tracker\n"), &["seeds=0"], &["a.toml:6: not TOML"]);
+    }
+}

@@ -1,0 +1,202 @@
+//! `[tracker.*]`: the tracker and its settings.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::complaint::{Complaint, did_you_mean};
+use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, SwitchingGpdm};
+use crate::motion_model::{DiffusionSettings, Prediction};
+use crate::tracker::{
+    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
+    SilhouetteTerm,
+};
+
+/// The tracker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum TrackerSettings {
+    /// The annealed particle filter.
+    AnnealedParticleFilter(AnnealedParticleFilterSettings),
+    /// Never moves: the baseline that every tracker must beat.
+    Frozen(FrozenSettings),
+    /// Particles in the latent space of one GPDM: the original GPDM.
+    Gpdm(LatentTrackerSettings<Gpdm>),
+    /// Particles in the latent spaces of several GPDMs, left with a constant probability.
+    SwitchingGpdm(LatentTrackerSettings<SwitchingGpdm>),
+    /// Particles on a GPDM graph.
+    GpdmGraph(LatentTrackerSettings<GpdmGraph>),
+    /// Uses ground truth: answers with the nearest training pose. A reference, not a tracker.
+    NearestTrainingPose(NearestTrainingPoseSettings),
+    /// Uses ground truth: adds a known error. A check of the evaluation, not a tracker.
+    Oracle(OracleSettings),
+}
+
+/// The annealed particle filter, its answer refined on the silhouettes' outlines. One frame costs `particles x layers` likelihood
+/// evaluations, and what the refinement takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct AnnealedParticleFilterSettings {
+    /// Algorithm 1 as printed in the paper: no refinement. Default: false.
+    pub paper: bool,
+    /// Particles. Default: 60; 200 with `paper = true`, which takes as long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particles: Option<usize>,
+    /// Annealing layers. Default: 5.
+    pub layers: usize,
+    /// Share of the particles that survives each layer (effective sample size over particles), in (0, 1]. The
+    /// covariance shrinks by the same factor. Default: 0.5.
+    pub survival_rate: f64,
+    /// How the areas of silhouettes are compared: `"overlap"` (one minus intersection over union) or `"bidirectional"`
+    /// (mean of the shares that only one of them covers). Default: `"overlap"`.
+    pub silhouette: SilhouetteTerm,
+    /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (much
+    /// slower). Default: `"one_sided"`.
+    pub contour: ContourTerm,
+    /// Weight of the contour term relative to the area term; 0 disables it. Default: 0.5.
+    pub contour_weight: f64,
+    /// Distance between contours at which their term saturates, as a share of the image's height. Default: 1/24.
+    pub contour_reach: f64,
+    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
+    /// it. Default: 0.
+    pub limb_side_weight: f64,
+    /// Factor on the standard deviations of the initial covariance, which are those of the inter-frame differences of the
+    /// training motion. Default: 1.5, chosen on CMU 16_15 and 35_02, matched and mismatched, among 0.5, 1, 1.5 and 2.
+    pub proposal_scale: f64,
+    /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`. Default: `"none"`.
+    pub prediction: Prediction,
+    /// How surviving particles are perturbed: `"geometric"`, `{ min = { factor = 1.0 } }` or `{ shrink = { h = 0.3 }
+    /// }`. Default: `"geometric"`.
+    pub kernel: Kernel,
+    /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`. Default: `"weighted_mean"`.
+    pub estimator: Estimator,
+    /// Penalty for poses that penetrate the ground or themselves or exceed joint limits. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plausibility: Option<PlausibilitySettings>,
+    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs. Not with
+    /// `paper = true`.
+    pub refinement: RefinementSettings,
+}
+
+/// Particles of the algorithm as printed, and of the refined one, which takes as long with them (`results/search.md`).
+const PAPER_PARTICLES: usize = 200;
+const REFINED_PARTICLES: usize = 60;
+
+/// No settings.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrozenSettings {}
+
+/// No settings.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NearestTrainingPoseSettings {}
+
+/// The added error.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OracleSettings {
+    /// Constant displacement of the root, world axes, metres. Default: `[0, 0, 0]`.
+    pub root_offset_m: [f64; 3],
+    /// Standard deviation of independent noise on every coordinate of the root, metres. Default: 0.
+    pub root_noise_m: f64,
+    /// Standard deviation of independent noise on every joint angle, degrees. Default: 0.
+    pub angle_noise_deg: f64,
+}
+
+impl Default for TrackerSettings {
+    fn default() -> Self {
+        Self::AnnealedParticleFilter(AnnealedParticleFilterSettings::default())
+    }
+}
+
+impl TrackerSettings {
+    /// All trackers, with their default settings.
+    pub fn all() -> [Self; 7] {
+        [
+            Self::default(),
+            Self::Gpdm(LatentTrackerSettings::default()),
+            Self::SwitchingGpdm(LatentTrackerSettings::default()),
+            Self::GpdmGraph(LatentTrackerSettings::default()),
+            Self::Frozen(FrozenSettings::default()),
+            Self::NearestTrainingPose(NearestTrainingPoseSettings::default()),
+            Self::Oracle(OracleSettings::default()),
+        ]
+    }
+
+    /// The tracker of that name with its default settings.
+    ///
+    /// # Errors
+    /// [`Complaint`] for an unknown name, with the known ones.
+    pub fn named(name: &str) -> Result<Self, Complaint> {
+        Self::all().into_iter().find(|t| t.name() == name).ok_or_else(|| {
+            let known = Self::all().map(|t| t.name());
+            let guess = did_you_mean(name, known).map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
+            Complaint {
+                origin: format!("tracker {name}"),
+                place: None,
+                key: String::new(),
+                message: format!("no such tracker{guess} (known: {})", known.join(", ")),
+            }
+        })
+    }
+}
+
+impl AnnealedParticleFilterSettings {
+    /// The settings of the filter.
+    pub fn filter(&self) -> FilterSettings {
+        FilterSettings {
+            particles: self.particles.unwrap_or(if self.paper { PAPER_PARTICLES } else { REFINED_PARTICLES }),
+            layers: self.layers,
+            survival_rate: self.survival_rate,
+            kernel: self.kernel,
+            estimator: self.estimator,
+        }
+    }
+
+    /// What refines the filter's answer; `None` for the algorithm as printed.
+    pub fn refinement(&self) -> Option<RefinementSettings> {
+        (!self.paper).then_some(self.refinement)
+    }
+
+    /// The settings of the likelihood.
+    pub fn likelihood(&self) -> SilhouetteSettings {
+        SilhouetteSettings {
+            silhouette: self.silhouette,
+            contour: self.contour,
+            contour_weight: self.contour_weight,
+            contour_reach: self.contour_reach,
+            limb_side_weight: self.limb_side_weight,
+        }
+    }
+
+    /// The settings of the motion model.
+    pub fn diffusion(&self) -> DiffusionSettings {
+        DiffusionSettings { prediction: self.prediction, scale: self.proposal_scale }
+    }
+}
+
+impl Default for AnnealedParticleFilterSettings {
+    fn default() -> Self {
+        let FilterSettings { particles: _, layers, survival_rate, kernel, estimator } = FilterSettings::default();
+        let SilhouetteSettings { silhouette, contour, contour_weight, contour_reach, limb_side_weight } =
+            SilhouetteSettings::default();
+        let DiffusionSettings { prediction, .. } = DiffusionSettings::default();
+        Self {
+            paper: false,
+            particles: None,
+            layers,
+            survival_rate,
+            silhouette,
+            contour,
+            contour_weight,
+            contour_reach,
+            limb_side_weight,
+            proposal_scale: 1.5,
+            prediction,
+            kernel,
+            estimator,
+            plausibility: None,
+            refinement: RefinementSettings::default(),
+        }
+    }
+}

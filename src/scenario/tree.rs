@@ -1,0 +1,135 @@
+//! From a text to a tree of values, from a tree to settings, with readable errors.
+
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::complaint::{Complaint, Place, did_you_mean, locate};
+use super::json_tree;
+use crate::input::{self, excerpt};
+
+/// The tree of a text.
+pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
+    toml::from_str(text).map_err(|e| Complaint {
+        origin: origin.to_owned(),
+        place: e.span().map(|span| Place::of(text, &span)),
+        key: String::new(),
+        message: match e.message() {
+            // valid TOML, but not a 64-bit number
+            "JSON number out of range" => "the number is out of range".to_owned(),
+            other => format!("not TOML: {}", input::foreign(other)),
+        },
+    })
+}
+
+/// The settings of a tree.
+pub(super) fn settings_of<T: DeserializeOwned>(
+    tree: Value,
+    complain: impl FnOnce(Mistake) -> Complaint,
+) -> Result<T, Complaint> {
+    settings_or_mistake(tree).map_err(complain)
+}
+
+/// The settings of a tree, or its first error.
+pub(super) fn settings_or_mistake<T: DeserializeOwned>(tree: Value) -> Result<T, Mistake> {
+    if let Some((key, expected)) = foreign(&tree) {
+        return Err(Mistake { key, unknown: None, message: expected.to_owned() });
+    }
+    json_tree::value(tree).map_err(|e| Mistake::new(&e))
+}
+
+/// The first key whose value exists in TOML but not in JSON, and what was expected.
+fn foreign(tree: &Value) -> Option<(String, &'static str)> {
+    let within = |key: String, value| {
+        foreign(value).map(|(rest, expected)| match rest.is_empty() || rest.starts_with('[') {
+            true => (key + &rest, expected),
+            false => (key + "." + &rest, expected),
+        })
+    };
+    match tree {
+        Value::Null => Some((String::new(), "expected a finite number")),
+        Value::Object(date) if date.contains_key(DATE) => {
+            Some((String::new(), "no setting is a date; put text in quotes"))
+        }
+        Value::Array(values) => values.iter().enumerate().find_map(|(i, value)| within(format!("[{i}]"), value)),
+        Value::Object(table) => table.iter().find_map(|(key, value)| within(key.clone(), value)),
+        _ => None,
+    }
+}
+
+/// The key that marks a TOML date in a tree.
+const DATE: &str = "$__toml_private_datetime";
+
+/// An error of reading settings.
+#[derive(Clone)]
+pub(super) struct Mistake {
+    /// Dotted; empty for the whole.
+    pub(super) key: String,
+    /// The word that is unknown there.
+    pub(super) unknown: Option<String>,
+    pub(super) message: String,
+}
+
+impl Mistake {
+    fn new(error: &json_tree::Error) -> Self {
+        let key = error.path().to_string();
+        let key = if key == "." { String::new() } else { key.trim_end_matches(".?").to_owned() };
+        let message = error.inner().to_string();
+        let unknown = message.starts_with("unknown ").then(|| message.split('`').nth(1)).flatten().map(str::to_owned);
+        Self { key, unknown, message: in_plain_words(&message) }
+    }
+
+    /// Position of the unknown word, if it is a key: that of the error, or one in its table (`[tracker.frosen]`).
+    fn unknown_key(&self, text: &str) -> Option<Range<usize>> {
+        let word = self.unknown.as_ref()?;
+        let inside = locate(text, &format!("{}.{word}", self.key));
+        let spot = inside.or_else(|| locate(text, &self.key).filter(|spot| text[spot.key.clone()] == **word))?;
+        Some(spot.key)
+    }
+
+    /// As an error of `origin`, without a line.
+    pub(super) fn about(self, origin: &str) -> Complaint {
+        Complaint { origin: origin.to_owned(), place: None, key: self.key, message: self.message }
+    }
+
+    /// As an error of a text, with its line.
+    pub(super) fn in_text(self, origin: &str, text: &str) -> Complaint {
+        let spot = locate(text, &self.key);
+        let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
+        let place = span.map(|span| Place::of(text, &span));
+        Complaint { place, ..self.about(origin) }
+    }
+}
+
+const PLAIN_WORDS: [(&str, &str); 8] = [
+    ("missing field", "missing key"),
+    ("expected usize", "expected a whole number"),
+    ("expected u32", "expected a whole number"),
+    ("expected u64", "expected a whole number"),
+    ("expected f64", "expected a number"),
+    ("invalid value: map, expected map with a single key", "expected a single name in this table"),
+    ("expected string or map", "expected a text or a table"),
+    ("expected fewer elements in array", "expected fewer numbers"),
+];
+
+/// Parses serde's message about an unknown word: its kind, the word, and what serde expected.
+fn unknown(message: &str) -> Option<(&'static str, &str, &str)> {
+    let kinds = [("unknown field `", "unknown key"), ("unknown variant `", "unknown name")];
+    let (rest, what) = kinds.iter().find_map(|(begin, what)| Some((message.strip_prefix(begin)?, *what)))?;
+    let end = rest.rfind("`, expected ").or_else(|| rest.rfind("`, there are no "))?;
+    Some((what, &rest[..end], &rest[end + 1..]))
+}
+
+/// Serde's message in terms of a scenario.
+fn in_plain_words(message: &str) -> String {
+    if let Some((what, word, expected)) = unknown(message) {
+        // the word is user input, the expected names are ours
+        let known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
+        let guess = did_you_mean(word, known.iter().copied());
+        let guess = guess.map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        return format!("{what} `{}`{guess} (known here: {known})", excerpt(word));
+    }
+    PLAIN_WORDS.iter().fold(input::foreign(message), |message, (from, to)| message.replace(from, to))
+}

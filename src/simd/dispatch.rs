@@ -1,0 +1,28 @@
+//! Compiles a kernel for several instruction sets and selects one at run time.
+
+/// A kernel and what it works on.
+pub(crate) trait Dispatched {
+    type Output;
+
+    /// Does the work. It, and all that it calls, must be `#[inline(always)]` to be compiled for the chosen instructions.
+    fn work(self) -> Self::Output;
+}
+
+/// Does the work with the best instruction set of this processor.
+///
+/// A closure does not work: if it can be called more than once, `FnOnce::call_once` is a separate function compiled for
+/// the baseline, and everything is inlined there instead of into the function with the better instruction set.
+pub(crate) fn dispatch<D: Dispatched>(work: D) -> D::Output {
+    pulp::Arch::new().dispatch(Kernel(work))
+}
+
+struct Kernel<D>(D);
+
+impl<D: Dispatched> pulp::WithSimd for Kernel<D> {
+    type Output = D::Output;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> D::Output {
+        self.0.work()
+    }
+}

@@ -1,0 +1,9 @@
+//! Loops that are compiled for several instruction sets, the best of which is chosen when they run.
+//!
+//! Sums run in lanes of a fixed number and nothing is fused, so that all builds give the same bits.
+
+mod dispatch;
+mod lanes;
+
+pub(crate) use dispatch::{Dispatched, dispatch};
+pub(crate) use lanes::{add_scaled, dot, scaled_exponentials, sum};

@@ -1,0 +1,137 @@
+//! Where a camera's rays graze a surface of triangles: along the edges between a triangle that faces the camera and one that does
+//! not.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3};
+
+use super::outline::Sink;
+use crate::body::Flesh;
+
+/// Sides of the prism that stands for a cylinder; its faces lie within half a percent of the radius of the round.
+const CYLINDER_SIDES: u32 = 32;
+
+/// A surface of triangles with its edges.
+#[derive(Debug)]
+pub(super) struct MeshOutline {
+    /// In the link's frame.
+    vertices: Vec<Point3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    edges: Vec<Edge>,
+}
+
+/// An edge and the triangles that meet there; the second is missing at the rim of an open surface.
+#[derive(Debug)]
+struct Edge {
+    ends: [u32; 2],
+    triangles: [Option<u32>; 2],
+}
+
+impl MeshOutline {
+    /// The surface of a solid; `None` for a tapered capsule.
+    pub(super) fn of_solid(solid: &Flesh) -> Option<Self> {
+        match solid {
+            Flesh::TaperedCapsule(_) => None,
+            Flesh::Box { link_from_box, half_extents } => {
+                let (vertices, triangles) = box_surface(link_from_box, half_extents);
+                Some(Self::new(vertices, triangles))
+            }
+            Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+                let (vertices, triangles) = prism(link_from_cylinder, *radius, *half_length);
+                Some(Self::new(vertices, triangles))
+            }
+            Flesh::Mesh { vertices, triangles } => Some(Self::new(vertices.clone(), triangles.clone())),
+        }
+    }
+
+    fn new(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
+        // Files often give every triangle corners of its own: edges are known by where their ends are.
+        let mut places = BTreeMap::new();
+        let place: Vec<u32> = (0..)
+            .zip(&vertices)
+            .map(|(index, p)| *places.entry([p.x.to_bits(), p.y.to_bits(), p.z.to_bits()]).or_insert(index))
+            .collect();
+        let mut edges: BTreeMap<[u32; 2], [Option<u32>; 2]> = BTreeMap::new();
+        for (number, triangle) in (0_u32..).zip(&triangles) {
+            let corners = triangle.map(|corner| place[corner as usize]);
+            for side in 0..3 {
+                let (a, b) = (corners[side], corners[(side + 1) % 3]);
+                if a != b {
+                    let meeting = edges.entry([a.min(b), a.max(b)]).or_default();
+                    if let Some(free) = meeting.iter_mut().find(|place| place.is_none()) {
+                        *free = Some(number);
+                    }
+                }
+            }
+        }
+        let edges = edges.into_iter().map(|(ends, triangles)| Edge { ends, triangles }).collect();
+        Self { vertices, triangles, edges }
+    }
+
+    /// Samples about `spacing` pixels apart on all edges where the surface turns away from the camera.
+    pub(super) fn sample(&self, camera_from_link: &Isometry3<f64>, spacing: f64, sink: &mut Sink<'_>) {
+        let vertices: Vec<Point3<f64>> = self.vertices.iter().map(|v| camera_from_link * v).collect();
+        let corners = |triangle: u32| self.triangles[triangle as usize].map(|corner| vertices[corner as usize]);
+        let faces = |triangle: &u32| {
+            let [a, b, c] = corners(*triangle);
+            (b - a).cross(&(c - a)).dot(&a.coords) < 0.0
+        };
+        // Edges of fine meshes are shorter than the spacing: what is left of one goes on to the next.
+        let mut rest = 0.5 * spacing;
+        for edge in &self.edges {
+            let [Some(one), two] = edge.triangles else { continue };
+            if two.is_some_and(|two| faces(&one) == faces(&two)) {
+                continue;
+            }
+            let [from, to] = edge.ends.map(|end| vertices[end as usize]);
+            let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
+            let third = corners(one).into_iter().find(|corner| *corner != from && *corner != to);
+            let Some(inner) = third.and_then(|third| sink.project(&third)) else { continue };
+            let along = [b[0] - a[0], b[1] - a[1]];
+            let across = [along[1], -along[0]];
+            let side = across[0] * (inner[0] - a[0]) + across[1] * (inner[1] - a[1]);
+            let normal = if side > 0.0 { across.map(|n| -n) } else { across };
+            let length = along[0].hypot(along[1]);
+            let mut at = rest;
+            // An edge that is partly behind the camera may be seen as endlessly long.
+            while at < length.min(512.0 * spacing) {
+                sink.push(perspective_point(&from, &to, at / length), normal);
+                at += spacing;
+            }
+            rest = if length < 512.0 * spacing { at - length } else { 0.5 * spacing };
+        }
+    }
+}
+
+/// The point of the segment that is seen at `share` of the way between the images of its ends.
+fn perspective_point(from: &Point3<f64>, to: &Point3<f64>, share: f64) -> Point3<f64> {
+    let along = share * from.z / (to.z + share * (from.z - to.z));
+    from + along * (to - from)
+}
+
+fn box_surface(link_from_box: &Isometry3<f64>, half: &[f64; 3]) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
+    let sign = |bit: u32| if bit == 1 { 1.0 } else { -1.0 };
+    let corner = |i: u32| Point3::new(sign(i & 1) * half[0], sign(i >> 1 & 1) * half[1], sign(i >> 2 & 1) * half[2]);
+    // Counter-clockwise as seen from outside.
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    ((0..8).map(|i| link_from_box * corner(i)).collect(), triangles)
+}
+
+fn prism(link_from_cylinder: &Isometry3<f64>, radius: f64, half: f64) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
+    let n = CYLINDER_SIDES;
+    let ring = |z: f64| {
+        (0..n).map(move |k| {
+            let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * f64::from(k) / f64::from(n));
+            link_from_cylinder * Point3::new(radius * cos, radius * sin, z)
+        })
+    };
+    let ends = [-half, half].map(|z| link_from_cylinder * Point3::new(0.0, 0.0, z));
+    let vertices: Vec<Point3<f64>> = ring(-half).chain(ring(half)).chain(ends).collect();
+    let triangles = (0..n).flat_map(|k| {
+        let next = (k + 1) % n;
+        [[k, next, n + next], [k, n + next, n + k], [2 * n, next, k], [2 * n + 1, n + k, n + next]]
+    });
+    let triangles = triangles.collect();
+    (vertices, triangles)
+}

@@ -1,0 +1,97 @@
+//! Descent of a pose on silhouettes' outlines: where the model's outline runs beside the observed one, the pose is moved so that
+//! the two fall together.
+//!
+//! Points on the model's surface at which a camera's rays graze it ([`outline`]) are held against the outline that was observed
+//! ([`observed`]), in both directions, and the squared distances are brought down by Gauss-Newton steps
+//! ([`normal_equations`]). Point-to-plane distances go back to Chen and Medioni (1992, "Object modelling by registration of
+//! multiple range images"); optimising a pose on silhouettes between filter steps to Gall, Rosenhahn, Brox and Seidel (2010,
+//! "Optimization and filtering for human motion capture").
+
+mod mesh_outline;
+mod normal_equations;
+mod observed;
+mod outline;
+
+pub(super) use normal_equations::Accumulator;
+pub(super) use observed::ObservedOutline;
+pub(super) use outline::{BodyOutline, OutlineSample};
+
+use crate::body::{Humanoid, LinkFrames, SilhouettePainter};
+use crate::camera::Camera;
+use crate::raster::Mask;
+
+/// A *length* is this share of the image's height; distances of the descent are counted in it, so that settings do not depend on
+/// the number of pixels.
+const LENGTH: f64 = 1.0 / 240.0;
+/// Distance between samples along the model's outline, lengths.
+const SAMPLE_SPACING: f64 = 2.0;
+/// Distance between points along the observed outline, lengths.
+const OBSERVED_SPACING: f64 = 3.0;
+/// Parts of a silhouette, and holes in it, of fewer square lengths are taken for noise.
+const SPECK: f64 = 25.0;
+/// How far from a silhouette its distance field reaches, lengths.
+const REACH: f64 = 20.0;
+/// How far an observed point may lie from the model's outline, lengths.
+const NEAREST: f64 = 30.0;
+/// Least cosine between the directions in which a sample and the distance field inside the silhouette point.
+const SAME_SIDE: f64 = 0.2;
+/// Least cosine between the normals of an observed point and of its sample.
+const SAME_NORMAL: f64 = 0.5;
+
+/// Pixels of a length in the images of a camera.
+pub(super) fn length_px(camera: &Camera) -> f64 {
+    LENGTH * f64::from(camera.pinhole.height)
+}
+
+/// Buffers of one thread.
+pub(super) struct DescentScratch {
+    painters: Vec<SilhouettePainter>,
+    drawn: Vec<Mask>,
+    samples: Vec<OutlineSample>,
+}
+
+impl DescentScratch {
+    /// Buffers for views of `cameras`, which are ideal.
+    pub(super) fn new<'a>(cameras: impl Iterator<Item = &'a Camera> + Clone) -> Self {
+        let mask = |camera: &Camera| Mask::new(camera.pinhole.width, camera.pinhole.height);
+        let drawn = cameras.clone().map(mask).collect();
+        Self { painters: cameras.map(SilhouettePainter::new).collect(), drawn, samples: Vec::new() }
+    }
+}
+
+/// The residuals of one view at a pose whose links are at `frames`, added to `equations`.
+#[expect(clippy::too_many_arguments, reason = "one view's data, the pose and the memory to work in")]
+pub(super) fn add_view(
+    body: &Humanoid,
+    frames: &LinkFrames,
+    outline: &BodyOutline,
+    camera: &Camera,
+    view: usize,
+    observed: &ObservedOutline,
+    width: f64,
+    scratch: &mut DescentScratch,
+    equations: &mut Accumulator,
+) {
+    let DescentScratch { painters, drawn, samples } = scratch;
+    let (Some(painter), Some(mask)) = (painters.get_mut(view), drawn.get_mut(view)) else { return };
+    mask.clear();
+    painter.paint(body, frames, mask);
+    let length = length_px(camera);
+    samples.clear();
+    outline.sample(body, frames, camera, SAMPLE_SPACING * length, samples);
+    samples.retain(|sample| is_on_the_contour(sample, mask));
+    observed.each_residual(samples, length, |sample, residual| {
+        equations.add(camera, sample, residual, length, width);
+    });
+}
+
+/// Whether the pixel just outside a sample is in the image and not of the body itself: else the sample lies within the body's
+/// silhouette, or the picture ends there.
+fn is_on_the_contour(sample: &OutlineSample, drawn: &Mask) -> bool {
+    let [u, v] = [0, 1].map(|i| sample.pixel[i] + sample.normal[i]);
+    let inside = u >= 0.0 && v >= 0.0 && u < f64::from(drawn.width()) && v < f64::from(drawn.height());
+    inside && !drawn.get(u as u32, v as u32)
+}
+
+#[cfg(test)]
+mod tests;

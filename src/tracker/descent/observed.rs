@@ -1,0 +1,204 @@
+//! The outline that was observed, and how far a model's outline lies from it.
+
+use super::{NEAREST, OBSERVED_SPACING, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SPECK};
+use crate::raster::{Mask, SignedDistance, contour, without_specks};
+
+/// One view's observed outline.
+#[derive(Debug)]
+pub(in crate::tracker) struct ObservedOutline {
+    field: SignedDistance,
+    points: Vec<OutlinePoint>,
+}
+
+/// A point on an observed outline, pixels.
+#[derive(Clone, Copy, Debug)]
+struct OutlinePoint {
+    pixel: [f64; 2],
+    /// Unit vector away from the silhouette.
+    normal: [f64; 2],
+}
+
+/// How far a sample lies from the observed outline.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::tracker) struct Residual {
+    /// Lengths.
+    pub(in crate::tracker) value: f64,
+    /// Derivative of the distance in pixels with respect to the sample's pixel.
+    pub(in crate::tracker) gradient: [f64; 2],
+}
+
+impl ObservedOutline {
+    /// The outline of an observed mask, specks and pinholes left out; `length` in pixels. `shown` says which pixels show anything, where
+    /// not all do. `None` for a mask without an outline.
+    pub(in crate::tracker) fn new(mask: &Mask, shown: Option<&Mask>, length: f64) -> Option<Self> {
+        let mask = without_specks(mask, (SPECK * length * length) as u64);
+        let field = SignedDistance::new(&mask, shown, (REACH * length).ceil() as u32)?;
+        let points = thinned(&contour(&mask), OBSERVED_SPACING * length);
+        let points = points.into_iter().filter_map(|(x, y)| on_the_outline(&field, x, y)).collect();
+        Some(Self { field, points })
+    }
+
+    /// Calls `add` with every residual of both directions: each sample against the distance field, and each observed point
+    /// against the nearest sample whose normal agrees. `length` in pixels.
+    pub(in crate::tracker) fn each_residual(
+        &self,
+        samples: &[OutlineSample],
+        length: f64,
+        mut add: impl FnMut(&OutlineSample, Residual),
+    ) {
+        for sample in samples {
+            let Some(found) = self.field.sample(sample.pixel[0], sample.pixel[1]) else { continue };
+            let agreement = dot(found.gradient, sample.normal);
+            let steepness = dot(found.gradient, found.gradient).sqrt();
+            // Inside, the nearest outline may be the limb's other side.
+            if found.distance < 0.0 && agreement < SAME_SIDE * steepness {
+                continue;
+            }
+            add(sample, Residual { value: found.distance / length, gradient: found.gradient });
+        }
+        if samples.is_empty() {
+            return;
+        }
+        let grid = SampleGrid::new(samples, NEAREST * length);
+        for point in &self.points {
+            let Some(nearest) = grid.nearest(samples, point) else { continue };
+            let sample = &samples[nearest];
+            let offset = [0, 1].map(|i| sample.pixel[i] - point.pixel[i]);
+            add(sample, Residual { value: dot(point.normal, offset) / length, gradient: point.normal });
+        }
+    }
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// Pixels of a contour, in the order of rows, so far apart that none lies within `spacing` pixels of one before it.
+fn thinned(contour: &Mask, spacing: f64) -> Vec<(u32, u32)> {
+    // One pixel a cell at most: a cell's diagonal is the spacing.
+    let cell = (spacing / std::f64::consts::SQRT_2).max(1.0);
+    let columns = (f64::from(contour.width()) / cell) as usize + 1;
+    let rows = (f64::from(contour.height()) / cell) as usize + 1;
+    let mut cells: Vec<Option<(u32, u32)>> = vec![None; columns * rows];
+    let mut kept = Vec::new();
+    for (x, y) in contour.pixels() {
+        let (i, j) = ((f64::from(x) / cell) as usize, (f64::from(y) / cell) as usize);
+        let near = |(a, b): (u32, u32)| (f64::from(a) - f64::from(x)).hypot(f64::from(b) - f64::from(y)) < spacing;
+        let around = (j.saturating_sub(2)..=(j + 2).min(rows - 1))
+            .flat_map(|j| (i.saturating_sub(2)..=(i + 2).min(columns - 1)).map(move |i| j * columns + i));
+        if !around.into_iter().any(|index| cells[index].is_some_and(near)) {
+            cells[j * columns + i] = Some((x, y));
+            kept.push((x, y));
+        }
+    }
+    kept
+}
+
+/// The point of the outline beside the centre of contour pixel `(x, y)`.
+fn on_the_outline(field: &SignedDistance, x: u32, y: u32) -> Option<OutlinePoint> {
+    let centre = [f64::from(x) + 0.5, f64::from(y) + 0.5];
+    // One-sided differences of a field with kinks: the mean over the four cells that meet at the centre.
+    let shifts = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)];
+    let mut sum = [0.0; 2];
+    for (du, dv) in shifts {
+        let gradient = field.sample(centre[0] + du, centre[1] + dv)?.gradient;
+        (0..2).for_each(|i| sum[i] += gradient[i]);
+    }
+    let norm = dot(sum, sum).sqrt();
+    if norm < 1e-6 {
+        return None;
+    }
+    let normal = sum.map(|s| s / norm);
+    let distance = field.sample(centre[0], centre[1])?.distance;
+    Some(OutlinePoint { pixel: [0, 1].map(|i| centre[i] - distance * normal[i]), normal })
+}
+
+/// Samples by square cells, for finding the nearest.
+struct SampleGrid {
+    reach: f64,
+    cell: f64,
+    columns: usize,
+    rows: usize,
+    left: f64,
+    top: f64,
+    /// First entry of each cell in `entries`; one more at the end.
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+}
+
+/// Cells along a reach: smaller cells have fewer samples and more of them to look through.
+const CELLS_A_REACH: f64 = 5.0;
+
+impl SampleGrid {
+    fn new(samples: &[OutlineSample], reach: f64) -> Self {
+        let cell = reach / CELLS_A_REACH;
+        let fold = |i: usize, from: f64, f: fn(f64, f64) -> f64| samples.iter().map(|s| s.pixel[i]).fold(from, f);
+        let (left, top) = (fold(0, f64::INFINITY, f64::min), fold(1, f64::INFINITY, f64::min));
+        let (right, bottom) = (fold(0, f64::NEG_INFINITY, f64::max), fold(1, f64::NEG_INFINITY, f64::max));
+        // Samples lie in the image but for a pixel, which bounds the number of cells.
+        let count = |from: f64, to: f64| if to >= from { ((to - from) / cell) as usize + 1 } else { 0 };
+        let (columns, rows) = (count(left, right), count(top, bottom));
+        let mut grid =
+            Self { reach, cell, columns, rows, left, top, starts: vec![0; columns * rows + 1], entries: Vec::new() };
+        let cells: Vec<usize> = samples.iter().map(|sample| grid.cell_of(sample)).collect();
+        cells.iter().for_each(|cell| grid.starts[cell + 1] += 1);
+        (1..grid.starts.len()).for_each(|i| grid.starts[i] += grid.starts[i - 1]);
+        let mut next = grid.starts.clone();
+        grid.entries = vec![0; samples.len()];
+        for (index, cell) in cells.into_iter().enumerate() {
+            grid.entries[next[cell] as usize] = index as u32;
+            next[cell] += 1;
+        }
+        grid
+    }
+
+    fn cell_of(&self, sample: &OutlineSample) -> usize {
+        let column = ((sample.pixel[0] - self.left) / self.cell) as usize;
+        let row = ((sample.pixel[1] - self.top) / self.cell) as usize;
+        row * self.columns + column
+    }
+
+    /// Index of the sample nearest to `point` whose normal agrees; the lower of two that are equally near.
+    fn nearest(&self, samples: &[OutlineSample], point: &OutlinePoint) -> Option<usize> {
+        let column = ((point.pixel[0] - self.left) / self.cell).floor() as i64;
+        let row = ((point.pixel[1] - self.top) / self.cell).floor() as i64;
+        let mut best: Option<(f64, usize)> = None;
+        for ring in 0..=(CELLS_A_REACH as i64 + 1) {
+            // Whatever lies in this ring is at least so far away.
+            let least = (ring - 1).max(0) as f64 * self.cell;
+            if best.is_some_and(|(square, _)| square < least * least) {
+                break;
+            }
+            for (i, j) in ring_cells(column, row, ring) {
+                let inside = i >= 0 && j >= 0 && i < self.columns as i64 && j < self.rows as i64;
+                if inside {
+                    self.search(samples, point, j as usize * self.columns + i as usize, &mut best);
+                }
+            }
+        }
+        best.map(|(_, index)| index)
+    }
+
+    fn search(&self, samples: &[OutlineSample], point: &OutlinePoint, cell: usize, best: &mut Option<(f64, usize)>) {
+        let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+        for &index in &self.entries[range] {
+            let sample = &samples[index as usize];
+            let offset = [0, 1].map(|i| sample.pixel[i] - point.pixel[i]);
+            let square = dot(offset, offset);
+            let candidate = (square, index as usize);
+            let nearer = square <= self.reach * self.reach && best.is_none_or(|best| candidate < best);
+            if nearer && dot(sample.normal, point.normal) > SAME_NORMAL {
+                *best = Some(candidate);
+            }
+        }
+    }
+}
+
+/// The cells at Chebyshev distance `ring` from a cell.
+fn ring_cells(column: i64, row: i64, ring: i64) -> impl Iterator<Item = (i64, i64)> {
+    (-ring..=ring).flat_map(move |dj| {
+        let whole = dj.abs() == ring;
+        let step = if whole || ring == 0 { 1 } else { 2 * ring };
+        (-ring..=ring).step_by(step.max(1) as usize).map(move |di| (column + di, row + dj))
+    })
+}

@@ -1,0 +1,164 @@
+//! Where a camera's rays graze a body.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::mesh_outline::MeshOutline;
+use crate::body::{Flesh, Humanoid, LinkFrames};
+use crate::camera::{Camera, Pinhole};
+use crate::raster::TaperedCapsule;
+
+/// A point of a body's surface at which the ray from a camera grazes it.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::tracker) struct OutlineSample {
+    /// The link that it belongs to.
+    pub(in crate::tracker) link: usize,
+    /// In the camera's frame, metres.
+    pub(in crate::tracker) point: Point3<f64>,
+    /// Where the camera sees it.
+    pub(in crate::tracker) pixel: [f64; 2],
+    /// Unit vector in the image, away from the solid.
+    pub(in crate::tracker) normal: [f64; 2],
+}
+
+/// A body's solids, ready for asking where cameras see them end.
+#[derive(Debug)]
+pub(in crate::tracker) struct BodyOutline {
+    /// What is no tapered capsule: link and surface.
+    surfaces: Vec<(usize, MeshOutline)>,
+}
+
+impl BodyOutline {
+    pub(in crate::tracker) fn new(body: &Humanoid) -> Self {
+        let of_link = |(link, solids): (usize, &Vec<Flesh>)| {
+            solids.iter().filter_map(move |solid| Some((link, MeshOutline::of_solid(solid)?))).collect::<Vec<_>>()
+        };
+        Self { surfaces: body.links.iter().map(|l| &l.flesh).enumerate().flat_map(of_link).collect() }
+    }
+
+    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane, also where other solids hide them.
+    pub(in crate::tracker) fn sample(
+        &self,
+        body: &Humanoid,
+        frames: &LinkFrames,
+        camera: &Camera,
+        spacing: f64,
+        samples: &mut Vec<OutlineSample>,
+    ) {
+        for (link, solids) in body.links.iter().map(|link| &link.flesh).enumerate() {
+            let camera_from_link = camera.camera_from_world * frames[link];
+            for solid in solids {
+                if let Flesh::TaperedCapsule(capsule) = solid {
+                    let mut sink = Sink { link, pinhole: &camera.pinhole, samples };
+                    sample_capsule(&capsule.transformed(&camera_from_link), spacing, &mut sink);
+                }
+            }
+        }
+        for (link, surface) in &self.surfaces {
+            let camera_from_link: Isometry3<f64> = camera.camera_from_world * frames[*link];
+            surface.sample(&camera_from_link, spacing, &mut Sink { link: *link, pinhole: &camera.pinhole, samples });
+        }
+    }
+}
+
+/// Where samples of one link go.
+pub(super) struct Sink<'a> {
+    link: usize,
+    pub(super) pinhole: &'a Pinhole,
+    samples: &'a mut Vec<OutlineSample>,
+}
+
+impl Sink<'_> {
+    /// Pixel of a point of the camera's frame; `None` before the near plane.
+    pub(super) fn project(&self, point: &Point3<f64>) -> Option<[f64; 2]> {
+        let Pinhole { focal, principal_point, near, .. } = self.pinhole;
+        (point.z >= *near).then(|| [0, 1].map(|i| principal_point[i] + focal[i] * point[i] / point.z))
+    }
+
+    /// Adds a sample whose normal in the image is along `normal`, of any length.
+    pub(super) fn push(&mut self, point: Point3<f64>, normal: [f64; 2]) {
+        let norm = (normal[0] * normal[0] + normal[1] * normal[1]).sqrt();
+        let normal = normal.map(|n| n / norm);
+        if let (Some(pixel), true) = (self.project(&point), normal[0].is_finite() && normal[1].is_finite()) {
+            self.samples.push(OutlineSample { link: self.link, point, pixel, normal });
+        }
+    }
+
+    /// Adds a sample at which the surface's own normal is `normal`, perpendicular to the ray through it: the plane through the
+    /// camera's centre with that normal is seen as a line whose normal in pixels is this.
+    fn push_grazed(&mut self, point: Point3<f64>, normal: &Vector3<f64>) {
+        let [fx, fy] = self.pinhole.focal;
+        self.push(point, [normal.x / fx, normal.y / fy]);
+    }
+}
+
+/// The outline of a tapered capsule: two sides along which planes through the camera's centre touch both balls, and of each ball's
+/// circle of grazing rays the part that the other ball's end does not cover.
+fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut Sink<'_>) {
+    for (normal, [from, to]) in sides(capsule).into_iter().flatten() {
+        let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
+        let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MOST_SAMPLES) as u32;
+        for step in 0..steps {
+            let share = (f64::from(step) + 0.5) / f64::from(steps);
+            sink.push_grazed(from + share * (to - from), &normal);
+        }
+    }
+    let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
+    for (centre, radius, other, other_radius) in [(a, radius_a, b, radius_b), (b, radius_b, a, radius_a)] {
+        let beyond = |normal: &Vector3<f64>| normal.dot(&(other - centre)) + other_radius - radius < 0.0;
+        sample_ball(&centre, radius, spacing, beyond, sink);
+    }
+}
+
+/// More samples than any outline in sight needs: what is partly behind the camera may be seen as endlessly long.
+const MOST_SAMPLES: f64 = 512.0;
+
+/// The circle along which rays graze a ball, where `is_outline` holds for the surface's normal.
+///
+/// With centre c, radius r and unit normal n the grazed points are c + r n with n.(c + r n) = 0, that is n.c = -r.
+fn sample_ball(
+    centre: &Point3<f64>,
+    radius: f64,
+    spacing: f64,
+    is_outline: impl Fn(&Vector3<f64>) -> bool,
+    sink: &mut Sink<'_>,
+) {
+    let square = centre.coords.norm_squared();
+    let rest = 1.0 - radius * radius / square;
+    if radius <= 0.0 || rest <= 0.0 || centre.z <= sink.pinhole.near {
+        return;
+    }
+    let axis = centre.coords / square.sqrt();
+    let across = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let first = axis.cross(&across).normalize();
+    let second = axis.cross(&first);
+    let circumference = 2.0 * std::f64::consts::PI * radius * sink.pinhole.focal[1] / centre.z;
+    let count = (circumference / spacing).ceil().clamp(1.0, MOST_SAMPLES) as u32;
+    for k in 0..count {
+        let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * f64::from(k) / f64::from(count));
+        let normal = axis * (-radius / square.sqrt()) + (first * cos + second * sin) * rest.sqrt();
+        if is_outline(&normal) {
+            sink.push_grazed(centre + normal * radius, &normal);
+        }
+    }
+}
+
+/// A side of a capsule as the camera sees it: its outward normal and its ends.
+type Side = (Vector3<f64>, [Point3<f64>; 2]);
+
+/// Outward normals of the two planes through the camera's centre that touch both balls, and where they do; `None` where one
+/// ball hides the other.
+///
+/// Such a plane has n.a = -ra and n.b = -rb. With w = a x b and q = ra b - rb a that is
+/// n = -(q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2.
+fn sides(capsule: &TaperedCapsule) -> [Option<Side>; 2] {
+    let (a, b) = (capsule.a.coords, capsule.b.coords);
+    let (w, q) = (a.cross(&b), capsule.radius_a * b - capsule.radius_b * a);
+    let (square, rest) = (w.norm_squared(), w.norm_squared() - q.norm_squared());
+    if square <= 0.0 || rest <= 0.0 {
+        return [None; 2];
+    }
+    [1.0, -1.0].map(|sign| {
+        let normal = -(q.cross(&w) + sign * rest.sqrt() * w) / square;
+        Some((normal, [capsule.a + capsule.radius_a * normal, capsule.b + capsule.radius_b * normal]))
+    })
+}

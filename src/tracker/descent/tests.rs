@@ -1,0 +1,375 @@
+//! Derivatives against differences, outlines against drawings, and poses found again.
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+use super::*;
+use crate::body::{Flesh, Link, Pose, draw_silhouette};
+use crate::camera::{CameraRig, Distortion, RingParameters};
+use crate::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
+use crate::observation::Observation;
+use crate::raster::{DistanceMap, TaperedCapsule, contour};
+use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+
+fn ring(count: u32, image_size: [u32; 2]) -> CameraRig {
+    let ring = RingParameters {
+        count,
+        radius: 3.5,
+        height: 1.6,
+        look_at: Point3::new(0.0, 0.0, 0.95),
+        first_azimuth: 0.8,
+        field_of_view: 1.05,
+        image_size,
+        near: 0.05,
+    };
+    CameraRig::ring(&ring).unwrap()
+}
+
+/// Striding, arms away from the trunk: every limb is seen to end somewhere, and no angle is at a limit.
+fn standing(body: &Humanoid) -> Pose {
+    let mut pose = body.zero_pose();
+    pose.world_from_root = Isometry3::from_parts(
+        Vector3::new(0.05, -0.1, 0.93).into(),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.4),
+    );
+    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+        let legs = [("hip_flexion", 0.2 + 0.3 * sign), ("hip_abduction", 0.1), ("knee_flexion", 0.5 - 0.3 * sign)];
+        let arms = [("shoulder_flexion", -0.3 * sign), ("shoulder_abduction", 0.6), ("elbow_flexion", 0.8)];
+        for (name, angle) in legs.into_iter().chain(arms) {
+            if let Some(number) = body.find_degree_of_freedom(&format!("{side}_{name}")) {
+                pose.joint_angles[number] = angle;
+            }
+        }
+    }
+    pose
+}
+
+fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig) -> Observation {
+    let silhouettes = rig.cameras.iter().map(|camera| {
+        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+        draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
+        mask
+    });
+    Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect() }
+}
+
+fn diffusion(body: &Humanoid) -> Diffusion {
+    Diffusion::new(body.clone(), &ProposalScales::for_human(body, 60.0), &DiffusionSettings::default()).unwrap()
+}
+
+fn likelihood(body: &Humanoid, rig: &CameraRig) -> SilhouetteLikelihood {
+    SilhouetteLikelihood::new(body.clone(), rig, SilhouetteSettings::default()).unwrap().with_descent()
+}
+
+/// Where `steps` steps of narrowing width lead from `pose`.
+fn descended(likelihood: &SilhouetteLikelihood, body: &Humanoid, pose: &Pose, steps: usize) -> Pose {
+    let (model, mut scratch, mut now) = (diffusion(body), likelihood.scratch(), pose.clone());
+    for step in 0..steps {
+        let width = 8.0 * (1.5_f64 / 8.0).powf(step as f64 / (steps - 1) as f64);
+        let evidence = likelihood.linearise(&now, width, &mut scratch).unwrap();
+        now = model.descend(&now, pose, evidence).unwrap();
+    }
+    now
+}
+
+/// Mean distance of the markers, millimetres.
+fn apart_mm(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
+    let (a, b) = (body.markers(&body.link_frames(a)), body.markers(&body.link_frames(b)));
+    let distance = |(a, b): (&Option<Point3<f64>>, &Option<Point3<f64>>)| Some((a.as_ref()? - b.as_ref()?).norm());
+    let all: Vec<f64> = a.iter().zip(&b).filter_map(distance).collect();
+    1000.0 * all.iter().sum::<f64>() / all.len() as f64
+}
+
+/// `pose` with every number of a step off by `by`, up and down by turns.
+fn off(body: &Humanoid, pose: &Pose, by: f64) -> Pose {
+    let sign = |i: usize| if i.is_multiple_of(3) { -1.0 } else { 1.0 };
+    let step: Vec<f64> = (0..body.step_len()).map(|i| by * sign(i) * if i < 3 { 0.3 } else { 1.0 }).collect();
+    body.step(pose, &step)
+}
+
+/// tracker25 with boxes, cylinders and meshes in place of most capsules.
+fn of_other_flesh() -> Humanoid {
+    let mut body = Humanoid::tracker25().unwrap();
+    let solids: Vec<&mut Flesh> = body.links.iter_mut().flat_map(|link: &mut Link| &mut link.flesh).collect();
+    for (index, solid) in solids.into_iter().enumerate() {
+        let Flesh::TaperedCapsule(TaperedCapsule { a, b, radius_a, radius_b }) = solid.clone() else { continue };
+        let (along, radius) = (b - a, 0.5 * (radius_a + radius_b));
+        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along).unwrap_or_else(UnitQuaternion::identity);
+        let frame = Isometry3::from_parts(nalgebra::center(&a, &b).coords.into(), turn);
+        let half = 0.5 * along.norm() + 0.5 * radius;
+        *solid = match index % 4 {
+            0 => continue,
+            1 => Flesh::Box { link_from_box: frame, half_extents: [radius, 0.8 * radius, half] },
+            2 => Flesh::Cylinder { link_from_cylinder: frame, radius, half_length: half },
+            _ => octahedron(&frame, [1.3 * radius, radius, 1.2 * half]),
+        };
+    }
+    body
+}
+
+/// A closed mesh of eight triangles.
+fn octahedron(frame: &Isometry3<f64>, half: [f64; 3]) -> Flesh {
+    let tip = |axis: usize, sign: f64| {
+        let mut p = Point3::origin();
+        p[axis] = sign * half[axis];
+        frame * p
+    };
+    let vertices = (0..3).flat_map(|axis| [tip(axis, 1.0), tip(axis, -1.0)]).collect();
+    // tips: +x, -x, +y, -y, +z, -z
+    let triangles = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    Flesh::Mesh { vertices, triangles }
+}
+
+/// What is left of the samples of one camera.
+fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>, Mask) {
+    let frames = body.link_frames(pose);
+    let mut samples = Vec::new();
+    BodyOutline::new(body).sample(body, &frames, camera, SAMPLE_SPACING * length_px(camera), &mut samples);
+    let mut drawn = Mask::new(camera.pinhole.width, camera.pinhole.height);
+    draw_silhouette(body, &frames, camera, &mut drawn);
+    samples.retain(|sample| is_on_the_contour(sample, &drawn));
+    (samples, drawn)
+}
+
+#[test]
+fn samples_lie_on_the_drawn_contour_and_leave_none_of_it_out_whatever_the_flesh() {
+    for body in [Humanoid::tracker25().unwrap(), crate::body::shipped("actor").unwrap(), of_other_flesh()] {
+        for camera in &ring(3, [640, 480]).cameras {
+            let (samples, drawn) = samples(&body, &standing(&body), camera);
+            let edge = contour(&drawn);
+            let map = DistanceMap::new(&edge);
+            let off_edge = |s: &&OutlineSample| map.distance(s.pixel[0] as u32, s.pixel[1] as u32) > 2.0;
+            let strays = samples.iter().filter(off_edge).count();
+            // A sample may touch a pixel that another solid leaves free between itself and the outline.
+            assert!(strays * 100 <= samples.len(), "{}: {strays} of {} samples", body.name, samples.len());
+            let near = |(x, y): (u32, u32)| {
+                let far = |s: &OutlineSample| (s.pixel[0] - f64::from(x) - 0.5).hypot(s.pixel[1] - f64::from(y) - 0.5);
+                samples.iter().map(far).fold(f64::INFINITY, f64::min) < SAMPLE_SPACING * length_px(camera) + 1.5
+            };
+            let missed = edge.pixels().filter(|pixel| !near(*pixel)).count() as u64;
+            assert!(missed * 50 <= edge.count(), "{}: {missed} of {} contour pixels", body.name, edge.count());
+        }
+    }
+}
+
+#[test]
+fn normals_of_samples_point_out_of_the_silhouette() {
+    for body in [Humanoid::tracker25().unwrap(), of_other_flesh()] {
+        let camera = &ring(3, [640, 480]).cameras[1];
+        let (samples, drawn) = samples(&body, &standing(&body), camera);
+        let inward = |s: &&OutlineSample| {
+            let [u, v] = [0, 1].map(|i| s.pixel[i] - 1.5 * s.normal[i]);
+            drawn.get(u as u32, v as u32)
+        };
+        // thin tips aside
+        assert!(samples.iter().filter(inward).count() * 100 >= 97 * samples.len(), "{}", body.name);
+    }
+}
+
+#[test]
+fn derivatives_of_a_residual_agree_with_finite_differences_for_every_number_of_a_step() {
+    let body = Humanoid::tracker25().unwrap();
+    let pose = standing(&body);
+    let frames = body.link_frames(&pose);
+    for camera in &ring(2, [320, 240]).cameras {
+        let length = length_px(camera);
+        for sample in samples(&body, &pose, camera).0.iter().step_by(37) {
+            let gradient = [0.8, -0.6];
+            let residual = observed::Residual { value: 2.5, gradient };
+            let mut equations = Accumulator::new(body.links.len(), Point3::new(0.3, 0.2, 0.1));
+            equations.add(camera, sample, residual, length, 1e9);
+            let equations = equations.finish(&body, &frames);
+            let point_in_link = frames[sample.link].inverse() * (camera.camera_from_world.inverse() * sample.point);
+            let pixel = |pose: &Pose| {
+                let point = body.link_frames(pose)[sample.link] * point_in_link;
+                camera.project(&point).unwrap()
+            };
+            let h = 1e-5;
+            for number in 0..body.step_len() {
+                let moved = |by: f64| {
+                    let mut step = vec![0.0; body.step_len()];
+                    step[number] = by;
+                    pixel(&body.step(&pose, &step))
+                };
+                let along = (moved(h) - moved(-h)) / (2.0 * h);
+                let slope = (gradient[0] * along.x + gradient[1] * along.y) / length;
+                let found = equations.gradient[number];
+                assert!((found - 2.5 * slope).abs() < 1e-6 * (1.0 + slope.abs()), "{number}: {found} {slope}");
+                let square = equations.matrix[(number, number)];
+                assert!((square - slope * slope).abs() < 1e-5 * (1.0 + square), "{number}: {square} {slope}");
+            }
+            assert!((equations.cost - 6.25).abs() < 1e-12 && equations.residuals == 1);
+            assert!((&equations.matrix - equations.matrix.transpose()).abs().max() < 1e-9 * equations.matrix.norm());
+        }
+    }
+}
+
+#[test]
+fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_flesh() {
+    for (body, within_mm) in [(Humanoid::tracker25().unwrap(), 4.0), (of_other_flesh(), 6.0)] {
+        let (truth, rig) = (standing(&body), ring(4, [320, 240]));
+        let mut likelihood = likelihood(&body, &rig);
+        likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+        for by in [0.05, -0.05, 0.1] {
+            let start = off(&body, &truth, by);
+            // 0.1 rad is 110 mm off: the contours overlap by half a limb, and the first steps are short
+            let found = descended(&likelihood, &body, &start, 12);
+            let (before, after) = (apart_mm(&body, &truth, &start), apart_mm(&body, &truth, &found));
+            assert!(before > 8.0 * within_mm && after < within_mm, "{}, {by}: {before:.1} to {after:.1} mm", body.name);
+        }
+    }
+}
+
+#[test]
+fn a_pose_is_found_through_lenses_that_bulge_and_pinch_too() {
+    let body = Humanoid::tracker25().unwrap();
+    let truth = standing(&body);
+    for k1 in [-0.25, 0.25] {
+        let mut rig = ring(4, [320, 240]);
+        rig.cameras.iter_mut().for_each(|camera| camera.distortion = Distortion { k1, ..Distortion::default() });
+        let mut likelihood = likelihood(&body, &rig);
+        likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+        let found = descended(&likelihood, &body, &off(&body, &truth, 0.08), 8);
+        let error = apart_mm(&body, &truth, &found);
+        assert!(error < 6.0, "k1 = {k1}: {error:.1} mm");
+    }
+}
+
+#[test]
+fn a_body_that_the_images_edge_cuts_is_not_pulled_to_the_edge() {
+    let body = Humanoid::tracker25().unwrap();
+    let truth = standing(&body);
+    let mut rig = ring(4, [320, 240]);
+    // Longer lenses: head and shanks are outside every picture.
+    rig.cameras.iter_mut().for_each(|camera| camera.pinhole.focal = camera.pinhole.focal.map(|f| 2.2 * f));
+    let observation = seen(&body, &truth, &rig);
+    let cut = |mask: &Mask| mask.runs(0).count() > 0 && mask.runs(mask.height() - 1).count() > 0;
+    assert!(observation.silhouettes.iter().all(cut), "the test cuts the body above and below");
+    let mut likelihood = likelihood(&body, &rig);
+    likelihood.prepare(&observation).unwrap();
+    let found = descended(&likelihood, &body, &truth, 6);
+    let error = apart_mm(&body, &truth, &found);
+    assert!(error < 5.0, "the true pose stays within {error:.1} mm");
+}
+
+#[test]
+fn empty_and_full_masks_say_nothing_and_leave_the_pose_where_it_is() {
+    let body = Humanoid::tracker25().unwrap();
+    let (pose, rig) = (standing(&body), ring(2, [160, 120]));
+    for full in [false, true] {
+        let mask = || Mask::from_fn(160, 120, |_, _| full);
+        let mut likelihood = likelihood(&body, &rig);
+        likelihood.prepare(&Observation { frame: 0, time_s: 0.0, silhouettes: vec![mask(), mask()] }).unwrap();
+        let evidence = likelihood.linearise(&pose, 3.0, &mut likelihood.scratch()).unwrap();
+        assert_eq!((evidence.residuals, evidence.cost), (0, 0.0));
+        assert_eq!(descended(&likelihood, &body, &pose, 4), pose);
+    }
+}
+
+#[test]
+fn a_view_that_went_blank_does_not_spoil_the_others() {
+    let body = Humanoid::tracker25().unwrap();
+    let (truth, rig) = (standing(&body), ring(4, [320, 240]));
+    let mut observation = seen(&body, &truth, &rig);
+    observation.silhouettes[2].clear();
+    let mut likelihood = likelihood(&body, &rig);
+    likelihood.prepare(&observation).unwrap();
+    let found = descended(&likelihood, &body, &off(&body, &truth, 0.05), 8);
+    assert!(apart_mm(&body, &truth, &found) < 4.0);
+}
+
+#[test]
+fn pinholes_and_specks_in_the_masks_hardly_move_the_answer() {
+    let body = Humanoid::tracker25().unwrap();
+    let (truth, rig) = (standing(&body), ring(4, [320, 240]));
+    let mut observation = seen(&body, &truth, &rig);
+    for mask in &mut observation.silhouettes {
+        let spoilt: Vec<(u32, u32)> = (0..320).flat_map(|x| (0..240).map(move |y| (x, y))).collect();
+        for (x, y) in spoilt.into_iter().filter(|(x, y)| (x * 31 + y * 17) % 97 == 0) {
+            mask.set(x, y, !mask.get(x, y));
+        }
+    }
+    let mut likelihood = likelihood(&body, &rig);
+    likelihood.prepare(&observation).unwrap();
+    let found = descended(&likelihood, &body, &off(&body, &truth, 0.05), 8);
+    let error = apart_mm(&body, &truth, &found);
+    assert!(error < 6.0, "{error:.1} mm");
+}
+
+#[test]
+fn a_single_solid_is_brought_to_its_place() {
+    let ball = Flesh::TaperedCapsule(TaperedCapsule {
+        a: Point3::new(0.0, 0.0, -0.3),
+        b: Point3::new(0.0, 0.0, 0.4),
+        radius_a: 0.2,
+        radius_b: 0.1,
+    });
+    let body = Humanoid {
+        name: "one".into(),
+        links: vec![Link { name: "one".into(), flesh: vec![ball], inertia: None }],
+        joints: Vec::new(),
+        degrees_of_freedom: Vec::new(),
+        markers: [None; 15],
+        notes: Vec::new(),
+    };
+    let mut truth = body.zero_pose();
+    truth.world_from_root.translation.z = 1.0;
+    let rig = ring(3, [320, 240]);
+    let mut likelihood = likelihood(&body, &rig);
+    likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+    let found = descended(&likelihood, &body, &off(&body, &truth, 0.1), 8);
+    let tip = |pose: &Pose| pose.world_from_root * Point3::new(0.0, 0.0, 0.4);
+    assert!((tip(&found) - tip(&truth)).norm() < 0.004, "{}", (tip(&found) - tip(&truth)).norm());
+}
+
+#[test]
+fn a_body_out_of_sight_and_one_behind_the_camera_have_no_residuals() {
+    let body = Humanoid::tracker25().unwrap();
+    let rig = ring(2, [160, 120]);
+    let mut likelihood = likelihood(&body, &rig);
+    likelihood.prepare(&seen(&body, &standing(&body), &rig)).unwrap();
+    for at in [[0.0, 0.0, 50.0], [100.0, 70.0, 0.0], [2.5, 2.5, 1.6]] {
+        let mut pose = standing(&body);
+        pose.world_from_root.translation.vector = at.into();
+        let evidence = likelihood.linearise(&pose, 8.0, &mut likelihood.scratch()).unwrap();
+        assert!(evidence.matrix.iter().chain(&evidence.gradient).all(|number| number.is_finite()), "{at:?}");
+        let next = diffusion(&body).descend(&pose, &pose, evidence).unwrap();
+        assert!(next.joint_angles.iter().all(|angle| angle.is_finite()));
+    }
+    let mut lost = standing(&body);
+    lost.world_from_root.translation.x = f64::NAN;
+    assert!(likelihood.linearise(&lost, 8.0, &mut likelihood.scratch()).is_none());
+}
+
+#[test]
+fn an_angle_at_its_limit_stays_there_and_one_of_no_width_never_moves() {
+    let mut body = Humanoid::tracker25().unwrap();
+    let elbow = body.find_degree_of_freedom("left_elbow_flexion").unwrap();
+    let knee = body.find_degree_of_freedom("right_knee_flexion").unwrap();
+    let (truth, rig) = (standing(&body), ring(4, [320, 240]));
+    let observation = seen(&body, &truth, &rig);
+    let mut start = off(&body, &truth, 0.05);
+    (body.degrees_of_freedom[elbow].lower, body.degrees_of_freedom[elbow].upper) = (0.1, 0.1);
+    body.degrees_of_freedom[knee].upper = truth.joint_angles[knee] - 0.1;
+    body.clamp_to_limits(&mut start);
+    let mut likelihood = likelihood(&body, &rig);
+    likelihood.prepare(&observation).unwrap();
+    let found = descended(&likelihood, &body, &start, 8);
+    assert_eq!(found.joint_angles[elbow], 0.1);
+    assert_eq!(found.joint_angles[knee], body.degrees_of_freedom[knee].upper, "it is pushed to its limit and held");
+    let other = body.find_degree_of_freedom("left_knee_flexion").unwrap();
+    assert!((found.joint_angles[other] - truth.joint_angles[other]).abs() < 0.05, "the others go where they belong");
+}
+
+#[test]
+fn scratch_that_was_used_for_another_pose_gives_the_same_bits() {
+    let body = Humanoid::tracker25().unwrap();
+    let (truth, rig) = (standing(&body), ring(3, [160, 120]));
+    let mut likelihood = likelihood(&body, &rig);
+    likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+    let mut used = likelihood.scratch();
+    for by in [0.3, -0.2, 0.05] {
+        let pose = off(&body, &truth, by);
+        let fresh = likelihood.linearise(&pose, 3.0, &mut likelihood.scratch());
+        assert_eq!(likelihood.linearise(&pose, 3.0, &mut used), fresh);
+    }
+}

@@ -1,0 +1,296 @@
+//! After the layers: descent of the estimate, and a search for limbs that the particles lost.
+
+use std::sync::{Mutex, PoisonError};
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{Likelihood, SettingError};
+use crate::body::{Humanoid, LANDMARKS, Landmark, Pose};
+use crate::motion_model::MotionModel;
+use crate::rng::{Purpose, stream};
+
+/// How an annealed particle filter's answer is refined ([`Refinement`]).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RefinementSettings {
+    /// Gauss-Newton steps of every descent, >= 1. Default: 6.
+    pub iterations: usize,
+    /// Every how many frames limbs are looked for anew; 0 for never. Default: 2.
+    pub limb_every: usize,
+    /// Poses tried for every limb and every mirrored pair of limbs. Default: 30.
+    pub limb_samples: usize,
+    /// Gauss-Newton steps from each of the two best of them. Default: 4.
+    pub limb_iterations: usize,
+    /// Share of the particles that goes on from the refined pose, in [0, 1]. Default: 0.5.
+    pub share: f64,
+}
+
+impl Default for RefinementSettings {
+    fn default() -> Self {
+        Self { iterations: 6, limb_every: 2, limb_samples: 30, limb_iterations: 4, share: 0.5 }
+    }
+}
+
+impl RefinementSettings {
+    /// How many energies are evaluated in a frame, on average, for a body with arms and legs.
+    pub fn evaluations_per_frame(&self) -> u64 {
+        let limb = (self.limb_samples + LIMB_DESCENTS.min(self.limb_samples)) as u64;
+        3 + (USUAL_LIMBS * limb).checked_div(self.limb_every as u64).unwrap_or(0)
+    }
+
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// [`SettingError`] that names the first key which is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        let counts = [
+            ("refinement.iterations", self.iterations, 1..=100),
+            ("refinement.limb_every", self.limb_every, 0..=1_000_000),
+            ("refinement.limb_samples", self.limb_samples, 0..=100_000),
+            ("refinement.limb_iterations", self.limb_iterations, 0..=100),
+        ];
+        for (key, found, allowed) in counts {
+            if !allowed.contains(&found) {
+                let expected = format!("a whole number from {} to {}", allowed.start(), allowed.end());
+                return Err(SettingError { key, expected, found: found.to_string() });
+            }
+        }
+        if (0.0..=1.0).contains(&self.share) {
+            return Ok(());
+        }
+        let expected = "a number from 0 to 1".to_owned();
+        Err(SettingError { key: "refinement.share", expected, found: self.share.to_string() })
+    }
+}
+
+/// Limbs and pairs of them that most bodies have.
+const USUAL_LIMBS: u64 = 6;
+/// Width of the residuals' robust weight in the first and last step of a descent, lengths.
+const WIDTHS: [f64; 2] = [8.0, 1.5];
+/// Spread of limbs that are tried near the estimate, radians.
+const NEAR_RAD: f64 = 0.4;
+/// Spread of limbs that are tried near a training pose, radians.
+const NEAR_TRAINING_RAD: f64 = 0.1;
+/// Angle up to which a limb without limits is tried, radians.
+const NO_LIMIT_RAD: f64 = std::f64::consts::PI;
+/// How many of a limb's samples are descended.
+const LIMB_DESCENTS: usize = 2;
+
+/// Refines the estimate of a frame: never to a higher energy.
+///
+/// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's and from the
+///    heaviest particle; the result of least energy is kept.
+/// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, a third within its limits, a third
+///    near the estimate and a third near training poses; the best are descended. Legs that were taken for each other come free
+///    only together (after the limb crossover of Deutscher and Reid 2005 and the partitions of MacCormick and Isard 2000).
+#[derive(Debug)]
+pub struct Refinement {
+    settings: RefinementSettings,
+    seed: u64,
+    /// Degrees of freedom that are drawn together.
+    limbs: Vec<Vec<usize>>,
+    /// Joint angles of the body in training.
+    training: Vec<Pose>,
+}
+
+/// What came of a refinement.
+pub(super) struct Refined<S> {
+    /// The state of least energy and that energy; `None` where nothing was found below the estimate's.
+    pub(super) found: Option<(S, f64)>,
+    /// Energies that were evaluated.
+    pub(super) evaluations: u64,
+}
+
+impl Refinement {
+    /// A refinement for a body that has been seen in the poses of `training`, which may be none.
+    ///
+    /// # Errors
+    /// [`SettingError`] where a setting is out of its range or a pose is of another body.
+    pub fn new(
+        settings: RefinementSettings,
+        body: &Humanoid,
+        training: Vec<Pose>,
+        seed: u64,
+    ) -> Result<Self, SettingError> {
+        settings.validate()?;
+        let degrees = body.degrees_of_freedom.len();
+        if let Some(other) = training.iter().find(|pose| pose.joint_angles.len() != degrees) {
+            let expected = format!("training poses of {degrees} joint angles");
+            return Err(SettingError { key: "refinement", expected, found: other.joint_angles.len().to_string() });
+        }
+        Ok(Self { settings, seed, limbs: limbs(body), training })
+    }
+
+    /// Of `count` particles, the numbers of those that go on from the refined pose: evenly spread.
+    pub(super) fn moved(&self, count: usize) -> impl Iterator<Item = usize> {
+        let moved = (self.settings.share * count as f64).round() as usize;
+        (0..moved).map(move |i| i * count / moved.max(1))
+    }
+
+    /// Looks for a state of less energy than `energy`, the estimate's: descends from all `starts`, then draws limbs. `anchor` is
+    /// the last estimate.
+    pub(super) fn refine<M: MotionModel, L: Likelihood>(
+        &self,
+        model: &M,
+        likelihood: &L,
+        frame: usize,
+        anchor: &Pose,
+        starts: &[M::State],
+        energy: f64,
+    ) -> Refined<M::State> {
+        let mut search = Search { model, likelihood, anchor, evaluations: 0, idle: Mutex::default() };
+        let starts: Vec<&M::State> = starts.iter().collect();
+        let descended = search.descend_all(&starts, self.settings.iterations);
+        let mut best = lowest(descended);
+        if self.settings.limb_every > 0 && frame.is_multiple_of(self.settings.limb_every) {
+            for group in 0..self.limbs.len() {
+                let Some((state, least)) = &best else { break };
+                let found = search.limb(self, group, frame, state).filter(|found| found.1 < *least);
+                best = found.or(best);
+            }
+        }
+        let found = best.filter(|best| best.1 < energy);
+        Refined { found, evaluations: search.evaluations }
+    }
+}
+
+/// One frame's search.
+struct Search<'a, M: MotionModel, L: Likelihood> {
+    model: &'a M,
+    likelihood: &'a L,
+    anchor: &'a Pose,
+    evaluations: u64,
+    /// Buffers that no thread uses: making them anew for every few poses would take as long as the search.
+    idle: Mutex<Vec<L::Scratch>>,
+}
+
+impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
+    /// The best of the descents from poses of a limb that were drawn on `state`.
+    fn limb(&mut self, of: &Refinement, group: usize, frame: usize, state: &M::State) -> Option<(M::State, f64)> {
+        let count = of.settings.limb_samples;
+        let draw = |sample: usize| {
+            let mut rng = stream(of.seed, Purpose::Refinement, frame as u64, 0, (group * count + sample) as u64);
+            let pose = of.drawn(self.model.body(), self.model.pose(state), group, sample, &mut rng);
+            self.model.with_pose(state, &pose)
+        };
+        let samples: Vec<M::State> = (0..count).filter_map(draw).collect();
+        let tried = self.energies(&samples);
+        let mut order: Vec<usize> = (0..tried.len()).filter(|i| tried[*i].is_finite()).collect();
+        order.sort_by(|a, b| tried[*a].total_cmp(&tried[*b]));
+        let chosen: Vec<&M::State> = order.iter().take(LIMB_DESCENTS).map(|i| &samples[*i]).collect();
+        lowest(self.descend_all(&chosen, of.settings.limb_iterations))
+    }
+
+    /// Descends from each of several states; what came of it, with energies.
+    fn descend_all(&mut self, starts: &[&M::State], iterations: usize) -> Vec<(M::State, f64)> {
+        let descend = |start: &&M::State| {
+            self.with_scratch(|scratch| {
+                let state = self.descend(start, iterations, scratch);
+                let energy = self.likelihood.energy(self.model.pose(&state), scratch);
+                (state, energy)
+            })
+        };
+        let descended: Vec<_> = starts.par_iter().map(descend).collect();
+        self.evaluations += descended.len() as u64;
+        descended
+    }
+
+    fn descend(&self, start: &M::State, iterations: usize, scratch: &mut L::Scratch) -> M::State {
+        let mut state = start.clone();
+        for iteration in 0..iterations {
+            let share = if iterations > 1 { iteration as f64 / (iterations - 1) as f64 } else { 1.0 };
+            let width = WIDTHS[0] * libm::pow(WIDTHS[1] / WIDTHS[0], share);
+            let evidence = self.likelihood.linearise(self.model.pose(&state), width, scratch);
+            match evidence.and_then(|evidence| self.model.descend(&state, self.anchor, evidence)) {
+                Some(next) => state = next,
+                None => break,
+            }
+        }
+        state
+    }
+
+    fn energies(&mut self, states: &[M::State]) -> Vec<f64> {
+        self.evaluations += states.len() as u64;
+        let energy =
+            |state: &M::State| self.with_scratch(|scratch| self.likelihood.energy(self.model.pose(state), scratch));
+        states.par_iter().map(energy).collect()
+    }
+
+    fn with_scratch<T>(&self, work: impl FnOnce(&mut L::Scratch) -> T) -> T {
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let ready = idle().pop();
+        let mut scratch = ready.unwrap_or_else(|| self.likelihood.scratch());
+        let done = work(&mut scratch);
+        idle().push(scratch);
+        done
+    }
+}
+
+/// The first of those of least energy; none of those that cannot be.
+fn lowest<S>(states: Vec<(S, f64)>) -> Option<(S, f64)> {
+    states.into_iter().filter(|(_, energy)| energy.is_finite()).reduce(|a, b| if b.1 < a.1 { b } else { a })
+}
+
+impl Refinement {
+    /// `pose` with a limb drawn anew: within its limits, near where it is, or near a training pose, by turns.
+    fn drawn(&self, body: &Humanoid, pose: &Pose, group: usize, sample: usize, rng: &mut ChaCha8Rng) -> Pose {
+        let mut drawn = pose.clone();
+        let kind = if self.training.is_empty() { sample % 2 } else { sample % 3 };
+        let seen = match kind {
+            2 => Some(&self.training[rng.random_range(0..self.training.len())]),
+            _ => None,
+        };
+        for &number in &self.limbs[group] {
+            let limits = &body.degrees_of_freedom[number];
+            let (lower, upper) = (limits.lower.max(-NO_LIMIT_RAD), limits.upper.min(NO_LIMIT_RAD));
+            let noise: f64 = StandardNormal.sample(rng);
+            let angle = match seen {
+                Some(seen) => seen.joint_angles[number] + NEAR_TRAINING_RAD * noise,
+                None if kind == 1 => pose.joint_angles[number] + NEAR_RAD * noise,
+                None => lower + (upper - lower) * rng.random::<f64>(),
+            };
+            drawn.joint_angles[number] = angle.clamp(limits.lower, limits.upper);
+        }
+        drawn
+    }
+}
+
+/// The degrees of freedom of each arm and leg, and of both arms and both legs. A limb's are those that move its end and no other
+/// limb's end nor the head.
+fn limbs(body: &Humanoid) -> Vec<Vec<usize>> {
+    const ENDS: [Landmark; 5] =
+        [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle, Landmark::HeadTop];
+    let moving: Vec<Vec<usize>> = ENDS
+        .iter()
+        .map(|end| {
+            let marker = LANDMARKS.iter().position(|l| l == end).and_then(|index| body.markers[index]);
+            marker.map(|marker| moved_by(body, marker.link)).unwrap_or_default()
+        })
+        .collect();
+    let own = |limb: usize| -> Vec<usize> {
+        let others = |number: &usize| moving.iter().enumerate().any(|(i, m)| i != limb && m.contains(number));
+        moving[limb].iter().copied().filter(|number| !others(number)).collect()
+    };
+    let alone: Vec<Vec<usize>> = (0..4).map(own).collect();
+    let pairs = [(0, 1), (2, 3)].map(|(left, right)| [alone[left].as_slice(), &alone[right]].concat());
+    alone.into_iter().chain(pairs).filter(|limb| !limb.is_empty()).collect()
+}
+
+/// The degrees of freedom that move a link, ascending.
+fn moved_by(body: &Humanoid, link: usize) -> Vec<usize> {
+    let mut twists = Vec::new();
+    let frames = body.link_frames(&body.zero_pose());
+    body.step_twists(&frames, link, &nalgebra::Point3::origin(), &mut twists);
+    let mut numbers: Vec<usize> =
+        twists.iter().filter_map(|(index, _)| index.checked_sub(crate::body::ROOT_STEP)).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,299 @@
+//! Lost limbs found, energies that never rise, and the same bits on any number of threads.
+
+use nalgebra::Point3;
+
+use super::*;
+use crate::body::draw_silhouette;
+use crate::camera::{CameraRig, RingParameters};
+use crate::motion_model::{Diffusion, DiffusionSettings, NormalEquations, ProposalScales};
+use crate::observation::Observation;
+use crate::raster::Mask;
+use crate::tracker::{
+    AnnealedParticleFilter, Estimate, FilterSettings, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood,
+    SilhouetteSettings, TrackError, Tracker,
+};
+
+fn body() -> Humanoid {
+    Humanoid::tracker25().unwrap()
+}
+
+fn rig(cameras: u32) -> CameraRig {
+    let ring = RingParameters {
+        count: cameras,
+        radius: 3.5,
+        height: 1.6,
+        look_at: Point3::new(0.0, 0.0, 0.95),
+        first_azimuth: 0.8,
+        field_of_view: 1.05,
+        image_size: [160, 120],
+        near: 0.05,
+    };
+    CameraRig::ring(&ring).unwrap()
+}
+
+/// A step of a march, `frame` of sixty.
+fn marching(frame: usize) -> Pose {
+    let body = body();
+    let mut pose = body.zero_pose();
+    pose.world_from_root.translation.vector = nalgebra::Vector3::new(0.01 * frame as f64, 0.0, 0.93);
+    let swing = libm::sin(frame as f64 / 60.0 * std::f64::consts::TAU);
+    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+        let angles = [("hip_flexion", 0.2 + 0.5 * sign * swing), ("knee_flexion", 0.6 - 0.4 * sign * swing)];
+        let arm = [("shoulder_flexion", -0.5 * sign * swing), ("shoulder_abduction", 0.3), ("elbow_flexion", 0.7)];
+        for (name, angle) in angles.into_iter().chain(arm) {
+            pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{name}")).unwrap()] = angle;
+        }
+    }
+    pose
+}
+
+fn seen(pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
+    let body = body();
+    let silhouettes = rig.cameras.iter().map(|camera| {
+        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+        draw_silhouette(&body, &body.link_frames(pose), camera, &mut mask);
+        mask
+    });
+    Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect() }
+}
+
+fn model() -> Diffusion {
+    let scales = ProposalScales::for_human(&body(), 60.0);
+    Diffusion::new(body(), &scales, &DiffusionSettings::default()).unwrap()
+}
+
+fn likelihood(rig: &CameraRig) -> SilhouetteLikelihood {
+    SilhouetteLikelihood::new(body(), rig, SilhouetteSettings::default()).unwrap().with_descent()
+}
+
+fn refinement(settings: RefinementSettings) -> Refinement {
+    Refinement::new(settings, &body(), Vec::new(), 3).unwrap()
+}
+
+fn filter(
+    particles: usize,
+    rig: &CameraRig,
+    settings: RefinementSettings,
+) -> AnnealedParticleFilter<Diffusion, SilhouetteLikelihood> {
+    let filter = FilterSettings { particles, layers: 2, ..FilterSettings::default() };
+    let filter = AnnealedParticleFilter::new(filter, model(), likelihood(rig), 7).unwrap();
+    filter.with_refinement(refinement(settings)).unwrap()
+}
+
+fn tracked(tracker: &mut impl Tracker, rig: &CameraRig, frames: std::ops::Range<usize>) -> Vec<Estimate> {
+    tracker.start(&marching(frames.start));
+    frames.map(|frame| tracker.track(&seen(&marching(frame), rig, frame)).unwrap()).collect()
+}
+
+/// Mean distance of the markers, millimetres.
+fn apart_mm(a: &Pose, b: &Pose) -> f64 {
+    let body = body();
+    let (a, b) = (body.markers(&body.link_frames(a)), body.markers(&body.link_frames(b)));
+    let distances: Vec<f64> = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm())).collect();
+    1000.0 * distances.iter().sum::<f64>() / distances.len() as f64
+}
+
+#[test]
+fn limbs_are_the_arms_the_legs_and_both_of_either() {
+    let (body, refinement) = (body(), refinement(RefinementSettings::default()));
+    let names: Vec<Vec<&str>> = refinement
+        .limbs
+        .iter()
+        .map(|limb| limb.iter().map(|number| body.degrees_of_freedom[*number].name.as_str()).collect())
+        .collect();
+    assert_eq!(names.len(), 6);
+    let arm = ["left_shoulder_flexion", "left_shoulder_abduction", "left_shoulder_rotation", "left_elbow_flexion"];
+    let mut found = names[0].clone();
+    let mut expected = arm.to_vec();
+    found.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+    assert!(names[3].iter().all(|name| name.starts_with("right_hip") || name.starts_with("right_knee")));
+    assert_eq!((names[4].len(), names[5].len()), (8, 8), "both arms, both legs");
+}
+
+#[test]
+fn an_arm_that_points_elsewhere_is_found_anew_by_its_limbs_and_not_without() {
+    let (truth, rig) = (marching(10), rig(4));
+    let mut wrong = truth.clone();
+    let number = |name: &str| body().find_degree_of_freedom(name).unwrap();
+    wrong.joint_angles[number("left_shoulder_flexion")] = 2.6;
+    wrong.joint_angles[number("left_elbow_flexion")] = 0.1;
+    let mut likelihood = likelihood(&rig);
+    likelihood.prepare(&seen(&truth, &rig, 0)).unwrap();
+    let error = |limb_every| {
+        let refinement = refinement(RefinementSettings { limb_every, ..RefinementSettings::default() });
+        let mut now = (wrong.clone(), likelihood.energy(&wrong, &mut likelihood.scratch()));
+        for frame in 0..3 {
+            let starts = [now.0.clone()];
+            let refined = refinement.refine(&model(), &likelihood, frame, &wrong, &starts, now.1);
+            now = refined.found.unwrap_or(now);
+        }
+        apart_mm(&truth, &now.0)
+    };
+    let (with, without) = (error(1), error(0));
+    assert!(with < 0.25 * without, "{with:.1} mm with, {without:.1} mm without");
+}
+
+#[test]
+fn a_refined_filter_stays_within_millimetres_where_the_plain_one_is_centimetres_off() {
+    let rig = rig(4);
+    let error = |estimates: Vec<Estimate>| {
+        let all: Vec<f64> = estimates.iter().map(|e| apart_mm(&e.pose, &marching(e.frame))).collect();
+        all.iter().sum::<f64>() / all.len() as f64
+    };
+    let refined = error(tracked(&mut filter(30, &rig, RefinementSettings::default()), &rig, 0..20));
+    let settings = FilterSettings { particles: 200, layers: 5, ..FilterSettings::default() };
+    let mut plain = AnnealedParticleFilter::new(settings, model(), likelihood(&rig), 7).unwrap();
+    let plain = error(tracked(&mut plain, &rig, 0..20));
+    assert!(refined < 8.0 && plain > 2.0 * refined, "{refined:.1} mm refined, {plain:.1} mm plain");
+}
+
+#[test]
+fn the_estimate_has_the_energy_that_is_told_and_never_more_than_without_refinement() {
+    let rig = rig(3);
+    let mut refined = filter(20, &rig, RefinementSettings::default());
+    let settings = FilterSettings { particles: 20, layers: 2, ..FilterSettings::default() };
+    for frame in 0..4 {
+        // A plain filter from the same start and seed gives the estimate that the refinement begins with.
+        let mut plain = AnnealedParticleFilter::new(settings, model(), likelihood(&rig), 7).unwrap();
+        let observation = seen(&marching(frame), &rig, frame);
+        plain.start(&marching(5));
+        refined.start(&marching(5));
+        let (before, after) = (plain.track(&observation).unwrap(), refined.track(&observation).unwrap());
+        assert!(after.energy.unwrap() < before.energy.unwrap());
+        let mut likelihood = likelihood(&rig);
+        likelihood.prepare(&observation).unwrap();
+        assert_eq!(after.energy, Some(likelihood.energy(&after.pose, &mut likelihood.scratch())));
+        let limbs = if frame % 2 == 0 { 6 * (30 + 2) } else { 0 };
+        assert_eq!(after.evaluations, before.evaluations + 3 + limbs, "frame {frame}");
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let rig = rig(3);
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let estimates = pool.install(|| tracked(&mut filter(24, &rig, RefinementSettings::default()), &rig, 0..4));
+        estimates.into_iter().map(|e| (e.pose, e.energy.map(f64::to_bits))).collect::<Vec<_>>()
+    };
+    let one = with(1);
+    assert_eq!(with(2), one);
+    assert_eq!(with(8), one);
+}
+
+#[test]
+fn one_particle_and_one_camera_are_enough_to_go_on() {
+    let rig = rig(1);
+    for estimate in tracked(&mut filter(1, &rig, RefinementSettings::default()), &rig, 0..4) {
+        assert!(estimate.energy.unwrap().is_finite());
+        assert!(estimate.pose.joint_angles.iter().all(|angle| angle.is_finite()));
+    }
+}
+
+#[test]
+fn without_anything_in_sight_the_pose_stays() {
+    let rig = rig(2);
+    let mut filter = filter(12, &rig, RefinementSettings::default());
+    filter.start(&marching(0));
+    let blank = || Mask::new(160, 120);
+    for frame in 0..3 {
+        let observation = Observation { frame, time_s: 0.0, silhouettes: vec![blank(), blank()] };
+        let estimate = filter.track(&observation).unwrap();
+        assert!(apart_mm(&estimate.pose, &marching(0)) < 300.0);
+    }
+}
+
+#[test]
+fn training_poses_are_tried_near_where_they_are() {
+    let mut lifted = marching(0);
+    let elbow = body().find_degree_of_freedom("left_elbow_flexion").unwrap();
+    lifted.joint_angles[elbow] = 2.4;
+    let refinement = Refinement::new(RefinementSettings::default(), &body(), vec![lifted], 3).unwrap();
+    let angle = |sample| {
+        let mut rng = stream(3, Purpose::Refinement, 0, 0, sample);
+        refinement.drawn(&body(), &marching(0), 0, sample as usize, &mut rng).joint_angles[elbow]
+    };
+    let near_training = (0..30).filter(|sample| sample % 3 == 2).map(angle);
+    let worst = near_training.map(|angle| (angle - 2.4).abs()).fold(0.0, f64::max);
+    // Ten deviates of a tenth of a radian.
+    assert!(worst > 0.0 && worst < 0.45, "{worst}");
+}
+
+#[test]
+fn drawn_limbs_keep_their_limits_and_leave_the_rest_alone() {
+    let (body, refinement, pose) = (body(), refinement(RefinementSettings::default()), marching(3));
+    for (group, limb) in refinement.limbs.iter().enumerate() {
+        for sample in 0..40 {
+            let drawn =
+                refinement.drawn(&body, &pose, group, sample, &mut stream(1, Purpose::Refinement, 0, 0, sample as u64));
+            for (number, dof) in body.degrees_of_freedom.iter().enumerate() {
+                let angle = drawn.joint_angles[number];
+                assert!((dof.lower..=dof.upper).contains(&angle));
+                assert!(limb.contains(&number) || angle == pose.joint_angles[number]);
+            }
+            assert_eq!(drawn.world_from_root, pose.world_from_root);
+        }
+    }
+}
+
+/// Silhouettes' energies, and nothing to descend.
+#[derive(Debug)]
+struct Flat(SilhouetteLikelihood);
+
+impl Likelihood for Flat {
+    type Scratch = <SilhouetteLikelihood as Likelihood>::Scratch;
+
+    fn scratch(&self) -> Self::Scratch {
+        self.0.scratch()
+    }
+
+    fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
+        self.0.prepare(observation)
+    }
+
+    fn energy(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64 {
+        self.0.energy(pose, scratch)
+    }
+}
+
+#[test]
+fn a_likelihood_that_cannot_be_descended_is_said_once_before_the_first_frame() {
+    let flat = Flat(likelihood(&rig(2)));
+    assert_eq!(flat.linearise(&marching(0), 3.0, &mut flat.scratch()), None::<NormalEquations>);
+    let filter = AnnealedParticleFilter::new(FilterSettings::default(), model(), flat, 1).unwrap();
+    let error = filter.with_refinement(refinement(RefinementSettings::default())).unwrap_err().to_string();
+    assert_eq!(error, "refinement: expected a likelihood that can be descended, found one that cannot");
+}
+
+#[test]
+fn a_rule_that_rejects_poses_is_heeded() {
+    let rig = rig(3);
+    let settings = PlausibilitySettings { reject_beyond_m: Some(0.01), ..PlausibilitySettings::default() };
+    let likelihood = PlausibleLikelihood::new(likelihood(&rig), settings).unwrap();
+    let filter = FilterSettings { particles: 12, layers: 2, ..FilterSettings::default() };
+    let filter = AnnealedParticleFilter::new(filter, model(), likelihood, 7).unwrap();
+    let mut filter = filter.with_refinement(refinement(RefinementSettings::default())).unwrap();
+    for estimate in tracked(&mut filter, &rig, 0..3) {
+        assert!(estimate.energy.unwrap().is_finite());
+    }
+}
+
+#[test]
+fn a_setting_out_of_its_range_is_named() {
+    let good = RefinementSettings::default();
+    assert_eq!(good.validate(), Ok(()));
+    let message = |settings: RefinementSettings| settings.validate().unwrap_err().to_string();
+    let expected = "refinement.iterations: expected a whole number from 1 to 100, found 0";
+    assert_eq!(message(RefinementSettings { iterations: 0, ..good }), expected);
+    for share in [-0.1, 1.5, f64::NAN] {
+        assert!(
+            message(RefinementSettings { share, ..good })
+                .starts_with("refinement.share: expected a number from 0 to 1")
+        );
+    }
+    let short = Pose { joint_angles: nalgebra::DVector::zeros(3), ..marching(0) };
+    let error = Refinement::new(good, &body(), vec![short], 0).unwrap_err().to_string();
+    assert_eq!(error, "refinement: expected training poses of 19 joint angles, found 3");
+}
