@@ -140,7 +140,7 @@ fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
         room.write("copied.toml", scenario);
         let (code, said) = room.run("check copied.toml");
         assert!(
-            code == 2 && said.contains(&format!("of `{clip}` are frames of [motion] too")),
+            code == 2 && said.contains(&format!("of `{clip}` are also frames of [motion]")),
             "{clip}: {code} {said}"
         );
     }
@@ -185,7 +185,7 @@ fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_model
         small("last_frame = 12", "").replace("[tracker.annealed_particle_filter]\nparticles = 12\nlayers = 2\n", ""),
     );
     let (code, said) = room.run(&format!("run small.toml {} --out refused", on("copy.model")));
-    assert!(code == 2 && said.contains("learned from frames of `copy.json`"), "{code} {said}");
+    assert!(code == 2 && said.contains("of `copy.json`, which are also frames"), "{code} {said}");
 
     room.succeed("render small.toml --out set");
     let said = room.succeed("track set --tracker gpdm model_file=copy.model particles=20 --out blind");

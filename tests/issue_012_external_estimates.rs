@@ -88,7 +88,7 @@ fn markers_with_frames_of_nan_get_the_errors_that_numpy_works_out_by_hand() {
         Command::new(python).arg(script).args([room.path("set"), room.path("out")]).arg(program).output().unwrap();
     assert!(answer.status.success(), "{}", String::from_utf8_lossy(&answer.stderr));
     let html = String::from_utf8(room.read("out/theirs-evaluation/report.html")).unwrap();
-    assert!(html.contains("What could not be measured") && html.contains("Coverage, %"));
+    assert!(html.contains("Metrics that could not be measured") && html.contains("Coverage, %"));
     let table = room.succeed("evaluate set out/theirs.npz").stdout;
     for words in [
         "coverage",

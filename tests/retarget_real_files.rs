@@ -211,10 +211,10 @@ fn leaps_of_a_recording_are_noted() {
     let mut clip = read(&path, &ReadOptions::default()).unwrap();
     clip.frames.truncate(12);
     let notes = retargeted(&clip, "actor").report.notes;
-    assert!(notes.iter().any(|note| note.contains("leaps") && note.contains("frame 2")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.contains("the recording jumps") && note.contains("frame 2")), "{notes:?}");
     clip.frames.drain(..3);
     let notes = retargeted(&clip, "actor").report.notes;
-    assert!(!notes.iter().any(|note| note.contains("leaps")), "{notes:?}");
+    assert!(!notes.iter().any(|note| note.contains("the recording jumps")), "{notes:?}");
 }
 
 #[test]

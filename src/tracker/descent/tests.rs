@@ -211,8 +211,8 @@ fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_flesh()
         likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
         for by in [0.05, -0.05, 0.1] {
             let start = off(&body, &truth, by);
-            // 0.1 rad is 110 mm off: the contours overlap by half a limb, and the first steps are short
-            let found = descended(&likelihood, &body, &start, 12);
+            // 0.1 rad is 110 mm off: the first steps are short, of solids other than capsules shorter still
+            let found = descended(&likelihood, &body, &start, 16);
             let (before, after) = (apart_mm(&body, &truth, &start), apart_mm(&body, &truth, &found));
             assert!(before > 8.0 * within_mm && after < within_mm, "{}, {by}: {before:.1} to {after:.1} mm", body.name);
         }
