@@ -1,0 +1,34 @@
+//! One NumPy archive of everything that is known, cameras included, and a reader of twenty lines.
+
+use super::folder::Folder;
+use crate::benchmark_set::{BenchmarkSet, SetError, truth_file};
+use crate::camera::Camera;
+use crate::npz::Array;
+
+const README: &str = "\
+truth.npz       all arrays of the set's truth/truth.npz, and of the cameras: K (C, 3, 3), R (C, 3, 3), t (C, 3), distortion (C, 5:
+                k1 k2 p1 p2 k3), image_size (C, 2: width, height); 64-bit floats, no pickles
+read_truth.py   a reader of it: python3 read_truth.py .
+
+Metres, radians, seconds. The world is right-handed, Z up, ground at z = 0. x_camera = R x_world + t, x right, y down, z forward;
+pixel (0, 0) is the centre of the top-left pixel. Frame f is at time f / fps, and all arrays and images of one number belong to
+that instant.";
+
+pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, "Truth and cameras for NumPy", README)?;
+    let (truth, rig) = (&set.truth, &set.blind.rig);
+    let refitted = truth.refitted.as_ref().map(|motion| (&set.blind.start.body, motion));
+    let mut npz = truth_file::to_npz(&truth.ground_truth, refitted, rig);
+    let cameras = rig.cameras.as_slice();
+    let of = |shape: &[usize], numbers: &dyn Fn(&Camera) -> Vec<f64>| {
+        Array::new(&[&[cameras.len()], shape].concat(), cameras.iter().flat_map(numbers).collect::<Vec<_>>())
+    };
+    npz.push("K", of(&[3, 3], &|camera| camera.opencv_matrix().as_flattened().to_vec()));
+    npz.push("R", of(&[3, 3], &|camera| camera.opencv_rotation().as_flattened().to_vec()));
+    npz.push("t", of(&[3], &|camera| camera.opencv_translation().to_vec()));
+    npz.push("distortion", of(&[5], &|camera| camera.distortion.coefficients().to_vec()));
+    let sizes = cameras.iter().flat_map(|camera| [camera.pinhole.width, camera.pinhole.height].map(i64::from));
+    npz.push("image_size", Array::new(&[cameras.len(), 2], sizes.collect::<Vec<_>>()));
+    folder.write("truth.npz", &npz.to_bytes("truth.npz")?)?;
+    folder.write("read_truth.py", truth_file::READER.as_bytes())
+}
