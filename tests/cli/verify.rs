@@ -2,11 +2,11 @@
 
 use std::fs;
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
 #[test]
 fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let prop = "[[prop]]\nname = \"post\"\nshape = { cylinder = { radius_m = 0.1, length_m = 1.6 } }\nplace_m = [0.9, 0.9, 0.8]\n";
     room.write("tiny.toml", TINY.replace("seeds = 2\n", "seeds = 2\nlayers = [\"depth\", \"parts\"]\n") + prop);
     room.succeed("render tiny.toml --out set");
@@ -32,7 +32,7 @@ fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
 
 #[test]
 fn what_is_no_set_is_refused_with_one_message() {
-    let room = Room::new();
+    let room = Sandbox::new();
     fs::create_dir(room.path("empty")).unwrap();
     for (place, words) in
         [("empty", "is not a complete benchmark set: it has no files.sha256"), ("nowhere", "No such file")]

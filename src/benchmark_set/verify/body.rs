@@ -88,8 +88,8 @@ fn handedness_fault(actor: &Humanoid, frames: &LinkFrames, markers: &Markers) ->
         .filter_map(|(links, ankle)| {
             let middles: Vec<Vector3<f64>> = links
                 .iter()
-                .flat_map(|link| actor.links[*link].flesh.iter().map(move |flesh| (*link, flesh)))
-                .filter_map(|(link, flesh)| Some((frames[link] * flesh.middle()?).coords))
+                .flat_map(|link| actor.links[*link].solids.iter().map(move |solid| (*link, solid)))
+                .filter_map(|(link, solid)| Some((frames[link] * solid.middle()?).coords))
                 .collect();
             let middle = middles.iter().sum::<Vector3<f64>>() / middles.len().max(1) as f64;
             (!middles.is_empty()).then(|| middle - place(markers, ankle).unwrap_or_default().coords)

@@ -165,5 +165,5 @@ fn unknown_parts(part: &[u32], actor: &Humanoid) -> Option<String> {
 
 /// Whether a link can be seen.
 fn has_flesh(actor: &Humanoid, link: usize) -> bool {
-    actor.links.get(link).is_some_and(|link| !link.flesh.is_empty())
+    actor.links.get(link).is_some_and(|link| !link.solids.is_empty())
 }
