@@ -61,7 +61,7 @@ impl Tracker for CoordinateSearch {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let short = ["motion.last_frame=30", "rig.ring.size_px=[160, 120]"].map(str::to_owned);
+    let short = ["motion.loop_to_s=1.0", "rig.ring.size_px=[160, 120]"].map(str::to_owned);
     let scenario = ScenarioFile::built_in(&short)?;
     let (set, _) = draw(&scenario, None, &Unwatched)?;
 
