@@ -23,7 +23,7 @@ const TOLERANCE_PX: usize = 2;
 const THICKEST_M: f64 = 0.6;
 
 pub(super) fn check(files: &SetFiles, parts: &Parts, how: Thoroughness<'_>) -> Outcome {
-    if !files.paths().any(|path| exr_layers::is_layer(path)) {
+    if !files.paths().any(exr_layers::is_layer) {
         return Ok(("the set has no truth images".to_owned(), Vec::new()));
     }
     let (truth, rig) = parts.scene()?;

@@ -136,7 +136,7 @@ impl Parts {
         let detail = "is missing: the set needs one of every camera and frame";
         let mut faults: Vec<Fault> =
             every(silhouette_path).filter(lacks).map(|path| Fault::new(&path, detail)).collect();
-        if files.paths().any(|path| exr_layers::is_layer(path)) {
+        if files.paths().any(exr_layers::is_layer) {
             faults.extend(every(exr_layers::path).filter(lacks).map(|path| Fault::new(&path, detail)));
         }
         let beyond = files.paths().filter(|path| {
