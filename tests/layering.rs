@@ -44,7 +44,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "input",
         ],
     ),
-    ("scenario", &["body", "raster", "benchmark_set", "motion_model", "tracker", "input"]),
+    ("scenario", &["body", "raster", "benchmark_set", "motion_model", "tracker", "input", "camera"]),
     ("evaluation", &["body", "raster", "contact", "physics", "rng"]),
     ("report", &["evaluation", "raster", "body", "camera", "tracker"]),
 ];
@@ -58,6 +58,8 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("parry3d", &["contact"]),
     ("urdf_rs", &["body/urdf"]),
     ("exr", &["benchmark_set/exr_layers.rs"]),
+    ("tar", &["benchmark_set/export"]),
+    ("serde_saphyr", &["camera/files"]),
     ("clap", &["cli"]),
     ("tiny_skia", &["report"]),
     ("faer", &["motion_model"]),

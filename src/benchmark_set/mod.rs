@@ -28,6 +28,7 @@ mod contact_file;
 mod error;
 mod estimates;
 mod estimates_reader;
+mod export;
 mod exr_layers;
 mod files;
 #[cfg(test)]
@@ -53,6 +54,7 @@ pub use body_file::{from_json as body_from_json, to_json as body_to_json};
 pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
 pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates};
+pub use export::{EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 pub use exr_layers::{Layer, layer_channels};
 pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;

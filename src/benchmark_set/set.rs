@@ -20,8 +20,8 @@ use crate::parallel;
 use crate::scene::GroundTruth;
 
 /// The entries of a set's directory.
-pub const SET_ENTRIES: [&str; 7] =
-    [manifest::PATH, README, cameras_file::PATH, LISTING, "observations", "start", "truth"];
+pub const SET_ENTRIES: [&str; 8] =
+    [manifest::PATH, README, truth_file::READER_PATH, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
 /// Memory limit of images while layers are written, unless a single image takes more: it bounds the number of drawing
 /// threads.
@@ -149,6 +149,7 @@ impl BenchmarkSet {
             (manifest::PATH, manifest::to_toml(&BlindManifest::new(parts.name, sequence))?),
             (manifest::FACTS_PATH, manifest::facts_to_toml(parts.facts)?),
             (README, include_bytes!("readme.txt").to_vec()),
+            (truth_file::READER_PATH, truth_file::READER.as_bytes().to_vec()),
             (cameras_file::PATH, cameras_file::to_json(parts.rig)?),
             (start_file::PATH, parts.start.to_json()?),
             (training_path, training),
@@ -395,7 +396,7 @@ mod tests {
     fn one_flipped_byte_in_any_file_is_found_and_the_file_named() {
         let directory = written(&small_set(1).unwrap());
         let listing = fs::read_to_string(directory.path().join("files.sha256")).unwrap();
-        assert_eq!(listing.lines().count(), 10 + 3);
+        assert_eq!(listing.lines().count(), 11 + 3);
         for file in listing.lines().map(|line| &line[66..]) {
             let path = directory.path().join(file);
             let whole = fs::read(&path).unwrap();

@@ -7,6 +7,7 @@
 //! | `angles` | (T, n) | degrees of freedom, rad (m where prismatic) |
 //! | `link_frames` | (T, L, 7) | `world_from_link` |
 //! | `joints` | (T, J, 3) | where each joint is, m |
+//! | `parents` | (L) | the link that each link hangs on, -1 for the root |
 //! | `markers` | (T, 15, 3) | HumanEva's virtual markers, m; NaN where the body has none |
 //! | `in_view`, `visible` | (T, C, 15) | marker inside the image; and not hidden by the body |
 //! | `refitted_root`, `refitted_angles` | (T, 7), (T, m) | where known: the tracker's body brought nearest to the truth |
@@ -24,6 +25,9 @@ use crate::npz::{Array, Npz, Values};
 use crate::scene::{GroundTruth, TruthFrame};
 
 pub(super) const PATH: &str = "truth/truth.npz";
+/// A program that reads the file with NumPy alone; it lies in every set.
+pub(super) const READER: &str = include_str!("read_truth.py");
+pub(super) const READER_PATH: &str = "read_truth.py";
 pub(super) const ACTOR_PATH: &str = "truth/actor.json";
 const MARKERS: usize = LANDMARKS.len();
 
@@ -44,6 +48,8 @@ pub(super) fn to_npz(truth: &GroundTruth, refitted: Option<(&Humanoid, &Motion)>
     npz.push("link_names", Array::names(actor.links.iter().map(|l| l.name.as_str())));
     npz.push("joints", Array::new(&[count, links - 1, 3], joints));
     npz.push("joint_names", Array::names(actor.joints.iter().map(|j| j.name.as_str())));
+    let parents = (0..links).map(|link| actor.parent(link).map_or(-1, |parent| parent as i64));
+    npz.push("parents", Array::new(&[links], parents.collect::<Vec<_>>()));
     npz.push("markers", Array::new(&[count, MARKERS, 3], markers));
     npz.push("marker_names", Array::names(LANDMARKS.map(|l| l.name())));
     npz.push("in_view", views(|f| &f.in_view));

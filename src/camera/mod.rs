@@ -17,6 +17,7 @@
 
 mod distortion;
 mod error;
+mod files;
 mod look_at;
 mod opencv;
 mod pinhole;
@@ -24,6 +25,7 @@ mod rig;
 
 pub use distortion::Distortion;
 pub use error::CameraError;
+pub use files::{CameraFileFormat, CameraFileOptions, read_cameras};
 pub use look_at::FieldOfView;
 pub use pinhole::{DEFAULT_NEAR, MAX_IMAGE_SIZE, Pinhole};
 pub use rig::{CameraRig, RingParameters};

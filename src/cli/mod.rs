@@ -6,6 +6,7 @@
 mod check;
 mod completions;
 mod evaluate;
+mod export;
 mod inspect;
 mod inspect_contacts;
 mod inspect_words;
@@ -67,6 +68,7 @@ enum Command {
     Train(train::Arguments),
     Inspect(inspect::Arguments),
     Verify(verify::Arguments),
+    Export(export::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
 }
@@ -119,6 +121,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
         Command::Verify(arguments) => verify::run(&arguments, line.volume),
+        Command::Export(arguments) => export::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => manual::run(&arguments, line.volume),
     }

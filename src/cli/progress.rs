@@ -42,6 +42,7 @@ fn name(stage: Stage) -> &'static str {
         Stage::Evaluate => "measuring",
         Stage::Learn => "learning",
         Stage::Verify => "verifying",
+        Stage::Export => "exporting",
     }
 }
 

@@ -32,10 +32,11 @@ impl Inputs {
         let recordings =
             recordings.flat_map(|clip| clip_file::paths_of(&file.folder, Path::new(&clip.clip), clip, mocap_directory));
         let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].map(|robot| file.folder.join(robot));
+        let cameras = scenario.rig.file.iter().map(|settings| file.folder.join(&settings.path));
         let trackers = scenario.trackers();
         let models =
             trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).map(|name| file.folder.join(name));
-        Self::new(file.path.iter().cloned().chain(recordings).chain(robots).chain(models))
+        Self::new(file.path.iter().cloned().chain(recordings).chain(robots).chain(cameras).chain(models))
     }
 
     /// Of a tracker that reads a set.

@@ -18,6 +18,7 @@ mod clip_file;
 mod comparison;
 mod cost;
 mod error;
+mod export;
 mod inputs;
 mod inspect;
 mod learning;
@@ -50,6 +51,7 @@ pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
 pub use cost::Cost;
 pub use error::ExperimentError;
+pub use export::{ExportTo, export_set};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
     RobotSummary, SetSummary, Spread, StanceSummary, WorstContact, inspect, inspect_contacts,

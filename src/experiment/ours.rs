@@ -21,6 +21,8 @@ pub(crate) enum Kind {
     Run,
     /// A benchmark set.
     Set,
+    /// A set in another format.
+    Export,
 }
 
 /// Whether `path` is a directory that holds nothing but a result of that kind; an empty one may be replaced too.
@@ -31,7 +33,7 @@ pub(crate) fn is_ours(path: &Path, kind: Kind) -> bool {
     let is_empty = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
     is_empty
         || match kind {
-            Kind::Run => ownership::is_signed(path),
+            Kind::Run | Kind::Export => ownership::is_signed(path),
             Kind::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
         }
 }

@@ -64,7 +64,7 @@ impl PartialDirectory {
     pub(crate) fn finish(self) -> Result<(), ExperimentError> {
         let target = &self.place.path;
         // a set lists its files itself
-        if self.kind == Kind::Run {
+        if self.kind != Kind::Set {
             ownership::sign(&self.folder).map_err(output(target, "list the files of the directory"))?;
         }
         unfinished::finish(&self.folder, target, || self.put_in_place())?;

@@ -10,14 +10,15 @@ use super::placement::place;
 use super::{ExperimentError, clip_file, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
-use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
+use crate::camera::{Camera, CameraFileFormat, CameraRig, DEFAULT_NEAR, RingParameters, read_cameras};
 use crate::contact::check_feet;
-use crate::input::excerpt;
+use crate::input::{self, excerpt, limits};
 use crate::motion_model::{Prediction, ProposalScales};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
-    CameraSettings, ContactMode, Mismatch, PropSettings, PushSettings, RingSettings, ScenarioFile, did_you_mean,
+    CameraFileSettings, CameraSettings, ContactMode, Mismatch, PropSettings, PushSettings, RingSettings, ScenarioFile,
+    did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -267,21 +268,53 @@ fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentErro
         None => Vec::new(),
         Some(ring) => CameraRig::ring(&ring_parameters(ring, motion)).map_err(|e| in_rig("rig.ring", e))?.cameras,
     };
-    for (index, single) in settings.camera.iter().enumerate() {
-        let name = single.name.clone().unwrap_or_else(|| format!("cam{:02}", cameras.len()));
-        if cameras.iter().any(|c| c.name == name) {
-            let key = format!("rig.camera[{index}].name");
-            return Err(scenario_error(
-                file,
-                &key,
-                format!("two cameras are named `{name}`; camera names must be unique"),
-            ));
+    let mut add = |key: &str, camera: Camera| match cameras.iter().any(|known| known.name == camera.name) {
+        true => {
+            let message = format!("two cameras are named `{}`; camera names must be unique", excerpt(&camera.name));
+            Err(scenario_error(file, &format!("{key}.name"), message))
         }
-        cameras.push(single_camera(&name, single).map_err(|e| in_rig(&format!("rig.camera[{index}]"), e))?);
+        false => {
+            cameras.push(camera);
+            Ok(cameras.len())
+        }
+    };
+    let mut count = settings.ring.as_ref().map_or(0, |ring| ring.count as usize);
+    for (index, settings) in settings.file.iter().enumerate() {
+        let key = format!("rig.file[{index}]");
+        for camera in cameras_of_file(file, &key, settings)? {
+            count = add(&key, camera)?;
+        }
+    }
+    for (index, single) in settings.camera.iter().enumerate() {
+        let key = format!("rig.camera[{index}]");
+        let name = single.name.clone().unwrap_or_else(|| format!("cam{count:02}"));
+        count = add(&key, single_camera(&name, single).map_err(|e| in_rig(&key, e))?)?;
     }
     let rig = CameraRig { cameras };
     rig.check_size().map_err(|e| in_rig("rig", e))?;
     Ok(rig)
+}
+
+/// The cameras of another tool's file.
+fn cameras_of_file(
+    file: &ScenarioFile,
+    key: &str,
+    settings: &CameraFileSettings,
+) -> Result<Vec<Camera>, ExperimentError> {
+    let path = file.folder.join(&settings.path);
+    let text = input::read_to_string(&path, limits::SETTINGS).map_err(|e| {
+        scenario_error(file, &format!("{key}.path"), format!("{}: cannot be read: {e}", path.display()))
+    })?;
+    let mut options = settings.options();
+    let format = settings.format().unwrap_or(CameraFileFormat::OpenCv);
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let mut cameras = read_cameras(&text, format, &options);
+    // a file of one camera without a name is named as the file
+    if options.name.is_none() && matches!(&cameras, Ok(found) if found.len() == 1 && found[0].name == "camera") {
+        options.name = stem;
+        cameras = read_cameras(&text, format, &options);
+    }
+    cameras.map_err(|e| scenario_error(file, key, format!("{}: {e}", path.display())))
 }
 
 fn ring_parameters(ring: &RingSettings, motion: &Motion) -> RingParameters {

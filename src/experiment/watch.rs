@@ -15,6 +15,8 @@ pub enum Stage {
     Evaluate,
     /// Frames of a set are drawn anew and compared.
     Verify,
+    /// Frames of a set are written in another format.
+    Export,
 }
 
 /// Observes an experiment, from any thread.

@@ -13,6 +13,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod animation;
 mod base64;
 mod cell;
 mod comparison;
@@ -34,6 +35,7 @@ mod page;
 pub mod plots;
 mod verdict;
 
+pub use animation::write_animation;
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
 pub use contact_chart::{ContactChart, FootCourse};

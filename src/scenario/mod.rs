@@ -15,6 +15,7 @@
 //! ```
 
 mod bodies;
+mod camera_file;
 mod complaint;
 pub(crate) mod json_tree;
 mod latent;
@@ -31,6 +32,7 @@ mod tracker_kind;
 mod tree;
 
 pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBodySettings};
+pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, Place};
 pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};

@@ -4,8 +4,8 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use super::{
-    ActorSettings, AnnealedParticleFilterSettings, CameraSettings, ContactMode, LatentKind, LatentTrackerSettings,
-    MotionSettings, OracleSettings, PropSettings, RingSettings, Scenario, TrainingUse,
+    ActorSettings, AnnealedParticleFilterSettings, CameraFileSettings, CameraSettings, ContactMode, LatentKind,
+    LatentTrackerSettings, MotionSettings, OracleSettings, PropSettings, RingSettings, Scenario, TrainingUse,
 };
 use crate::input::excerpt;
 use crate::motion_model::MotionModelError;
@@ -81,7 +81,16 @@ impl Scenario {
         for (i, c) in self.rig.camera.iter().enumerate() {
             camera(&format!("rig.camera[{i}]"), c)?;
         }
-        require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
+        at_most("rig.file", self.rig.file.len(), MOST_CAMERAS, "files")?;
+        for (i, f) in self.rig.file.iter().enumerate() {
+            camera_file(&format!("rig.file[{i}]"), f)?;
+        }
+        require(
+            "rig",
+            self.rig.count() > 0,
+            "at least one camera: [rig.ring], [[rig.file]] or [[rig.camera]]",
+            "none",
+        )?;
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
@@ -179,6 +188,22 @@ fn ring(r: &RingSettings) -> RangeCheck {
     within("rig.ring.first_azimuth_deg", r.first_azimuth_deg, -360.0..=360.0)?;
     within("rig.ring.field_of_view_deg", r.field_of_view_deg, 1.0..=170.0)?;
     image_size("rig.ring.size_px", r.size_px)
+}
+
+fn camera_file(table: &str, f: &CameraFileSettings) -> RangeCheck {
+    require(&format!("{table}.path"), !f.path.is_empty(), "a file", "nothing")?;
+    let known = "\"opencv\", \"humaneva\" or \"qualisys\", for the file's name does not tell (.yml, .yaml, .cal, .xml, .qca.txt)";
+    require(&format!("{table}.format"), f.format().is_some(), known, "nothing")?;
+    if let Some(given) = &f.name {
+        name(&format!("{table}.name"), given)?;
+    }
+    if let Some(size) = f.size_px {
+        image_size(&format!("{table}.size_px"), size)?;
+    }
+    match f.metres_per_unit {
+        Some(unit) => within(&format!("{table}.metres_per_unit"), unit, 1e-6..=1e3),
+        None => Ok(()),
+    }
 }
 
 fn camera(table: &str, c: &CameraSettings) -> RangeCheck {

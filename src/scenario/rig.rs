@@ -3,13 +3,19 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The cameras: a ring, single cameras, or both (the ring's come first). Default: a ring of four.
+use super::CameraFileSettings;
+
+/// The cameras: a ring, those of files, single cameras, or several of these (in this order). Default: a ring of four.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigSettings {
-    /// Cameras on a circle, all looking at one point. Default: none if there is a `[[rig.camera]]`.
+    /// Cameras on a circle, all looking at one point. Default: none if there is a `[[rig.file]]` or
+    /// `[[rig.camera]]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ring: Option<RingSettings>,
+    /// Cameras from other tools' files. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub file: Vec<CameraFileSettings>,
     /// Cameras one by one, in OpenCV's convention. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub camera: Vec<CameraSettings>,
@@ -59,7 +65,7 @@ pub struct CameraSettings {
 
 impl Default for RigSettings {
     fn default() -> Self {
-        Self { ring: Some(RingSettings::default()), camera: Vec::new() }
+        Self { ring: Some(RingSettings::default()), file: Vec::new(), camera: Vec::new() }
     }
 }
 
@@ -78,8 +84,8 @@ impl Default for RingSettings {
 }
 
 impl RigSettings {
-    /// Number of cameras.
+    /// Number of cameras; a file counts as one, for how many it has is known when it is read.
     pub fn count(&self) -> usize {
-        self.ring.as_ref().map_or(0, |r| r.count as usize) + self.camera.len()
+        self.ring.as_ref().map_or(0, |r| r.count as usize) + self.file.len() + self.camera.len()
     }
 }

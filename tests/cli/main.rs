@@ -3,6 +3,7 @@
 mod bad_input;
 mod check;
 mod contact;
+mod export;
 mod inspect;
 mod options;
 mod props;

@@ -24,7 +24,7 @@ L, J, C = len(truth["link_names"]), len(truth["joint_names"]), len(truth["camera
 shapes = {
     "fps": (), "root": (T, 7), "angle_names": (n,), "link_frames": (T, L, 7), "joints": (T, J, 3),
     "markers": (T, 15, 3), "marker_names": (15,), "in_view": (T, C, 15), "visible": (T, C, 15),
-    "refitted_root": (T, 7),
+    "refitted_root": (T, 7), "parents": (L,),
 }
 for name, shape in shapes.items():
     assert truth[name].shape == shape, (name, truth[name].shape, shape)
@@ -51,6 +51,21 @@ for index, c in enumerate(cameras):
     # pixel centres at integers: the image reaches from -0.5 to size - 0.5
     inside = (u >= -0.5) & (u < c["width"] - 0.5) & (v >= -0.5) & (v < c["height"] - 0.5) & (p[:, 2] >= c["near"])
     assert np.array_equal(inside, truth["in_view"][:, index].ravel()), c["name"]
+
+# the set's own reader
+sys.path.insert(0, str(root))
+from read_truth import read_truth
+
+read = read_truth(root)
+frames = read["world_from_link"]
+assert frames.shape == (T, L, 4, 4) and np.allclose(frames[..., :3, :3] @ frames[..., :3, :3].swapaxes(-1, -2), np.eye(3))
+assert np.allclose(np.linalg.det(frames[..., :3, :3]), 1) and np.array_equal(frames[:, 1:, :3, 3], truth["joints"])
+assert read["time"][-1] == (T - 1) / truth["fps"]
+assert truth["parents"][0] == -1 and (truth["parents"][1:] < np.arange(1, L)).all() and (truth["parents"][1:] >= 0).all()
+# a link's place in its parent does not change with the frame, for joints only turn
+parent = truth["parents"][1:]
+offset = np.linalg.inv(frames[:, parent]) @ frames[:, 1:, :, 3:]
+assert np.allclose(offset, offset[:1], atol=1e-9)
 
 start = json.loads((root / "start/start.json").read_text())
 assert len(start["angles"]) == len(start["angle_names"]) == n

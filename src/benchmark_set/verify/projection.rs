@@ -1,5 +1,7 @@
 //! The truth through the exported camera files, as anybody with OpenCV's formula sees it.
 
+use nalgebra::Point3;
+
 use super::cameras::{PlainCamera, plain};
 use super::parts::Parts;
 use super::{Fault, Outcome};
@@ -8,8 +10,9 @@ use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::{cameras_file, silhouette_png, truth_file};
 use crate::body::LANDMARKS;
 use crate::camera::Camera;
+use crate::npz::Npz;
 use crate::raster::Mask;
-use crate::scene::GroundTruth;
+use crate::scene::{GroundTruth, TruthFrame};
 
 /// How far the formula may be from this program's own projection, pixels.
 const TOLERANCE_PX: f64 = 1e-6;
@@ -18,6 +21,9 @@ const TOLERANCE_PX: f64 = 1e-6;
 /// take [`REACH_PX`].
 const LEAST_SHARE: f64 = 0.85;
 const REACH_PX: i64 = 2;
+
+/// Pixels of joints and markers.
+const VIEWS: &str = "truth/views.npz";
 
 /// Fewer markers than this tell nothing.
 const LEAST_MARKERS: usize = 10;
@@ -44,6 +50,7 @@ pub(super) fn check(files: &SetFiles, parts: &Parts) -> Outcome {
         }
         faults.extend(wrong_views(plain, truth, index));
     }
+    faults.extend(wrong_pixels(files, &cameras, truth));
     Ok((format!("{} cameras, {markers} visible markers", cameras.len()), faults))
 }
 
@@ -94,6 +101,46 @@ fn is_near(mask: &Mask, [u, v]: [f64; 2]) -> bool {
     let (x, y) = (u.round() as i64, v.round() as i64);
     let around = (-REACH_PX..=REACH_PX).flat_map(|dy| (-REACH_PX..=REACH_PX).map(move |dx| (x + dx, y + dy)));
     around.filter_map(|(x, y)| Some((u32::try_from(x).ok()?, u32::try_from(y).ok()?))).any(|(x, y)| mask.get(x, y))
+}
+
+/// `joints_2d` and `markers_2d` against the formula, where the set has them.
+fn wrong_pixels(files: &SetFiles, cameras: &[PlainCamera], truth: &GroundTruth) -> Vec<Fault> {
+    let npz = files.read(VIEWS).ok().and_then(|bytes| Npz::from_bytes(VIEWS, &bytes).ok());
+    let Some(npz) = npz else { return Vec::new() };
+    let joints: fn(&TruthFrame) -> Vec<Option<Point3<f64>>> = |f| f.joint_positions.iter().copied().map(Some).collect();
+    let markers: fn(&TruthFrame) -> Vec<Option<Point3<f64>>> = |f| f.markers.to_vec();
+    let wrong = |(array, points): (&str, fn(&TruthFrame) -> Vec<Option<Point3<f64>>>)| {
+        npz.get(array)?;
+        let count = truth.frames.first().map_or(0, |frame| points(frame).len());
+        let shape = [Some(truth.frames.len()), Some(cameras.len()), Some(count), Some(2)];
+        let found = match npz.f64s(VIEWS, array, &shape) {
+            Ok(found) => found.as_chunks::<2>().0,
+            Err(error) => return Some(Fault::new(VIEWS, error.detail)),
+        };
+        let expected = truth.frames.iter().flat_map(|frame| {
+            let places = points(frame);
+            cameras.iter().flat_map(move |camera| places.clone().into_iter().map(move |place| pixel(camera, place)))
+        });
+        let wrong = found.iter().zip(expected).filter(|(found, expected)| match expected {
+            Some([u, v]) => {
+                let off = (found[0] - u).abs().max((found[1] - v).abs());
+                off.is_nan() || off > TOLERANCE_PX * u.abs().max(v.abs()).max(1.0)
+            }
+            None => !found.iter().all(|x| x.is_nan()),
+        });
+        let wrong = wrong.count();
+        (wrong > 0).then(|| {
+            let all = found.len();
+            Fault::new(VIEWS, format!("{array}: {wrong} of {all} pixels are not what OpenCV's formula gives"))
+        })
+    };
+    [("joints_2d", joints), ("markers_2d", markers)].into_iter().filter_map(wrong).collect()
+}
+
+/// Where a camera sees a place; `None` before its near plane.
+fn pixel(camera: &PlainCamera, place: Option<Point3<f64>>) -> Option<[f64; 2]> {
+    let (pixel, depth) = camera.project(&place?.coords);
+    (depth >= camera.near).then_some(pixel)
 }
 
 /// `in_view` against the formula.

@@ -21,10 +21,13 @@ pub(super) fn each_depth(
     }
     let Some(view) = reach_of(solid, camera_from_link).view(near) else { return };
     let link_from_camera = camera_from_link.inverse();
+    // one product of a matrix a pixel in place of two by quaternions
+    let (turn, centre) = (link_from_camera.rotation.to_rotation_matrix(), link_from_camera.translation.vector);
     rays.tiles(&view).each_pixel(&view, |x, y, direction| {
         // The direction's z is 1: lengths along the ray count in depth.
-        let ray = Ray { origin: Point3::from(direction * near), direction: *direction };
-        if let Some(beyond) = solid.ray_entry(&ray.transformed(&link_from_camera)) {
+        let direction = turn * direction;
+        let ray = Ray { origin: Point3::from(centre + direction * near), direction };
+        if let Some(beyond) = solid.ray_entry(&ray) {
             visit(x, y, near + beyond);
         }
     });

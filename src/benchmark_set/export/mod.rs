@@ -1,0 +1,114 @@
+//! A set in the formats of other tools.
+//!
+//! Each format is one file here, written as its own documentation has it, and read back by its own reader in
+//! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and what is left out. Exports hold the truth:
+//! they are for evaluation, not for trackers.
+
+mod bodytrack;
+mod bvh;
+mod c3d;
+mod coco;
+mod colmap;
+mod croissant;
+mod folder;
+mod humaneva;
+mod npz;
+mod opencv;
+mod rle;
+mod trc;
+mod tum;
+mod webdataset;
+
+use std::path::Path;
+
+use self::folder::Folder;
+use super::{BenchmarkSet, SetError};
+
+/// A format that sets are exported to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// COCO's instances and keypoints.
+    Coco,
+    /// OpenCV's `FileStorage` YAML, one file a camera.
+    OpenCv,
+    /// One NumPy archive of truth and cameras.
+    Npz,
+    /// Biovision's hierarchy and motion.
+    Bvh,
+    /// Motion Analysis' marker table, as OpenSim reads it.
+    Trc,
+    /// C3D, binary marker trajectories.
+    C3d,
+    /// COLMAP's text model of cameras, images and points.
+    Colmap,
+    /// Croissant's JSON-LD description of the images.
+    Croissant,
+    /// Tar shards of samples.
+    WebDataset,
+    /// The trajectory of the root, as TUM's benchmark has it.
+    Tum,
+    /// HumanEva's calibration files.
+    HumanEva,
+    /// The folders of PARSEC's bodytrack.
+    Bodytrack,
+}
+
+/// All formats, each with its name on the command line and what is written.
+pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 12] = [
+    (ExportFormat::Coco, "coco", "annotations.json (instances as RLE, 15 keypoints), images/: pycocotools"),
+    (ExportFormat::OpenCv, "opencv", "NAME.yml of every camera: cv2.FileStorage"),
+    (ExportFormat::Npz, "npz", "truth.npz (joints, markers, 2D, links, cameras) and read_truth.py: NumPy"),
+    (ExportFormat::Bvh, "bvh", "actor.bvh (cm, Y up): Blender, bvhio"),
+    (ExportFormat::Trc, "trc", "markers.trc (mm, Y up): OpenSim"),
+    (ExportFormat::C3d, "c3d", "markers.c3d (mm, Z up): ezc3d, Mokka"),
+    (ExportFormat::Colmap, "colmap", "cameras.txt, images.txt, points3D.txt of one frame: COLMAP"),
+    (ExportFormat::Croissant, "croissant", "croissant.json, frames.csv, masks/: mlcroissant"),
+    (ExportFormat::WebDataset, "webdataset", "NNNNNN.tar shards of masks, cameras, keypoints: webdataset"),
+    (ExportFormat::Tum, "tum", "root.txt, trajectory of the root: evo"),
+    (ExportFormat::HumanEva, "humaneva", "Calibration_Data/NAME.cal (mm): HumanEva's code"),
+    (ExportFormat::Bodytrack, "bodytrack", "CAMn/, FGn/ (BMP), CALIB/CameraN.cal: PARSEC bodytrack"),
+];
+
+impl ExportFormat {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        EXPORT_FORMATS.iter().find(|(format, ..)| *format == self).map_or("", |(_, name, _)| name)
+    }
+
+    /// The format of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        EXPORT_FORMATS.iter().find(|(_, known, _)| *known == name).map(|(format, ..)| *format)
+    }
+}
+
+/// Who is told of an export's progress.
+#[derive(Clone, Copy)]
+pub struct ExportWatch<'a> {
+    /// Told of every frame whose images were written.
+    pub tick: &'a (dyn Fn() + Sync),
+    /// Whether to stop.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// Writes a set into `folder`, which must be there and where none of the files may be yet.
+///
+/// # Errors
+/// [`SetError::Io`] naming the file that cannot be written, [`SetError::Malformed`] for a set that the format cannot hold,
+/// with the reason; errors of reading the set; [`SetError::Stopped`].
+pub fn export(set: &BenchmarkSet, format: ExportFormat, folder: &Path, watch: ExportWatch<'_>) -> Result<(), SetError> {
+    let folder = Folder::new(folder, watch);
+    match format {
+        ExportFormat::Coco => coco::write(set, &folder),
+        ExportFormat::OpenCv => opencv::write(set, &folder),
+        ExportFormat::Npz => npz::write(set, &folder),
+        ExportFormat::Bvh => bvh::write(set, &folder),
+        ExportFormat::Trc => trc::write(set, &folder),
+        ExportFormat::C3d => c3d::write(set, &folder),
+        ExportFormat::Colmap => colmap::write(set, &folder),
+        ExportFormat::Croissant => croissant::write(set, &folder),
+        ExportFormat::WebDataset => webdataset::write(set, &folder),
+        ExportFormat::Tum => tum::write(set, &folder),
+        ExportFormat::HumanEva => humaneva::write(set, &folder),
+        ExportFormat::Bodytrack => bodytrack::write(set, &folder),
+    }
+}

@@ -1,0 +1,63 @@
+//! HumanEva's `.cal`: 22 or 25 numbers, `fc(2) cc(2) alpha(1) kc(5) R(9) T(3)`, then perhaps the rotation vector `om(3)`.
+
+use super::{PlainCamera, rows};
+use crate::input::excerpt;
+
+pub(super) fn read(text: &str) -> Result<PlainCamera, String> {
+    let mut numbers = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        for word in line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty()) {
+            let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+            let wrong = || format!("line {}: expected a number, found {:?}", index + 1, excerpt(word));
+            numbers.push(number.ok_or_else(wrong)?);
+            if numbers.len() > 25 {
+                return Err(format!(
+                    "line {}: expected 22 or 25 numbers (fc cc alpha kc R T om), found more",
+                    index + 1
+                ));
+            }
+        }
+    }
+    if ![22, 25].contains(&numbers.len()) {
+        return Err(format!("expected 22 or 25 numbers (fc cc alpha kc R T om), found {}", numbers.len()));
+    }
+    let [fx, fy, cx, cy, alpha] = part(&numbers, 0);
+    if alpha != 0.0 {
+        return Err(format!("number 5, the skew alpha, is {alpha}; only cameras without skew can be used"));
+    }
+    let k = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
+    let (distortion, r, t) = (part(&numbers, 5), rows(&part(&numbers, 10)), part(&numbers, 19));
+    Ok(PlainCamera { name: None, size: None, k, distortion, r, t })
+}
+
+fn part<const N: usize>(numbers: &[f64], start: usize) -> [f64; N] {
+    std::array::from_fn(|i| numbers.get(start + i).copied().unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLE: &str =
+        "584.1\n583.2 320.5 240.25\n0\n-0.317 0.139 0.001 -0.002 0\n1 0 0\n0 0 -1\n0 1 0\n10 20 4500\n";
+
+    #[test]
+    fn the_numbers_are_taken_in_their_order() {
+        let camera = read(SAMPLE).unwrap();
+        assert_eq!(camera.k, [[584.1, 0.0, 320.5], [0.0, 583.2, 240.25], [0.0, 0.0, 1.0]]);
+        assert_eq!(camera.distortion, [-0.317, 0.139, 0.001, -0.002, 0.0]);
+        assert_eq!(camera.r, [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]);
+        assert_eq!(camera.t, [10.0, 20.0, 4500.0]);
+        assert_eq!(read(&format!("{SAMPLE}1.57 0 0")).unwrap().t, camera.t);
+    }
+
+    #[test]
+    fn what_is_no_calibration_is_refused_with_its_line() {
+        let why = |text: &str| read(text).err().unwrap();
+        assert!(why(&SAMPLE.replace("240.25", "x")).contains("line 2: expected a number, found \"x\""));
+        assert!(why(&SAMPLE.replace("4500", "")).contains("found 21"));
+        assert!(why(&"1 ".repeat(26)).contains("found more"));
+        assert!(why(&SAMPLE.replace("\n0\n", "\n0.1\n")).contains("skew"));
+        assert!(why(&SAMPLE.replace("4500", "nan")).contains("expected a number"));
+    }
+}

@@ -1,0 +1,87 @@
+//! `skiagraph export`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use clap::builder::PossibleValue;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde_json::json;
+
+use super::output_arguments::OutputArguments;
+use super::progress::Progress;
+use super::volume::Volume;
+use super::{CommandError, output};
+use crate::experiment::{ExperimentError, ExportTo, export_set};
+
+/// Write a benchmark set in other tools' formats
+///
+/// The folder of each format has a README.txt with axes, units and what is left out. Exports hold the truth: they are for
+/// evaluation, not for trackers. Each is read back by the format's own reader in this project's tests.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Examples:\n  skiagraph export sets/walk --to coco                    # into sets/walk-coco\n  \
+                        skiagraph export sets/walk --to opencv,c3d,bvh --out exported    # exported/opencv and so on\n  \
+                        skiagraph export sets/walk --to apng --out movie"
+)]
+pub(super) struct Arguments {
+    /// Directory of the set
+    #[arg(value_name = "SET")]
+    set: PathBuf,
+
+    /// Formats, several with commas
+    #[arg(long, value_name = "FORMAT", required = true, value_delimiter = ',', value_parser = formats())]
+    to: Vec<ExportTo>,
+
+    /// Output directory; of several formats the directory that holds one of each [default: SET-FORMAT]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+fn formats() -> impl TypedValueParser<Value = ExportTo> {
+    let values = ExportTo::names().map(|(name, what)| PossibleValue::new(name).help(what));
+    PossibleValuesParser::new(values).try_map(|name| ExportTo::named(&name).ok_or("no such format"))
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let mut places = Vec::new();
+    for to in &arguments.to {
+        let place = place(arguments, *to)?;
+        let progress = Progress::new(volume);
+        export_set(&arguments.set, *to, arguments.output.destination(&place), &progress)
+            .map_err(|e| e.about(&arguments.set))?;
+        drop(progress);
+        volume.written(&place);
+        if !arguments.output.json {
+            output::print(&format!("{}: {}", place.display(), to.name()))?;
+        }
+        places.push(json!({ "format": to.name(), "path": place.display().to_string() }));
+    }
+    if arguments.output.json {
+        let set = arguments.set.display().to_string();
+        output::print_json(&json!({ "schema": "skiagraph.export/1", "set": set, "exports": places }))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Where a format goes.
+fn place(arguments: &Arguments, to: ExportTo) -> Result<PathBuf, ExperimentError> {
+    match &arguments.out {
+        Some(out) if arguments.to.len() == 1 => Ok(out.clone()),
+        Some(out) => Ok(out.join(to.name())),
+        None => beside(&arguments.set, to.name()),
+    }
+}
+
+fn beside(set: &Path, format: &str) -> Result<PathBuf, ExperimentError> {
+    let name = set.file_name().ok_or_else(|| ExperimentError::Argument {
+        argument: "--out",
+        detail: format!("cannot derive an output directory from {}; give one", set.display()),
+    })?;
+    let mut name = name.to_owned();
+    name.push(format!("-{format}"));
+    Ok(set.with_file_name(name))
+}

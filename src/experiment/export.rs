@@ -1,0 +1,105 @@
+//! A set in other tools' formats, each in a folder of its own that appears when it is complete.
+
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::ExperimentError;
+use super::error::output;
+use super::inputs::Inputs;
+use super::ours::Kind;
+use super::partial_directory::PartialDirectory;
+use super::run::Destination;
+use super::watch::{Stage, Watch, advance};
+use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
+use crate::report::overlay::link_bones;
+use crate::report::write_animation;
+
+/// The name of the animations for people among the formats.
+const ANIMATION: &str = "apng";
+
+const ANIMATION_README: &str = "\
+NAME.apng of every camera: its silhouettes, and the true skeleton in green; any browser plays it. For MP4: ffmpeg -i NAME.apng
+NAME.mp4";
+
+/// What a set is exported to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExportTo {
+    /// Another tool's format.
+    Format(ExportFormat),
+    /// Animated PNGs for people.
+    Animation,
+}
+
+impl ExportTo {
+    /// Names of everything that a set can be exported to, each with what is written.
+    pub fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
+        let animation = (ANIMATION, "NAME.apng of every camera, silhouettes and skeleton: browsers");
+        EXPORT_FORMATS.into_iter().map(|(_, name, what)| (name, what)).chain([animation])
+    }
+
+    /// The one of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        if name == ANIMATION { Some(Self::Animation) } else { ExportFormat::named(name).map(Self::Format) }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Format(format) => format.name(),
+            Self::Animation => ANIMATION,
+        }
+    }
+}
+
+/// `skiagraph export`: writes the set in `directory` into a folder.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn export_set(
+    directory: &Path,
+    to: ExportTo,
+    place: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<(), ExperimentError> {
+    Inputs::new([directory.to_owned()]).keep_from(place.path)?;
+    let folder = PartialDirectory::begin(place.path, Kind::Export, place.force)?;
+    let set = BenchmarkSet::read(directory)?;
+    watch.begin(Stage::Export, set.blind.frame_count);
+    match to {
+        ExportTo::Format(format) => {
+            let told = ExportWatch { tick: &|| watch.advance(), stop: &|| watch.interrupted() };
+            export(&set, format, folder.folder(), told)?;
+        }
+        ExportTo::Animation => animations(&set, &folder, watch)?,
+    }
+    folder.finish()
+}
+
+fn animations(set: &BenchmarkSet, folder: &PartialDirectory, watch: &dyn Watch) -> Result<(), ExperimentError> {
+    let text = format!("Animations\n\nThe benchmark set {:?} of Skiagraph.\n\n{ANIMATION_README}\n", set.blind.name);
+    folder.write("README.txt", text.as_bytes())?;
+    let (truth, frames) = (&set.truth.ground_truth, set.blind.frame_count);
+    for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
+        let path = folder.folder().join(animation_name(index, &camera.name));
+        let mut file = BufWriter::new(File::create_new(&path).map_err(output(&path, "write"))?);
+        write_animation(&mut file, camera, frames, set.blind.frames_per_second, |frame| {
+            // a frame of the first camera counts as one of the set
+            if index == 0 {
+                advance(watch)?;
+            } else if watch.interrupted() {
+                return Err(ExperimentError::Interrupted);
+            }
+            let mask = set.blind.observation(frame)?.silhouettes.swap_remove(index);
+            Ok((mask, link_bones(&truth.actor, &truth.frames[frame].link_frames)))
+        })?;
+        file.flush().map_err(output(&path, "write"))?;
+    }
+    Ok(())
+}
+
+/// The file of a camera, harmless whatever its name is.
+fn animation_name(index: usize, camera: &str) -> PathBuf {
+    let harmless = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    format!("cam{index:02}-{}.apng", camera.chars().map(harmless).collect::<String>()).into()
+}

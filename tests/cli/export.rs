@@ -1,0 +1,68 @@
+//! `skiagraph export`, and cameras of other tools' files in scenarios.
+
+use super::sandbox::{Sandbox, TINY};
+
+#[test]
+fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    room.succeed("export set --to opencv");
+    assert!(room.path("set-opencv/cam00.yml").exists() && room.path("set-opencv/README.txt").exists());
+    room.succeed("export set --to opencv");
+    let answer = room.succeed("export set --to apng,tum --out all --json");
+    let said: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert_eq!(
+        (said["schema"].as_str(), said["exports"][1]["path"].as_str()),
+        (Some("skiagraph.export/1"), Some("all/tum"))
+    );
+    assert!(room.path("all/apng/cam01-cam01.apng").exists() && room.path("all/tum/root.txt").exists());
+
+    room.write("all/tum/notes.txt", "mine");
+    let answer = room.skiagraph(["export", "set", "--to", "tum", "--out", "all/tum"]);
+    assert!(answer.code == 2 && answer.stderr.contains("not an unchanged skiagraph result"), "{}", answer.stderr);
+    let answer = room.skiagraph(["export", "set", "--to", "tum", "--out", "set/tum"]);
+    assert!(answer.code == 2 && answer.stderr.contains("choose another --out"), "{}", answer.stderr);
+    let answer = room.skiagraph(["export", "set", "--to", "coko"]);
+    assert!(answer.code == 2 && answer.stderr.contains("coco"), "{}", answer.stderr);
+    let answer = room.skiagraph(["export", "tiny.toml", "--to", "coco"]);
+    assert!(answer.code == 2 && answer.stderr.lines().count() == 1, "{}", answer.stderr);
+    assert!(!room.path("tiny.toml-coco").exists());
+    room.write("set/observations/cam01/silhouette/000002.png", "nothing");
+    let answer = room.skiagraph(["export", "set", "--to", "coco"]);
+    assert!(answer.code == 2 && answer.stderr.contains("000002.png was changed"), "{}", answer.stderr);
+    assert!(!room.path("set-coco").exists());
+}
+
+#[test]
+fn exported_cameras_come_back_as_the_rig_of_a_scenario() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    room.succeed("export set --to opencv,humaneva --out cameras");
+    let ring = "[rig.ring]\ncount = 2\nradius_m = 3.5\nsize_px = [80, 60]\n";
+    let files = "[[rig.file]]\npath = \"cameras/opencv/cam00.yml\"\n\n[[rig.file]]\n\
+        path = \"cameras/humaneva/Calibration_Data/cam01.cal\"\nsize_px = [80, 60]\n";
+    assert!(TINY.contains(ring));
+    room.write("same.toml", TINY.replace(ring, files));
+    room.succeed("render same.toml --out same");
+    for camera in 0..2 {
+        for frame in 0..5 {
+            let mask = format!("observations/cam{camera:02}/silhouette/{frame:06}.png");
+            let (a, b) = (room.read(&format!("set/{mask}")), room.read(&format!("same/{mask}")));
+            assert_eq!(a, b, "{mask}");
+        }
+    }
+    for (broken, words) in [
+        (files.replace("size_px = [80, 60]\n", ""), "does not say the image size"),
+        (files.replace("cam00.yml", "cam07.yml"), "cannot be read"),
+        (files.replace("cam01.cal", "cam00.cal"), "two cameras are named `cam00`"),
+        (files.replace("cam00.yml\"", "cam00.yml\"\nup = \"x\""), "up"),
+        (files.replace("cameras/opencv/cam00.yml", "tiny.toml"), "name does not tell"),
+    ] {
+        room.write("broken.toml", TINY.replace(ring, &broken));
+        let answer = room.skiagraph(["check", "broken.toml"]);
+        assert!(answer.code == 2 && answer.stderr.contains(words), "{words}: {}", answer.stderr);
+        assert!(answer.stderr.contains("rig.file"), "{}", answer.stderr);
+    }
+}

@@ -1,0 +1,182 @@
+//! Every export is read back by the reader of its own format (`tests/interop/read_exports.py`) and compared with the set.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::sync::LazyLock;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use skiagraph::benchmark_set::{
+    BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetParts, Start, Training, TruthFacts, export,
+};
+use skiagraph::body::{Humanoid, Motion, shipped};
+use skiagraph::camera::{
+    Camera, CameraFileFormat, CameraFileOptions, CameraRig, Distortion, FieldOfView, read_cameras,
+};
+use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::observation::Observer;
+use skiagraph::scene::GroundTruth;
+
+mod support;
+
+const FRAMES: usize = 4;
+const WATCH: ExportWatch<'_> = ExportWatch { tick: &|| (), stop: &|| false };
+
+static SET: LazyLock<(BenchmarkSet, tempfile::TempDir)> = LazyLock::new(|| {
+    let directory = tempfile::tempdir().unwrap();
+    (write_set(directory.path()), directory)
+});
+
+fn rig() -> CameraRig {
+    let camera = |name: &str, eye: [f64; 3], distortion: [f64; 5]| {
+        let (eye, view) = (Point3::from(eye), FieldOfView::Vertical(0.75));
+        let camera = Camera::look_at(name, eye, Point3::new(0.1, 0.0, 1.0), Vector3::z(), view, 90, 70).unwrap();
+        Camera { distortion: Distortion::from_coefficients(distortion), ..camera }
+    };
+    let ideal = camera("ideal", [3.0, 0.4, 1.3], [0.0; 5]);
+    let lens = camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]);
+    let near = camera("near", [1.0, -1.1, 0.7], [0.1, -0.02, 0.0, 0.0, 0.0]);
+    CameraRig { cameras: vec![ideal, lens, near] }
+}
+
+fn motion(body: &Humanoid) -> Motion {
+    let poses = (0..FRAMES).map(|frame| {
+        let mut pose = body.zero_pose();
+        let yaw = UnitQuaternion::from_euler_angles(0.1, 0.05 * frame as f64, 0.7 * frame as f64);
+        pose.world_from_root = Isometry3::from_parts(Translation3::new(0.05 * frame as f64, 0.0, 1.0), yaw);
+        for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
+            *angle = 0.2 * f64::from(i as u32 * 7 + frame as u32 * 3).sin();
+        }
+        pose
+    });
+    Motion { frames_per_second: 60.0, poses: poses.collect() }
+}
+
+fn write_set(directory: &Path) -> BenchmarkSet {
+    let actor = shipped("actor").unwrap();
+    let motion = motion(&actor);
+    let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
+    let training = Training::none(&actor);
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training };
+    let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
+    let parts = SetParts {
+        name: "to be exported",
+        rig: &rig,
+        start: &start,
+        ground_truth: &truth,
+        refitted: Some(&motion),
+        facts: &facts,
+        recording: None,
+    };
+    let observer = Observer::new(&truth, &rig);
+    let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();
+    set.write(directory).unwrap();
+    set
+}
+
+fn exported(format: ExportFormat) -> tempfile::TempDir {
+    let out = tempfile::tempdir().unwrap();
+    export(&SET.0, format, out.path(), WATCH).unwrap();
+    let readme = fs::read_to_string(out.path().join("README.txt")).unwrap();
+    assert!(readme.contains("to be exported") && readme.contains(&SET.0.blind.set_hash));
+    out
+}
+
+/// Exports, and reads with the format's own reader; skipped and counted where that is not installed.
+fn read_back(format: ExportFormat) {
+    let out = exported(format);
+    let Some(python) = support::python_with_numpy() else { return };
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/read_exports.py");
+    let answer = Command::new(python).arg(script).arg(format.name()).args([out.path(), SET.1.path()]).output().unwrap();
+    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    if answer.status.code() == Some(77) {
+        return support::skip(&format!("no reader of {}: {}", format.name(), said(&answer.stdout).trim()));
+    }
+    assert!(answer.status.success(), "{}{}", said(&answer.stdout), said(&answer.stderr));
+}
+
+macro_rules! read_back_by {
+    ($($test:ident: $format:ident,)*) => {
+        $(#[test] fn $test() { read_back(ExportFormat::$format); })*
+
+        #[test]
+        fn every_format_is_read_back() {
+            let tested = [$(ExportFormat::$format),*];
+            assert_eq!(EXPORT_FORMATS.map(|(format, ..)| format).to_vec(), tested);
+        }
+    };
+}
+
+read_back_by! {
+    pycocotools_reads_coco: Coco,
+    opencv_reads_its_yaml: OpenCv,
+    numpy_reads_npz: Npz,
+    bvhio_reads_bvh: Bvh,
+    opensim_reads_trc: Trc,
+    ezc3d_reads_c3d: C3d,
+    pycolmap_reads_colmap: Colmap,
+    mlcroissant_reads_croissant: Croissant,
+    webdataset_reads_webdataset: WebDataset,
+    evo_reads_tum: Tum,
+    numpy_reads_humaneva: HumanEva,
+    opencv_reads_bodytrack: Bodytrack,
+}
+
+#[test]
+fn this_programs_own_reader_of_bvh_finds_the_links_where_they_are() {
+    let out = exported(ExportFormat::Bvh);
+    // centimetres, Y up, faces +Z at rest
+    let options = ReadOptions { metres_per_unit: Some(0.01), keep_rest_pose: true, ..ReadOptions::default() };
+    let clip = read(&out.path().join("actor.bvh"), &options).unwrap();
+    let truth = &SET.0.truth.ground_truth;
+    assert_eq!((clip.frames.len(), clip.skeleton.joints.len()), (FRAMES, truth.actor.links.len()));
+    assert!((clip.frames_per_second - 60.0).abs() < 1e-3);
+    for (frame, known) in clip.frames.iter().zip(&truth.frames) {
+        let mut placed: Vec<Isometry3<f64>> = Vec::new();
+        for (joint, local) in clip.skeleton.joints.iter().zip(frame) {
+            placed.push(joint.parent.map_or(*local, |parent| placed[parent] * local));
+        }
+        // distances do not depend on how the reader turns the world upright
+        for (index, joint) in clip.skeleton.joints.iter().enumerate() {
+            let link = truth.actor.find_link(&joint.name).unwrap();
+            let own = (placed[index].translation.vector - placed[0].translation.vector).norm();
+            let expected =
+                (known.link_frames[link].translation.vector - known.link_frames[0].translation.vector).norm();
+            assert!((own - expected).abs() < 2e-5, "{}: {own} m from the root, expected {expected}", joint.name);
+        }
+    }
+}
+
+#[test]
+fn exported_cameras_are_the_set_s_cameras_when_they_are_imported() {
+    let set = &SET.0;
+    for (format, file_format, name) in [
+        (ExportFormat::OpenCv, CameraFileFormat::OpenCv, "NAME.yml"),
+        (ExportFormat::HumanEva, CameraFileFormat::HumanEva, "Calibration_Data/NAME.cal"),
+    ] {
+        let out = exported(format);
+        for camera in &set.blind.rig.cameras {
+            let text = fs::read_to_string(out.path().join(name.replace("NAME", &camera.name))).unwrap();
+            let size = Some([camera.pinhole.width, camera.pinhole.height]);
+            let options = CameraFileOptions { name: Some(camera.name.clone()), size, ..CameraFileOptions::default() };
+            let [found] = &read_cameras(&text, file_format, &options).unwrap()[..] else { panic!() };
+            assert_eq!((&found.name, found.distortion), (&camera.name, camera.distortion));
+            for marker in set.truth.ground_truth.frames.iter().flat_map(|frame| frame.markers.iter().flatten()) {
+                let (a, b) = (camera.project(marker).unwrap(), found.project(marker).unwrap());
+                assert!((a - b).norm() < 1e-3, "{file_format:?} {}: {a} {b}", camera.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_refused_and_a_stop_is_heeded() {
+    let out = tempfile::tempdir().unwrap();
+    let stopped = export(&SET.0, ExportFormat::Coco, out.path(), ExportWatch { tick: &|| (), stop: &|| true });
+    assert!(stopped.unwrap_err().to_string().contains("stopped"));
+    fs::write(out.path().join("root.txt"), "mine").unwrap();
+    fs::remove_file(out.path().join("README.txt")).unwrap();
+    let there = export(&SET.0, ExportFormat::Tum, out.path(), WATCH).unwrap_err().to_string();
+    assert!(there.contains("root.txt: cannot write"), "{there}");
+    assert_eq!(fs::read(out.path().join("root.txt")).unwrap(), b"mine");
+}

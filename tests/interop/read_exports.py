@@ -1,0 +1,257 @@
+"""Reads an exported set with the reader of its format: python3 read_exports.py FORMAT EXPORT SET
+
+Compares what the reader finds with the set's own files (NumPy and the standard library). Ends with code 77 and the package's
+name where the reader is not installed.
+"""
+
+import csv
+import json
+import pathlib
+import sys
+
+import numpy as np
+
+kind, out, root = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+truth = np.load(root / "truth/truth.npz", allow_pickle=False)
+cameras = json.loads((root / "cameras.json").read_text())["cameras"]
+markers, names = truth["markers"], list(truth["marker_names"])
+T, C = len(markers), len(cameras)
+
+
+def need(module):
+    import importlib
+
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        print(f"{module}: {error}")
+        sys.exit(77)
+
+
+def png(path):
+    """Grey pixels of an 8-bit PNG without interlacing, by the standard library."""
+    import zlib
+
+    data, at, packed = path.read_bytes(), 8, b""
+    while at < len(data):
+        length, name = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
+        if name == b"IHDR":
+            width, height = (int.from_bytes(data[at + 8 + i : at + 12 + i], "big") for i in (0, 4))
+        if name == b"IDAT":
+            packed += data[at + 8 : at + 8 + length]
+        at += 12 + length
+    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, width + 1)
+    image = np.zeros((height, width), np.uint8)
+    for y, row in enumerate(rows):
+        line, above = row[1:].astype(int), image[y - 1].astype(int) if y else np.zeros(width, int)
+        left = upper_left = 0
+        for x in range(width):
+            if row[0] == 4:
+                p = left + above[x] - upper_left
+                best = min((abs(p - left), 0, left), (abs(p - above[x]), 1, above[x]), (abs(p - upper_left), 2, upper_left))
+                guess = best[2]
+            else:
+                guess = (0, left, above[x], (left + above[x]) // 2)[row[0]]
+            image[y, x] = left = (line[x] + guess) % 256
+            upper_left = above[x]
+    return image
+
+
+def mask(camera, frame):
+    return png(root / f"observations/cam{camera:02}/silhouette/{frame:06}.png") > 0
+
+
+def project(camera, points):
+    """OpenCV's formula with the set's own numbers."""
+    K, R, t = (np.array(camera[key]) for key in ("K", "R", "t"))
+    k1, k2, p1, p2, k3 = camera["distortion"]
+    p = points @ R.T + t
+    x, y = p[..., 0] / p[..., 2], p[..., 1] / p[..., 2]
+    r2 = x * x + y * y
+    radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
+    u = K[0, 0] * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + K[0, 2]
+    v = K[1, 1] * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + K[1, 2]
+    return np.stack([u, v], -1)
+
+
+def coco():
+    need("pycocotools")
+    from pycocotools.coco import COCO
+    from pycocotools.cocoeval import COCOeval
+
+    data = COCO(str(out / "annotations.json"))
+    assert len(data.imgs) == T * C and data.cats[1]["keypoints"] == names
+    for image in data.imgs.values():
+        camera, frame = (image["id"] - 1) % C, (image["id"] - 1) // C
+        assert (out / "images" / image["file_name"]).is_file() and image["frame"] == frame
+        [found] = data.loadAnns(data.getAnnIds(image["id"]))
+        own = mask(camera, frame)
+        assert np.array_equal(data.annToMask(found).astype(bool), own)
+        ys, xs = np.nonzero(own)
+        assert found["bbox"] == [xs.min(), ys.min(), xs.max() + 1 - xs.min(), ys.max() + 1 - ys.min()]
+        assert found["area"] == own.sum()
+        points = np.array(found["keypoints"]).reshape(-1, 3)
+        known = points[:, 2] > 0
+        assert np.array_equal(known, truth["in_view"][frame, camera])
+        assert np.array_equal(points[:, 2] == 2, truth["visible"][frame, camera])
+        assert np.allclose(points[known, :2], project(cameras[camera], markers[frame])[known], atol=1e-9)
+        assert found["num_keypoints"] == known.sum()
+    for kind in ("segm", "keypoints"):
+        estimate = [{**a, "score": 1.0} for a in json.loads((out / "annotations.json").read_text())["annotations"]]
+        score = COCOeval(data, data.loadRes(estimate), kind)
+        if kind == "keypoints":
+            score.params.kpt_oks_sigmas = np.full(15, 0.08)
+        score.evaluate(), score.accumulate(), score.summarize()
+        assert score.stats[0] == 1.0, kind
+
+
+def opencv():
+    cv2 = need("cv2")
+    for camera in cameras:
+        storage = cv2.FileStorage(str(out / f"{camera['name']}.yml"), cv2.FILE_STORAGE_READ)
+        mat = lambda key: storage.getNode(key).mat()
+        assert storage.getNode("image_width").real() == camera["width"]
+        assert storage.getNode("name").string() == camera["name"]
+        assert np.array_equal(mat("camera_matrix"), camera["K"]) and np.array_equal(mat("R"), camera["R"])
+        points = markers[~np.isnan(markers).any(-1)].reshape(-1, 3)
+        pixels, _ = cv2.projectPoints(points, mat("rvec"), mat("T"), mat("camera_matrix"), mat("distortion_coefficients"))
+        assert np.allclose(pixels[:, 0], project(camera, points), atol=1e-6)
+
+
+def npz():
+    import subprocess
+
+    found = np.load(out / "truth.npz", allow_pickle=False)
+    for name in truth.files:
+        assert np.array_equal(found[name], truth[name], equal_nan=truth[name].dtype.kind == "f"), name
+    assert np.array_equal(found["K"], [c["K"] for c in cameras]) and np.array_equal(found["t"], [c["t"] for c in cameras])
+    for index, camera in enumerate(cameras):
+        assert np.allclose(found["joints_2d"][:, index], project(camera, truth["joints"]), atol=1e-9, equal_nan=True)
+        assert np.allclose(found["markers_2d"][:, index], project(camera, markers), atol=1e-9, equal_nan=True)
+    assert np.array_equal(found["image_size"], [[c["width"], c["height"]] for c in cameras])
+    said = subprocess.run([sys.executable, out / "read_truth.py", out], check=True, capture_output=True, text=True).stdout
+    assert f"{T} frames" in said, said
+
+
+def bvh():
+    bvhio = need("bvhio")
+    root_joint = bvhio.readAsHierarchy(str(out / "actor.bvh"))
+    links, places = list(truth["link_names"]), truth["link_frames"][..., :3]
+    for frame in range(T):
+        root_joint.loadPose(frame)
+        found = {joint.Name: np.array(joint.PositionWorld) for joint, _, _ in root_joint.layout()}
+        for index, name in enumerate(links):
+            x, y, z = found[name] / 100
+            # the file's x, y, z are the set's y, z, x
+            assert np.allclose([z, x, y], places[frame, index], atol=2e-5), (frame, name, [z, x, y], places[frame, index])
+
+
+def trc():
+    opensim = need("opensim")
+    table = opensim.TimeSeriesTableVec3(str(out / "markers.trc"))
+    assert list(table.getColumnLabels()) == names and table.getNumRows() == T
+    assert table.getTableMetaDataString("Units") == "mm"
+    for frame, time in enumerate(table.getIndependentColumn()):
+        assert abs(time - frame / truth["fps"]) < 1e-6
+        row = table.getRowAtIndex(frame)
+        found = np.array([[row[m][i] for i in range(3)] for m in range(15)]) / 1000
+        # Y is up: x, z, -y
+        assert np.allclose(found, markers[frame] @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), atol=1e-6)
+
+
+def c3d():
+    ezc3d = need("ezc3d")
+    found = ezc3d.c3d(str(out / "markers.c3d"))
+    point = found["parameters"]["POINT"]
+    assert point["LABELS"]["value"] == names and point["UNITS"]["value"] == ["mm"]
+    assert point["RATE"]["value"][0] == truth["fps"] and found["data"]["points"].shape == (4, 15, T)
+    assert point["Y_SCREEN"]["value"] == ["+Z"] and point["FRAMES"]["value"][0] == T
+    assert np.allclose(found["data"]["points"][:3].transpose(2, 1, 0) / 1000, markers, atol=1e-6)
+    assert (found["data"]["meta_points"]["residuals"] == 0).all()
+
+
+def colmap():
+    pycolmap = need("pycolmap")
+    model = pycolmap.Reconstruction(str(out))
+    assert model.num_cameras() == C == model.num_images()
+    for index, camera in enumerate(cameras):
+        image = next(i for i in model.images.values() if i.name == f"{camera['name']}/000000.png")
+        seen = truth["visible"][0, index]
+        assert sum(point.has_point3D() for point in image.points2D) == seen.sum() == len(image.points2D)
+        for point in image.points2D:
+            place = model.points3D[point.point3D_id].xyz
+            assert np.allclose(place, markers[0, point.point3D_id - 1])
+            # COLMAP's pixel centres are at halves
+            assert np.allclose(image.project_point(place), point.xy, atol=1e-6)
+            assert np.allclose(point.xy - 0.5, project(camera, place), atol=1e-6)
+
+
+def croissant():
+    mlcroissant = need("mlcroissant")
+    data = mlcroissant.Dataset(str(out / "croissant.json"))
+    rows = list(data.records("frames"))
+    assert len(rows) == T * C
+    for index, row in enumerate(rows):
+        camera, frame = index % C, index // C
+        text = lambda key: row[f"frames/{key}"].decode()
+        assert text("camera") == cameras[camera]["name"] and row["frames/frame"] == frame
+        assert (png(out / text("image")) > 0).sum() == row["frames/area_px"] == mask(camera, frame).sum()
+
+
+def webdataset():
+    wds = need("webdataset")
+    shards = sorted(str(path) for path in out.glob("*.tar"))
+    samples = list(wds.WebDataset(shards, shardshuffle=False))
+    assert len(samples) == T * C
+    for index, sample in enumerate(samples):
+        camera, frame = index % C, index // C
+        assert sample["__key__"] == f"{frame:06}_cam{camera:02}"
+        own = (root / f"observations/cam{camera:02}/silhouette/{frame:06}.png").read_bytes()
+        said = json.loads(sample["json"])
+        assert sample["mask.png"] == own and said["K"] == cameras[camera]["K"]
+        assert np.allclose(said["joints"], truth["joints"][frame])
+        for marker, pixel in enumerate(said["markers_2d"]):
+            assert (pixel is not None) == truth["in_view"][frame, camera, marker]
+            assert pixel is None or np.allclose(pixel, project(cameras[camera], markers[frame, marker]))
+
+
+def tum():
+    need("evo")
+    from evo.tools import file_interface
+
+    found = file_interface.read_tum_trajectory_file(str(out / "root.txt"))
+    assert np.allclose(found.positions_xyz, truth["root"][:, :3]) and np.allclose(found.timestamps, np.arange(T) / truth["fps"])
+    assert np.allclose(found.orientations_quat_wxyz, truth["root"][:, 3:])
+
+
+def cal(path, camera):
+    numbers = np.loadtxt(path)
+    fc, cc, alpha, kc, R, t, om = np.split(numbers, [2, 4, 5, 10, 19, 22])
+    assert [fc[0], fc[1], cc[0], cc[1]] == [camera["K"][0][0], camera["K"][1][1], camera["K"][0][2], camera["K"][1][2]]
+    assert alpha == [0] and np.array_equal(kc, camera["distortion"]) and np.array_equal(R.reshape(3, 3), camera["R"])
+    assert np.allclose(t / 1000, camera["t"], atol=1e-7)
+    angle = np.linalg.norm(om)
+    x, y, z = om / angle
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    turned = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    assert np.allclose(turned, camera["R"], atol=1e-9)
+
+
+def humaneva():
+    for camera in cameras:
+        cal(out / "Calibration_Data" / f"{camera['name']}.cal", camera)
+
+
+def bodytrack():
+    cv2 = need("cv2")
+    for index, camera in enumerate(cameras):
+        cal(out / f"CALIB/Camera{index + 1}.cal", camera)
+        for frame in range(T):
+            for folder in ("CAM", "FG"):
+                image = cv2.imread(str(out / f"{folder}{index + 1}/image{frame:04}.bmp"), cv2.IMREAD_UNCHANGED)
+                image = image[..., 0] if image.ndim == 3 else image
+                assert np.array_equal(image, 255 * mask(index, frame))
+
+
+globals()[kind]()
+print(f"{kind}: read back")
