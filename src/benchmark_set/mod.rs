@@ -43,8 +43,10 @@ pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };
 pub use set::{
-    BenchmarkSet, LAYERS_MEMORY_BYTES, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes,
+    BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set,
+    verify_hashes,
 };
+pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;
 pub use start_file::Start;
 pub use training_file::{Training, TrainingMotions};

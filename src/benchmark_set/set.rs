@@ -15,7 +15,7 @@ use super::{
 use crate::body::Motion;
 use crate::camera::{Camera, CameraRig};
 use crate::npz::Npz;
-use crate::observation::{Observation, Observer};
+use crate::observation::{Observation, ObservationFacts, Observer};
 use crate::parallel;
 use crate::scene::GroundTruth;
 
@@ -54,6 +54,17 @@ pub struct TruthSet {
     pub facts: TruthFacts,
     /// The recording that the actor performs, to detect models that learned from it; `None` in sets without it.
     pub recording: Option<SourceRecording>,
+    /// The cameras that saw the actor, where trackers are told others; `None` where these are the same.
+    pub cameras: Option<CameraRig>,
+}
+
+/// How observations differ from what the true cameras see.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Observed<'a> {
+    /// How they were made; `None` where they are exact.
+    pub facts: Option<&'a ObservationFacts>,
+    /// The cameras that a tracker is told, where they differ from the true ones.
+    pub told_rig: Option<&'a CameraRig>,
 }
 
 /// The parts of a set.
@@ -61,7 +72,7 @@ pub struct TruthSet {
 pub struct SetParts<'a> {
     /// The set's name.
     pub name: &'a str,
-    /// The cameras.
+    /// The true cameras.
     pub rig: &'a CameraRig,
     /// What the tracker is told.
     pub start: &'a Start,
@@ -73,6 +84,8 @@ pub struct SetParts<'a> {
     pub facts: &'a TruthFacts,
     /// The recording that the actor performs, where it is known.
     pub recording: Option<&'a SourceRecording>,
+    /// How the observations differ from the truth.
+    pub observed: Observed<'a>,
 }
 
 impl TruthSet {
@@ -105,7 +118,11 @@ impl TruthSet {
             true => recording_file::one_from_npz(&files.read(recording_file::PATH)?)?,
             false => None,
         };
-        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recording })
+        let cameras = match files.has(cameras_file::TRUTH_PATH) {
+            true => Some(cameras_file::from_file(cameras_file::TRUTH_PATH, &files.read(cameras_file::TRUTH_PATH)?)?),
+            false => None,
+        };
+        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recording, cameras })
     }
 }
 
@@ -146,10 +163,13 @@ impl BenchmarkSet {
         let refitted = parts.refitted.map(|motion| (&parts.start.body, motion));
         let npz = truth_file::to_npz(truth, refitted, parts.rig);
         for (path, bytes) in [
-            (manifest::PATH, manifest::to_toml(&BlindManifest::new(parts.name, sequence))?),
+            (
+                manifest::PATH,
+                manifest::to_toml(&BlindManifest::new(parts.name, sequence, parts.observed.facts.cloned()))?,
+            ),
             (manifest::FACTS_PATH, manifest::facts_to_toml(parts.facts)?),
             (README, include_bytes!("readme.txt").to_vec()),
-            (cameras_file::PATH, cameras_file::to_json(parts.rig)?),
+            (cameras_file::PATH, cameras_file::to_json(parts.observed.told_rig.unwrap_or(parts.rig))?),
             (start_file::PATH, parts.start.to_json()?),
             (training_path, training),
             (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &parts.start.body)?),
@@ -161,6 +181,9 @@ impl BenchmarkSet {
         if let Some(recording) = parts.recording {
             let bytes = recording_file::to_npz(recording_file::PATH, std::slice::from_ref(recording))?;
             files.insert(recording_file::PATH.to_string(), bytes);
+        }
+        if parts.observed.told_rig.is_some() {
+            files.insert(cameras_file::TRUTH_PATH.to_string(), cameras_file::to_json(parts.rig)?);
         }
         if !truth.props.is_empty() {
             files.insert(props_file::PATH.to_string(), props_file::to_json(&truth.props)?);
@@ -177,6 +200,11 @@ impl BenchmarkSet {
     /// As [`BlindSet::read`] and [`TruthSet::read`].
     pub fn read(directory: &Path) -> Result<Self, SetError> {
         Self::from_files(SetFiles::open(directory)?)
+    }
+
+    /// The cameras that saw the actor, whatever trackers are told.
+    pub fn true_rig(&self) -> &CameraRig {
+        self.truth.cameras.as_ref().unwrap_or(&self.blind.rig)
     }
 
     fn from_files(files: SetFiles) -> Result<Self, SetError> {
@@ -221,7 +249,7 @@ impl BenchmarkSet {
                 .map(|image| exr_layers::encode("layers", image, layers).map(|bytes| bytes.len()))
                 .sum::<Result<usize, SetError>>()
         };
-        if layers.is_empty() { Ok(0) } else { self.blind.rig.cameras.iter().map(size).sum() }
+        if layers.is_empty() { Ok(0) } else { self.true_rig().cameras.iter().map(size).sum() }
     }
 
     /// As [`Self::write_with_layers`]; no image and no file is begun once `stop` answers `true`.
@@ -243,7 +271,7 @@ impl BenchmarkSet {
     /// One camera after another; each image is drawn, written and dropped, so memory does not grow with their number.
     fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: Sink<'_>) -> Result<(), SetError> {
         let frames = self.blind.frame_count;
-        for (index, camera) in self.blind.rig.cameras.iter().enumerate() {
+        for (index, camera) in self.true_rig().cameras.iter().enumerate() {
             let alone = CameraRig { cameras: vec![camera.clone()] };
             let observer = Observer::new(&self.truth.ground_truth, &alone);
             let workers = layer_workers(camera.pinhole.width, camera.pinhole.height);
@@ -480,6 +508,7 @@ mod tests {
             refitted: None,
             facts: &truth.facts,
             recording: None,
+            observed: Observed::default(),
         };
         let refused = |parts: &SetParts<'_>| {
             BenchmarkSet::assemble(parts, |frame| blind.observation(frame).unwrap()).unwrap_err().to_string()

@@ -56,6 +56,14 @@ impl Motion {
         Some(Self { frames_per_second, poses })
     }
 
+    /// The pose at a time, seconds from the first pose, in between as [`Self::resampled`] interpolates; before the first
+    /// pose and after the last it stands still. `None` in an empty motion. The motion must be continuous.
+    pub fn pose_at_time(&self, humanoid: &Humanoid, time_s: f64) -> Option<Pose> {
+        let last = self.poses.len().checked_sub(1)? as f64;
+        let vectors: Vec<usize> = humanoid.rotation_vectors().collect();
+        self.pose_at((time_s * self.frames_per_second).clamp(0.0, last), &vectors)
+    }
+
     /// The pose at a fractional frame number; `None` in an empty motion.
     fn pose_at(&self, position: f64, vectors: &[usize]) -> Option<Pose> {
         let index = (libm::floor(position + 1e-9) as usize).min(self.poses.len().checked_sub(1)?);

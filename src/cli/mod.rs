@@ -18,6 +18,7 @@ mod render;
 mod run;
 mod scenario_arguments;
 mod schema;
+mod segment;
 mod summary;
 mod track;
 mod train;
@@ -63,6 +64,7 @@ enum Command {
     Render(render::Arguments),
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
+    Segment(segment::Arguments),
     Train(train::Arguments),
     Inspect(inspect::Arguments),
     Completions(completions::Arguments),
@@ -114,6 +116,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Render(arguments) => render::run(&arguments, line.volume),
         Command::Track(arguments) => track::run(&arguments, line.volume),
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
+        Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),

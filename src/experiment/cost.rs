@@ -6,12 +6,12 @@ use serde::Serialize;
 
 use super::learning::Models;
 use super::measuring::Measures;
+use super::observing::Observing;
 use super::staging::Staged;
 use super::tracking::track;
 use super::{ExperimentError, Unwatched};
-use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
+use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SetParts};
 use crate::body::{Flesh, Motion};
-use crate::observation::Observer;
 use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::{PlausibilitySettings, RefinementSettings, SilhouetteSettings};
@@ -172,8 +172,9 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
         refitted: Some(&refitted),
         facts: &staged.facts,
         recording: Some(&staged.source),
+        observed: Observed { facts: None, told_rig: staged.told_rig.as_ref() },
     };
-    let observer = Observer::new(&ground_truth, &staged.rig);
+    let observer = Observing::new(&ground_truth, &staged.rig, &file.scenario.observation);
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 

@@ -10,10 +10,10 @@ use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union,
-    summarise,
+    ContactPair, Energies, Evaluation, MaskQuality, RootRotations, Run, SegmentationQuality, Sequence, Summary,
+    evaluate, intersection_over_union, summarise,
 };
-use crate::observation::Observation;
+use crate::observation::{Observation, Observer};
 use crate::raster::Mask;
 use crate::report::FootStances;
 use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood};
@@ -31,6 +31,8 @@ pub struct Measures {
     pub frozen: Evaluation,
     /// Energy of the truth, refitted to the tracker's body, per frame; empty where unknown.
     pub truth_energy: Vec<Option<f64>>,
+    /// How good the observed silhouettes are; `None` where they are exact.
+    pub segmentation: Option<SegmentationQuality>,
 }
 
 /// The measures of one seed.
@@ -59,7 +61,8 @@ impl Measures {
         let frozen = EstimatedSequence::of_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
         let answers: Vec<&EstimatedSequence> = tracked.estimates.sequences.iter().chain([&frozen]).collect();
         let truth_energy = truth_energy(tracked, blind, set.truth.refitted.as_ref())?;
-        let per_frame: Vec<Vec<Vec<Option<f64>>>> = (0..blind.frame_count)
+        let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, set.true_rig()));
+        let per_frame: Vec<(Vec<Vec<Option<f64>>>, Vec<MaskQuality>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
                 || Painters::new(blind),
@@ -67,16 +70,21 @@ impl Measures {
                     if watch.interrupted() {
                         return Err(ExperimentError::Interrupted);
                     }
-                    let overlaps =
-                        painters.overlaps(&blind.observation(frame)?, answers.iter().map(|answer| answer.pose(frame)));
+                    let observed = blind.observation(frame)?;
+                    let overlaps = painters.overlaps(&observed, answers.iter().map(|answer| answer.pose(frame)));
+                    let quality = exact.as_ref().map(|exact| qualities(&observed, &exact.observe(frame)));
                     watch.advance();
-                    Ok(overlaps)
+                    Ok((overlaps, quality.unwrap_or_default()))
                 },
             )
             .collect::<Result<_, _>>()?;
         let truth = &set.truth.ground_truth;
         let touching = BodyContacts::of_motion(&truth.actor, &truth.motion(), &truth.props);
-        let overlaps = |answer: usize| per_frame.iter().map(|f| f[answer].clone()).collect::<Vec<_>>();
+        let overlaps = |answer: usize| per_frame.iter().map(|(f, _)| f[answer].clone()).collect::<Vec<_>>();
+        let segmentation = exact.is_some().then(|| {
+            let all: Vec<MaskQuality> = per_frame.iter().flat_map(|(_, quality)| quality.iter().copied()).collect();
+            SegmentationQuality::mean(&all)
+        });
         let mut seeds = Vec::new();
         for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
             if watch.interrupted() {
@@ -94,13 +102,18 @@ impl Measures {
         let runs: Vec<Run<'_>> =
             seeds.iter().map(|s| Run { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
         let summary = summarise(&runs)?;
-        Ok(Self { seeds, summary, frozen, truth_energy, clip })
+        Ok(Self { seeds, summary, frozen, truth_energy, segmentation, clip })
     }
 
     /// One entry a seed.
     pub fn runs(&self) -> Vec<Run<'_>> {
         self.seeds.iter().map(|s| Run { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
     }
+}
+
+/// Of every camera.
+fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
+    observed.silhouettes.iter().zip(&exact.silhouettes).map(|(mask, exact)| MaskQuality::new(mask, exact)).collect()
 }
 
 /// The answers of one seed and what is known about them.

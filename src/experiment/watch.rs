@@ -13,6 +13,8 @@ pub enum Stage {
     Track,
     /// Frames are measured.
     Evaluate,
+    /// Images are segmented.
+    Segment,
 }
 
 /// Observes an experiment, from any thread.

@@ -41,6 +41,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::benchmark_set::Layer;
+use crate::observation::ObservationSettings;
 
 /// One experiment: motion, bodies, cameras and tracker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -82,6 +83,9 @@ pub struct Scenario {
     /// The cameras.
     #[serde(default)]
     pub rig: RigSettings,
+    /// The observations that trackers are given. Default: exact silhouettes.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub observation: ObservationSettings,
     /// The tracker: one of `[tracker.annealed_particle_filter]`, `[tracker.gpdm]`, `[tracker.switching_gpdm]`,
     /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`. Default: the
     /// annealed particle filter with its defaults.
@@ -117,4 +121,8 @@ impl Scenario {
 
 fn one() -> u32 {
     1
+}
+
+fn is_default(observation: &ObservationSettings) -> bool {
+    *observation == ObservationSettings::default()
 }

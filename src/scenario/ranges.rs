@@ -9,6 +9,7 @@ use super::{
 };
 use crate::input::excerpt;
 use crate::motion_model::MotionModelError;
+use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
 use crate::tracker::{FilterSettings, RefinementSettings, SettingError, SilhouetteSettings};
 
 /// An invalid value.
@@ -82,6 +83,7 @@ impl Scenario {
             camera(&format!("rig.camera[{i}]"), c)?;
         }
         require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
+        observation(&self.observation)?;
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
@@ -153,6 +155,17 @@ fn actor(a: &ActorSettings) -> Verdict {
         "a direction (a vector other than zero)",
         found,
     )
+}
+
+fn observation(o: &ObservationSettings) -> Verdict {
+    for axis in &AXES {
+        let (key, strength) = (format!("observation.corruption.{}", axis.name), (axis.strength)(&o.corruption));
+        within(&key, strength, 0.0..=axis.greatest)?;
+        let corrupts = o.silhouette == SilhouetteSource::Corrupted;
+        let expected = "0, or `observation.silhouette = \"corrupted\"`";
+        require(&key, corrupts || !axis.of_masks || strength == 0.0, expected, strength)?;
+    }
+    Ok(())
 }
 
 fn prop(table: &str, p: &PropSettings) -> Verdict {

@@ -3,6 +3,7 @@
 mod bad_input;
 mod check;
 mod contact;
+mod corruption;
 mod inspect;
 mod options;
 mod props;
@@ -10,6 +11,7 @@ mod robots;
 mod rooms;
 mod same_numbers;
 mod scenarios;
+mod segment;
 #[path = "../support/mod.rs"]
 mod support;
 mod train;
