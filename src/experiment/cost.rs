@@ -174,7 +174,7 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
         recording: Some(&staged.source),
         observed: Observed { facts: None, told_rig: staged.told_rig.as_ref() },
     };
-    let observer = Observing::new(&ground_truth, &staged.rig, &file.scenario.observation);
+    let observer = Observing::new(&ground_truth, &staged.rig, &file.scenario.observation)?;
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 

@@ -68,7 +68,7 @@ pub fn draw(
         recording: Some(&staged.source),
         observed: Observed { facts: facts.as_ref(), told_rig: staged.told_rig.as_ref() },
     };
-    let observer = Observing::new(&staged.ground_truth, &staged.rig, settings);
+    let observer = Observing::new(&staged.ground_truth, &staged.rig, settings)?;
     let seen = AtomicBool::new(false);
     let set = BenchmarkSet::assemble_unless(&parts, &|| watch.interrupted(), |frame| {
         watch.advance();

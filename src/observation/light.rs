@@ -62,8 +62,7 @@ impl Sun {
     }
 
     /// Towards the sun, a unit vector.
-    #[cfg(test)]
-    fn towards(&self) -> Vector3<f64> {
+    pub(crate) fn towards(&self) -> Vector3<f64> {
         self.camera.camera_from_world.inverse_transform_vector(&Vector3::z())
     }
 
@@ -83,19 +82,27 @@ impl Sun {
 }
 
 impl CastShadow<'_> {
-    /// How high the lowest part of the body is that keeps the sun from a point on the ground, metres; `None` where it
-    /// shines.
-    pub(crate) fn height_above(&self, x: f64, y: f64) -> Option<f64> {
+    /// Whether the body keeps the sun from a point on the ground.
+    fn covers(&self, x: f64, y: f64) -> bool {
+        self.hit(x, y).is_some()
+    }
+
+    /// Where the ray from a point on the ground to the sun lies in the sun's image, and the depth of the body there.
+    fn hit(&self, x: f64, y: f64) -> Option<(Point2<f64>, f32)> {
         let camera = &self.sun.camera;
-        let on_ground = Point3::new(x, y, 0.0) + self.shift;
-        let pixel = camera.project(&on_ground)?;
+        let pixel = camera.project(&(Point3::new(x, y, 0.0) + self.shift))?;
         if !camera.pinhole.contains(&pixel) {
             return None;
         }
         let depth = self.image.depth[pixel.y as usize * self.image.width as usize + pixel.x as usize];
-        if !depth.is_finite() {
-            return None;
-        }
+        depth.is_finite().then_some((pixel, depth))
+    }
+
+    /// How high the lowest part of the body is that keeps the sun from a point on the ground, metres; `None` where it
+    /// shines.
+    pub(crate) fn height_above(&self, x: f64, y: f64) -> Option<f64> {
+        let camera = &self.sun.camera;
+        let (pixel, depth) = self.hit(x, y)?;
         let (u, v) = camera.pinhole.normalised(&Point2::new(pixel.x, pixel.y));
         let in_camera = Point3::from(Vector3::new(u, v, 1.0) * f64::from(depth));
         Some((camera.camera_from_world.inverse_transform_point(&in_camera) - self.shift).z)
@@ -134,17 +141,34 @@ impl GroundPixels {
     /// The pixels of the ground in a shadow whose cause is at most `highest` metres high.
     pub(crate) fn shadow(&self, shadow: &CastShadow<'_>, highest: f64) -> Mask {
         let mut mask = Mask::new(self.width, self.height);
+        self.each_near(shadow, |index, x, y| {
+            if shadow.height_above(x, y).is_some_and(|height| height <= highest) {
+                mask.set(index as u32 % self.width, index as u32 / self.width, true);
+            }
+        });
+        mask
+    }
+
+    /// Calls `visit` with the place in row order of every pixel of the ground in a shadow.
+    pub(crate) fn each_shaded(&self, shadow: &CastShadow<'_>, mut visit: impl FnMut(usize)) {
+        self.each_near(shadow, |index, x, y| {
+            if shadow.covers(x, y) {
+                visit(index);
+            }
+        });
+    }
+
+    /// The pixels of the ground that a shadow may reach.
+    fn each_near(&self, shadow: &CastShadow<'_>, mut visit: impl FnMut(usize, f64, f64)) {
         let root = -shadow.shift;
         // a shadow is no farther from its root than the square that was looked at
         let reach = 4.0 * HALF_SIDE;
         for (index, [x, y]) in self.points.iter().enumerate() {
             let (x, y) = (f64::from(*x), f64::from(*y));
-            let near = (x - root.x).abs() < reach && (y - root.y).abs() < reach;
-            if near && shadow.height_above(x, y).is_some_and(|height| height <= highest) {
-                mask.set(index as u32 % self.width, index as u32 / self.width, true);
+            if (x - root.x).abs() < reach && (y - root.y).abs() < reach {
+                visit(index, x, y);
             }
         }
-        mask
     }
 
     /// World x and y of every pixel's point on the ground, row by row; NaN where no ground is seen.

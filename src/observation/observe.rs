@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::Observation;
-use crate::body::{DepthImage, Humanoid, LinkFrames, SilhouettePainter};
+use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SilhouettePainter, SurfacePixel};
 use crate::camera::CameraRig;
 use crate::parallel;
 use crate::raster::Mask;
@@ -81,6 +81,20 @@ impl<'a> Observer<'a> {
             }
             image
         })
+    }
+
+    /// The actor's surface pixel by pixel in one frame, as if there were no props; one list per camera.
+    pub(super) fn surfaces(&self, frame: usize) -> Vec<Vec<SurfacePixel>> {
+        let link_frames = &self.truth.frames[frame].link_frames;
+        self.through_every_camera(|_, painter, _| painter.surface(&self.truth.actor, link_frames))
+    }
+
+    /// The surface of the props pixel by pixel; one list per camera, all empty without props.
+    pub(super) fn props_surface(&self, props: &[Prop]) -> Vec<Vec<SurfacePixel>> {
+        match props.is_empty() {
+            true => vec![Vec::new(); self.painters.len()],
+            false => self.through_every_camera(|_, painter, _| painter.surface_of_props(props)),
+        }
     }
 
     fn through_every_camera<T>(

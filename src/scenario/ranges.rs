@@ -165,6 +165,22 @@ fn observation(o: &ObservationSettings) -> Verdict {
         let expected = "0, or `observation.silhouette = \"corrupted\"`";
         require(&key, corrupts || !axis.of_masks || strength == 0.0, expected, strength)?;
     }
+    let images = &o.images;
+    for (key, value, range) in [
+        ("images.clothing_contrast", images.clothing_contrast, 0.0..=255.0),
+        ("images.read_noise", images.read_noise, 0.0..=255.0),
+        ("images.shot_noise", images.shot_noise, 0.0..=100.0),
+        ("images.gain_drift", images.gain_drift, 0.0..=0.9),
+        ("images.offset_drift", images.offset_drift, 0.0..=255.0),
+        ("background.risk", o.background.risk.unwrap_or(1.0), 1e-300..=1e300),
+    ] {
+        within(&format!("observation.{key}"), value, range)?;
+    }
+    within("observation.images.background_frames", images.background_frames, 1..=1000)?;
+    let cleaning = &o.background.cleaning;
+    within("observation.background.cleaning.open_px", cleaning.open_px, 0..=100)?;
+    within("observation.background.cleaning.close_px", cleaning.close_px, 0..=100)?;
+    within("observation.background.cleaning.least_px", cleaning.least_px, 0..=1_000_000)?;
     Ok(())
 }
 

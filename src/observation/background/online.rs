@@ -1,4 +1,4 @@
-//! The online mixture of Stauffer and Grimson (1999): it learns from every frame.
+//! The online mixture of `[Stauffer 1999]`: it learns from every frame.
 //!
 //! A pixel matches component `i` iff the mean over its channels of `(x - mu_i)^2` is below `(2.5 sigma_i)^2`; of those
 //! that match, the first in the order of `omega / sigma`. With the rate `a` and `m = 1` for the matched component:
