@@ -29,14 +29,14 @@ pub(super) struct BlindManifest {
     pub(super) name: String,
     /// Version of the program that made the set.
     pub(super) version: String,
-    pub(super) sequence: Sequence,
+    pub(super) sequence: SequenceFacts,
     /// How the observations were made; absent where they are exact, and in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) observation: Option<ObservationFacts>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sequence {
+pub(super) struct SequenceFacts {
     pub(super) frames: usize,
     pub(super) frames_per_second: f64,
     pub(super) cameras: usize,
@@ -45,7 +45,7 @@ pub(super) struct Sequence {
     pub(super) forward: Option<[f64; 3]>,
 }
 
-impl Sequence {
+impl SequenceFacts {
     /// Checks these numbers.
     fn check(&self) -> Result<(), String> {
         let Self { frames, frames_per_second, cameras, forward } = *self;
@@ -118,7 +118,7 @@ const CONVENTIONS: [(&str, &str); 11] = [
 ];
 
 impl BlindManifest {
-    pub(super) fn new(name: &str, sequence: Sequence, observation: Option<ObservationFacts>) -> Self {
+    pub(super) fn new(name: &str, sequence: SequenceFacts, observation: Option<ObservationFacts>) -> Self {
         let version = env!("CARGO_PKG_VERSION").to_string();
         Self { schema: SCHEMA.to_string(), name: name.to_string(), version, sequence, observation }
     }
@@ -206,7 +206,7 @@ mod tests {
 
     fn walk(frames: usize) -> BlindManifest {
         let forward = Some([0.6, -0.8, 0.0]);
-        BlindManifest::new("walk", Sequence { frames, frames_per_second: 59.94, cameras: 4, forward }, None)
+        BlindManifest::new("walk", SequenceFacts { frames, frames_per_second: 59.94, cameras: 4, forward }, None)
     }
 
     #[test]

@@ -2,10 +2,10 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::Flesh;
+use super::Solid;
 use crate::raster::TaperedCapsule;
 
-impl Flesh {
+impl Solid {
     /// The outward normal at a point on the surface, both in the link's frame. `facet` is the triangle of a mesh that
     /// holds the point; the normal of a mesh is that of the triangle's corners, anticlockwise from outside. Other
     /// solids do not look at it. A point off the surface gets the normal of the nearest part of it, about.
@@ -42,7 +42,7 @@ impl Flesh {
 }
 
 /// The centre of the ball, of all of which the solid is the hull, that touches the surface at a point: see
-/// [`Flesh::ray_entry`] for the geometry of the cone.
+/// [`Solid::ray_entry`] for the geometry of the cone.
 fn ball_of(capsule: &TaperedCapsule, point: &Point3<f64>) -> Point3<f64> {
     let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
     let length = (b - a).norm();
@@ -63,12 +63,12 @@ mod tests {
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
     /// The normal by three rays close to each other.
-    fn by_rays(flesh: &Flesh, ray: &Ray) -> Option<Vector3<f64>> {
+    fn by_rays(solid: &Solid, ray: &Ray) -> Option<Vector3<f64>> {
         let side = Unit::new_normalize(ray.direction.cross(&Vector3::new(0.31, 0.17, 0.9)));
         let other = Unit::new_normalize(ray.direction.cross(&side));
         let hit = |shift: Vector3<f64>| {
             let ray = Ray { origin: ray.origin + shift, direction: ray.direction };
-            flesh.ray_entry(&ray).map(|s| ray.origin + ray.direction * s)
+            solid.ray_entry(&ray).map(|s| ray.origin + ray.direction * s)
         };
         let (h, [p, q]) = (1e-6, [side.into_inner(), other.into_inner()]);
         let across = |d: Vector3<f64>| Some(hit(d * h)? - hit(d * -h)?);
@@ -82,24 +82,24 @@ mod tests {
             Translation3::new(0.1, -0.2, 0.05),
             UnitQuaternion::from_euler_angles(0.4, -0.7, 1.1),
         );
-        let mesh = Flesh::Mesh {
+        let mesh = Solid::Mesh {
             vertices: [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]
                 .map(Point3::from)
                 .to_vec(),
             triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
         };
         let solids = [
-            Flesh::TaperedCapsule(TaperedCapsule {
+            Solid::TaperedCapsule(TaperedCapsule {
                 a: Point3::new(-0.5, 0.1, 0.0),
                 b: Point3::new(0.6, 0.0, 0.3),
                 radius_a: 0.4,
                 radius_b: 0.15,
             }),
-            Flesh::Box { link_from_box: frame, half_extents: [0.4, 0.6, 0.3] },
-            Flesh::Cylinder { link_from_cylinder: frame, radius: 0.4, half_length: 0.5 },
+            Solid::Box { link_from_box: frame, half_extents: [0.4, 0.6, 0.3] },
+            Solid::Cylinder { link_from_cylinder: frame, radius: 0.4, half_length: 0.5 },
             mesh,
         ];
-        for flesh in &solids {
+        for solid in &solids {
             let (mut checked, mut differing) = (0, 0);
             for i in 0..400 {
                 let turn = f64::from(i) * 2.399_963;
@@ -108,15 +108,15 @@ mod tests {
                 let from = Point3::new(round * turn.cos(), round * turn.sin(), height) * 4.0;
                 let aim = Point3::new(0.2 * (f64::from(i) * 0.7).sin(), 0.2 * (f64::from(i) * 1.3).cos(), 0.0);
                 let ray = Ray { origin: from, direction: aim - from };
-                let (Some(s), Some(expected)) = (flesh.ray_entry(&ray), by_rays(flesh, &ray)) else { continue };
+                let (Some(s), Some(expected)) = (solid.ray_entry(&ray), by_rays(solid, &ray)) else { continue };
                 let point = ray.origin + ray.direction * s;
-                let facets = if matches!(flesh, Flesh::Mesh { .. }) { 4 } else { 1 };
-                let found = (0..facets).map(|facet| flesh.normal_at(&point, facet));
+                let facets = if matches!(solid, Solid::Mesh { .. }) { 4 } else { 1 };
+                let found = (0..facets).map(|facet| solid.normal_at(&point, facet));
                 checked += 1;
                 differing += usize::from(found.map(|n| n.dot(&expected)).fold(-1.0, f64::max) < 1.0 - 1e-6);
             }
             assert!(checked > 300, "{checked}");
-            assert!(differing <= 2, "{differing} of {checked} on {flesh:?}, which an edge may explain");
+            assert!(differing <= 2, "{differing} of {checked} on {solid:?}, which an edge may explain");
         }
     }
 }

@@ -64,7 +64,7 @@ pub struct Segmented {
 /// [`ExperimentError`] naming the image or argument; then nothing has changed on the disk.
 pub fn segment(input: &SegmentInput<'_>, to: Destination<'_>, watch: &dyn Watch) -> Result<Segmented, ExperimentError> {
     let inputs = input.background.iter().cloned().chain([input.frames.to_owned()]);
-    Inputs::of(inputs).keep_from(to.path)?;
+    Inputs::new(inputs).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let frames = images_in(input.frames)?;
     let names = names_of(&frames, input.frames)?;

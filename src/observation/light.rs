@@ -182,7 +182,7 @@ impl GroundPixels {
 mod tests {
     use super::*;
     use crate::body::fixture::{person, walk};
-    use crate::body::{Flesh, Ray};
+    use crate::body::{Solid, Ray};
     use crate::scene::fixture::rig;
 
     #[test]
@@ -197,7 +197,7 @@ mod tests {
             let ray = Ray { origin: Point3::new(x, y, 0.0), direction: sun.towards() };
             let lowest = body.links.iter().zip(&frames.0).flat_map(|(link, frame)| {
                 let ray = ray.transformed(&frame.inverse());
-                link.flesh.iter().filter_map(move |flesh: &Flesh| flesh.ray_entry(&ray))
+                link.solids.iter().filter_map(move |solid: &Solid| solid.ray_entry(&ray))
             });
             let expected = lowest.reduce(f64::min).map(|s| s * sun.towards().z);
             let found = shadow.height_above(x, y);

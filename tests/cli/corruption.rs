@@ -1,8 +1,8 @@
 //! Observations that are corrupted on purpose.
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
-fn observation(room: &Room, set: &str) -> toml::Table {
+fn observation(room: &Sandbox, set: &str) -> toml::Table {
     let text = String::from_utf8(room.read(&format!("{set}/set.toml"))).unwrap();
     let mut manifest: toml::Table = text.parse().unwrap();
     match manifest.remove("observation") {
@@ -13,7 +13,7 @@ fn observation(room: &Room, set: &str) -> toml::Table {
 
 #[test]
 fn a_ladder_is_one_set_a_level_with_the_truth_of_the_exact_set() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out exact");
     assert!(observation(&room, "exact").is_empty());
@@ -35,7 +35,7 @@ fn a_ladder_is_one_set_a_level_with_the_truth_of_the_exact_set() {
 
 #[test]
 fn errors_of_cameras_are_told_to_the_tracker_and_the_true_ones_stand_on_the_other_side() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out exact");
     room.succeed("render tiny.toml calibration_mm=50 start_mm=100 --out told");
@@ -48,7 +48,7 @@ fn errors_of_cameras_are_told_to_the_tracker_and_the_true_ones_stand_on_the_othe
 
 #[test]
 fn a_run_on_corrupted_silhouettes_says_how_good_they_are() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out exact");
     room.succeed("run tiny.toml observation.silhouette=corrupted boundary_px=2 blobs=0.2 --out rough");
@@ -65,7 +65,7 @@ fn a_run_on_corrupted_silhouettes_says_how_good_they_are() {
 
 #[test]
 fn strengths_out_of_range_and_axes_of_masks_on_exact_ones_are_refused_by_key() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     for (key, words) in [
         ("holes=1.5", "observation.corruption.holes: expected 0 to 1, found 1.5"),

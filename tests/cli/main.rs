@@ -8,7 +8,7 @@ mod inspect;
 mod options;
 mod props;
 mod robots;
-mod rooms;
+mod sandbox;
 mod same_numbers;
 mod scenarios;
 mod segment;

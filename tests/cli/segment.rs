@@ -1,6 +1,6 @@
 //! `skiagraph segment` on small images.
 
-use super::rooms::Room;
+use super::sandbox::Sandbox;
 
 /// A colour image: a background whose brightness changes with `period`, and a square.
 fn image(period: u8, noise: u8, square: bool) -> Vec<u8> {
@@ -14,8 +14,8 @@ fn image(period: u8, noise: u8, square: bool) -> Vec<u8> {
     bytes
 }
 
-fn room() -> Room {
-    let room = Room::new();
+fn room() -> Sandbox {
+    let room = Sandbox::new();
     for folder in ["empty", "walk"] {
         std::fs::create_dir(room.path(folder)).unwrap();
     }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::{SilhouettePainter, solid};
-use crate::body::{Flesh, Humanoid, LinkFrames, Prop};
+use crate::body::{Solid, Humanoid, LinkFrames, Prop};
 
 /// The nearest surface point at the centre of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,8 +37,8 @@ impl SilhouettePainter {
     /// The surface of a body pixel by pixel, by rays through their centres, row by row; pixels that show none are left
     /// out. The same pixels as [`Self::depth`] has.
     pub fn surface(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> Vec<SurfacePixel> {
-        let parts: Vec<(&[Flesh], Isometry3<f64>)> =
-            humanoid.links.iter().map(|link| link.flesh.as_slice()).zip(frames.0.iter().copied()).collect();
+        let parts: Vec<(&[Solid], Isometry3<f64>)> =
+            humanoid.links.iter().map(|link| link.solids.as_slice()).zip(frames.0.iter().copied()).collect();
         self.surface_of(&parts)
     }
 
@@ -49,15 +49,15 @@ impl SilhouettePainter {
         self.surface_of(&parts)
     }
 
-    fn surface_of(&mut self, parts: &[(&[Flesh], Isometry3<f64>)]) -> Vec<SurfacePixel> {
+    fn surface_of(&mut self, parts: &[(&[Solid], Isometry3<f64>)]) -> Vec<SurfacePixel> {
         let (width, near) = (self.camera.pinhole.width as usize, self.camera.pinhole.near);
         let camera_from_world = self.camera.camera_from_world;
         let rays = self.rays();
         let mut nearest = vec![NOTHING; width * self.camera.pinhole.height as usize];
         for (part, (solids, world_from_link)) in parts.iter().enumerate() {
             let camera_from_link = camera_from_world * world_from_link;
-            for (index, flesh) in solids.iter().enumerate() {
-                solid::each_depth(flesh, &camera_from_link, rays, near, &mut |x, y, depth, facet| {
+            for (index, solid) in solids.iter().enumerate() {
+                solid::each_depth(solid, &camera_from_link, rays, near, &mut |x, y, depth, facet| {
                     let pixel = &mut nearest[y as usize * width + x as usize];
                     // as depth images compare, so that ties fall alike
                     if (depth as f32) < pixel.depth as f32 {

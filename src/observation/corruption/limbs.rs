@@ -25,7 +25,7 @@ fn without_subtree(body: &Humanoid, root: usize) -> Humanoid {
         // parents come first; joint `link - 1` moves `link`
         gone[link] = link == root || gone[body.joints[link - 1].parent];
         if gone[link] {
-            less.links[link].flesh.clear();
+            less.links[link].solids.clear();
         }
     }
     less
@@ -53,7 +53,7 @@ mod tests {
         assert_eq!(limbs.len(), 4);
         let bare = |less: &Humanoid| -> Vec<String> {
             let both = body.links.iter().zip(&less.links);
-            both.filter(|(a, b)| a.flesh.len() != b.flesh.len()).map(|(a, _)| a.name.clone()).collect()
+            both.filter(|(a, b)| a.solids.len() != b.solids.len()).map(|(a, _)| a.name.clone()).collect()
         };
         for (limb, hand) in limbs.iter().zip(["left_hand", "right_hand", "left_foot", "right_foot"]) {
             let bare = bare(limb);
