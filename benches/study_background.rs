@@ -68,7 +68,9 @@ fn main() -> Result<(), Box<dyn Error>> {
          and clears specks. Milliseconds are of one thread on a busy machine: compare them with each other.\n"
     );
     for contrast in CONTRASTS {
-        page += &format!("\n## Clothing {contrast} grey values from the background\n\n| method | F1 | ms an image |\n|---|---|---|\n");
+        page += &format!(
+            "\n## Clothing {contrast} grey values from the background\n\n| method | F1 | ms an image |\n|---|---|---|\n"
+        );
         let folder = root.join(format!("runs/background/{contrast}"));
         let ours = ours(&staged, contrast, &folder)?;
         for (name, count) in OURS.iter().zip(&ours) {
@@ -135,7 +137,12 @@ fn opencv(python: &str, root: &Path, folder: &Path) -> Result<String, Box<dyn Er
         let of = &result[name];
         let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
         let words = if kind == "raw" { "" } else { ", cleaned" };
-        format!("| OpenCV {} {name}{words} | {:.4} | {:.2} |\n", result["version"].as_str().unwrap_or("?"), number(&of["f1"][kind]), number(&of["ms"]))
+        format!(
+            "| OpenCV {} {name}{words} | {:.4} | {:.2} |\n",
+            result["version"].as_str().unwrap_or("?"),
+            number(&of["f1"][kind]),
+            number(&of["ms"])
+        )
     };
     Ok(["MOG2", "KNN"].iter().flat_map(|name| ["raw", "cleaned"].map(|kind| row(name, kind))).collect())
 }

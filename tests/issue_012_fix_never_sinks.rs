@@ -7,7 +7,7 @@ use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose as Place, Rotation, Vector};
 use parry3d::shape::{Ball, Cuboid, Cylinder, Shape};
 use proptest::prelude::*;
-use skiagraph::body::{Solid, Humanoid, Motion, Pose, shipped};
+use skiagraph::body::{Humanoid, Motion, Pose, Solid, shipped};
 use skiagraph::contact::ContactRule;
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::plant_feet;

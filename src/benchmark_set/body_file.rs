@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SetError;
 use super::rigid::RigidRecord;
-use crate::body::{DegreeOfFreedom, Drive, Solid, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint};
+use crate::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Solid};
 use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use super::{BenchmarkSet, Observed, SetError, SetParts, Start, Training, TruthFacts};
 use crate::body::fixture::{person, walk};
 use crate::body::{
-    DegreeOfFreedom, Drive, Solid, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion,
+    DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
 };
 use crate::observation::Observer;
 use crate::raster::TaperedCapsule;

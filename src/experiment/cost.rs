@@ -11,7 +11,7 @@ use super::staging::Staged;
 use super::tracking::track;
 use super::{ExperimentError, Unwatched};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SetParts};
-use crate::body::{Solid, Motion};
+use crate::body::{Motion, Solid};
 use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::{PlausibilitySettings, RefinementSettings, SilhouetteSettings};

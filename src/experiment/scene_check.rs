@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::ExperimentError;
 use super::error::scenario_error;
 use super::staging::Staged;
-use crate::body::{Solid, LinkFrames, Ray};
+use crate::body::{LinkFrames, Ray, Solid};
 use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
 use crate::observation::{Observation, Observer};

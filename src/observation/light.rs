@@ -182,7 +182,7 @@ impl GroundPixels {
 mod tests {
     use super::*;
     use crate::body::fixture::{person, walk};
-    use crate::body::{Solid, Ray};
+    use crate::body::{Ray, Solid};
     use crate::scene::fixture::rig;
 
     #[test]

@@ -10,7 +10,7 @@ use super::placed_body::PlacedBody;
 use super::rectification::Rectification;
 use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
-use crate::body::{Solid, Humanoid, LinkFrames, Pose, capsules_in_camera};
+use crate::body::{Humanoid, LinkFrames, Pose, Solid, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::motion_model::NormalEquations;
 use crate::observation::Observation;

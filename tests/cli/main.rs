@@ -8,8 +8,8 @@ mod inspect;
 mod options;
 mod props;
 mod robots;
-mod sandbox;
 mod same_numbers;
+mod sandbox;
 mod scenarios;
 mod segment;
 #[path = "../support/mod.rs"]

@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 
 use super::{SilhouettePainter, solid};
-use crate::body::{Solid, Humanoid, LinkFrames, Prop};
+use crate::body::{Humanoid, LinkFrames, Prop, Solid};
 use crate::raster::Mask;
 
 /// Depth and link at the centre of every pixel, row by row from the top.
@@ -92,7 +92,7 @@ impl DepthImage {
 #[cfg(test)]
 mod tests {
     use crate::body::fixture::{person, walk};
-    use crate::body::{Solid, SilhouettePainter};
+    use crate::body::{SilhouettePainter, Solid};
     use crate::camera::{Camera, Distortion, FieldOfView};
     use nalgebra::{Isometry3, Point3, Vector3};
 

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::pixel_rays::{PixelRays, Reach};
-use crate::body::{Solid, Ray};
+use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 
 /// Calls `visit` with every pixel that sees `flesh` at or beyond z = `near`, and the least depth z at which it does.

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::{SilhouettePainter, solid};
-use crate::body::{Solid, Humanoid, LinkFrames, Prop};
+use crate::body::{Humanoid, LinkFrames, Prop, Solid};
 
 /// The nearest surface point at the centre of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use urdf_rs::Geometry;
 use super::document::Document;
 use super::limits::Allowance;
 use super::{UrdfError, isometry, mesh};
-use crate::body::{Solid, Link};
+use crate::body::{Link, Solid};
 use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
@@ -100,20 +100,26 @@ pub(super) fn solids(
 ) -> Result<Vec<Solid>, UrdfError> {
     let nodes = |tag: &'static str| node.children().filter(move |n| n.has_tag_name(tag));
     let visuals = nodes("visual").zip(&link.visual);
-    let visuals: Vec<_> = visuals.map(|(node, v)| GeometryElement::new(node, &v.name, &v.origin, &v.geometry)).collect();
+    let visuals: Vec<_> =
+        visuals.map(|(node, v)| GeometryElement::new(node, &v.name, &v.origin, &v.geometry)).collect();
     let misses = meshes.misses;
     let solid = joined(document, &visuals, meshes)?;
     if !visuals.is_empty() && meshes.misses == misses {
         return Ok(solid);
     }
     let collisions = nodes("collision").zip(&link.collision);
-    let collisions: Vec<_> = collisions.map(|(node, c)| GeometryElement::new(node, &c.name, &c.origin, &c.geometry)).collect();
+    let collisions: Vec<_> =
+        collisions.map(|(node, c)| GeometryElement::new(node, &c.name, &c.origin, &c.geometry)).collect();
     let instead = joined(document, &collisions, meshes)?;
     Ok(if instead.is_empty() { solid } else { instead })
 }
 
 /// The geometry of the elements, with the ends of tapered capsules joined.
-fn joined(document: &Document<'_>, solids: &[GeometryElement<'_, '_>], meshes: &mut Meshes<'_>) -> Result<Vec<Solid>, UrdfError> {
+fn joined(
+    document: &Document<'_>,
+    solids: &[GeometryElement<'_, '_>],
+    meshes: &mut Meshes<'_>,
+) -> Result<Vec<Solid>, UrdfError> {
     let mut solid = Vec::with_capacity(solids.len());
     let mut ends: Vec<End<'_, '_>> = Vec::new();
     for solid in solids {

@@ -2,7 +2,7 @@ use std::io;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Solid, Humanoid, JointKind, Landmark, UrdfError};
+use crate::body::{Humanoid, JointKind, Landmark, Solid, UrdfError};
 use crate::test_data;
 
 fn no_meshes(_: &str) -> io::Result<Vec<u8>> {
