@@ -9,6 +9,7 @@ mod body_file;
 mod cameras_file;
 mod contact_facts;
 mod contact_file;
+mod depth_png;
 mod error;
 mod estimates;
 mod estimates_reader;
@@ -30,6 +31,7 @@ mod spread_file;
 mod start_file;
 mod training_file;
 mod truth_file;
+mod views_file;
 
 pub use blind::BlindSet;
 pub use body_file::{from_json as body_from_json, to_json as body_to_json};

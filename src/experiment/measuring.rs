@@ -62,7 +62,7 @@ impl Measures {
         let answers: Vec<&EstimatedSequence> = tracked.estimates.sequences.iter().chain([&frozen]).collect();
         let truth_energy = truth_energy(tracked, blind, set.truth.refitted.as_ref())?;
         let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, set.true_rig()));
-        let per_frame: Vec<(Vec<Vec<Option<f64>>>, Vec<MaskQuality>)> = (0..blind.frame_count)
+        let per_frame: Vec<(FrameOverlaps, Vec<MaskQuality>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
                 || Painters::new(blind),
@@ -110,6 +110,9 @@ impl Measures {
         self.seeds.iter().map(|s| SeedRun { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
     }
 }
+
+/// `[estimate][camera]`: overlap of an estimate's silhouette with the observed one.
+type FrameOverlaps = Vec<Vec<Option<f64>>>;
 
 /// Of every camera.
 fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {

@@ -237,7 +237,7 @@ fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same
     };
     let observation = &file.scenario.observation;
     match observation.corruption.wrong_body_percent / 100.0 {
-        share if share == 0.0 => body,
+        0.0 => body,
         share => body.reshaped(&BodyShape::random_mismatch(&body, u64::from(observation.seed), share, share)),
     }
 }

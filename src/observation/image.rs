@@ -21,7 +21,7 @@ impl Image {
         let planes = match channels {
             1 => vec![values.to_vec()],
             3 => {
-                let mut planes = vec![Vec::with_capacity(values.len() / 3); 3];
+                let mut planes: Vec<Vec<u8>> = (0..3).map(|_| Vec::with_capacity(values.len() / 3)).collect();
                 for pixel in values.as_chunks::<3>().0 {
                     planes.iter_mut().zip(pixel).for_each(|(plane, value)| plane.push(*value));
                 }

@@ -4,6 +4,7 @@ mod background;
 mod corruption;
 mod image;
 mod imaging;
+mod layers;
 mod light;
 mod observe;
 mod settings;
@@ -15,6 +16,7 @@ pub use background::{
 pub use corruption::{AXES, Axis, CorruptedObserver, Corruption, told_rig, told_start};
 pub use image::Image;
 pub use imaging::{ImageSettings, SceneCamera, SegmentedObserver};
+pub use layers::{LayerImages, LayerObserver, WantedLayers};
 pub use observe::{Observer, observe, observe_frame};
 pub use settings::{ObservationFacts, ObservationSettings, SilhouetteSource};
 

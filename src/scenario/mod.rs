@@ -61,8 +61,9 @@ pub struct Scenario {
     #[serde(default = "one")]
     pub seeds: u32,
     /// Ground-truth images that `render` writes in addition to the masks, one OpenEXR file per camera and frame:
-    /// `"depth"` (metres along the camera's axis) and `"parts"` (index of the visible link). `run` does not use them.
-    /// Default: none.
+    /// `"depth"` (metres along the camera's axis; also a 16-bit PNG in millimetres), `"parts"` (index of the visible
+    /// link), `"normals"`, `"flow"` (to the next frame), `"coverage"` (anti-aliased) and `"colour"`. `run` does not use
+    /// them. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<Layer>,
     /// The recording that the actor performs.

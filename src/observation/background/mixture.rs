@@ -189,8 +189,8 @@ fn decide<const CHANNELS: usize>(
     let (mut best, mut explained) = (likely, count_above(&known, model.threshold));
     for (index, blocks) in model.blocks.iter().enumerate().filter(|(index, _)| *index != likely) {
         let score = log_density(&blocks[first..first + 2 * CHANNELS + 1], pixels);
-        for lane in 0..LANES {
-            most[lane] = if score[lane] > most[lane] { score[lane] } else { most[lane] };
+        for (most, score) in most.iter_mut().zip(score) {
+            *most = if score > *most { score } else { *most };
         }
         let above = count_above(&score, model.threshold);
         if above > explained {
@@ -200,9 +200,8 @@ fn decide<const CHANNELS: usize>(
     // the sum lies between the greatest density and K times it
     let surely_less = model.threshold - (model.components as f32).ln();
     let mut bits = 0;
-    for lane in 0..LANES {
-        let is_foreground =
-            most[lane] < surely_less || (most[lane] < model.threshold && sum_is_below(model, first, pixels, lane));
+    for (lane, &most) in most.iter().enumerate() {
+        let is_foreground = most < surely_less || (most < model.threshold && sum_is_below(model, first, pixels, lane));
         bits |= u8::from(is_foreground) << lane;
     }
     (bits, best)

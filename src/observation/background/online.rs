@@ -264,9 +264,12 @@ mod tests {
         Image::from_planes(width, 20, planes).unwrap()
     }
 
+    /// Weight, variance, mean.
+    type Entry = (f64, f64, Vec<f64>);
+
     /// The algorithm as it is written, in f64, weights normalised in every frame.
     struct Plain {
-        pixels: Vec<Vec<(f64, f64, Vec<f64>)>>,
+        pixels: Vec<Vec<Entry>>,
         frames: u64,
     }
 
@@ -280,7 +283,7 @@ mod tests {
         fn update(&mut self, image: &Image) -> Vec<bool> {
             self.frames += 1;
             let a = 0.005_f64.max(1.0 / self.frames as f64);
-            let of_pixel = |(index, components): (usize, &mut Vec<(f64, f64, Vec<f64>)>)| {
+            let of_pixel = |(index, components): (usize, &mut Vec<Entry>)| {
                 let x: Vec<f64> = image.planes().iter().map(|plane| f64::from(plane[index])).collect();
                 let squares =
                     |mean: &[f64]| x.iter().zip(mean).map(|(x, m)| (x - m).powi(2)).sum::<f64>() / x.len() as f64;

@@ -11,7 +11,7 @@ pub(super) fn flip_pixels(mask: &mut Mask, probability: f64, random: &mut ChaCha
     let (width, height) = (u64::from(mask.width()), u64::from(mask.height()));
     let log_of_staying = libm::log1p(-probability.clamp(0.0, 1.0));
     let mut gap = || match log_of_staying {
-        zero if zero == 0.0 => u64::MAX,
+        0.0 => u64::MAX,
         // 1 - u is never zero
         slope => (libm::log(1.0 - random.random::<f64>()) / slope).floor().min(1e18) as u64,
     };

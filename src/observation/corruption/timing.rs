@@ -18,7 +18,7 @@ pub(super) fn shown_frame(corruption: &Corruption, seed: u64, frame: usize, came
 /// How much later than it should camera `camera` sees the scene, seconds.
 pub(super) fn offset_s(corruption: &Corruption, seed: u64, camera: usize) -> f64 {
     match corruption.desynchronisation_ms {
-        deviation if deviation == 0.0 => 0.0,
+        0.0 => 0.0,
         deviation => 1e-3 * deviation * normal(&mut draws(seed, 0, Draw::Offset, camera)),
     }
 }

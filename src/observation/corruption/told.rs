@@ -49,7 +49,7 @@ pub fn told_start(body: &Humanoid, start: &Pose, corruption: &Corruption, seed: 
     told.world_from_root.translation.vector += shift * (1e-3 * corruption.start_mm);
     if corruption.start_deg != 0.0 {
         let deviation = corruption.start_deg.to_radians();
-        told.world_from_root.rotation = told.world_from_root.rotation * rotation_from_vector(&(turn * deviation));
+        told.world_from_root.rotation *= rotation_from_vector(&(turn * deviation));
         for angle in told.joint_angles.iter_mut() {
             *angle += deviation * normal(&mut random);
         }

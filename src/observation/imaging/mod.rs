@@ -56,11 +56,25 @@ struct Backdrop {
 impl<'a> SceneCamera<'a> {
     /// Cameras of `rig` around the actor of `truth`; `seed` draws clothing, the sun's azimuth, drift and noise.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, settings: &ImageSettings, seed: u64) -> Self {
+        Self::in_room(truth, rig, distance_of_walls(rig), settings, seed)
+    }
+
+    /// As [`Self::new`], of camera `index` alone; it sees the same scene as all of them.
+    pub(super) fn of_one(
+        truth: &'a GroundTruth,
+        rig: &CameraRig,
+        index: usize,
+        settings: &ImageSettings,
+        seed: u64,
+    ) -> Self {
+        let alone = CameraRig { cameras: vec![rig.cameras[index].clone()] };
+        Self::in_room(truth, &alone, distance_of_walls(rig), settings, seed)
+    }
+
+    fn in_room(truth: &'a GroundTruth, rig: &CameraRig, walls: f64, settings: &ImageSettings, seed: u64) -> Self {
         let observer = Observer::new(truth, rig);
         let azimuth = std::f64::consts::TAU * stream(seed, Purpose::Imaging, 0, 10, 0).random::<f64>();
         let sun = Sun::new(azimuth);
-        let reach = |camera: &Camera| camera.centre().coords.xy().amax();
-        let walls = WALL_DISTANCE + rig.cameras.iter().map(reach).fold(0.0, f64::max);
         let props = observer.props_surface(&truth.props);
         let backdrop = |index: usize| {
             let screen = observer.screen(index).map(|screen| screen.depth.clone()).unwrap_or_default();
@@ -89,12 +103,21 @@ impl<'a> SceneCamera<'a> {
 
     /// The images of one frame, which the truth must have, camera by camera.
     pub fn images(&self, frame: usize) -> Vec<Image> {
+        let exposure = Exposure::Frame(frame, self.truth.frames.len());
+        let each = self.brightness(frame).into_iter().zip(&self.backdrops).enumerate();
+        each.map(|(camera, (planes, backdrop))| {
+            self.sensor.expose(backdrop.width, backdrop.height, &planes, camera, exposure)
+        })
+        .collect()
+    }
+
+    /// Brightness before the sensor in one frame, grey values from 0 to 255, camera by camera and plane by plane.
+    pub(super) fn brightness(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
         let link_frames = &self.truth.frames[frame].link_frames;
         let shadow = self.settings.shadow.then(|| self.sun.shadow_of(&self.truth.actor, link_frames));
-        let exposure = Exposure::Frame(frame, self.truth.frames.len());
         let surfaces = self.observer.surfaces(frame);
-        let each = self.backdrops.iter().zip(surfaces).enumerate();
-        each.map(|(camera, (backdrop, surface))| {
+        let each = self.backdrops.iter().zip(surfaces);
+        each.map(|(backdrop, surface)| {
             let mut planes = backdrop.planes.clone();
             if let Some(shadow) = &shadow {
                 let lit = looks::light(&Vector3::z(), &self.sun.towards(), true);
@@ -104,7 +127,7 @@ impl<'a> SceneCamera<'a> {
             for pixel in &surface {
                 self.paint(pixel, backdrop, &mut planes);
             }
-            self.sensor.expose(backdrop.width, backdrop.height, &planes, camera, exposure)
+            planes
         })
         .collect()
     }
@@ -123,6 +146,12 @@ impl<'a> SceneCamera<'a> {
     }
 }
 
+/// How far from the middle the walls stand so that all cameras are inside, metres.
+fn distance_of_walls(rig: &CameraRig) -> f64 {
+    let reach = |camera: &Camera| camera.centre().coords.xy().amax();
+    WALL_DISTANCE + rig.cameras.iter().map(reach).fold(0.0, f64::max)
+}
+
 impl Backdrop {
     fn new(
         camera: &Camera,
@@ -133,7 +162,7 @@ impl Backdrop {
         screen: Vec<f32>,
     ) -> Self {
         let (width, height, centre) = (camera.pinhole.width, camera.pinhole.height, camera.centre());
-        let mut planes = vec![Vec::with_capacity(width as usize * height as usize); 3];
+        let mut planes: Vec<Vec<f32>> = (0..3).map(|_| Vec::with_capacity(width as usize * height as usize)).collect();
         for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
             let ray = camera.ray_through(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
             let colour = ray.map_or([0.0; 3], |ray| room(&centre, &ray, walls, &sun.towards()));
