@@ -54,7 +54,7 @@ fn periods(images: &[Vec<Image>]) -> Vec<&[Image]> {
 }
 
 #[divan::bench(args = ["colour", "grey"])]
-fn frozen_classification(bencher: divan::Bencher, kind: &str) {
+fn frozen_classification(bencher: divan::Bencher<'_, '_>, kind: &str) {
     let (background, frames) = images(&stage(), &ImageSettings { grey: kind == "grey", ..ImageSettings::default() });
     let model = BackgroundMixture::learn(&periods(&background), Risk::usual(frames[0].planes().len())).expect("frames");
     let mut next = frames.iter().cycle();
@@ -62,7 +62,7 @@ fn frozen_classification(bencher: divan::Bencher, kind: &str) {
 }
 
 #[divan::bench(args = ["colour", "grey"])]
-fn online_update(bencher: divan::Bencher, kind: &str) {
+fn online_update(bencher: divan::Bencher<'_, '_>, kind: &str) {
     let (background, frames) = images(&stage(), &ImageSettings { grey: kind == "grey", ..ImageSettings::default() });
     let mut model = OnlineBackground::new(&background[0][0], OnlineSettings::default());
     for image in background.iter().flatten() {
@@ -73,7 +73,7 @@ fn online_update(bencher: divan::Bencher, kind: &str) {
 }
 
 #[divan::bench]
-fn silhouette_with_shadow_rule_and_cleaning(bencher: divan::Bencher) {
+fn silhouette_with_shadow_rule_and_cleaning(bencher: divan::Bencher<'_, '_>) {
     let (background, frames) = images(&stage(), &ImageSettings::default());
     let segmenter = Segmenter::learn(&periods(&background), &BackgroundSettings::default()).expect("frames");
     let mut next = frames.iter().cycle();
@@ -81,7 +81,7 @@ fn silhouette_with_shadow_rule_and_cleaning(bencher: divan::Bencher) {
 }
 
 #[divan::bench]
-fn image_of_the_scene(bencher: divan::Bencher) {
+fn image_of_the_scene(bencher: divan::Bencher<'_, '_>) {
     let stage = stage();
     let camera = SceneCamera::new(&stage.truth, &stage.rig, &ImageSettings::default(), 1);
     let mut next = (0..10).cycle();
