@@ -28,7 +28,7 @@ fn a_ladder_is_one_set_a_level_with_the_truth_of_the_exact_set() {
     for truth in ["truth/truth.npz", "truth/actor.json", "cameras.json", "start/start.json"] {
         assert_eq!(room.read(&format!("ladder/holes-0.2/{truth}")), room.read(&format!("exact/{truth}")), "{truth}");
     }
-    let again = room.skiagraph(&["render", "tiny.toml", "--ladder", "holes", "--out", "ladder"]);
+    let again = room.skiagraph(["render", "tiny.toml", "--ladder", "holes", "--out", "ladder"]);
     assert_eq!(again.code, 2, "a level is there already");
     assert!(again.stderr.contains("a benchmark set exists here"), "{}", again.stderr);
 }
@@ -77,9 +77,9 @@ fn strengths_out_of_range_and_axes_of_masks_on_exact_ones_are_refused_by_key() {
         ("observation.silhouette=perfect", "observation.silhouette"),
         ("observation.corruption.hole=0.1", "hole"),
     ] {
-        let refused = room.skiagraph(&["render", "tiny.toml", key, "--out", "set"]);
+        let refused = room.skiagraph(["render", "tiny.toml", key, "--out", "set"]);
         assert!(refused.code == 2 && refused.stderr.contains(words), "{key}: {}", refused.stderr);
     }
-    let refused = room.skiagraph(&["render", "tiny.toml", "--ladder", "speed", "--out", "set"]);
+    let refused = room.skiagraph(["render", "tiny.toml", "--ladder", "speed", "--out", "set"]);
     assert!(refused.code == 2 && refused.stderr.contains("boundary_px"), "{}", refused.stderr);
 }
