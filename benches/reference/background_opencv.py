@@ -1,4 +1,4 @@
-"""F1 and time of OpenCV's MOG2 and KNN on the images that `cargo bench --bench study_background` wrote.
+"""F1 and time of OpenCV's MOG2 and KNN on the images that `cargo run --release --example studies -- background` wrote.
 
     pip install opencv-python-headless
     python background_opencv.py FOLDER

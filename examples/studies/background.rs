@@ -1,6 +1,6 @@
 //! Segmentation of the scene's images, against OpenCV on the same images: regenerates `results/background.md`.
 //!
-//! `cargo bench --bench study_background`; with `SKIAGRAPH_TEST_PYTHON` a Python that has opencv-python-headless. The
+//! `cargo run --release --example studies -- background`; with `SKIAGRAPH_TEST_PYTHON` a Python that has opencv-python-headless. The
 //! images are written to `runs/background/`. Tuned on seed 1 of the scene; reported are seeds 11 to 13.
 
 use std::error::Error;
@@ -53,13 +53,13 @@ impl Count {
 
 const OURS: [&str; 4] = ["mixture", "mixture, cleaned, shadow rule", "online", "online, cleaned"];
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var("SKIAGRAPH_TEST_PYTHON").unwrap_or("python3".to_owned());
     let staged = Staged::new(&ScenarioFile::built_in(&[])?, None)?;
     let mut page = format!(
         "# Background subtraction on the scene's images\n\n\
-         Made by `SKIAGRAPH_TEST_PYTHON=PYTHON cargo bench --bench study_background` with opencv-python-headless in PYTHON. Every \
+         Made by `SKIAGRAPH_TEST_PYTHON=PYTHON cargo run --release --example studies -- background` with opencv-python-headless in PYTHON. Every \
          {STRIDE}th frame of the default walk in four cameras of 640 x 480, colour, cast shadow, three periods of 20 background images \
          with drift (`[observation.images]`, defaults but for the contrast), seeds {SEEDS:?} of clothing, light and noise. F1 over all \
          pixels of all images against the exact silhouettes. The frozen mixture learns each period as one component; the online \

@@ -1,6 +1,6 @@
 //! How trackers degrade along every axis of corruption: regenerates `results/degradation.md` and `.json`.
 //!
-//! `cargo bench --bench study_degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed draws both the
+//! `cargo run --release --example studies -- degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed draws both the
 //! corruption and the tracker's numbers. What was measured is kept in `runs/degradation/outcomes.jsonl`, so that a study
 //! that was stopped goes on where it was; remove that file after a change of the program. `SKIAGRAPH_AXES=a,b` measures
 //! some axes only; the page then shows what is known so far.
@@ -34,7 +34,7 @@ struct Outcome {
 
 type Known = BTreeMap<String, Outcome>;
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let seeds: u64 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(5), |n| n.parse())?;
     let wanted = std::env::var("SKIAGRAPH_AXES").unwrap_or_default();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -125,7 +125,7 @@ fn with_lens(camera: &Camera) -> String {
 fn write_page(folder: &Path, known: &Known, seeds: u64) -> Result<(), Box<dyn Error>> {
     let mut page = format!(
         "# Degradation: what each corruption does to tracking\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} cargo bench --bench study_degradation` (it resumes; every outcome is in `degradation.json`). \
+         Made by `SKIAGRAPH_SEEDS={seeds} cargo run --release --example studies -- degradation` (it resumes; every outcome is in `degradation.json`). \
          The first {SECONDS} s of the default walk at 60 Hz, four cameras of 640 x 480, standard mismatch of bodies; {seeds} seeds, \
          each of which draws the corruption and the tracker's numbers. *Paper* is the algorithm as printed (`paper = true`), *default* \
          what ships. HumanEva error in mm, mean over seeds, with the 95 % interval from three seeds on; *lost* is the share of frames \
