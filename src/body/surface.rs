@@ -106,7 +106,7 @@ mod tests {
                 let height = 1.0 - 2.0 * (f64::from(i) + 0.5) / 400.0;
                 let round = (1.0 - height * height).sqrt();
                 let from = Point3::new(round * turn.cos(), round * turn.sin(), height) * 4.0;
-                let aim = Point3::new(0.2 * (f64::from(i) * 0.7).sin(), 0.2 * (f64::from(i) * 1.3).cos(), 0.0);
+                let aim = Point3::new(0.1 * (f64::from(i) * 0.7).sin(), 0.05 + 0.05 * (f64::from(i) * 1.3).cos(), 0.1);
                 let ray = Ray { origin: from, direction: aim - from };
                 let (Some(s), Some(expected)) = (solid.ray_entry(&ray), by_rays(solid, &ray)) else { continue };
                 let point = ray.origin + ray.direction * s;

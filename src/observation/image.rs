@@ -16,6 +16,12 @@ impl Image {
         fits.then_some(Self { width, height, planes })
     }
 
+    /// As [`Self::from_planes`], of planes whose number and length are right by how they were made.
+    pub(super) fn of_sound_planes(width: u32, height: u32, planes: Vec<Vec<u8>>) -> Self {
+        debug_assert!(planes.iter().all(|plane| plane.len() == width as usize * height as usize));
+        Self { width, height, planes }
+    }
+
     /// Of values that stand pixel by pixel, one or three a pixel; `None` if their number does not fit.
     pub fn from_interleaved(width: u32, height: u32, channels: usize, values: &[u8]) -> Option<Self> {
         let planes = match channels {
