@@ -160,13 +160,19 @@ impl GroundPixels {
 
     /// The pixels of the ground that a shadow may reach.
     fn each_near(&self, shadow: &CastShadow<'_>, mut visit: impl FnMut(usize, f64, f64)) {
-        let root = -shadow.shift;
-        // a shadow is no farther from its root than the square that was looked at
-        let reach = 4.0 * HALF_SIDE;
-        for (index, [x, y]) in self.points.iter().enumerate() {
-            let (x, y) = (f64::from(*x), f64::from(*y));
-            if (x - root.x).abs() < reach && (y - root.y).abs() < reach {
-                visit(index, x, y);
+        let axes = shadow.sun.camera.camera_from_world.rotation.inverse();
+        let (right, down) = (axes * Vector3::x(), axes * Vector3::y());
+        // from the middle of the square that was looked at, which stands at the height of 1 m
+        let middle = shadow.shift - Vector3::z();
+        let offsets = [right.dot(&middle) as f32, down.dot(&middle) as f32];
+        let [right, down] = [right, down].map(|axis| [axis.x as f32, axis.y as f32]);
+        // a little more than the square, for rays that are not quite parallel and for rounding
+        let reach = 1.05 * HALF_SIDE as f32;
+        for (index, &[x, y]) in self.points.iter().enumerate() {
+            let across = right[0] * x + right[1] * y + offsets[0];
+            let along = down[0] * x + down[1] * y + offsets[1];
+            if across.abs() < reach && along.abs() < reach {
+                visit(index, f64::from(x), f64::from(y));
             }
         }
     }
