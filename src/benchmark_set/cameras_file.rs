@@ -16,8 +16,8 @@ pub(super) const PATH: &str = "cameras.json";
 /// The cameras that saw the actor, where trackers are told others.
 pub(super) const TRUTH_PATH: &str = "truth/cameras.json";
 const SCHEMA: &str = "skiagraph.cameras/1";
-const PIXEL_CENTRES: &str = "integers: the centre of the top-left pixel is (0, 0)";
-const AXES: &str = "OpenCV: x right, y down, z forward; x_camera = R x_world + t; world Z up; metres";
+pub(super) const PIXEL_CENTRES: &str = "integers: the centre of the top-left pixel is (0, 0)";
+pub(super) const AXES: &str = "OpenCV: x right, y down, z forward; x_camera = R x_world + t; world Z up; metres";
 
 #[derive(Serialize, Deserialize)]
 struct CamerasFile {

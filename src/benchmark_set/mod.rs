@@ -47,6 +47,7 @@ mod spread_file;
 mod start_file;
 mod training_file;
 mod truth_file;
+mod verify;
 mod views_file;
 
 pub use blind::BlindSet;
@@ -68,3 +69,4 @@ pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;
 pub use start_file::Start;
 pub use training_file::{Training, TrainingMotions};
+pub use verify::{CHECKS, Checked, Fault, Thoroughness, Verification, verify};

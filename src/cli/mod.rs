@@ -22,6 +22,7 @@ mod segment;
 mod summary;
 mod track;
 mod train;
+mod verify;
 mod volume;
 
 use std::process::ExitCode;
@@ -67,6 +68,7 @@ enum Command {
     Segment(segment::Arguments),
     Train(train::Arguments),
     Inspect(inspect::Arguments),
+    Verify(verify::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
 }
@@ -119,6 +121,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
+        Command::Verify(arguments) => verify::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => manual::run(&arguments, line.volume),
     }

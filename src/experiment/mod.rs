@@ -45,6 +45,7 @@ mod staging;
 mod tracking;
 mod training;
 mod unfinished;
+mod verification;
 mod watch;
 
 pub use check::{Soundness, check, unusable_files};
@@ -70,6 +71,7 @@ pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track, track_with};
 pub use unfinished::abandon;
+pub use verification::verify_set;
 pub use watch::{Stage, Unwatched, Watch};
 
 /// Named bytes, in the order in which they are written.

@@ -15,6 +15,8 @@ pub enum Stage {
     Evaluate,
     /// Images are segmented.
     Segment,
+    /// Frames of a set are drawn anew and compared.
+    Verify,
 }
 
 /// Observes an experiment, from any thread.

@@ -15,3 +15,4 @@ mod segment;
 #[path = "../support/mod.rs"]
 mod support;
 mod train;
+mod verify;
