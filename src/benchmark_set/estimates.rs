@@ -38,6 +38,9 @@ pub struct Estimates {
     pub seeds: Vec<u64>,
     /// One for every seed; the same number of frames in each.
     pub sequences: Vec<EstimatedSequence>,
+    /// The bodies that the poses are of, one for every seed, where the tracker calibrated its body; else empty, and all
+    /// are of the tracker's body of the set.
+    pub bodies: Vec<Humanoid>,
     /// Notes about reading the file.
     pub notes: Vec<String>,
 }
@@ -108,6 +111,11 @@ impl Estimates {
         self.sequences.first().map_or(0, EstimatedSequence::frames)
     }
 
+    /// The body whose poses the sequence `index` has; `body` is the tracker's of the set.
+    pub fn body<'a>(&'a self, index: usize, body: &'a Humanoid) -> &'a Humanoid {
+        self.bodies.get(index).unwrap_or(body)
+    }
+
     /// The bytes of `poses.npz`; `body` is the tracker's. Without a truth, the `truth_` arrays are left out; what is
     /// not known of the estimates is left out too, and a frame without an estimate is NaN.
     ///
@@ -128,7 +136,8 @@ impl Estimates {
             let poses = truth.frames.iter().map(|f| &f.pose);
             let shape = [truth.frames.len()];
             push_poses(&mut npz, "truth_", &shape, &truth.actor, poses.clone());
-            push_joints(&mut npz, "truth_", &shape, &truth.actor, poses.map(Some));
+            let actor = &truth.actor;
+            push_joints(&mut npz, "truth_", &shape, actor, poses.map(|pose| (actor, Some(pose.clone()))));
             push_markers(&mut npz, "truth_", &shape, truth.frames.iter().map(|f| &f.markers));
         }
         Ok(npz.to_bytes(file)?)
@@ -162,32 +171,37 @@ impl Estimates {
             let rows = roots.flat_map(|root| root.map_or([f64::NAN; 7], |root| rigid::to_row(&root)));
             npz.push("estimate_root", Array::new(&[shape[0], shape[1], 7], rows.collect::<Vec<f64>>()));
         }
-        let poses = self.sequences.iter().flat_map(|sequence| sequence.poses().unwrap_or_default()).map(Option::as_ref);
+        let of_seed = |(index, sequence): (usize, &'_ EstimatedSequence)| {
+            let poses = sequence.poses().unwrap_or_default().to_vec();
+            poses.into_iter().map(move |pose| (self.body(index, body), pose))
+        };
+        let poses = || self.sequences.iter().enumerate().flat_map(of_seed);
         if has_poses {
-            let rows = poses.clone().flat_map(|pose| match pose {
+            let rows = poses().flat_map(|(_, pose)| match pose {
                 Some(pose) => pose.joint_angles.as_slice().to_vec(),
                 None => vec![f64::NAN; degrees],
             });
             npz.push("estimate_angles", Array::new(&[shape[0], shape[1], degrees], rows.collect::<Vec<f64>>()));
             let names = body.degrees_of_freedom.iter().map(|d| d.name.as_str());
             npz.push("estimate_angle_names", Array::names(names));
-            push_joints(npz, "estimate_", &shape, body, poses);
+            push_joints(npz, "estimate_", &shape, body, poses());
         }
         push_markers(npz, "estimate_", &shape, self.sequences.iter().flat_map(|sequence| &sequence.markers));
     }
 }
 
-/// Adds where the joints of a body are along the axes `shape`, NaN without a pose, and their names.
+/// Adds where the joints are along the axes `shape`, NaN without a pose, and their names; `poses` come with the body
+/// that they are of.
 fn push_joints<'a>(
     npz: &mut Npz,
     prefix: &str,
     shape: &[usize],
     body: &Humanoid,
-    poses: impl Iterator<Item = Option<&'a Pose>>,
+    poses: impl Iterator<Item = (&'a Humanoid, Option<Pose>)>,
 ) {
-    let place = |pose: Option<&Pose>| match pose {
+    let place = |(body, pose): (&Humanoid, Option<Pose>)| match pose {
         Some(pose) => {
-            body.link_frames(pose).0.iter().skip(1).flat_map(|f| <[f64; 3]>::from(f.translation.vector)).collect()
+            body.link_frames(&pose).0.iter().skip(1).flat_map(|f| <[f64; 3]>::from(f.translation.vector)).collect()
         }
         None => vec![f64::NAN; 3 * body.joints.len()],
     };
@@ -217,6 +231,7 @@ mod tests {
             frames_per_second: 60.0,
             seeds: vec![4, 9],
             sequences: vec![sequence(1..4), sequence(4..7)],
+            bodies: vec![],
             notes: vec![],
         }
     }
@@ -230,6 +245,22 @@ mod tests {
         let markers = npz.f64s("poses.npz", "truth_markers", &[Some(3), Some(15), Some(3)]).unwrap();
         assert_eq!(markers[45..48], *truth.frames[1].markers[0].unwrap().coords.as_slice());
         assert!(npz.f64s("poses.npz", "estimate_joints", &[Some(2), Some(3), Some(7), Some(3)]).is_ok());
+    }
+
+    #[test]
+    fn poses_of_calibrated_bodies_put_markers_and_joints_where_those_bodies_have_them() {
+        let longer = person().reshaped(&crate::body::BodyShape::random_mismatch(&person(), 3, 0.2, 0.1));
+        let mut estimates = sample();
+        estimates.bodies = vec![person(), longer.clone()];
+        estimates.sequences[1] = EstimatedSequence::of_poses(&longer, walk(7).poses[4..7].to_vec());
+        let bytes = estimates.to_bytes("poses.npz", &person(), None).unwrap();
+        let read = Estimates::of_bodies("poses.npz", &bytes, &person(), estimates.bodies.clone()).unwrap();
+        assert_eq!(read, estimates);
+        // With another body than that of the poses the markers of the file do not agree.
+        let error = Estimates::from_bytes("poses.npz", &bytes, &person()).unwrap_err().to_string();
+        assert!(error.contains("mm from where"), "{error}");
+        let error = Estimates::of_bodies("poses.npz", &bytes, &person(), vec![longer]).unwrap_err().to_string();
+        assert!(error.contains("1 bodies for 2 seeds"), "{error}");
     }
 
     #[test]

@@ -21,6 +21,15 @@ impl Estimates {
     /// [`SetError::Malformed`] naming the array, the name of a column, or the seed and frame that is not what it should
     /// be.
     pub fn from_bytes(file: &str, bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {
+        Self::of_bodies(file, bytes, body, Vec::new())
+    }
+
+    /// As [`Self::from_bytes`], where the poses of each seed are of a body of its own: `bodies`, one a seed, which have
+    /// the joints and degrees of freedom of `body`. Without any, all are of `body`.
+    ///
+    /// # Errors
+    /// [`SetError::Malformed`] as there, and where the bodies do not fit.
+    pub fn of_bodies(file: &str, bytes: &[u8], body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
         let npz = Npz::from_bytes(file, bytes)?;
         let refuse = |detail: &str| SetError::malformed(file, detail);
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
@@ -38,10 +47,25 @@ impl Estimates {
         if seeds.is_empty() || frames == 0 {
             return Err(refuse("holds no frame of any seed"));
         }
-        let mut reader = Reader { file, npz: &npz, body, seeds: &seeds, frames, notes: Vec::new() };
+        check_bodies(body, &bodies, seeds.len()).map_err(|detail| refuse(&detail))?;
+        let mut reader = Reader { file, npz: &npz, body, bodies: &bodies, seeds: &seeds, frames, notes: Vec::new() };
         let sequences = reader.sequences()?;
         let notes = reader.notes;
-        Ok(Self { frames_per_second, seeds, sequences, notes })
+        Ok(Self { frames_per_second, seeds, sequences, bodies, notes })
+    }
+}
+
+fn check_bodies(body: &Humanoid, bodies: &[Humanoid], seeds: usize) -> Result<(), String> {
+    if !bodies.is_empty() && bodies.len() != seeds {
+        return Err(format!("{} bodies for {seeds} seeds; expected one a seed", bodies.len()));
+    }
+    let names = |of: &Humanoid| {
+        let degrees: Vec<String> = of.degrees_of_freedom.iter().map(|degree| degree.name.clone()).collect();
+        (degrees, of.joints.iter().map(|joint| joint.name.clone()).collect::<Vec<_>>())
+    };
+    match bodies.iter().all(|of| names(of) == names(body)) {
+        true => Ok(()),
+        false => Err(format!("its bodies have other joints than the tracker's body {:?} of the set", body.name)),
     }
 }
 
@@ -49,6 +73,8 @@ struct Reader<'a> {
     file: &'a str,
     npz: &'a Npz,
     body: &'a Humanoid,
+    /// One a seed, or none.
+    bodies: &'a [Humanoid],
     seeds: &'a [u64],
     frames: usize,
     notes: Vec<String>,
@@ -218,12 +244,18 @@ impl Reader<'_> {
         }
     }
 
+    /// The body that the pose of a row is of.
+    fn body_of(&self, row: usize) -> &Humanoid {
+        self.bodies.get(row / self.frames).unwrap_or(self.body)
+    }
+
     /// The marker positions in one frame, from all sources.
     fn markers(&self, given: &Given<'_>, row: usize) -> Result<Markers, SetError> {
         let mut found: Markers = [None; LANDMARKS.len()];
         let mut said_by = "";
         if let Some(pose) = given.poses.and_then(|poses| poses[row].as_ref()) {
-            found = self.body.markers(&self.body.link_frames(pose));
+            let body = self.body_of(row);
+            found = body.markers(&body.link_frames(pose));
             said_by = "estimate_root and estimate_angles";
         }
         for (landmark, place) in given.markers.iter().flat_map(|columns| columns.row(row)) {
@@ -231,12 +263,12 @@ impl Reader<'_> {
         }
         said_by = if said_by.is_empty() { "estimate_markers" } else { said_by };
         for (joint, place) in given.joints.iter().flat_map(|columns| columns.row(row)) {
-            for landmark in self.body.markers_on_joint(joint) {
+            for landmark in self.body_of(row).markers_on_joint(joint) {
                 self.put(&mut found, landmark, place, row, ["estimate_joints", said_by])?;
             }
         }
         if let Some(root) = given.roots.and_then(|roots| roots[row]) {
-            for (landmark, point) in self.body.markers_on_root() {
+            for (landmark, point) in self.body_of(row).markers_on_root() {
                 let has_column = given.markers.as_ref().is_some_and(|columns| columns.points.contains(&landmark));
                 found[landmark] = found[landmark].or((!has_column).then(|| root * point));
             }

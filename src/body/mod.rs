@@ -33,6 +33,7 @@ pub use kinematics::LinkFrames;
 pub(crate) use kinematics::{rotation_about, rotation_from_vector};
 pub use landmark::{LANDMARKS, Landmark, LinkPoint, Markers};
 pub use limits::LimitViolation;
+pub(crate) use mismatch::without_side;
 pub use pose::{Motion, Pose};
 pub use prop::Prop;
 pub use ray::Ray;

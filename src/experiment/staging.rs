@@ -119,7 +119,7 @@ impl Staged {
         Ok(Self {
             clip: clip.name,
             rig,
-            start: Start { body, pose, training },
+            start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
             source,
             training_sources,
             refitted,

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline};
+use super::calibration::importance;
+use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
@@ -106,6 +107,8 @@ pub struct SilhouetteLikelihood {
     fast: bool,
     /// What a descent needs; `None` where nobody asks for one.
     outline: Option<BodyOutline>,
+    /// What each solid of each link counts in a descent; 1 where nothing is said.
+    importance: Vec<Vec<f64>>,
 }
 
 /// One camera and what it saw.
@@ -150,7 +153,7 @@ impl SilhouetteLikelihood {
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && one_sided;
         let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
-        Ok(Self { body, settings, views, fast, outline: None })
+        Ok(Self { body, settings, views, fast, outline: None, importance: Vec::new() })
     }
 
     /// The same likelihood, which can be descended too ([`Likelihood::linearise`]).
@@ -206,26 +209,54 @@ impl Likelihood for SilhouetteLikelihood {
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
         let outline = self.outline.as_ref()?;
-        scratch.placed.place(&self.body, pose)?;
-        let buffers =
-            scratch.descent.get_or_insert_with(|| DescentScratch::new(self.views.iter().map(|view| &view.camera)));
+        let LikelihoodScratch { placed, descent, .. } = scratch;
+        let frames = placed.place(&self.body, pose)?;
+        let buffers = descent.get_or_insert_with(|| self.descent_scratch());
         let about = pose.world_from_root.translation.vector.into();
         let mut equations = Accumulator::new(self.body.links.len(), about);
         for (index, view) in self.views.iter().enumerate() {
             let Some(observed) = &view.outline else { continue };
-            descent::add_view(
-                &self.body,
-                &scratch.placed.frames,
-                outline,
-                &view.camera,
-                index,
-                observed,
-                width,
-                buffers,
-                &mut equations,
-            );
+            let length = descent::length_px(&view.camera);
+            let add = |sample: &OutlineSample, residual| {
+                let importance = self.importance(sample);
+                equations.add(&view.camera, sample, residual, length, width, importance);
+            };
+            descent::each_residual(&self.body, frames, outline, &view.camera, index, observed, buffers, add);
         }
-        Some(equations.finish(&self.body, &scratch.placed.frames))
+        Some(equations.finish(&self.body, frames))
+    }
+}
+
+impl SilhouetteLikelihood {
+    /// The same likelihood, in whose descent hands and feet count a tenth: for bodies that were calibrated, whose hands
+    /// and feet still differ from the actor's in kind.
+    pub fn with_light_extremities(self) -> Self {
+        Self { importance: importance(&self.body), ..self }
+    }
+
+    fn importance(&self, sample: &OutlineSample) -> f64 {
+        let of_link = self.importance.get(sample.link);
+        of_link.and_then(|solids| solids.get(sample.spot.solid as usize)).copied().unwrap_or(1.0)
+    }
+
+    /// Buffers for residuals in all views.
+    pub(super) fn descent_scratch(&self) -> DescentScratch {
+        DescentScratch::new(self.views.iter().map(|view| &view.camera))
+    }
+
+    /// The ideal cameras whose images are compared.
+    pub(super) fn cameras(&self) -> impl Iterator<Item = &Camera> + Clone {
+        self.views.iter().map(|view| &view.camera)
+    }
+
+    /// The outlines in what the cameras saw, one a view; `None` in views without any. Of a likelihood that can be
+    /// descended.
+    pub(super) fn into_outlines(
+        mut self,
+        observation: &Observation,
+    ) -> Result<Vec<Option<ObservedOutline>>, TrackError> {
+        self.prepare(observation)?;
+        Ok(self.views.into_iter().map(|view| view.outline).collect())
     }
 }
 
