@@ -42,7 +42,8 @@ pub(crate) fn page(results: &Results, seeds: u32) -> String {
          another take of the subject. Settings were chosen on 16_15, 35_02, 02_01, 14_24, 16_57, 16_03 and 14_27, never on these takes.\n\n\
          HumanEva error in mm, mean over seeds, 95 % interval over seeds below; *floor* is the error of the truth refitted to the body \
          that the tracker used; the energy gap is that of the truth (refitted) less that of the estimate; *kept* are the seeds whose \
-         calibrated body the gate kept. `-` was not measured.\n"
+         calibrated body the gate kept; *ellipsoids* are those of the covariances that the estimate gives, and should hold 50 and 90 % of \
+         the markers. `-` was not measured.\n"
     );
     for (name, words) in [
         (BODIES[0].0, "Matched: actor and tracker are the same `tracker25`"),
@@ -89,7 +90,7 @@ fn missing(results: &Results) -> String {
 fn clean_table(takes: &Takes) -> String {
     let mut text = String::from(
         "| take | paper, mm | refined, mm | calibrated, mm | floor, before and after | gap, refined and calibrated | frames lost, \
-         paper, refined, calibrated | kept |\n|---|---|---|---|---|---|---|---|\n",
+         paper, refined, calibrated | within 50 %, 90 % ellipsoid, refined | the same, calibrated | kept |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     let methods = [PAPER, REFINED, CALIBRATED].map(|method| method.name);
     let of = |take: &str, method: &str| takes.get(take).and_then(|outcomes| outcomes.get(method));
@@ -101,7 +102,7 @@ fn clean_table(takes: &Takes) -> String {
         let lost = outcomes.map(|o| number(o.map(|o| 100.0 * mean(&o.lost)), 1) + " %");
         let kept = outcomes[2].map_or("-".to_owned(), |o| format!("{} of {}", count(&o.kept), o.kept.len()));
         text += &format!(
-            "| {take} | {} | {} | {} | {}, {} | {}, {} | {} | {kept} |\n",
+            "| {take} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {kept} |\n",
             errors[0],
             errors[1],
             errors[2],
@@ -110,6 +111,8 @@ fn clean_table(takes: &Takes) -> String {
             number(outcomes[1].map(|o| mean(&o.energy_gap)), 3),
             number(outcomes[2].map(|o| mean(&o.energy_gap)), 3),
             lost.join(", "),
+            inside(outcomes[1]),
+            inside(outcomes[2]),
         );
     }
     // Only takes that every method has, so that the means are of the same takes.
@@ -123,7 +126,16 @@ fn clean_table(takes: &Takes) -> String {
             *place = format!("**{}**", with_interval(&all));
         }
     }
-    text + &format!("| mean of {} takes | {} | | | | |\n", common.len(), means.join(" | "))
+    text + &format!("| mean of {} takes | {} | | | | | | |\n", common.len(), means.join(" | "))
+}
+
+/// Shares of the markers within the ellipsoids that should hold 50 and 90 %.
+fn inside(outcome: Option<&Outcome>) -> String {
+    let share = |name: &str| outcome.and_then(|o| Some(format!("{:.0}", 100.0 * mean(o.metrics.get(name)?))));
+    match (share("ellipsoid50"), share("ellipsoid90")) {
+        (Some(half), Some(most)) => format!("{half} %, {most} %"),
+        _ => "-".to_owned(),
+    }
 }
 
 fn count(kept: &[bool]) -> usize {

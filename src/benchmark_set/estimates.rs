@@ -7,6 +7,7 @@
 //! | `estimate_root`, `estimate_angles` | (S, T, 7), (S, T, n) | poses of the tracker's body (`start/body.json`) |
 //! | `estimate_markers` | (S, T, M, 3) | where HumanEva's markers are, m |
 //! | `estimate_joints` | (S, T, J, 3) | where joints of the tracker's body are, m |
+//! | `estimate_covariance` | (S, T, M, 3, 3) | how uncertain HumanEva's markers are, m^2; symmetric |
 //! | `truth_root`, `truth_angles` | (T, 7), (T, m) | the actor's poses, where the truth is known |
 //! | `truth_joints`, `truth_markers` | (T, K, 3), (T, 15, 3) | where they put it, m |
 //!
@@ -21,11 +22,11 @@
 //! - joints alone give the markers that lie on them; `estimate_root` alone gives those of the root link and its
 //!   rotation.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Matrix3, Point3};
 
 use super::truth_file::{marker_numbers, push_poses};
 use super::{SetError, rigid};
-use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
+use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::{Array, Npz};
 use crate::scene::GroundTruth;
 
@@ -52,6 +53,8 @@ pub struct EstimatedSequence {
     pub articulation: Articulation,
     /// Positions of HumanEva's markers, one entry per frame; all `None` in a frame without an estimate.
     pub markers: Vec<Markers>,
+    /// How uncertain they are, one entry per frame; empty where the estimate does not tell.
+    pub covariances: Vec<MarkerCovariances>,
 }
 
 /// Information of an estimate beyond marker positions: one entry per frame, `None` without an estimate.
@@ -69,7 +72,8 @@ impl EstimatedSequence {
     /// A pose of `body` for every frame.
     pub fn of_poses(body: &Humanoid, poses: Vec<Pose>) -> Self {
         let markers = poses.iter().map(|pose| body.markers(&body.link_frames(pose))).collect();
-        Self { articulation: Articulation::Poses(poses.into_iter().map(Some).collect()), markers }
+        let articulation = Articulation::Poses(poses.into_iter().map(Some).collect());
+        Self { articulation, markers, covariances: Vec::new() }
     }
 
     /// The poses, where they are known.
@@ -187,6 +191,15 @@ impl Estimates {
             push_joints(npz, "estimate_", &shape, body, poses());
         }
         push_markers(npz, "estimate_", &shape, self.sequences.iter().flat_map(|sequence| &sequence.markers));
+        if self.sequences.iter().all(|sequence| !sequence.covariances.is_empty()) && !self.sequences.is_empty() {
+            let all = self.sequences.iter().flat_map(|sequence| sequence.covariances.iter().flatten());
+            let numbers = |covariance: &Option<Matrix3<f64>>| match covariance {
+                Some(covariance) => <[[f64; 3]; 3]>::from(*covariance).as_flattened().to_vec(),
+                None => vec![f64::NAN; 9],
+            };
+            let shape = [shape[0], shape[1], LANDMARKS.len(), 3, 3];
+            npz.push("estimate_covariance", Array::new(&shape, all.flat_map(numbers).collect::<Vec<f64>>()));
+        }
     }
 }
 
@@ -245,6 +258,27 @@ mod tests {
         let markers = npz.f64s("poses.npz", "truth_markers", &[Some(3), Some(15), Some(3)]).unwrap();
         assert_eq!(markers[45..48], *truth.frames[1].markers[0].unwrap().coords.as_slice());
         assert!(npz.f64s("poses.npz", "estimate_joints", &[Some(2), Some(3), Some(7), Some(3)]).is_ok());
+    }
+
+    #[test]
+    fn covariances_are_read_back_and_must_be_symmetric_and_no_less_than_nothing() {
+        let mut estimates = sample();
+        for (index, sequence) in estimates.sequences.iter_mut().enumerate() {
+            let of_frame = |frame: usize| {
+                let mut covariances = [Some(Matrix3::new(3.0, 0.5, 0.0, 0.5, 2.0, 0.1, 0.0, 0.1, 1.0) * 1e-6); 15];
+                covariances[frame + index] = None;
+                covariances
+            };
+            sequence.covariances = (0..3).map(of_frame).collect();
+        }
+        let bytes = estimates.to_bytes("p", &person(), None).unwrap();
+        assert_eq!(Estimates::from_bytes("p", &bytes, &person()).unwrap(), estimates);
+        for wrong in [Matrix3::new(1.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), -Matrix3::identity()] {
+            estimates.sequences[1].covariances[2][4] = Some(wrong);
+            let bytes = estimates.to_bytes("p", &person(), None).unwrap();
+            let error = Estimates::from_bytes("p", &bytes, &person()).unwrap_err().to_string();
+            assert!(error.contains("estimate_covariance") && error.contains("left_wrist"), "{error}");
+        }
     }
 
     #[test]

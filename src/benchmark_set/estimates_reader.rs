@@ -1,10 +1,10 @@
 //! Reads `poses.npz` of any program: columns are ordered by name, NaN means no estimate.
 
-use nalgebra::{DVector, Isometry3, Point3};
+use nalgebra::{DVector, Isometry3, Matrix3, Point3};
 
 use super::estimates::{Articulation, EstimatedSequence, Estimates, Place};
 use super::{SetError, rigid};
-use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
+use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::Npz;
 
 /// Tolerance between two values of one position, metres: above the error of single precision far from the origin.
@@ -80,6 +80,13 @@ struct Reader<'a> {
     notes: Vec<String>,
 }
 
+/// Whether a matrix is finite, symmetric and has no negative eigenvalue, but for rounding.
+fn is_covariance(matrix: &Matrix3<f64>) -> bool {
+    let scale = matrix.abs().max();
+    let symmetric = (matrix - matrix.transpose()).abs().max() <= 1e-5 * scale;
+    matrix.iter().all(|number| number.is_finite()) && symmetric && matrix.symmetric_eigenvalues().min() >= -1e-5 * scale
+}
+
 /// Places of named points, one row for every frame of every seed.
 struct Columns {
     /// For every column, which of the known points it is.
@@ -119,16 +126,18 @@ impl Reader<'_> {
         let given =
             Given { markers, joints, roots: roots.as_deref().filter(|_| poses.is_none()), poses: poses.as_deref() };
         self.tell(&given);
+        let covariances = self.covariances(&landmarks)?;
         let mut found = Vec::with_capacity(self.seeds.len());
         for (index, _) in self.seeds.iter().enumerate() {
             let rows = index * self.frames..(index + 1) * self.frames;
             let markers = rows.clone().map(|row| self.markers(&given, row)).collect::<Result<_, _>>()?;
             let articulation = match (&poses, &roots) {
-                (Some(poses), _) => Articulation::Poses(poses[rows].to_vec()),
-                (None, Some(roots)) => Articulation::Roots(roots[rows].to_vec()),
+                (Some(poses), _) => Articulation::Poses(poses[rows.clone()].to_vec()),
+                (None, Some(roots)) => Articulation::Roots(roots[rows.clone()].to_vec()),
                 (None, None) => Articulation::Unknown,
             };
-            found.push(EstimatedSequence { articulation, markers });
+            let covariances = covariances.as_ref().map(|all| all[rows].to_vec()).unwrap_or_default();
+            found.push(EstimatedSequence { articulation, markers, covariances });
         }
         Ok(found)
     }
@@ -218,6 +227,36 @@ impl Reader<'_> {
         };
         let places = numbers.as_chunks::<3>().0.iter().enumerate().map(place).collect::<Result<_, _>>()?;
         Ok(Some(Columns { points, places }))
+    }
+
+    /// How uncertain the markers are, for every frame of every seed; `None` where the file does not tell.
+    fn covariances(&self, known: &Known<'_>) -> Result<Option<Vec<MarkerCovariances>>, SetError> {
+        const NAME: &str = "estimate_covariance";
+        if self.npz.get(NAME).is_none() {
+            return Ok(None);
+        }
+        let names = self.npz.names(self.file, "marker_names")?;
+        let names =
+            names.ok_or_else(|| self.refuse(&format!("{NAME} needs marker_names, the names of its columns")))?;
+        let points = self.order("marker_names", names, known)?;
+        let numbers = self.numbers(NAME, &[Some(points.len()), Some(3), Some(3)])?;
+        let mut found = vec![[None; LANDMARKS.len()]; self.seeds.len() * self.frames];
+        for (index, numbers) in numbers.as_chunks::<9>().0.iter().enumerate() {
+            let (row, column) = (index / points.len(), index % points.len());
+            let covariance = Matrix3::from_row_slice(numbers);
+            found[row][points[column]] = match numbers.iter().all(|number| number.is_nan()) {
+                true => None,
+                false if is_covariance(&covariance) => Some(covariance),
+                false => {
+                    let detail = format!(
+                        "{:?} is {numbers:?}; expected a symmetric matrix with no negative eigenvalue, m^2, or NaN throughout",
+                        names[column]
+                    );
+                    return Err(self.refuse_row(NAME, row, &detail));
+                }
+            };
+        }
+        Ok(Some(found))
     }
 
     /// Which of the known each name is.

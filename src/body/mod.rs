@@ -31,7 +31,7 @@ pub use flesh::Flesh;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
 pub(crate) use kinematics::{rotation_about, rotation_from_vector};
-pub use landmark::{LANDMARKS, Landmark, LinkPoint, Markers};
+pub use landmark::{LANDMARKS, Landmark, LinkPoint, MarkerCovariances, Markers};
 pub use limits::LimitViolation;
 pub(crate) use mismatch::without_side;
 pub use pose::{Motion, Pose};

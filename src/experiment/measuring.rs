@@ -153,6 +153,7 @@ impl Answer<'_> {
             view_overlaps: self.sequence.poses().map(|_| self.overlaps),
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
             contacts,
+            covariances: Some(self.sequence.covariances.as_slice()).filter(|covariances| !covariances.is_empty()),
         })?;
         let stances = contacts.map(|pair| foot_stances(&pair)).unwrap_or_default();
         Ok((evaluation, stances))

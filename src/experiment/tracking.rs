@@ -317,7 +317,10 @@ impl Tracked {
         for (index, of_seed) in estimates.into_iter().enumerate() {
             let poses = of_seed.iter().map(|e| e.pose.clone()).collect();
             let body = bodies.get(index).unwrap_or(&set.start.body);
-            sequences.push(EstimatedSequence::of_poses(body, poses));
+            let known = of_seed.iter().any(|e| e.covariances.is_some());
+            let covariances = of_seed.iter().filter(|_| known).map(|e| e.covariances.unwrap_or_default());
+            let covariances = covariances.collect();
+            sequences.push(EstimatedSequence { covariances, ..EstimatedSequence::of_poses(body, poses) });
             let records = of_seed.into_iter().map(|e| SearchRecord {
                 energy: e.energy,
                 evaluations: e.evaluations,

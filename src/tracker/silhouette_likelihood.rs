@@ -1,10 +1,11 @@
 //! The energy of a pose from silhouettes: `[Skinned APF]` Eq. 3.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::calibration::importance;
-use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample};
+use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, Residual};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
@@ -13,7 +14,7 @@ use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
 use crate::body::{Flesh, Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
-use crate::motion_model::NormalEquations;
+use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
@@ -208,28 +209,55 @@ impl Likelihood for SilhouetteLikelihood {
     }
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
-        let outline = self.outline.as_ref()?;
-        let LikelihoodScratch { placed, descent, .. } = scratch;
-        let frames = placed.place(&self.body, pose)?;
-        let buffers = descent.get_or_insert_with(|| self.descent_scratch());
-        let about = pose.world_from_root.translation.vector.into();
-        let mut equations = Accumulator::new(self.body.links.len(), about);
-        for (index, view) in self.views.iter().enumerate() {
-            let Some(observed) = &view.outline else { continue };
-            let length = descent::length_px(&view.camera);
-            let add = |sample: &OutlineSample, residual| {
-                let importance = self.importance(sample);
-                equations.add(&view.camera, sample, residual, length, width, importance);
-            };
-            descent::each_residual(&self.body, frames, outline, &view.camera, index, observed, buffers, add);
-        }
+        let mut equations = Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
+        let frames = self.residuals(pose, scratch, |_, camera, length, sample, residual, importance| {
+            equations.add(camera, sample, residual, length, width, importance);
+        })?;
         Some(equations.finish(&self.body, frames))
+    }
+
+    fn evidence(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<Evidence> {
+        let nothing = || Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
+        let (mut all, mut views) = (nothing(), Vec::new());
+        views.resize_with(self.views.len() * SIDES, nothing);
+        let frames = self.residuals(pose, scratch, |view, camera, length, sample, residual, importance| {
+            all.add(camera, sample, residual, length, width, importance);
+            views[view * SIDES + side(sample)].add(camera, sample, residual, length, width, importance);
+        })?;
+        let mut scatter = DMatrix::zeros(self.body.step_len(), self.body.step_len());
+        views.iter().for_each(|view| scatter += view.scatter(&self.body, frames));
+        Some(Evidence { equations: all.finish(&self.body, frames), scatter })
     }
 }
 
 impl SilhouetteLikelihood {
-    /// The same likelihood, in whose descent hands and feet count a tenth: for bodies that were calibrated, whose hands
-    /// and feet still differ from the actor's in kind.
+    /// Calls `add` with every residual at a pose: view, its camera and length, sample, residual, and what it counts.
+    /// Where the links are; `None` of a likelihood that cannot be descended, and for a pose that is not finite.
+    fn residuals<'s>(
+        &self,
+        pose: &Pose,
+        scratch: &'s mut LikelihoodScratch,
+        mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, Residual, f64),
+    ) -> Option<&'s LinkFrames> {
+        let outline = self.outline.as_ref()?;
+        let LikelihoodScratch { placed, descent, .. } = scratch;
+        let frames = placed.place(&self.body, pose)?;
+        let buffers = descent.get_or_insert_with(|| self.descent_scratch());
+        for (index, view) in self.views.iter().enumerate() {
+            let Some(observed) = &view.outline else { continue };
+            let length = descent::length_px(&view.camera);
+            let add = |sample: &OutlineSample, residual| {
+                add(index, &view.camera, length, sample, residual, self.importance(sample));
+            };
+            descent::each_residual(&self.body, frames, outline, &view.camera, index, observed, buffers, add);
+        }
+        Some(frames)
+    }
+}
+
+impl SilhouetteLikelihood {
+    /// The same likelihood, in whose descent hands and feet without joints of their own count a tenth: for bodies that
+    /// were calibrated, whose hands and feet still differ from the actor's in kind.
     pub fn with_light_extremities(self) -> Self {
         Self { importance: importance(&self.body), ..self }
     }
@@ -323,6 +351,14 @@ impl SilhouetteTerm {
             Self::Overlap => 1.0 - overlap.iou(),
         })
     }
+}
+
+/// Into how many groups the outline of a link in a view falls by the way it faces.
+const SIDES: usize = 4;
+
+/// Which way a sample faces. Residuals of one side of a limb go wrong together: of the wrong girth, the sides part.
+fn side(sample: &OutlineSample) -> usize {
+    usize::from(sample.normal[0] > sample.normal[1]) + 2 * usize::from(sample.normal[0] > -sample.normal[1])
 }
 
 fn check_fit(views: &[View], observation: &Observation) -> Result<(), TrackError> {

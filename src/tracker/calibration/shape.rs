@@ -14,7 +14,8 @@ const INFLATION_DEVIATION_M: f64 = 0.01;
 const REACHES_M: f64 = 0.05;
 /// How far two solids of a link may be from mirroring each other to have one girth, metres.
 const MIRRORED_M: f64 = 0.001;
-/// What hands and feet count beside the rest: they differ between bodies in kind, not in size.
+/// What hands and feet without joints of their own count beside the rest: bodies with and without differ in kind, not
+/// in size.
 const EXTREMITY_IMPORTANCE: f64 = 0.1;
 /// Least factor on a length or girth.
 const LEAST_FACTOR: f64 = 0.3;
@@ -246,19 +247,17 @@ fn words(name: &str) -> String {
     name.trim_matches('_').replace('_', " ")
 }
 
-/// What each solid of each link counts when a body is compared that may differ: hands and feet little.
+/// What each solid of each link counts when a body is compared that may differ: hands and feet that cannot move against
+/// forearm and shank count little, for they would pull these along.
 pub(in crate::tracker) fn importance(body: &Humanoid) -> Vec<Vec<f64>> {
     const ENDS: [Landmark; 4] = [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle];
     let mut importance: Vec<Vec<f64>> = body.links.iter().map(|link| vec![1.0; link.flesh.len()]).collect();
     for end in ENDS {
         let marker = LANDMARKS.iter().position(|landmark| *landmark == end).and_then(|index| body.markers[index]);
         let Some(marker) = marker else { continue };
-        for link in 0..body.links.len() {
-            let above = std::iter::successors(Some(link), |link| body.parent(*link)).any(|above| above == marker.link);
-            for (solid, flesh) in body.links[link].flesh.iter().enumerate() {
-                if above && (link != marker.link || is_beyond(&marker.point_in_link, flesh)) {
-                    importance[link][solid] = EXTREMITY_IMPORTANCE;
-                }
+        for (solid, flesh) in body.links[marker.link].flesh.iter().enumerate() {
+            if is_beyond(&marker.point_in_link, flesh) {
+                importance[marker.link][solid] = EXTREMITY_IMPORTANCE;
             }
         }
     }
@@ -279,8 +278,8 @@ fn is_beyond(marker: &Point3<f64>, flesh: &Flesh) -> bool {
     };
     match marker.coords.try_normalize(REACHES_M) {
         Some(along) => (middle - marker).dot(&along) > 0.0,
-        // The marker is where the link begins.
-        None => true,
+        // The marker is where the link begins, which has a joint there.
+        None => false,
     }
 }
 
@@ -356,8 +355,8 @@ mod tests {
     }
 
     #[test]
-    fn hands_and_feet_count_little() {
-        for (name, few) in [("tracker25", 4), ("actor", 6)] {
+    fn hands_and_feet_without_joints_count_little() {
+        for (name, few) in [("tracker25", 4), ("tracker40", 0), ("actor", 0)] {
             let body = shipped(name).unwrap();
             let importance = importance(&body);
             let light: Vec<&str> = (0..body.links.len())

@@ -2,7 +2,7 @@
 //!
 //! With pose steps `p_k` of the frames and a step `s` of the shape, one Gauss-Newton step solves
 //! `[H_k C_k; C_k' S] [p_k; s] = -[g_k; t]`. Poses do not meet each other, so that they are eliminated first (Schur's
-//! complement): `(S - sum C_k' H_k^-1 C_k) s = -(t - sum C_k' H_k^-1 g_k)`.
+//! complement, as in `[Triggs 2000]`): `(S - sum C_k' H_k^-1 C_k) s = -(t - sum C_k' H_k^-1 g_k)`.
 
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use rayon::prelude::*;

@@ -97,7 +97,7 @@ fn a_right_body_stays_as_it_is() {
     let body = Humanoid::tracker25().unwrap();
     let rig = rig(4);
     let found = calibrated(&body, &rig, &seen(&body, &rig, 6));
-    assert_eq!(found.report.verdict, CalibrationVerdict::AlreadyRight, "{}", found.report.in_words());
+    assert_eq!(found.report.verdict, CalibrationVerdict::NoBetter, "{}", found.report.in_words());
     assert!(found.body.is_same_body(&body));
 }
 

@@ -79,6 +79,26 @@ impl Accumulator {
         self.residuals += 1;
     }
 
+    /// How the pulls of links scatter: the sum of the outer products of what the residuals of each link pull at the
+    /// numbers of a step. Residuals of one link that face the same way in one view go wrong together; were all
+    /// independent, this sum would be their spread times the matrix of [`Self::finish`].
+    pub(in crate::tracker) fn scatter(&self, body: &Humanoid, frames: &LinkFrames) -> DMatrix<f64> {
+        let mut scatter = DMatrix::zeros(body.step_len(), body.step_len());
+        let mut twists = Vec::new();
+        for (link, (own, force)) in self.links.iter().enumerate() {
+            if own.trace() <= 0.0 {
+                continue;
+            }
+            body.step_twists(frames, link, &self.about, &mut twists);
+            let mut pull = DVector::zeros(body.step_len());
+            for (number, [v, w]) in &twists {
+                pull[*number] += force.dot(&Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z));
+            }
+            scatter.ger(1.0, &pull, &pull, 1.0);
+        }
+        scatter
+    }
+
     /// Spreads the sums over the numbers of a step of `body`, whose links are at `frames`.
     pub(in crate::tracker) fn finish(self, body: &Humanoid, frames: &LinkFrames) -> NormalEquations {
         let numbers = body.step_len();
