@@ -11,7 +11,7 @@ use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union,
+    ContactPair, Energies, Evaluation, RootRotations, SeedRun, Sequence, Summary, evaluate, intersection_over_union,
     summarise,
 };
 use crate::observation::Observation;
@@ -92,30 +92,30 @@ impl Measures {
                 None => as_given.clone(),
                 Some(body) => truth_energy(tracked, blind, body, Some(&refitted(body, set)))?,
             };
-            let answer =
-                Answer { body: bodies[index], sequence: answers[index], overlaps: &overlaps(index), energy: &energy };
+            let (body, sequence, overlaps) = (bodies[index], answers[index], overlaps(index));
+            let answer = SeedEstimate { body, sequence, overlaps: &overlaps, energy: &energy };
             let (evaluation, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
             let markers = answers[index].markers.clone();
             seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, truth_energy, stances });
         }
-        let floor =
-            Answer { body: &blind.start.body, sequence: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
+        let (body, overlaps) = (&blind.start.body, overlaps(seeds.len()));
+        let floor = SeedEstimate { body, sequence: &frozen, overlaps: &overlaps, energy: &[] };
         let (frozen, _) = floor.evaluate(set, &as_given, touching.as_ref())?;
         let clip = blind.name.clone();
-        let runs: Vec<Run<'_>> =
-            seeds.iter().map(|s| Run { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
+        let runs: Vec<SeedRun<'_>> =
+            seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
         let summary = summarise(&runs)?;
         Ok(Self { seeds, summary, frozen, clip })
     }
 
     /// One entry a seed.
-    pub fn runs(&self) -> Vec<Run<'_>> {
-        self.seeds.iter().map(|s| Run { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
+    pub fn runs(&self) -> Vec<SeedRun<'_>> {
+        self.seeds.iter().map(|s| SeedRun { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
     }
 }
 
 /// The answers of one seed and what is known about them.
-struct Answer<'a> {
+struct SeedEstimate<'a> {
     /// The body that the poses are of.
     body: &'a Humanoid,
     sequence: &'a EstimatedSequence,
@@ -123,7 +123,7 @@ struct Answer<'a> {
     energy: &'a [Option<f64>],
 }
 
-impl Answer<'_> {
+impl SeedEstimate<'_> {
     fn evaluate(
         &self,
         set: &BenchmarkSet,

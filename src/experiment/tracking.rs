@@ -50,7 +50,7 @@ const LAYER_COLUMNS: [&str; 6] =
 /// A tracker's estimates and search records.
 #[derive(Clone, Debug)]
 pub struct Tracked {
-    /// Who tracked what; `None` for poses that another program made.
+    /// Who tracked what; `None` for poses that another program made, and for [`track_with`].
     pub record: Option<TrackRecord>,
     /// The answers.
     pub estimates: Estimates,
@@ -123,33 +123,18 @@ pub fn track(
     models: &mut Models,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
-    let workshop = Workshop { set, truth, watch };
+    let factory = TrackerFactory { set, truth, watch };
     let as_given = Beginning::of_set(set);
     let mut trackers = Vec::new();
     for seed in seeds {
-        trackers.push(workshop.begin(settings, models, &as_given, *seed)?);
+        trackers.push(factory.begin(settings, models, &as_given, *seed)?);
     }
     let begin = Instant::now();
-    let calibrations = workshop.calibrate(settings, &mut trackers, seeds)?;
+    let calibrations = factory.calibrate(settings, &mut trackers, seeds)?;
     for ((tracker, calibration), seed) in trackers.iter_mut().zip(&calibrations).zip(seeds) {
-        *tracker = workshop.begin(settings, models, &Beginning::of_calibration(calibration), *seed)?;
+        *tracker = factory.begin(settings, models, &Beginning::of_calibration(calibration), *seed)?;
     }
-    watch.begin(Stage::Track, set.frame_count * seeds.len());
-    let mut estimates: Vec<Vec<Estimate>> = vec![Vec::new(); seeds.len()];
-    for observation in set.observations() {
-        let observation = observation?;
-        for (tracker, estimates) in trackers.iter_mut().zip(&mut estimates) {
-            estimates.push(tracker.track(&observation)?);
-            advance(watch)?;
-        }
-    }
-    let seconds = begin.elapsed().as_secs_f64();
-    let timing = TrackTiming {
-        seconds,
-        frames_per_second: (set.frame_count * seeds.len()) as f64 / seconds,
-        likelihood_evaluations: estimates.iter().flatten().map(|e| e.evaluations).sum(),
-        threads: rayon::current_num_threads(),
-    };
+    let (estimates, timing) = follow(set, trackers, begin, watch)?;
     let record = TrackRecord {
         schema: "skiagraph.track/1".to_owned(),
         tracker: settings.clone(),
@@ -162,7 +147,52 @@ pub fn track(
     let sources = settings.kind().model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
     let kept = calibrations.iter().any(|calibration| calibration.report.verdict == CalibrationVerdict::Kept);
     let bodies = if kept { calibrations.into_iter().map(|calibration| calibration.body).collect() } else { Vec::new() };
-    Ok(Tracked { sources, ..Tracked::new(record, set, seeds, bodies, estimates) })
+    Ok(Tracked { record: Some(record), sources, ..Tracked::new(set, seeds, bodies, estimates) })
+}
+
+/// Runs any tracker over a set, blindfolded: `new_tracker` makes one for each seed. [`super::Measures::new`] measures the
+/// result against the truth.
+///
+/// # Errors
+/// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `watch` stops the work.
+pub fn track_with(
+    set: &BlindSet,
+    seeds: &[u64],
+    watch: &dyn Watch,
+    new_tracker: impl FnMut(u64) -> Box<dyn Tracker>,
+) -> Result<Tracked, ExperimentError> {
+    let mut trackers: Vec<Box<dyn Tracker>> = seeds.iter().copied().map(new_tracker).collect();
+    trackers.iter_mut().for_each(|tracker| tracker.start(&set.start.pose));
+    let (estimates, _) = follow(set, trackers, Instant::now(), watch)?;
+    Ok(Tracked::new(set, seeds, Vec::new(), estimates))
+}
+
+/// Has trackers that have started follow the set's observations, all of them frame by frame; `begin` is when the work
+/// began.
+fn follow(
+    set: &BlindSet,
+    mut trackers: Vec<Box<dyn Tracker>>,
+    begin: Instant,
+    watch: &dyn Watch,
+) -> Result<(Vec<Vec<Estimate>>, TrackTiming), ExperimentError> {
+    let frames = set.frame_count * trackers.len();
+    watch.begin(Stage::Track, frames);
+    let mut estimates: Vec<Vec<Estimate>> = vec![Vec::new(); trackers.len()];
+    for observation in set.observations() {
+        let observation = observation?;
+        for (tracker, estimates) in trackers.iter_mut().zip(&mut estimates) {
+            estimates.push(tracker.track(&observation)?);
+            advance(watch)?;
+        }
+    }
+    let seconds = begin.elapsed().as_secs_f64();
+    let timing = TrackTiming {
+        seconds,
+        frames_per_second: frames as f64 / seconds,
+        likelihood_evaluations: estimates.iter().flatten().map(|e| e.evaluations).sum(),
+        threads: rayon::current_num_threads(),
+    };
+    Ok((estimates, timing))
 }
 
 /// What a tracker learned from, in words, one entry a recording.
@@ -176,14 +206,14 @@ fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> 
 }
 
 /// What a tracker may be built from.
-struct Workshop<'a> {
+struct TrackerFactory<'a> {
     set: &'a BlindSet,
     /// One pose of the tracker's body a frame: for oracles alone.
     truth: Option<&'a Motion>,
     watch: &'a dyn Watch,
 }
 
-impl Workshop<'_> {
+impl TrackerFactory<'_> {
     /// A tracker that has started.
     fn begin(
         &self,
@@ -210,7 +240,7 @@ impl Workshop<'_> {
         }
         let TrackerSettings::AnnealedParticleFilter(filter) = settings else {
             let name = settings.name();
-            self.watch.say(&format!(
+            self.watch.note(&format!(
                 "tracker_body.calibrate: {name} keeps the body as it is; annealed_particle_filter calibrates it"
             ));
             return Ok(Vec::new());
@@ -220,7 +250,7 @@ impl Workshop<'_> {
         let mut calibrations = Vec::with_capacity(seeds.len());
         for (tracker, seed) in trackers.iter_mut().zip(seeds) {
             let found = calibrating::calibrated(self.set, filter.likelihood(), tracker.as_mut(), self.watch)?;
-            self.watch.say(&format!("calibration, seed {seed}: {}", found.report.in_words()));
+            self.watch.note(&format!("calibration, seed {seed}: {}", found.report.in_words()));
             calibrations.push(found);
         }
         Ok(calibrations)
@@ -305,13 +335,8 @@ fn filter<L: Likelihood + 'static>(
 }
 
 impl Tracked {
-    fn new(
-        record: TrackRecord,
-        set: &BlindSet,
-        seeds: &[u64],
-        bodies: Vec<Humanoid>,
-        estimates: Vec<Vec<Estimate>>,
-    ) -> Self {
+    /// Estimates of every seed, of whom is not said; `bodies` are those of the seeds where they are not the set's.
+    fn new(set: &BlindSet, seeds: &[u64], bodies: Vec<Humanoid>, estimates: Vec<Vec<Estimate>>) -> Self {
         let mut sequences = Vec::new();
         let mut search = Vec::new();
         for (index, of_seed) in estimates.into_iter().enumerate() {
@@ -331,7 +356,7 @@ impl Tracked {
         }
         let (frames_per_second, seeds) = (set.frames_per_second, seeds.to_vec());
         let estimates = Estimates { frames_per_second, seeds, sequences, bodies, notes: Vec::new() };
-        Self { record: Some(record), estimates, search, sources: Vec::new() }
+        Self { record: None, estimates, search, sources: Vec::new() }
     }
 
     /// The files of a run that has not been measured yet.

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use skiagraph::benchmark_set::{BlindSet, Estimates, bodies_from_json};
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
 /// [`TINY`] with more cameras, frames and pixels, an actor of the tracker's kind and other size, and calibration.
 fn scenario() -> String {
@@ -21,7 +21,7 @@ fn json(bytes: &[u8]) -> Value {
 
 #[test]
 fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("fit.toml", scenario());
     let said = room.succeed("run fit.toml --out whole").stderr;
     assert!(said.contains("calibration, seed 0: the calibrated body is kept") && said.contains("energy"), "{said}");
@@ -63,7 +63,7 @@ fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
 
 #[test]
 fn a_tracker_that_keeps_its_body_says_so_and_a_body_that_was_changed_is_refused() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("fit.toml", scenario());
     room.succeed("render fit.toml --out set");
     let said = room.succeed("track set --tracker frozen --out frozen").stderr;

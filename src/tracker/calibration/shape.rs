@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use crate::body::{BodyShape, Flesh, Humanoid, JointKind, LANDMARKS, Landmark, LinkShape, without_side};
+use crate::body::{BodyShape, Humanoid, JointKind, LANDMARKS, Landmark, LinkShape, Solid, without_side};
 use crate::raster::TaperedCapsule;
 
 /// Standard deviations of the prior: of lengths and girths as shares, of places and the inflation in metres.
@@ -77,7 +77,7 @@ impl ShapeModel {
     /// the inflation, which is the masks' and not the body's.
     pub(super) fn shaped(&self, values: &[f64]) -> Humanoid {
         let mut shape = BodyShape::identity(&self.body);
-        let mut girths: Vec<Vec<f64>> = self.body.links.iter().map(|link| vec![1.0; link.flesh.len()]).collect();
+        let mut girths: Vec<Vec<f64>> = self.body.links.iter().map(|link| vec![1.0; link.solids.len()]).collect();
         let mut inflation = 0.0;
         for (number, value) in self.numbers.iter().zip(values) {
             let factor = (1.0 + value).max(LEAST_FACTOR);
@@ -95,10 +95,10 @@ impl ShapeModel {
         }
         let mut body = self.body.reshaped(&shape);
         for (index, link) in body.links.iter_mut().enumerate() {
-            let of_solid = |(solid, flesh): (usize, &Flesh)| {
-                LinkShape { girth: girths[index][solid], ..shape.links[index] }.flesh(flesh).inflated(inflation)
+            let of_solid = |(solid, solid): (usize, &Solid)| {
+                LinkShape { girth: girths[index][solid], ..shape.links[index] }.solid(solid).inflated(inflation)
             };
-            link.flesh = self.body.links[index].flesh.iter().enumerate().map(of_solid).collect();
+            link.solids = self.body.links[index].solids.iter().enumerate().map(of_solid).collect();
         }
         for (number, value) in self.numbers.iter().zip(values) {
             let Kind::Place { joints } = &number.kind else { continue };
@@ -110,7 +110,7 @@ impl ShapeModel {
     }
 }
 
-/// Links that carry flesh, or joints farther away, grouped with their mirror images.
+/// Links that carry solid, or joints farther away, grouped with their mirror images.
 fn segments(body: &Humanoid) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for (index, link) in body.links.iter().enumerate() {
@@ -148,34 +148,37 @@ fn body_way(body_from_link: &UnitQuaternion<f64>, axis: usize) -> &'static str {
 
 /// How far the points of a link lie from its origin along each axis.
 fn reach(body: &Humanoid, link: usize) -> Vector3<f64> {
-    let of_flesh = |flesh: &Flesh| -> Vec<Point3<f64>> {
-        match flesh {
-            Flesh::TaperedCapsule(c) => vec![c.a, c.b],
-            Flesh::Box { link_from_box: frame, .. } | Flesh::Cylinder { link_from_cylinder: frame, .. } => {
+    let of_flesh = |solid: &Solid| -> Vec<Point3<f64>> {
+        match solid {
+            Solid::TaperedCapsule(c) => vec![c.a, c.b],
+            Solid::Box { link_from_box: frame, .. } | Solid::Cylinder { link_from_cylinder: frame, .. } => {
                 vec![frame.translation.vector.into()]
             }
-            Flesh::Mesh { vertices, .. } => vertices.clone(),
+            Solid::Mesh { vertices, .. } => vertices.clone(),
         }
     };
-    let flesh = body.links[link].flesh.iter().flat_map(of_flesh);
+    let solid = body.links[link].solids.iter().flat_map(of_flesh);
     let joints = body.joints.iter().filter(|joint| joint.parent == link);
     let joints = joints.map(|joint| Point3::from(joint.parent_from_joint.translation.vector));
     let markers = body.markers.iter().flatten().filter(|marker| marker.link == link).map(|marker| marker.point_in_link);
-    flesh.chain(joints).chain(markers).fold(Vector3::zeros(), |reach, point| reach.sup(&point.coords.abs()))
+    solid.chain(joints).chain(markers).fold(Vector3::zeros(), |reach, point| reach.sup(&point.coords.abs()))
 }
 
 fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<ShapeNumber> {
     let mut numbers = Vec::new();
     for (name, links) in segments(body) {
-        let most = links.iter().map(|link| body.links[*link].flesh.len()).max().unwrap_or(0);
+        let most = links.iter().map(|link| body.links[*link].solids.len()).max().unwrap_or(0);
         let mut classes: Vec<Vec<[usize; 2]>> = Vec::new();
         for solid in 0..most {
-            let alike: Vec<[usize; 2]> =
-                links.iter().filter(|link| solid < body.links[**link].flesh.len()).map(|link| [*link, solid]).collect();
+            let alike: Vec<[usize; 2]> = links
+                .iter()
+                .filter(|link| solid < body.links[**link].solids.len())
+                .map(|link| [*link, solid])
+                .collect();
             let mirrored = |class: &&mut Vec<[usize; 2]>| {
                 let ([a, b], [link, other]) = (alike[0], class[0]);
-                let flesh = &body.links[link].flesh;
-                a == link && is_mirrored(&flesh[b], &flesh[other], &body_from_links[link])
+                let solid = &body.links[link].solids;
+                a == link && is_mirrored(&solid[b], &solid[other], &body_from_links[link])
             };
             match classes.iter_mut().find(mirrored) {
                 Some(class) => class.extend(alike),
@@ -192,8 +195,8 @@ fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
 }
 
 /// Whether two capsules of a link are each other's mirror images from the body's left to its right.
-fn is_mirrored(one: &Flesh, other: &Flesh, body_from_link: &UnitQuaternion<f64>) -> bool {
-    let (Flesh::TaperedCapsule(one), Flesh::TaperedCapsule(other)) = (one, other) else { return false };
+fn is_mirrored(one: &Solid, other: &Solid, body_from_link: &UnitQuaternion<f64>) -> bool {
+    let (Solid::TaperedCapsule(one), Solid::TaperedCapsule(other)) = (one, other) else { return false };
     let mirror = |p: &Point3<f64>| {
         let p = body_from_link * p;
         Point3::new(p.x, -p.y, p.z)
@@ -251,12 +254,12 @@ fn words(name: &str) -> String {
 /// forearm and shank count little, for they would pull these along.
 pub(in crate::tracker) fn importance(body: &Humanoid) -> Vec<Vec<f64>> {
     const ENDS: [Landmark; 4] = [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle];
-    let mut importance: Vec<Vec<f64>> = body.links.iter().map(|link| vec![1.0; link.flesh.len()]).collect();
+    let mut importance: Vec<Vec<f64>> = body.links.iter().map(|link| vec![1.0; link.solids.len()]).collect();
     for end in ENDS {
         let marker = LANDMARKS.iter().position(|landmark| *landmark == end).and_then(|index| body.markers[index]);
         let Some(marker) = marker else { continue };
-        for (solid, flesh) in body.links[marker.link].flesh.iter().enumerate() {
-            if is_beyond(&marker.point_in_link, flesh) {
+        for (solid, solid) in body.links[marker.link].solids.iter().enumerate() {
+            if is_beyond(&marker.point_in_link, solid) {
                 importance[marker.link][solid] = EXTREMITY_IMPORTANCE;
             }
         }
@@ -265,13 +268,13 @@ pub(in crate::tracker) fn importance(body: &Humanoid) -> Vec<Vec<f64>> {
 }
 
 /// Whether the middle of a solid lies farther from the link's origin than a marker does, in the marker's direction.
-fn is_beyond(marker: &Point3<f64>, flesh: &Flesh) -> bool {
-    let middle = match flesh {
-        Flesh::TaperedCapsule(c) => nalgebra::center(&c.a, &c.b),
-        Flesh::Box { link_from_box: frame, .. } | Flesh::Cylinder { link_from_cylinder: frame, .. } => {
+fn is_beyond(marker: &Point3<f64>, solid: &Solid) -> bool {
+    let middle = match solid {
+        Solid::TaperedCapsule(c) => nalgebra::center(&c.a, &c.b),
+        Solid::Box { link_from_box: frame, .. } | Solid::Cylinder { link_from_cylinder: frame, .. } => {
             frame.translation.vector.into()
         }
-        Flesh::Mesh { vertices, .. } => {
+        Solid::Mesh { vertices, .. } => {
             let sum = vertices.iter().fold(Vector3::zeros(), |sum, vertex| sum + vertex.coords);
             (sum / vertices.len().max(1) as f64).into()
         }
@@ -295,7 +298,7 @@ mod tests {
             let model = ShapeModel::new(&body);
             let same = model.shaped(&vec![0.0; model.numbers.len()]);
             assert_eq!((&same.joints, &same.markers), (&body.joints, &body.markers));
-            assert!(same.links.iter().zip(&body.links).all(|(a, b)| a.flesh == b.flesh));
+            assert!(same.links.iter().zip(&body.links).all(|(a, b)| a.solids == b.solids));
             let names: std::collections::BTreeSet<&str> = model.numbers.iter().map(|n| n.name.as_str()).collect();
             assert_eq!(names.len(), model.numbers.len(), "{names:?}");
         }

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use rayon::prelude::*;
 
 use super::shape::ShapeModel;
-use crate::body::{Flesh, Humanoid, LinkFrames, Pose, ROOT_STEP};
+use crate::body::{Humanoid, LinkFrames, Pose, ROOT_STEP, Solid};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 use crate::tracker::descent::{
@@ -278,13 +278,13 @@ impl<'a> ShapeDerivatives<'a> {
         let varied_frames: Vec<LinkFrames> = variants.iter().map(|variant| variant.body.link_frames(pose)).collect();
         let is_moved = |number: usize, link: usize, solid: usize| {
             varied_frames[number][link] != frames[link]
-                || variants[number].body.links[link].flesh[solid] != base.body.links[link].flesh[solid]
+                || variants[number].body.links[link].solids[solid] != base.body.links[link].solids[solid]
         };
         let of_solid = |link: usize, solid: usize| -> Vec<usize> {
             (0..variants.len()).filter(|number| is_moved(*number, link, solid)).collect()
         };
         let of_link = |(link, solids): (usize, usize)| (0..solids).map(|solid| of_solid(link, solid)).collect();
-        let moving = base.body.links.iter().map(|link| link.flesh.len()).enumerate().map(of_link).collect();
+        let moving = base.body.links.iter().map(|link| link.solids.len()).enumerate().map(of_link).collect();
         let differences = (0..variants.len()).map(|number| problem.difference(number)).collect();
         Self { base, frames, variants, differences, moving, varied_frames }
     }
@@ -306,8 +306,8 @@ impl<'a> ShapeDerivatives<'a> {
 
 /// Where in the world the middle of a solid's surface is at a spot, and how far the surface lies from it.
 fn spot(variant: &Variant, frames: &LinkFrames, link: usize, spot: &Spot) -> Option<(Point3<f64>, f64)> {
-    let ends = match variant.body.links[link].flesh.get(spot.solid as usize)? {
-        Flesh::TaperedCapsule(c) => spot.ends.map(|end| if end == 0 { (c.a, c.radius_a) } else { (c.b, c.radius_b) }),
+    let ends = match variant.body.links[link].solids.get(spot.solid as usize)? {
+        Solid::TaperedCapsule(c) => spot.ends.map(|end| if end == 0 { (c.a, c.radius_a) } else { (c.b, c.radius_b) }),
         _ => {
             let vertex = |end| Some((variant.outline.vertex(link, spot.solid, end)?, 0.0));
             [vertex(spot.ends[0])?, vertex(spot.ends[1])?]

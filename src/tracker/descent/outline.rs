@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::mesh_outline::MeshOutline;
-use crate::body::{Flesh, Humanoid, LinkFrames};
+use crate::body::{Humanoid, LinkFrames, Solid};
 use crate::camera::{Camera, Pinhole};
 use crate::raster::TaperedCapsule;
 
@@ -12,7 +12,7 @@ use crate::raster::TaperedCapsule;
 pub(in crate::tracker) struct OutlineSample {
     /// The link that it belongs to.
     pub(in crate::tracker) link: usize,
-    /// Where on the link's flesh it is.
+    /// Where on the link's solid it is.
     pub(in crate::tracker) spot: Spot,
     /// In the camera's frame, metres.
     pub(in crate::tracker) point: Point3<f64>,
@@ -32,7 +32,7 @@ impl OutlineSample {
     }
 }
 
-/// Where on the flesh of a link a sample is: what a change of the body's shape moves it with.
+/// Where on the solid of a link a sample is: what a change of the body's shape moves it with.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::tracker) struct Spot {
     /// Number of the solid on its link.
@@ -52,11 +52,11 @@ pub(in crate::tracker) struct BodyOutline {
 
 impl BodyOutline {
     pub(in crate::tracker) fn new(body: &Humanoid) -> Self {
-        let of_link = |(link, solids): (usize, &Vec<Flesh>)| {
+        let of_link = |(link, solids): (usize, &Vec<Solid>)| {
             let surface = |(number, solid)| Some((link, number, MeshOutline::of_solid(solid)?));
             (0..).zip(solids).filter_map(surface).collect::<Vec<_>>()
         };
-        Self { surfaces: body.links.iter().map(|l| &l.flesh).enumerate().flat_map(of_link).collect() }
+        Self { surfaces: body.links.iter().map(|l| &l.solids).enumerate().flat_map(of_link).collect() }
     }
 
     /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane, also where other
@@ -69,10 +69,10 @@ impl BodyOutline {
         spacing: f64,
         samples: &mut Vec<OutlineSample>,
     ) {
-        for (link, solids) in body.links.iter().map(|link| &link.flesh).enumerate() {
+        for (link, solids) in body.links.iter().map(|link| &link.solids).enumerate() {
             let camera_from_link = camera.camera_from_world * frames[link];
             for (number, solid) in (0..).zip(solids) {
-                if let Flesh::TaperedCapsule(capsule) = solid {
+                if let Solid::TaperedCapsule(capsule) = solid {
                     let mut sink = Sink { link, solid: number, pinhole: &camera.pinhole, samples };
                     sample_capsule(&capsule.transformed(&camera_from_link), spacing, &mut sink);
                 }

@@ -93,12 +93,12 @@ fn the_true_pose_has_no_energy_and_every_other_has_more_the_farther_it_is() {
 #[test]
 fn areas_are_compared_as_the_fractions_say() {
     let overlap = Overlap { both: 30, only_model: 10, only_observed: 20 };
-    assert_eq!(SilhouetteTerm::Overlap.of(&overlap), Some(0.5));
-    assert_eq!(SilhouetteTerm::Bidirectional.of(&overlap), Some(0.5 * (0.25 + 0.4)));
+    assert_eq!(SilhouetteTerm::Overlap.value(&overlap), Some(0.5));
+    assert_eq!(SilhouetteTerm::Bidirectional.value(&overlap), Some(0.5 * (0.25 + 0.4)));
     let missed = Overlap { both: 0, only_model: 0, only_observed: 20 };
-    assert_eq!(SilhouetteTerm::Overlap.of(&missed), Some(1.0));
-    assert_eq!(SilhouetteTerm::Bidirectional.of(&missed), Some(1.0));
-    assert_eq!(SilhouetteTerm::Overlap.of(&Overlap::default()), None);
+    assert_eq!(SilhouetteTerm::Overlap.value(&missed), Some(1.0));
+    assert_eq!(SilhouetteTerm::Bidirectional.value(&missed), Some(1.0));
+    assert_eq!(SilhouetteTerm::Overlap.value(&Overlap::default()), None);
 }
 
 #[test]
@@ -197,9 +197,9 @@ fn a_pose_with_a_number_that_is_none_is_invalid() {
 }
 
 #[test]
-fn other_flesh_than_capsules_is_seen() {
+fn other_solids_than_capsules_are_seen() {
     let mut boxed = body();
-    boxed.links[0].flesh.push(Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [0.3, 0.3, 0.1] });
+    boxed.links[0].solids.push(Solid::Box { link_from_box: Isometry3::identity(), half_extents: [0.3, 0.3, 0.1] });
     let settings = SilhouetteSettings::default();
     assert_eq!(energy(&boxed, &rig(), settings, &standing(), &standing()), 0.0);
     let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), settings).unwrap();

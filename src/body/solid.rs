@@ -10,7 +10,7 @@ const LEAST: f64 = 0.001;
 
 /// One solid on a link, in the link's frame; metres.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Flesh {
+pub enum Solid {
     /// A sphere, a capsule or a tapered capsule.
     TaperedCapsule(TaperedCapsule),
     /// A box.
@@ -38,7 +38,7 @@ pub enum Flesh {
     },
 }
 
-impl Flesh {
+impl Solid {
     /// The solid with its surface moved outwards by `by` metres, inwards for less than 0: radii and half lengths of
     /// edges grow by it. A mesh is stretched about its middle so that its extents do.
     pub(crate) fn inflated(&self, by: f64) -> Self {
@@ -76,17 +76,17 @@ mod tests {
     fn a_solid_grows_by_as_much_on_every_side() {
         let ball =
             TaperedCapsule { a: Point3::origin(), b: Point3::new(0.0, 0.0, 0.3), radius_a: 0.05, radius_b: 0.04 };
-        let Flesh::TaperedCapsule(grown) = Flesh::TaperedCapsule(ball).inflated(0.01) else {
+        let Solid::TaperedCapsule(grown) = Solid::TaperedCapsule(ball).inflated(0.01) else {
             panic!("a capsule stays one")
         };
         assert!((grown.radius_a - 0.06).abs() < 1e-12 && (grown.radius_b - 0.05).abs() < 1e-12 && grown.b == ball.b);
         let corners = [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, 0.6]].map(Point3::from);
-        let mesh = Flesh::Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
-        let Flesh::Mesh { vertices, .. } = mesh.inflated(0.01) else { panic!("a mesh stays one") };
+        let mesh = Solid::Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
+        let Solid::Mesh { vertices, .. } = mesh.inflated(0.01) else { panic!("a mesh stays one") };
         let (low, high) = bounds(&vertices);
         assert!((low - Point3::new(-0.01, -0.01, -0.01)).norm() < 1e-12, "{low}");
         assert!((high - Point3::new(0.21, 0.41, 0.61)).norm() < 1e-12, "{high}");
-        let Flesh::TaperedCapsule(gone) = Flesh::TaperedCapsule(ball).inflated(-1.0) else {
+        let Solid::TaperedCapsule(gone) = Solid::TaperedCapsule(ball).inflated(-1.0) else {
             panic!("a capsule stays one")
         };
         assert!(gone.radius_a > 0.0, "never less than nothing");
