@@ -95,8 +95,8 @@ impl ShapeModel {
         }
         let mut body = self.body.reshaped(&shape);
         for (index, link) in body.links.iter_mut().enumerate() {
-            let of_solid = |(solid, solid): (usize, &Solid)| {
-                LinkShape { girth: girths[index][solid], ..shape.links[index] }.solid(solid).inflated(inflation)
+            let of_solid = |(number, solid): (usize, &Solid)| {
+                LinkShape { girth: girths[index][number], ..shape.links[index] }.solid(solid).inflated(inflation)
             };
             link.solids = self.body.links[index].solids.iter().enumerate().map(of_solid).collect();
         }
@@ -110,7 +110,7 @@ impl ShapeModel {
     }
 }
 
-/// Links that carry solid, or joints farther away, grouped with their mirror images.
+/// Links, each with its mirror image.
 fn segments(body: &Humanoid) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for (index, link) in body.links.iter().enumerate() {
@@ -148,7 +148,7 @@ fn body_way(body_from_link: &UnitQuaternion<f64>, axis: usize) -> &'static str {
 
 /// How far the points of a link lie from its origin along each axis.
 fn reach(body: &Humanoid, link: usize) -> Vector3<f64> {
-    let of_flesh = |solid: &Solid| -> Vec<Point3<f64>> {
+    let of_solid = |solid: &Solid| -> Vec<Point3<f64>> {
         match solid {
             Solid::TaperedCapsule(c) => vec![c.a, c.b],
             Solid::Box { link_from_box: frame, .. } | Solid::Cylinder { link_from_cylinder: frame, .. } => {
@@ -157,11 +157,11 @@ fn reach(body: &Humanoid, link: usize) -> Vector3<f64> {
             Solid::Mesh { vertices, .. } => vertices.clone(),
         }
     };
-    let solid = body.links[link].solids.iter().flat_map(of_flesh);
+    let solids = body.links[link].solids.iter().flat_map(of_solid);
     let joints = body.joints.iter().filter(|joint| joint.parent == link);
     let joints = joints.map(|joint| Point3::from(joint.parent_from_joint.translation.vector));
     let markers = body.markers.iter().flatten().filter(|marker| marker.link == link).map(|marker| marker.point_in_link);
-    solid.chain(joints).chain(markers).fold(Vector3::zeros(), |reach, point| reach.sup(&point.coords.abs()))
+    solids.chain(joints).chain(markers).fold(Vector3::zeros(), |reach, point| reach.sup(&point.coords.abs()))
 }
 
 fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<ShapeNumber> {
@@ -258,9 +258,9 @@ pub(in crate::tracker) fn importance(body: &Humanoid) -> Vec<Vec<f64>> {
     for end in ENDS {
         let marker = LANDMARKS.iter().position(|landmark| *landmark == end).and_then(|index| body.markers[index]);
         let Some(marker) = marker else { continue };
-        for (solid, solid) in body.links[marker.link].solids.iter().enumerate() {
+        for (number, solid) in body.links[marker.link].solids.iter().enumerate() {
             if is_beyond(&marker.point_in_link, solid) {
-                importance[marker.link][solid] = EXTREMITY_IMPORTANCE;
+                importance[marker.link][number] = EXTREMITY_IMPORTANCE;
             }
         }
     }
