@@ -62,7 +62,7 @@ pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
-pub use run::{Destination, Done, Evaluated, draw, evaluate_run, render, run, track_set};
+pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, run, track_set};
 pub use run_place::RunPlace;
 pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use super::error::scenario_error;
 use super::performance::{Performance, Recordings};
-use super::performed::{refit, settle};
+use super::performed::{plant_feet_if_asked, refit};
 use super::{ExperimentError, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
@@ -69,7 +69,7 @@ impl Staged {
         let same_robot = actor_template.is_same_body(&tracker_template);
         let Performance { retargeted: mut performed, seams } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
-        let contact = perform(file, &mut performed)?;
+        let contact = apply_contact(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
@@ -79,7 +79,7 @@ impl Staged {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
                 let mut own = recordings.performed_by(file, robot, &tracker_template)?.retargeted;
                 if check_feet(&own.humanoid).is_ok() {
-                    settle(scenario.actor.contact, &mut own)?;
+                    plant_feet_if_asked(scenario.actor.contact, &mut own)?;
                 }
                 (spread(&body, &own.motion)?, Vec::new())
             }
@@ -158,10 +158,10 @@ fn footless(key: &str, body: &Humanoid) -> Option<String> {
     check_feet(body).err().map(|e| format!("{key}: {e}; contact is not measured"))
 }
 
-/// As [`settle`], but a body that is to be simulated is.
-fn perform(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
+/// As [`plant_feet_if_asked`], but a body that is to be simulated is.
+fn apply_contact(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
     if file.scenario.actor.contact != ContactMode::Simulate {
-        return settle(file.scenario.actor.contact, performed);
+        return plant_feet_if_asked(file.scenario.actor.contact, performed);
     }
     let settings = simulation_settings(file, &performed.humanoid, performed.motion.duration_s())?;
     let simulated = simulate(&performed.humanoid, &performed.motion, &settings)?;
@@ -207,7 +207,7 @@ fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same
     let settings = &file.scenario.tracker_body;
     let body = match same_robot {
         true => actor.clone(),
-        false => template.reshaped(&fit_shape(template, &SegmentLengths::of(actor))),
+        false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(actor))),
     };
     match settings.mismatch.percents() {
         None => body,

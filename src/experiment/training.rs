@@ -5,7 +5,7 @@ use std::path::Path;
 use super::ExperimentError;
 use super::error::scenario_error;
 use super::performance::Recordings;
-use super::performed::{markers, refit, settle};
+use super::performed::{markers, plant_feet_if_asked, refit};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
 use crate::body::Humanoid;
 use crate::scenario::ScenarioFile;
@@ -35,7 +35,7 @@ pub(super) fn load(
     let mut learned = Learned { training: TrainingMotions::default(), sources: Vec::new() };
     for (index, clip) in settings.clips.iter().enumerate() {
         let table = format!("training.clips[{index}]");
-        let unsound = |key: &str, message: String| -> ExperimentError {
+        let scenario_error_at = |key: &str, message: String| -> ExperimentError {
             scenario_error(file, &format!("{table}.{key}"), message)
         };
         if clip.frames_per_second != rate {
@@ -43,7 +43,7 @@ pub(super) fn load(
                 "expected the rate of [motion], {rate} Hz, found {} Hz; motion models depend on the frame rate",
                 clip.frames_per_second
             );
-            return Err(unsound("frames_per_second", message));
+            return Err(scenario_error_at("frames_per_second", message));
         }
         let recordings = Recordings::load(file, &table, clip, mocap_directory)?;
         let sources = recordings.sources();
@@ -54,15 +54,15 @@ pub(super) fn load(
                 source.clip,
                 test.in_words()
             );
-            return Err(unsound("clip", message));
+            return Err(scenario_error_at("clip", message));
         }
         let robot = ("actor.robot", file.scenario.actor.robot.as_str());
         let mut performed = recordings.performed_by(file, robot, actor_template)?.retargeted;
-        settle(file.scenario.actor.contact, &mut performed)?;
+        plant_feet_if_asked(file.scenario.actor.contact, &mut performed)?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {
             let message = format!("expected at least 3 frames to learn from, found {}", motion.poses.len());
-            return Err(unsound("clip", message));
+            return Err(scenario_error_at("clip", message));
         }
         learned.training.motions.push(motion);
         let words: Vec<String> = sources.iter().map(SourceRecording::in_words).collect();

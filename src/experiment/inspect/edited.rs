@@ -95,7 +95,7 @@ pub struct FastestAngle {
 }
 
 impl FastestAngle {
-    fn of(body: &Humanoid, motion: &Motion) -> Option<Self> {
+    fn new(body: &Humanoid, motion: &Motion) -> Option<Self> {
         let steps = motion.poses.windows(2).zip(1..).flat_map(|(pair, frame)| {
             let step = (&pair[1].joint_angles - &pair[0].joint_angles).abs() * motion.frames_per_second;
             step.iter().copied().enumerate().map(move |(angle, speed)| (angle, speed, frame)).collect::<Vec<_>>()
@@ -162,7 +162,7 @@ fn place_of(
 }
 
 fn contact_summary(contacts: &GroundContacts) -> EditedContact {
-    let quality = GroundQuality::of(contacts);
+    let quality = GroundQuality::from_contacts(contacts);
     let slips = contacts.feet.iter().flat_map(|foot| inner_slips(foot, 0..foot.frames.len()));
     EditedContact {
         skate_mm_per_s: quality.skate_mm_per_s,
