@@ -138,7 +138,7 @@ pub fn inspect_scenario(
         takes: staged.sources.iter().map(|source| source.in_words()).collect(),
         seams: staged.seams.iter().map(|seam| seam_summary(seam, contacts.as_ref())).collect(),
         contact: contacts.as_ref().map(contact_summary),
-        fastest: FastestAngle::of(body, &motion),
+        fastest: FastestAngle::new(body, &motion),
         retarget_residual_mm: staged.report.mean_residual_mm,
         limits_hit: hits
             .iter()
