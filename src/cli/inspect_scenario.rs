@@ -43,8 +43,7 @@ fn in_words(s: &EditedSummary) -> String {
         text.push_str(&format!("\n  take      {take}"));
     }
     for seam in &s.seams {
-        let slip =
-            seam.slip_mm_per_s.map_or("no foot stands".to_owned(), |slip| format!("feet slip {slip:.1} mm/s at most"));
+        let slip = seam.slip_mm_per_s.map_or("no foot stands".to_owned(), |slip| format!("feet skate {slip:.1} mm/s"));
         text.push_str(&format!(
             "\n  seam      frames {} to {}, from 0: `{}` to `{}`, {:.0} mm apart, {slip}",
             seam.first, seam.last, seam.from, seam.to, seam.distance_mm
@@ -52,11 +51,11 @@ fn in_words(s: &EditedSummary) -> String {
     }
     if let Some(contact) = &s.contact {
         text.push_str(&format!(
-            "\n  standing  {:.0} % of the frames; feet skate {:.1} mm/s on average, {:.1} at most\n  ground    at most \
+            "\n  standing  {:.0} % of the frames; feet skate {:.1} mm/s on average, {:.1} in the worst stance\n  ground    at most \
              {:.1} mm into it, {:.1} mm above it while standing",
             100.0 * contact.standing,
             contact.skate_mm_per_s,
-            contact.greatest_slip_mm_per_s,
+            contact.worst_stance_mm_per_s,
             contact.penetration_mm,
             contact.float_mm
         ));

@@ -20,8 +20,12 @@ impl Drift {
     pub(super) fn new(seed: u64, index: u64) -> Self {
         let mut rng = stream(seed, Purpose::MotionVariation, 0, 0, index);
         let [shortest, longest] = PERIODS_S;
+        let mut wave = 0.0;
         Self([(); WAVES].map(|()| {
-            let period = shortest * libm::pow(longest / shortest, rng.random::<f64>());
+            // each in a part of the range of its own: waves of nearly the same period would beat
+            let share = (wave + 0.15 + 0.7 * rng.random::<f64>()) / WAVES as f64;
+            wave += 1.0;
+            let period = shortest * libm::pow(longest / shortest, share);
             (TAU / period, TAU * rng.random::<f64>())
         }))
     }

@@ -62,8 +62,7 @@ pub struct SeamSummary {
     pub to: String,
     /// Distance of their poses.
     pub distance_mm: f64,
-    /// Greatest slip of a standing foot in the blend, as [`EditedContact::greatest_slip_mm_per_s`]; `null` where none
-    /// stands.
+    /// Mean speed of standing feet along the ground in the blend; `null` where none stands.
     pub slip_mm_per_s: Option<f64>,
 }
 
@@ -72,9 +71,8 @@ pub struct SeamSummary {
 pub struct EditedContact {
     /// Mean speed of standing feet along the ground.
     pub skate_mm_per_s: f64,
-    /// The greatest within stances, without their first and last two frames: there a speed, which is measured over two
-    /// frames, is that of landing or leaving.
-    pub greatest_slip_mm_per_s: f64,
+    /// The greatest mean over one stance.
+    pub worst_stance_mm_per_s: f64,
     /// Greatest depth of any link under the ground.
     pub penetration_mm: f64,
     /// Greatest height of a standing foot above the ground.
@@ -163,29 +161,28 @@ fn place_of(
 
 fn contact_summary(contacts: &GroundContacts) -> EditedContact {
     let quality = GroundQuality::from_contacts(contacts);
-    let slips = contacts.feet.iter().flat_map(|foot| inner_slips(foot, 0..foot.frames.len()));
+    let stances = contacts
+        .feet
+        .iter()
+        .flat_map(|foot| foot.stances().into_iter().filter_map(|stance| mean_slip(std::slice::from_ref(foot), stance)));
     EditedContact {
         skate_mm_per_s: quality.skate_mm_per_s,
-        greatest_slip_mm_per_s: slips.fold(0.0, f64::max),
+        worst_stance_mm_per_s: stances.fold(0.0, f64::max),
         penetration_mm: quality.penetration_mm,
         float_mm: quality.float_mm,
         standing: quality.standing,
     }
 }
 
-/// Speeds along the ground in some frames of a foot, within its stances, mm/s; see
-/// [`EditedContact::greatest_slip_mm_per_s`].
-fn inner_slips(foot: &ContactTrack, frames: Range<usize>) -> impl Iterator<Item = f64> {
-    let ends = 2;
-    let inner = foot.stances().into_iter().flat_map(move |stance| stance.start + ends..stance.end.saturating_sub(ends));
-    inner.filter(move |frame| frames.contains(frame)).map(|frame| 1000.0 * foot.frames[frame].slip_m_per_s())
+/// Mean speed of standing feet along the ground in some frames, mm/s; `None` where none stands.
+fn mean_slip(feet: &[ContactTrack], frames: Range<usize>) -> Option<f64> {
+    let seen = feet.iter().flat_map(|foot| foot.frames.get(frames.clone()).into_iter().flatten());
+    let slips: Vec<f64> = seen.filter(|f| f.in_contact).map(|f| 1000.0 * f.slip_m_per_s()).collect();
+    (!slips.is_empty()).then(|| slips.iter().sum::<f64>() / slips.len() as f64)
 }
 
 fn seam_summary(seam: &Seam, contacts: Option<&GroundContacts>) -> SeamSummary {
-    let slip = contacts.and_then(|contacts| {
-        let feet = contacts.feet.iter().flat_map(|foot| inner_slips(foot, seam.first..seam.end));
-        feet.max_by(f64::total_cmp)
-    });
+    let slip = contacts.and_then(|contacts| mean_slip(&contacts.feet, seam.first..seam.end));
     SeamSummary {
         first: seam.first,
         last: seam.end.saturating_sub(1),
