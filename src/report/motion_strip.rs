@@ -59,7 +59,7 @@ impl MotionStrip<'_> {
     /// [`ReportError`] when there is nothing to draw.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         let frames = self.motion.poses.len();
-        let shown = frames.min(ACROSS * MOST_ROWS).max(1);
+        let shown = frames.clamp(1, ACROSS * MOST_ROWS);
         let rows = shown.div_ceil(ACROSS) as u32;
         let width = LEFT + ACROSS as u32 * CELL[0] + MARGIN;
         let timeline = 3 * (BAR + 6) + 24;
@@ -161,8 +161,8 @@ mod tests {
             title: "TWO TAKES".into(),
             body: &body,
             motion: &motion,
-            stances: [vec![0..8], vec![8..16]],
-            seams: vec![6..9],
+            stances: [[0..8].to_vec(), [8..16].to_vec()],
+            seams: [6..9].to_vec(),
         };
         let picture = Pixmap::decode_png(&strip.png().unwrap()).unwrap();
         let tone = |x: u32, y: u32| {
