@@ -147,6 +147,8 @@ fn fill(picture: &mut Pixmap, [x, y, width, height]: [f32; 4], tone: [u8; 3]) {
 
 #[cfg(test)]
 mod tests {
+    use std::iter::once;
+
     use super::*;
     use crate::body::shipped;
     use nalgebra::Isometry3;
@@ -161,8 +163,8 @@ mod tests {
             title: "TWO TAKES".into(),
             body: &body,
             motion: &motion,
-            stances: [[0..8].to_vec(), [8..16].to_vec()],
-            seams: [6..9].to_vec(),
+            stances: [once(0..8).collect(), once(8..16).collect()],
+            seams: once(6..9).collect(),
         };
         let picture = Pixmap::decode_png(&strip.png().unwrap()).unwrap();
         let tone = |x: u32, y: u32| {
