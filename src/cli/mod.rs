@@ -8,6 +8,7 @@ mod completions;
 mod evaluate;
 mod inspect;
 mod inspect_contacts;
+mod inspect_scenario;
 mod inspect_words;
 mod interrupt;
 mod manual;
@@ -21,6 +22,7 @@ mod schema;
 mod summary;
 mod track;
 mod train;
+mod verify;
 mod volume;
 
 use std::process::ExitCode;
@@ -65,6 +67,7 @@ enum Command {
     Evaluate(evaluate::Arguments),
     Train(train::Arguments),
     Inspect(inspect::Arguments),
+    Verify(verify::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
 }
@@ -116,6 +119,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
+        Command::Verify(arguments) => verify::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => manual::run(&arguments, line.volume),
     }

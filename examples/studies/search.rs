@@ -1,8 +1,8 @@
 //! What descent on outlines, the search for limbs and a calibrated body find: regenerates `results/search.md` and
 //! `results/search.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_search`, where DIR holds the CMU takes that `takes.rs` names and
-//! their skeletons. Three seeds, or as many as `SKIAGRAPH_SEEDS` says. What was measured is kept in
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`, where DIR holds the CMU takes that `takes.rs`
+//! names and their skeletons. Three seeds, or as many as `SKIAGRAPH_SEEDS` says. What was measured is kept in
 //! `runs/search/outcomes.jsonl`, so that a study that was stopped goes on where it was; remove that file after a change
 //! of the program. With `SKIAGRAPH_PAGE=1` nothing is measured, and the page is written from what is known. With
 //! `SKIAGRAPH_TUNE=SETTINGS` the tuning takes are tracked with these settings (lines of
@@ -63,7 +63,7 @@ fn cases(condition: Condition, bodies: &'static str) -> Vec<Case<'static>> {
     takes.map(|take| Case { take, bodies, condition, most_frames, size_px: SIZE_PX }).collect()
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
         eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's takes and their .asf files");
         return Ok(());
