@@ -51,7 +51,7 @@ mod verify;
 mod views_file;
 
 pub use blind::BlindSet;
-pub use body_file::{from_json as body_from_json, to_json as body_to_json};
+pub use body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json};
 pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
 pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates};

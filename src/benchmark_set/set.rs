@@ -63,8 +63,8 @@ pub struct TruthSet {
     pub refitted: Option<Motion>,
     /// What is known beyond the numbers.
     pub facts: TruthFacts,
-    /// The recording that the actor performs, to detect models that learned from it; `None` in sets without it.
-    pub recording: Option<SourceRecording>,
+    /// The recordings that the actor performs, to detect models that learned from them; none in sets without them.
+    pub recordings: Vec<SourceRecording>,
     /// The cameras that saw the actor, where trackers are told others; `None` where these are the same.
     pub cameras: Option<CameraRig>,
 }
@@ -93,8 +93,8 @@ pub struct SetParts<'a> {
     pub refitted: Option<&'a Motion>,
     /// Facts for reports.
     pub facts: &'a TruthFacts,
-    /// The recording that the actor performs, where it is known.
-    pub recording: Option<&'a SourceRecording>,
+    /// The recordings that the actor performs, where they are known.
+    pub recordings: &'a [SourceRecording],
     /// How the observations differ from the truth.
     pub observed: Observed<'a>,
 }
@@ -125,15 +125,15 @@ impl TruthSet {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
         }
-        let recording = match files.has(recording_file::PATH) {
-            true => recording_file::one_from_npz(&files.read(recording_file::PATH)?)?,
-            false => None,
+        let recordings = match files.has(recording_file::PATH) {
+            true => recording_file::from_npz(recording_file::PATH, &files.read(recording_file::PATH)?)?,
+            false => Vec::new(),
         };
         let cameras = match files.has(cameras_file::TRUTH_PATH) {
             true => Some(cameras_file::from_file(cameras_file::TRUTH_PATH, &files.read(cameras_file::TRUTH_PATH)?)?),
             false => None,
         };
-        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recording, cameras })
+        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recordings, cameras })
     }
 }
 
@@ -189,8 +189,8 @@ impl BenchmarkSet {
         ] {
             files.insert(path.to_string(), bytes);
         }
-        if let Some(recording) = parts.recording {
-            let bytes = recording_file::to_npz(recording_file::PATH, std::slice::from_ref(recording))?;
+        if !parts.recordings.is_empty() {
+            let bytes = recording_file::to_npz(recording_file::PATH, parts.recordings)?;
             files.insert(recording_file::PATH.to_string(), bytes);
         }
         if parts.observed.told_rig.is_some() {
@@ -550,7 +550,7 @@ mod tests {
             ground_truth: &truth.ground_truth,
             refitted: None,
             facts: &truth.facts,
-            recording: None,
+            recordings: &[],
             observed: Observed::default(),
         };
         let refused = |parts: &SetParts<'_>| {

@@ -56,12 +56,11 @@ impl Motion {
         Some(Self { frames_per_second, poses })
     }
 
-    /// The pose at a time, seconds from the first pose, in between as [`Self::resampled`] interpolates; before the first
-    /// pose and after the last it stands still. `None` in an empty motion. The motion must be continuous.
-    pub fn pose_at_time(&self, humanoid: &Humanoid, time_s: f64) -> Option<Pose> {
-        let last = self.poses.len().checked_sub(1)? as f64;
+    /// The pose at a fractional frame number, between frames as in [`Self::resampled`], beyond the ends the first or
+    /// last one; `None` in an empty motion. The motion must be continuous.
+    pub fn at_frame(&self, humanoid: &Humanoid, position: f64) -> Option<Pose> {
         let vectors: Vec<usize> = humanoid.rotation_vectors().collect();
-        self.pose_at((time_s * self.frames_per_second).clamp(0.0, last), &vectors)
+        self.pose_at(position.max(0.0), &vectors)
     }
 
     /// The pose at a fractional frame number; `None` in an empty motion.
@@ -73,6 +72,15 @@ impl Motion {
             Some(next) if share > 1e-9 => Some(between(here, next, share, vectors)),
             _ => Some(here.clone()),
         }
+    }
+}
+
+impl Pose {
+    /// From this pose (share 0) to another (share 1) of the same humanoid: translations and angles linearly, rotations
+    /// (the root's and those of spherical joints) along the shorter arc. A rotation vector is the one nearest to this
+    /// pose's.
+    pub fn blended(&self, to: &Self, share: f64, humanoid: &Humanoid) -> Self {
+        between(self, to, share, &humanoid.rotation_vectors().collect::<Vec<_>>())
     }
 }
 

@@ -171,7 +171,7 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
         ground_truth: &ground_truth,
         refitted: Some(&refitted),
         facts: &staged.facts,
-        recording: Some(&staged.source),
+        recordings: &staged.sources,
         observed: Observed { facts: None, told_rig: staged.told_rig.as_ref() },
     };
     let mut observation = file.scenario.observation.clone();

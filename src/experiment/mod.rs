@@ -13,6 +13,7 @@
 //! ```
 
 mod body_contacts;
+mod calibrating;
 mod check;
 mod clip_file;
 mod comparison;
@@ -32,6 +33,7 @@ mod ownership;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod performance;
 mod performed;
 mod pictures;
 mod place;
@@ -54,8 +56,9 @@ pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, Met
 pub use cost::Cost;
 pub use error::ExperimentError;
 pub use inspect::{
-    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
-    RobotSummary, SetSummary, Spread, StanceSummary, WorstContact, inspect, inspect_contacts,
+    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
+    Inspected, ModelSummary, OneModel, RobotSummary, SeamSummary, SetSummary, Spread, StanceSummary, WorstContact,
+    inspect, inspect_contacts, inspect_scenario,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
@@ -64,7 +67,7 @@ pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
-pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, run, track_set};
+pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, run, track_set, track_set_calibrating};
 pub use run_place::RunPlace;
 pub use scene_check::{ActorPath, CameraView};
 pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};

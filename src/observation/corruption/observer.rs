@@ -71,7 +71,7 @@ impl<'a> CorruptedObserver<'a> {
             None => truth.link_frames.clone(),
             Some(motion) => {
                 let time_s = truth.time_s + timing::offset_s(&self.corruption, self.seed, camera);
-                let pose = motion.pose_at_time(&self.truth.actor, time_s);
+                let pose = motion.at_frame(&self.truth.actor, time_s * motion.frames_per_second);
                 pose.map_or_else(|| truth.link_frames.clone(), |pose| self.truth.actor.link_frames(&pose))
             }
         };
