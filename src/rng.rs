@@ -39,6 +39,8 @@ pub enum Purpose {
     MotionModel = 9,
     /// Poses that a refinement tries.
     Refinement = 10,
+    /// Settings of a sweep that are drawn at random.
+    Sweep = 12,
 }
 
 /// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera, a bootstrap replicate).

@@ -7,12 +7,15 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::scenario_arguments::ScenarioArguments;
+use super::sweep::check_file;
 use super::volume::{Volume, size};
 use super::{CommandError, output};
 use crate::experiment::{CameraView, Cost, ExperimentError, Soundness, check, unusable_files};
-use crate::scenario::{ScenarioError, ScenarioFile, Survey};
+use crate::scenario::{ScenarioError, ScenarioFile, Survey, SweepFile};
 
 /// Check a scenario: list every error, or estimate what a run costs
+///
+/// SCENARIO may also be a sweep file: then its cells are counted, and their time is estimated.
 ///
 /// Reads every file that the scenario names, builds the scene, tests what each camera sees, and tracks for about a
 /// second to estimate the run time.
@@ -31,6 +34,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let mocap = arguments.scenario.mocap_directory();
+    if let Some(sweep) = arguments.scenario.file().filter(|path| SweepFile::is_one(path)) {
+        return check_file(sweep, mocap, arguments.json);
+    }
     let Survey { file, complaints } = arguments.scenario.survey()?;
     let mut errors: Vec<ExperimentError> = complaints.into_iter().map(|c| ScenarioError::from(c).into()).collect();
     match file {
@@ -147,7 +153,7 @@ fn cost_in_words(cost: &Cost) -> String {
     )
 }
 
-fn duration(seconds: f64) -> String {
+pub(super) fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),
         s if s < 120.0 => format!("{s:.0} s"),

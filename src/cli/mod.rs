@@ -13,12 +13,15 @@ mod interrupt;
 mod manual;
 mod output;
 mod output_arguments;
+mod parameters;
 mod progress;
 mod render;
+mod report;
 mod run;
 mod scenario_arguments;
 mod schema;
 mod summary;
+mod sweep;
 mod track;
 mod train;
 mod volume;
@@ -64,6 +67,8 @@ enum Command {
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
     Train(train::Arguments),
+    Sweep(sweep::Arguments),
+    Report(report::Arguments),
     Inspect(inspect::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
@@ -115,6 +120,8 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Track(arguments) => track::run(&arguments, line.volume),
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
+        Command::Sweep(arguments) => sweep::run(&arguments, line.volume),
+        Command::Report(arguments) => report::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => manual::run(&arguments, line.volume),

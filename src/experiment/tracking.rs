@@ -114,7 +114,7 @@ pub fn track(
     models: &mut Models,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
-    let workshop = Workshop { set, truth, watch };
+    let workshop = TrackerFactory { set, truth, watch };
     let mut trackers = Vec::new();
     for seed in seeds {
         let mut tracker = workshop.build(settings, models, *seed)?;
@@ -150,6 +150,20 @@ pub fn track(
     Ok(Tracked { sources, ..Tracked::new(record, set, seeds, estimates) })
 }
 
+/// Learns or reads the motion models that a tracker needs, where `models` does not have them.
+///
+/// # Errors
+/// As [`track`], before the first frame.
+pub(super) fn prepare(
+    set: &BlindSet,
+    settings: &TrackerSettings,
+    truth: Option<&Motion>,
+    models: &mut Models,
+    watch: &dyn Watch,
+) -> Result<(), ExperimentError> {
+    TrackerFactory { set, truth, watch }.build(settings, models, 0).map(drop)
+}
+
 /// What a tracker learned from, in words, one entry a recording.
 fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> Vec<String> {
     let kind = settings.kind();
@@ -161,14 +175,14 @@ fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> 
 }
 
 /// What a tracker may be built from.
-struct Workshop<'a> {
+struct TrackerFactory<'a> {
     set: &'a BlindSet,
     /// One pose of the tracker's body a frame: for oracles alone.
     truth: Option<&'a Motion>,
     watch: &'a dyn Watch,
 }
 
-impl Workshop<'_> {
+impl TrackerFactory<'_> {
     /// Builds a tracker from its settings.
     fn build(
         &self,

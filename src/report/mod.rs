@@ -23,6 +23,7 @@ mod model_page;
 pub mod overlay;
 mod page;
 pub mod plots;
+mod sweep;
 mod verdict;
 
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
@@ -38,4 +39,8 @@ pub use model_distances::{CandidateFrame, FrameDistances};
 pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};
 pub use model_page::model_page;
 pub use page::render;
+pub use sweep::{
+    Choice, Cost, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
+    pareto_front, sweep_markdown, sweep_page,
+};
 pub use verdict::{Verdict, verdict};

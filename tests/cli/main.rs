@@ -7,9 +7,10 @@ mod inspect;
 mod options;
 mod props;
 mod robots;
-mod rooms;
 mod same_numbers;
+mod sandbox;
 mod scenarios;
 #[path = "../support/mod.rs"]
 mod support;
+mod sweep;
 mod train;
