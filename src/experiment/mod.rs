@@ -65,7 +65,7 @@ pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, ru
 pub use run_place::RunPlace;
 pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;
-pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};
+pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track, track_with};
 pub use unfinished::abandon;
 pub use watch::{Stage, Unwatched, Watch};
 

@@ -17,7 +17,7 @@ pub struct DepthImage {
     /// Depth along the camera's z axis of the nearest solid at or beyond the near plane, metres; infinite where there
     /// is none.
     pub depth: Vec<f32>,
-    /// Index of the link whose solid that is, plus 1; 0 where there is none.
+    /// Index of the link whose solid it is, plus 1; 0 where there is none.
     pub part: Vec<u32>,
 }
 

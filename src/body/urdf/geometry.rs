@@ -103,33 +103,33 @@ pub(super) fn solids(
     let visuals: Vec<_> =
         visuals.map(|(node, v)| GeometryElement::new(node, &v.name, &v.origin, &v.geometry)).collect();
     let misses = meshes.misses;
-    let solid = joined(document, &visuals, meshes)?;
+    let solids = joined(document, &visuals, meshes)?;
     if !visuals.is_empty() && meshes.misses == misses {
-        return Ok(solid);
+        return Ok(solids);
     }
     let collisions = nodes("collision").zip(&link.collision);
     let collisions: Vec<_> =
         collisions.map(|(node, c)| GeometryElement::new(node, &c.name, &c.origin, &c.geometry)).collect();
     let instead = joined(document, &collisions, meshes)?;
-    Ok(if instead.is_empty() { solid } else { instead })
+    Ok(if instead.is_empty() { solids } else { instead })
 }
 
 /// The geometry of the elements, with the ends of tapered capsules joined.
 fn joined(
     document: &Document<'_>,
-    solids: &[GeometryElement<'_, '_>],
+    elements: &[GeometryElement<'_, '_>],
     meshes: &mut Meshes<'_>,
 ) -> Result<Vec<Solid>, UrdfError> {
-    let mut solid = Vec::with_capacity(solids.len());
+    let mut solids = Vec::with_capacity(elements.len());
     let mut ends: Vec<End<'_, '_>> = Vec::new();
-    for solid in solids {
-        meshes.allowance.take_solid().map_err(|problem| document.refuse(solid.node, problem))?;
-        match solid.taper_end(document)? {
+    for element in elements {
+        meshes.allowance.take_solid().map_err(|problem| document.refuse(element.node, problem))?;
+        match element.taper_end(document)? {
             Some(end) => match ends.iter().position(|e| e.name == end.name) {
-                Some(other) => solid.push(ends.swap_remove(other).join(document, &end)?),
+                Some(other) => solids.push(ends.swap_remove(other).join(document, &end)?),
                 None => ends.push(end),
             },
-            None => solid.extend(solid.solid(document, meshes)?),
+            None => solids.extend(element.solid(document, meshes)?),
         }
     }
     match ends.first() {
@@ -140,7 +140,7 @@ fn joined(
                 end.name, end.side
             ),
         )),
-        None => Ok(solid),
+        None => Ok(solids),
     }
 }
 
