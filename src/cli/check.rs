@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::scenario_arguments::ScenarioArguments;
 use super::sweep::check_file;
-use super::volume::{Volume, size};
+use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
 use crate::experiment::{CameraView, Cost, ExperimentError, Soundness, check, unusable_files};
 use crate::scenario::{ScenarioError, ScenarioFile, Survey, SweepFile};
@@ -151,23 +151,4 @@ fn cost_in_words(cost: &Cost) -> String {
         size(cost.render_memory_bytes),
         size(cost.set_bytes),
     )
-}
-
-pub(super) fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 10.0 => format!("{s:.1} s"),
-        s if s < 120.0 => format!("{s:.0} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn durations_are_told_in_units_that_people_read() {
-        assert_eq!([0.04, 19.7, 300.0, 90_000.0].map(duration), ["0.0 s", "20 s", "5 min", "25.0 h"]);
-    }
 }

@@ -196,6 +196,25 @@ pub enum ExperimentError {
         /// Indices of the others.
         missing: String,
     },
+    /// A cluster's engine refuses, or is not there.
+    #[error("{}: {}", plain(command), plain(detail))]
+    Engine {
+        /// The command.
+        command: String,
+        /// Its own words.
+        detail: String,
+    },
+    /// Jobs of the same sweep are still queued.
+    #[error(
+        "{}: jobs of this sweep are still queued or running ({jobs}); wait for them, or cancel them with scancel",
+        plain(path.display())
+    )]
+    Queued {
+        /// The sweep's folder.
+        path: PathBuf,
+        /// Some of the jobs.
+        jobs: String,
+    },
     /// A command-line argument is invalid.
     #[error("{argument}: {}", plain(detail))]
     Argument {
@@ -228,7 +247,7 @@ impl ExperimentError {
     /// or the disk is full, 1 where a sweep is not complete, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Busy { .. } => 75,
+            Self::Busy { .. } | Self::Queued { .. } => 75,
             // there may be room later
             Self::Output { source, .. }
                 if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) =>
@@ -259,6 +278,7 @@ impl ExperimentError {
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
             Self::OtherPlan { .. } | Self::SweepIncomplete { .. } => true,
+            Self::Engine { .. } | Self::Queued { .. } => true,
             Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
         }
     }

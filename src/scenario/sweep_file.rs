@@ -180,7 +180,7 @@ impl SweepFile {
     ///
     /// # Errors
     /// As [`Self::parse`], except errors of the text.
-    pub fn from_span(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
+    pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
         let file = Self { sweep, origin: origin.to_owned(), folder, text: String::new() };
         file.check()?;
         Ok(file)

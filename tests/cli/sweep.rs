@@ -184,7 +184,7 @@ fn results_that_are_damaged_or_of_another_time_do_not_matter() {
     assert!(room.succeed("sweep run s").stdout.contains("ran 0 cells, 8 had results"));
     // a result that was edited, one that is cut, one of another cell
     let text = fs::read_to_string(&results[0]).unwrap();
-    fs::write(&results[0], text.replacen("\"frames\": 3", "\"frames\": 4", 1)).unwrap();
+    fs::write(&results[0], text.replacen("\"cameras\": ", "\"cameras\": 1", 1)).unwrap();
     fs::write(&results[1], &text.as_bytes()[..100]).unwrap();
     fs::copy(&results[3], &results[2]).unwrap();
     assert_refused(&room, "sweep gather s", 1, &["5 of 8 cells have results"]);
@@ -258,14 +258,14 @@ fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
     room.write("bad.toml", "schema = \"skiagraph.sweep/1\"\nname = \"a\"\n[axes]\nparticles = []\n");
     room.write("budget.toml", "schema = \"skiagraph.sweep/1\"\nname = \"a\"\nbase = \"tiny.toml\"\n[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 7\n[axes]\nparticles = [6, 12]\n");
     for (arguments, words) in [
-        ("tiny.toml partciles=6,12", &["axis partciles", "did you mean `particles`?"][..]),
+        ("tiny.toml partciles=6,12", &["override partciles=6", "did you mean `particles`?"][..]),
         ("tiny.toml particles=6,0", &["particles=0", "at least 1"]),
         ("tiny.toml particles=6,6", &["expected different values, found 6 twice"]),
         ("tiny.toml layers=deep,flat", &["layers=deep", "did you mean tracker.annealed_particle_filter.layers"]),
         ("tiny.toml particles=6,12 --keep particles>99", &["keep", "the grid is empty"]),
         ("tiny.toml particles=6,12 layers=3 --keep partciles>9", &["`partciles` is no axis"]),
         ("tiny.toml particles=6,12 --objective humaneva", &["objective", "did you mean `humaneva_mm`?"]),
-        ("tiny.toml particles=6,12 tracker.annealed_particle_filter.particles=6,13 --zip", &["make the same scenario"]),
+        ("tiny.toml seed=0,1", &["`seed=0` and `seed=1` make the same scenario"]),
         ("bad.toml", &["bad.toml:4: axes.particles", "the grid is empty"]),
         ("budget.toml", &["budget.toml:4", "none of 2 settings has particles x layers = 7"]),
         ("nowhere.toml", &["nowhere.toml", "cannot read"]),

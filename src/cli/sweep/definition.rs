@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::super::CommandError;
 use super::super::output;
+use super::cores::all_cores;
 use super::words::cost_in_words;
 use crate::experiment::ExperimentError;
 use crate::experiment::sweep::{Draft, sweep_cost};
@@ -72,9 +73,9 @@ impl Definition {
                 let scenario = ScenarioFile::open(path, &[])?;
                 let base = Some(path.display().to_string());
                 let sweep = Sweep { base, ..Sweep::named(&scenario.scenario.name) };
-                SweepFile::of(sweep, &path.display().to_string(), PathBuf::new())?
+                SweepFile::new(sweep, &path.display().to_string(), PathBuf::new())?
             }
-            None => SweepFile::of(Sweep::named("walk"), "walk.toml (built in)", PathBuf::new())?,
+            None => SweepFile::new(Sweep::named("walk"), "walk.toml (built in)", PathBuf::new())?,
         };
         let mut sweep = file.sweep.clone();
         for assignment in &assignments {
@@ -127,5 +128,5 @@ pub(in crate::cli) fn check_file(
     json: bool,
 ) -> Result<ExitCode, CommandError> {
     let definition = Definition { file: Some(path.to_owned()), mocap_dir, ..Definition::default() };
-    definition.check(super::run::all_cores(), json)
+    definition.check(all_cores(), json)
 }

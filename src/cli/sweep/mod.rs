@@ -1,12 +1,14 @@
 //! `skiagraph sweep`.
 
 mod cell;
+mod cores;
 mod definition;
 mod gather;
 mod plan;
 mod progress;
 mod run;
 mod status;
+mod submit;
 mod words;
 
 use std::process::ExitCode;
@@ -32,6 +34,7 @@ pub(super) use self::definition::check_file;
                   skiagraph sweep check scenarios/sweeps/particles-layers.toml\n  \
                   skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \
                   skiagraph sweep run sweeps/mine -j 8\n  \
+                  skiagraph sweep submit sweeps/mine --engine slurm --dry-run\n  \
                   skiagraph sweep status sweeps/mine --missing"
 )]
 pub(super) struct Arguments {
@@ -53,6 +56,7 @@ enum Action {
     Cell(cell::Arguments),
     Status(status::Arguments),
     Gather(gather::Arguments),
+    Submit(submit::Arguments),
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
@@ -64,5 +68,6 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         Some(Action::Cell(arguments)) => cell::run(arguments, volume),
         Some(Action::Status(arguments)) => status::run(arguments),
         Some(Action::Gather(arguments)) => gather::run(arguments),
+        Some(Action::Submit(arguments)) => submit::run(arguments),
     }
 }

@@ -8,8 +8,8 @@ use serde_json::json;
 
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
+use super::cores::all_cores;
 use super::definition::Definition;
-use super::run::all_cores;
 use crate::experiment::sweep::Planned;
 
 /// Count the cells of a sweep and estimate its time from a timed sample

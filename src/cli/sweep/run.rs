@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::super::volume::Volume;
 use super::super::{CommandError, output};
+use super::cores::all_cores;
 use super::definition::Definition;
 use super::progress::SweepProgress;
 use super::words::{failures_in_words, ranking};
@@ -144,9 +145,4 @@ fn resumable(error: ExperimentError, root: &Path, volume: Volume) -> ExperimentE
         volume.notes(&[format!("finished cells are kept; resume with skiagraph sweep run {}", root.display())]);
     }
     error
-}
-
-/// As many cells as there are cores, or as `--threads` says.
-pub(super) fn all_cores() -> usize {
-    rayon::current_num_threads()
 }

@@ -1,8 +1,8 @@
 //! Sweeps in words: costs, rankings, failures.
 
-use super::super::check::duration;
 use super::super::output::counted;
 use super::super::summary::number;
+use super::super::volume::duration;
 use crate::experiment::sweep::{SettingSummary, SweepCost, SweepSummary};
 
 /// Failed cells that are told.

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::plan::{Cell, Draft};
+use super::plan::{Cell, Draft, PlanRecord};
 use crate::experiment::ExperimentError;
 use crate::experiment::cost::cost;
 use crate::experiment::staging::Staged;
@@ -58,22 +58,7 @@ struct Sample {
 /// [`ExperimentError`] where a setting of the sample cannot be drawn or tracked, or threads cannot be started.
 pub fn sweep_cost(draft: &Draft, jobs: usize) -> Result<SweepCost, ExperimentError> {
     let record = draft.record();
-    let mut by_weight: Vec<&Cell> = draft.cells.iter().step_by(record.seeds.len().max(1)).collect();
-    by_weight.sort_by_key(|cell| (cell.weight, cell.index));
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    let pool = pool.map_err(|e| ExperimentError::Malformed { path: "threads".into(), detail: e.to_string() })?;
-    let mut samples: Vec<Sample> = Vec::new();
-    for cell in spread(&by_weight) {
-        let file = draft.scenario(cell)?;
-        samples.push(pool.install(|| sample(cell, &file, record.mocap_directory.as_deref()))?);
-    }
-    let cells_s: f64 = draft.cells.iter().map(|cell| between(&samples, cell.weight as f64)).sum();
-    let set_s = samples.iter().map(|sample| sample.set_s).sum::<f64>() / samples.len().max(1) as f64;
-    let core_s = cells_s + set_s * record.sets as f64;
-    let ends = samples
-        .iter()
-        .map(|sample| sample.cell_s)
-        .fold([f64::INFINITY, 0.0], |[low, high], s| [low.min(s), high.max(s)]);
+    let found = core_seconds(&draft.cells, |cell| draft.scenario(cell), record)?;
     Ok(SweepCost {
         schema: "skiagraph.sweep_check/1",
         sound: true,
@@ -82,12 +67,51 @@ pub fn sweep_cost(draft: &Draft, jobs: usize) -> Result<SweepCost, ExperimentErr
         settings: record.settings,
         seeds: record.seeds.len(),
         sets: record.sets,
-        sampled: samples.len(),
-        cell_s: ends,
-        core_s,
+        sampled: found.sampled,
+        cell_s: found.cell_s,
+        core_s: found.core_s,
         jobs,
-        run_s: core_s / jobs.max(1) as f64,
-        models_to_learn: samples.iter().map(|sample| sample.models).sum(),
+        run_s: found.core_s / jobs.max(1) as f64,
+        models_to_learn: found.models,
+    })
+}
+
+/// What some cells cost.
+pub(super) struct CoreSeconds {
+    sampled: usize,
+    cell_s: [f64; 2],
+    /// Seconds of one core for these cells and all sets.
+    pub(super) core_s: f64,
+    models: usize,
+}
+
+/// Seconds of one core for these cells, at least one, and all sets of the plan.
+///
+/// # Errors
+/// As [`sweep_cost`].
+pub(super) fn core_seconds(
+    cells: &[Cell],
+    scenario: impl Fn(&Cell) -> Result<ScenarioFile, ExperimentError>,
+    record: &PlanRecord,
+) -> Result<CoreSeconds, ExperimentError> {
+    let mut by_weight: Vec<&Cell> = cells.iter().collect();
+    by_weight.dedup_by_key(|cell| cell.setting);
+    by_weight.sort_by_key(|cell| (cell.weight, cell.index));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.map_err(|e| ExperimentError::Malformed { path: "threads".into(), detail: e.to_string() })?;
+    let mut samples: Vec<Sample> = Vec::new();
+    for cell in spread(&by_weight) {
+        let file = scenario(cell)?;
+        samples.push(pool.install(|| sample(cell, &file, record.mocap_directory.as_deref()))?);
+    }
+    let cells_s: f64 = cells.iter().map(|cell| between(&samples, cell.weight as f64)).sum();
+    let set_s = samples.iter().map(|sample| sample.set_s).sum::<f64>() / samples.len().max(1) as f64;
+    let times = samples.iter().map(|sample| sample.cell_s);
+    Ok(CoreSeconds {
+        sampled: samples.len(),
+        cell_s: times.fold([f64::INFINITY, 0.0], |[low, high], s| [low.min(s), high.max(s)]),
+        core_s: cells_s + set_s * record.sets as f64,
+        models: samples.iter().map(|sample| sample.models).sum(),
     })
 }
 

@@ -312,16 +312,12 @@ pub(super) fn maps(input: &SweepPageInput) -> (Option<[usize; 2]>, Vec<Map>, boo
         };
         input.settings.iter().filter(fits).filter_map(|p| p.mean).collect()
     };
-    let all: Vec<f64> = kinds
-        .iter()
-        .flat_map(|kind| {
-            lines
-                .iter()
-                .flat_map(move |line| columns.iter().map(move |column| (kind, line, column)))
-                .collect::<Vec<_>>()
-        })
-        .filter_map(|(kind, line, column)| mean(&value(kind, line, column)))
-        .collect();
+    let mut all: Vec<f64> = Vec::new();
+    for kind in &kinds {
+        for line in &lines {
+            all.extend(columns.iter().filter_map(|column| mean(&value(kind, line, column))));
+        }
+    }
     let [least, most] = all.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], v| [l.min(*v), m.max(*v)]);
     let cell = |kind: &String, line: &String, column: &String| {
         let values = value(kind, line, column);
@@ -446,9 +442,7 @@ fn table(input: &SweepPageInput) -> Vec<Row<'_>> {
     let front = pareto_front(&input.settings, Cost::Evaluations, input.objective);
     let best = cheapest_within(&input.settings, Cost::Evaluations, input.objective, 0.0).map(|choice| choice.best);
     let unit = input.objective.unit;
-    let row = |(at, point): (usize, &'_ SweepPoint)| -> (usize, String) {
-        (at, point.mean.map_or("-".to_owned(), |mean| number(mean, unit)))
-    };
+    let row = |(at, point): (usize, &SweepPoint)| (at, point.mean.map_or("-".to_owned(), |mean| number(mean, unit)));
     let texts: Vec<(usize, String)> = input.settings.iter().enumerate().take(ROWS).map(row).collect();
     texts
         .into_iter()
