@@ -24,6 +24,7 @@ mod summary;
 mod sweep;
 mod track;
 mod train;
+mod verify;
 mod volume;
 
 use std::process::ExitCode;
@@ -70,6 +71,7 @@ enum Command {
     Sweep(sweep::Arguments),
     Report(report::Arguments),
     Inspect(inspect::Arguments),
+    Verify(verify::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
 }
@@ -123,6 +125,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Sweep(arguments) => sweep::run(&arguments, line.volume),
         Command::Report(arguments) => report::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
+        Command::Verify(arguments) => verify::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => manual::run(&arguments, line.volume),
     }

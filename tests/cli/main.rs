@@ -14,3 +14,4 @@ mod scenarios;
 mod support;
 mod sweep;
 mod train;
+mod verify;

@@ -264,7 +264,7 @@ fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
         ("tiny.toml layers=deep,flat", &["layers=deep", "did you mean tracker.annealed_particle_filter.layers"]),
         ("tiny.toml particles=6,12 --keep particles>99", &["keep", "the grid is empty"]),
         ("tiny.toml particles=6,12 layers=3 --keep partciles>9", &["`partciles` is no axis"]),
-        ("tiny.toml particles=6,12 --objective humaneva", &["objective", "did you mean `humaneva_mm`?"]),
+        ("tiny.toml particles=6,12 --objective humaneva_m", &["objective", "did you mean `humaneva_mm`?"]),
         ("tiny.toml seed=0,1", &["`seed=0` and `seed=1` make the same scenario"]),
         ("bad.toml", &["bad.toml:4: axes.particles", "the grid is empty"]),
         ("budget.toml", &["budget.toml:4", "none of 2 settings has particles x layers = 7"]),

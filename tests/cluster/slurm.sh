@@ -28,9 +28,9 @@ pids=()
 finish() {
   code=$?
   timeout 10 scancel --user=root >/dev/null 2>&1 && sleep 1 || true
-  # only what this script has started, by its number; their children first
+  # only what this script has started, by its number; nodes die with their process namespaces
   for pid in "${pids[@]:-}"; do
-    [ -n "$pid" ] && { pkill -KILL -P "$pid" 2>/dev/null || true; kill -KILL "$pid" 2>/dev/null || true; }
+    [ -n "$pid" ] && { kill -KILL "$pid"; wait "$pid"; } 2>/dev/null || true
   done
   if [ "$code" != 0 ]; then
     for log in "$room"/*.log "$room"/sweep/log/*.txt; do
@@ -89,10 +89,12 @@ mkdir -p "$room/state" "$room/spool.n1" "$room/spool.n2"
 export SLURM_CONF="$room/slurm.conf"
 slurmctld -D -c -f "$SLURM_CONF" > "$room/slurmctld.log" 2>&1 &
 pids+=($!)
-slurmd -D -N n1 -f "$SLURM_CONF" > "$room/slurmd.n1.log" 2>&1 &
+# a node that can be killed: in a process namespace of its own, all of which dies with its first process
+unshare --pid --fork --kill-child --mount-proc true 2>/dev/null || skip "no process namespaces here (unshare)"
+unshare --pid --fork --kill-child --mount-proc slurmd -D -N n1 -f "$SLURM_CONF" > "$room/slurmd.n1.log" 2>&1 &
 node1=$!
 pids+=("$node1")
-slurmd -D -N n2 -f "$SLURM_CONF" > "$room/slurmd.n2.log" 2>&1 &
+unshare --pid --fork --kill-child --mount-proc slurmd -D -N n2 -f "$SLURM_CONF" > "$room/slurmd.n2.log" 2>&1 &
 pids+=($!)
 for _ in $(seq 100); do [ "$(sinfo -h -t idle -o %D 2>/dev/null)" = 2 ] && break; sleep 0.3; done
 [ "$(sinfo -h -t idle -o %D)" = 2 ] || { echo "the nodes do not come up" >&2; sinfo >&2 || true; exit 1; }
@@ -104,7 +106,7 @@ schema = "skiagraph.scenario/1"
 name = "tiny"
 [motion]
 clip = "embedded:walk"
-last_frame = 11
+last_frame = 25
 [rig.ring]
 radius_m = 3.5
 size_px = [160, 120]
@@ -131,20 +133,16 @@ for _ in $(seq 300); do
   [ "$(find "$room/sweep/results" -name '*.json' 2>/dev/null | wc -l)" -ge 4 ] && break
   sleep 0.2
 done
-done_before=$(find "$room/sweep/results" -name '[0-9a-f]*.json' | wc -l)
-# its tasks are known by their environment, its step daemons are the parents of the batch scripts
-lost=""
-for environ in /proc/[0-9]*/environ; do
-  pid=$(basename "$(dirname "$environ")")
-  variables=$(tr '\0' '\n' < "$environ" 2>/dev/null || true)
-  if grep -qx "SLURMD_NODENAME=n1" <<< "$variables" && grep -qxF "SLURM_CONF=$SLURM_CONF" <<< "$variables"; then
-    parent=$(ps -o ppid= -p "$pid" | tr -d ' ' || true)
-    [ -n "$parent" ] && [ "$(ps -o comm= -p "$parent" || true)" = slurmstepd ] && lost="$lost $parent"
-    lost="$lost $pid"
-  fi
+on_node=""
+for _ in $(seq 200); do
+  on_node=$(squeue -h -t running --nodelist=n1 -o %i | tr "\n" " ")
+  [ -n "$on_node" ] && break
+  sleep 0.1
 done
-kill -KILL "$node1" $lost 2>/dev/null || true
-echo "killed node n1 after $done_before of 24 cells, with $(echo $lost | wc -w) processes of its tasks"
+[ -n "$on_node" ] || { echo "nothing runs on node n1: nothing is tested" >&2; exit 1; }
+done_before=$(find "$room/sweep/results" -name '[0-9a-f]*.json' | wc -l)
+kill -KILL "$node1"
+echo "killed node n1 with all its tasks after $done_before of 24 cells; on it: $on_node"
 
 for _ in $(seq 600); do [ -f "$room/sweep/runs.csv" ] && break; sleep 0.4; done
 [ -f "$room/sweep/runs.csv" ] || { echo "the closer has not gathered" >&2; squeue >&2; sinfo >&2; exit 1; }
