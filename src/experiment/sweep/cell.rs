@@ -68,10 +68,10 @@ pub(super) fn run_shared(
     let results = Results::of(sweep);
     let wants_report = options.report || sweep.plan.reports;
     let has_report = !wants_report || sweep.root.join(REPORTS).join(&cell.cell).exists();
-    if let Some(record) = results.get(&cell.cell).filter(|_| !options.again) {
-        if has_report || record.status == Status::Failed {
-            return Ok(CellDone { record, cached: true });
-        }
+    if let Some(record) = results.get(&cell.cell).filter(|_| !options.again)
+        && (has_report || record.status == Status::Failed)
+    {
+        return Ok(CellDone { record, cached: true });
     }
     let quiet = Quiet(watch);
     let work = Work { sweep, cell, report: wants_report, watch: &quiet };

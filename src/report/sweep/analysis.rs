@@ -1,6 +1,6 @@
 //! What a sweep says: fronts, choices, effects.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::input::SweepPoint;
 use crate::evaluation::{Direction, Interval, Metric, ValueRange, mean, mean_interval};
@@ -83,17 +83,17 @@ pub fn cheapest_within(points: &[SweepPoint], cost: Cost, metric: &Metric, withi
         .filter_map(|(at, point)| Some((at, cost.of(point)?, badness(point.mean?, metric))))
         .collect();
     let (best, _, least) = known.iter().copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let cheapest = |fits: &dyn Fn(usize, f64) -> bool| {
-        let fitting = known.iter().filter(|(at, _, bad)| fits(*at, *bad));
-        fitting.min_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2))).map(|(at, ..)| *at)
-    };
-    let by_mean = cheapest(&|_, bad| bad <= least + within)?;
+    // the upper end of an interval is no lower than the mean: others need not be tried
+    let mut close: Vec<(usize, f64, f64)> = known.into_iter().filter(|(.., bad)| *bad <= least + within).collect();
+    close.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
+    let by_mean = close.first()?.0;
     let has_intervals = points[best].values.len() >= 2;
     let surely = |at: usize| {
         let ends = difference(&points[at].values, &points[best].values, metric);
         at == best || ends.is_some_and(|ends| ends.high <= within)
     };
-    Some(Choice { best, by_mean, surely: has_intervals.then(|| cheapest(&|at, _| surely(at))).flatten() })
+    let first_sure = || close.iter().map(|(at, ..)| *at).find(|at| surely(*at));
+    Some(Choice { best, by_mean, surely: if has_intervals { first_sure() } else { None } })
 }
 
 /// How much one axis, or two together, matter.
@@ -162,10 +162,12 @@ pub fn effects(points: &[SweepPoint], axes: usize) -> Option<(Vec<Effect>, Vec<E
 /// them.
 pub(super) fn by_value(points: &[SweepPoint], axes: &[usize], means: &[f64]) -> Vec<(Vec<String>, f64, usize)> {
     let mut groups: Vec<(Vec<String>, f64, usize)> = Vec::new();
+    let mut places: HashMap<Vec<String>, usize> = HashMap::new();
     for (point, value) in points.iter().zip(means) {
         let labels: Vec<String> =
             axes.iter().map(|axis| point.labels.get(*axis).cloned().unwrap_or_default()).collect();
-        match groups.iter_mut().find(|(known, ..)| *known == labels) {
+        let place = *places.entry(labels.clone()).or_insert(groups.len());
+        match groups.get_mut(place) {
             Some((_, sum, count)) => {
                 *sum += value;
                 *count += 1;

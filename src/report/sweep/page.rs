@@ -1,5 +1,7 @@
 //! The page.
 
+use std::collections::HashSet;
+
 use serde::Serialize;
 
 use super::analysis::{Choice, Cost, Effect, by_value, cheapest_within, effects, pareto_front};
@@ -18,6 +20,9 @@ const FAILURES: usize = 50;
 const ROWS: usize = 2000;
 /// Heat maps side by side at most; with more the other axes are averaged.
 const MAPS: usize = 9;
+/// Values of an axis of a heat map, and of one that a plot goes along.
+const WIDEST: usize = 40;
+const LONGEST: usize = 200;
 /// Lines of a plot at most.
 const LINES: usize = 6;
 const COLOURS: [Colour; LINES] =
@@ -262,13 +267,9 @@ fn grouping_axis(input: &SweepPageInput) -> Option<usize> {
 
 /// The values of an axis in the order of the plan.
 fn labels(input: &SweepPageInput, axis: usize) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
-    for label in input.settings.iter().filter_map(|point| point.labels.get(axis)) {
-        if !label.is_empty() && !found.contains(label) {
-            found.push(label.clone());
-        }
-    }
-    found
+    let mut seen: HashSet<&str> = HashSet::new();
+    let all = input.settings.iter().filter_map(|point| point.labels.get(axis)).filter(|label| !label.is_empty());
+    all.filter(|label| seen.insert(label)).cloned().collect()
 }
 
 /// Particles over layers where they are axes, else the two numeric axes with the most values.
@@ -290,6 +291,9 @@ fn map_axes(input: &SweepPageInput) -> Option<[usize; 2]> {
 pub(super) fn maps(input: &SweepPageInput) -> (Option<[usize; 2]>, Vec<Map>, bool) {
     let Some(axes) = map_axes(input) else { return (None, Vec::new(), false) };
     let [vertical, horizontal] = axes;
+    if axes.iter().any(|axis| labels(input, *axis).len() > WIDEST) {
+        return (None, Vec::new(), false);
+    }
     let others: Vec<usize> = (0..input.axes.len()).filter(|axis| !axes.contains(axis)).collect();
     let of = |point: &SweepPoint| -> String {
         let words = others.iter().map(|axis| format!("{}={}", input.axes[*axis], point.labels[*axis]));
@@ -368,7 +372,7 @@ fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Result<Vec<Curv
     let mut curves = Vec::new();
     for axis in 0..input.axes.len() {
         let values = sorted(input, axis);
-        if values.len() < 3 || values.iter().any(|value| value.parse::<f64>().is_err()) {
+        if !(3..=LONGEST).contains(&values.len()) || values.iter().any(|value| value.parse::<f64>().is_err()) {
             continue;
         }
         let few = |other: &usize| *other != axis && (2..=LINES).contains(&labels(input, *other).len());
