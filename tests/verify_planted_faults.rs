@@ -69,7 +69,7 @@ fn render(directory: &Path) {
         ground_truth: &truth,
         refitted: Some(&motion),
         facts: &facts,
-        recording: None,
+        recordings: &[],
     };
     let observer = Observer::new(&truth, &rig);
     let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();

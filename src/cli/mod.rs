@@ -8,6 +8,7 @@ mod completions;
 mod evaluate;
 mod inspect;
 mod inspect_contacts;
+mod inspect_scenario;
 mod inspect_words;
 mod interrupt;
 mod manual;

@@ -31,6 +31,7 @@ mod ownership;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod performance;
 mod performed;
 mod place;
 mod placement;
@@ -52,8 +53,9 @@ pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, Met
 pub use cost::Cost;
 pub use error::ExperimentError;
 pub use inspect::{
-    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
-    RobotSummary, SetSummary, Spread, StanceSummary, WorstContact, inspect, inspect_contacts,
+    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
+    Inspected, ModelSummary, OneModel, RobotSummary, SeamSummary, SetSummary, Spread, StanceSummary, WorstContact,
+    inspect, inspect_contacts, inspect_scenario,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};

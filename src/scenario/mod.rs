@@ -36,7 +36,7 @@ pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBody
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, Place};
 pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
-pub use motion::{Axis, MotionSettings, TrainingSettings};
+pub use motion::{Axis, JoinKeys, MotionSettings, TakeSettings, TrainingSettings, VariationSettings};
 pub use props::{PropSettings, PropShape};
 pub use ranges::Problem;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};

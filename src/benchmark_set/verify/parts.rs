@@ -37,7 +37,11 @@ impl Parts {
         let start = Start::from_files(files).map_err(&mut keep).ok();
         manifest::truth_facts(files).map_err(&mut keep).ok();
         if files.has(recording_file::PATH) {
-            files.read(recording_file::PATH).and_then(|b| recording_file::one_from_npz(&b)).map_err(&mut keep).ok();
+            files
+                .read(recording_file::PATH)
+                .and_then(|b| recording_file::from_npz(recording_file::PATH, &b))
+                .map_err(&mut keep)
+                .ok();
         }
         let cameras = rig.as_ref().map(|rig| rig.cameras.len());
         let truth = cameras.and_then(|cameras| read_truth(files, cameras).map_err(&mut keep).ok());
