@@ -44,7 +44,7 @@ pub enum Purpose {
     /// A body drawn from a population.
     BodyShape = 12,
     /// Settings of a sweep that are drawn at random.
-    Sweep = 12,
+    Sweep = 20,
 }
 
 /// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera, a bootstrap replicate).
