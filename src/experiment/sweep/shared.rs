@@ -48,7 +48,7 @@ impl Shared {
             return Ok(known);
         }
         let set = on_disk(sweep, cell, file, watch)?;
-        let models = Mutex::new(Models::new(file, set.truth.recording.as_ref()));
+        let models = Mutex::new(Models::new(file, &set.truth.recordings));
         let shared = Arc::new(SharedSet { set, models });
         *slot = Arc::downgrade(&shared);
         Ok(shared)
