@@ -41,7 +41,7 @@ fn stage(distortion: Distortion) -> Option<Stage> {
     let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
     let truth = GroundTruth::from_motion(actor.clone(), &motion, &rig).ok()?;
     let training = Training::none(&actor);
-    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), training } })
+    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false } })
 }
 
 impl Stage {

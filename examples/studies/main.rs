@@ -27,7 +27,7 @@ const STUDIES: [(&str, &str, Study); 7] = [
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
     ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
     ("s1", "learned motion models with one camera: results/s1.md", s1::study),
-    ("search", "descent on contours and the search for limbs: results/search.md", search::study),
+    ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
     (
         "tune_s1",

@@ -20,7 +20,8 @@ pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
 /// A set of a motion of the test person.
 pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
     let truth = GroundTruth::from_motion(person(), motion, &rig()).unwrap();
-    let start = Start { body: person(), pose: motion.poses[0].clone(), training: Training::none(&person()) };
+    let start =
+        Start { body: person(), pose: motion.poses[0].clone(), training: Training::none(&person()), calibrate: false };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "small",

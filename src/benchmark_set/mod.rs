@@ -49,7 +49,7 @@ mod truth_file;
 mod verify;
 
 pub use blind::BlindSet;
-pub use body_file::{from_json as body_from_json, to_json as body_to_json};
+pub use body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json};
 pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
 pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates};

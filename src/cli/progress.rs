@@ -38,6 +38,7 @@ impl Progress {
 fn name(stage: Stage) -> &'static str {
     match stage {
         Stage::Render => "rendering",
+        Stage::Calibrate => "calibrating",
         Stage::Track => "tracking",
         Stage::Evaluate => "measuring",
         Stage::Learn => "learning",

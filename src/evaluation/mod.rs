@@ -22,6 +22,7 @@ mod contact_f1;
 mod contact_fixture;
 mod coverage;
 mod derivatives;
+mod ellipsoids;
 mod energy_gap;
 mod evaluate;
 #[cfg(test)]

@@ -17,7 +17,7 @@ use crate::report::ReportError;
 use crate::retarget::RetargetError;
 use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::scene::SceneError;
-use crate::tracker::{SettingError, TrackError};
+use crate::tracker::{CalibrationError, SettingError, TrackError};
 
 /// Errors of experiments. Every message names the problem, the place, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +80,9 @@ pub enum ExperimentError {
     /// Tracking failed.
     #[error(transparent)]
     Track(#[from] TrackError),
+    /// The tracker's body cannot be calibrated.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// Nothing can be measured.
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
@@ -272,7 +275,12 @@ impl ExperimentError {
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
             Self::Contact(_) | Self::Physics(_) => false,
             Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
-            Self::Learning(_) | Self::NoTraining | Self::Track(_) | Self::Evaluation(_) | Self::Report(_) => false,
+            Self::Learning(_)
+            | Self::NoTraining
+            | Self::Track(_)
+            | Self::Calibration(_)
+            | Self::Evaluation(_)
+            | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
             Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,

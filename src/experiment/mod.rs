@@ -13,6 +13,7 @@
 //! ```
 
 mod body_contacts;
+mod calibrating;
 mod check;
 mod clip_file;
 mod comparison;
@@ -64,7 +65,7 @@ pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
-pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, run, track_set};
+pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, run, track_set, track_set_calibrating};
 pub use run_place::RunPlace;
 pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;

@@ -138,7 +138,7 @@ fn report_runs<'a>(tracked: &'a Tracked, measures: &'a Measures) -> Vec<ReportRu
     let runs = measures.runs().into_iter().zip(&measures.seeds).enumerate();
     runs.map(|(index, (run, seed))| ReportRun {
         run,
-        truth_energy: &measures.truth_energy,
+        truth_energy: &seed.truth_energy,
         estimate_energy: &seed.energy,
         layers: searched(index).map(|record| record.layers.as_slice()).collect(),
         occupancy: searched(index).map(|record| record.occupancy.as_slice()).collect(),
@@ -198,7 +198,10 @@ fn sheet<'a>(
                 seed: measures.seeds[run].seed,
                 frame,
                 observed: set.blind.observation(frame)?.silhouettes,
-                estimated: tracked.estimates.sequences[run].pose(frame).map(|pose| painters.silhouettes(pose)),
+                estimated: tracked.estimates.sequences[run].pose(frame).map(|pose| {
+                    let body = tracked.estimates.body(run, &set.blind.start.body);
+                    painters.silhouettes(body, pose)
+                }),
                 truth: set.truth.ground_truth.frames[frame].markers,
                 estimate: measures.seeds[run].markers[frame],
             })
@@ -255,6 +258,11 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
         let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());
         let settings = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value))).collect();
         groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
+    }
+    for (report, seed) in tracked.record.iter().flat_map(|record| &record.calibration).zip(&tracked.estimates.seeds) {
+        let decided = [("decision".to_owned(), report.in_words())];
+        let facts = decided.into_iter().chain(report.numbers_in_words()).collect();
+        groups.push(FactGroup { title: format!("Calibration of the tracker's body, seed {seed}"), facts });
     }
     if !tracked.estimates.notes.is_empty() {
         let notes = tracked.estimates.notes.iter().map(|note| ("note", note.clone())).collect();

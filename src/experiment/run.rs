@@ -14,7 +14,7 @@ use super::place::write_synced;
 use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
-use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
@@ -118,9 +118,25 @@ pub fn track_set(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
+    track_set_calibrating(set, settings, seeds, None, to, watch)
+}
+
+/// As [`track_set`]; `calibrate` says whether the tracker calibrates its body, whatever the set says of it.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn track_set_calibrating(
+    set: &Path,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    calibrate: Option<bool>,
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<Tracked, ExperimentError> {
     Inputs::of_set(set, settings).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
-    let blind = BlindSet::read(set)?;
+    let mut blind = BlindSet::read(set)?;
+    blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
     let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
@@ -155,7 +171,9 @@ pub fn evaluate_run(
 ) -> Result<Evaluated, ExperimentError> {
     let whole = BenchmarkSet::read(set)?;
     let listing = Listing::read(run);
-    let is_ours = [TRACK_FILE, POSES_FILE, SEARCH_FILE].iter().all(|name| listing.holds(run, name));
+    let bodies = run.join(BODIES_FILE).exists().then_some(BODIES_FILE);
+    let ours = [TRACK_FILE, POSES_FILE, SEARCH_FILE].into_iter().chain(bodies);
+    let is_ours = ours.into_iter().all(|name| listing.holds(run, name));
     let place = match out {
         Some(out) => out.to_owned(),
         None if is_ours => run.to_owned(),

@@ -116,7 +116,7 @@ impl Staged {
         Ok(Self {
             clip: recordings.name(),
             rig,
-            start: Start { body, pose, training },
+            start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
             sources: recordings.sources(),
             seams,
             training_sources,

@@ -9,6 +9,8 @@ pub enum Stage {
     Render,
     /// A motion model is learned from frames.
     Learn,
+    /// The first frames are tracked, to calibrate the tracker's body.
+    Calibrate,
     /// Frames are tracked.
     Track,
     /// Frames are measured.
