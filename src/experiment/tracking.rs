@@ -206,7 +206,7 @@ pub(super) fn prepare(
     models: &mut Models,
     watch: &dyn Watch,
 ) -> Result<(), ExperimentError> {
-    TrackerFactory { set, truth, watch }.build(settings, models, 0).map(drop)
+    TrackerFactory { set, truth, watch }.build(settings, models, &Beginning::of_set(set), 0).map(drop)
 }
 
 /// What a tracker learned from, in words, one entry a recording.
