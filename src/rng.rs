@@ -45,6 +45,8 @@ pub enum Purpose {
     BodyShape = 12,
     /// Looks of a scene and noise of a sensor.
     Imaging = 13,
+    /// Settings of a sweep that are drawn at random.
+    Sweep = 20,
 }
 
 /// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera, a bootstrap replicate).

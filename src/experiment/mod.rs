@@ -44,6 +44,7 @@ mod run_place;
 mod scene_check;
 mod segmenting;
 mod staging;
+pub mod sweep;
 mod tracking;
 mod training;
 mod unfinished;

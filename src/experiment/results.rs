@@ -99,21 +99,7 @@ impl Results {
     /// [`ExperimentError`] if an observation cannot be read again or the report cannot be drawn.
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Result<Self, ExperimentError> {
         let facts = facts(set, tracked, measures.segmentation.as_ref());
-        let searched = |seed: usize| tracked.search.get(seed).into_iter().flatten();
-        let runs: Vec<ReportRun<'_>> = measures
-            .runs()
-            .into_iter()
-            .zip(&measures.seeds)
-            .enumerate()
-            .map(|(index, (run, seed))| ReportRun {
-                run,
-                truth_energy: &seed.truth_energy,
-                estimate_energy: &seed.energy,
-                layers: searched(index).map(|record| record.layers.as_slice()).collect(),
-                occupancy: searched(index).map(|record| record.occupancy.as_slice()).collect(),
-                stances: &seed.stances,
-            })
-            .collect();
+        let runs = report_runs(tracked, measures);
         let sheet = sheet(set, tracked, measures)?;
         let tracker = tracker_in_words(tracked);
         let input = ReportInput {
@@ -137,6 +123,34 @@ impl Results {
         ]);
         Ok(Self { record, files })
     }
+}
+
+/// The verdict on a run, as its report has it.
+pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
+    verdict(&ReportInput {
+        title: &set.blind.name,
+        tracker: "",
+        matched: set.truth.facts.matched,
+        facts: &[],
+        runs: &report_runs(tracked, measures),
+        summary: &measures.summary,
+        frozen: Some(&measures.frozen),
+        sheet: None,
+    })
+}
+
+fn report_runs<'a>(tracked: &'a Tracked, measures: &'a Measures) -> Vec<ReportRun<'a>> {
+    let searched = |seed: usize| tracked.search.get(seed).into_iter().flatten();
+    let runs = measures.runs().into_iter().zip(&measures.seeds).enumerate();
+    runs.map(|(index, (run, seed))| ReportRun {
+        run,
+        truth_energy: &seed.truth_energy,
+        estimate_energy: &seed.energy,
+        layers: searched(index).map(|record| record.layers.as_slice()).collect(),
+        occupancy: searched(index).map(|record| record.occupancy.as_slice()).collect(),
+        stances: &seed.stances,
+    })
+    .collect()
 }
 
 fn record(

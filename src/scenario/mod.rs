@@ -26,6 +26,8 @@ mod ranges;
 mod read;
 mod rig;
 mod survey;
+mod sweep_file;
+mod template;
 mod tracker;
 mod tracker_kind;
 mod tree;
@@ -40,6 +42,8 @@ pub use ranges::Problem;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};
+pub use sweep_file::{Axis as SweepAxis, AxisValue, Budget, Expansion, Sweep, SweepFile, SweepTag, as_toml};
+pub use template::ScenarioTemplate;
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };

@@ -15,5 +15,6 @@ mod scenarios;
 mod segment;
 #[path = "../support/mod.rs"]
 mod support;
+mod sweep;
 mod train;
 mod verify;
