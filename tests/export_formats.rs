@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use skiagraph::benchmark_set::{
-    BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetParts, Start, Training, TruthFacts, export,
+    BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, Observed, SetParts, Start, Training, TruthFacts, export,
 };
 use skiagraph::body::{Humanoid, Motion, shipped};
 use skiagraph::camera::{
@@ -66,7 +66,8 @@ fn write_set(directory: &Path) -> BenchmarkSet {
         ground_truth: &truth,
         refitted: Some(&motion),
         facts: &facts,
-        recording: None,
+        recordings: &[],
+        observed: Observed::default(),
     };
     let observer = Observer::new(&truth, &rig);
     let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();

@@ -23,9 +23,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("body", &["raster", "camera", "rng", "input"]),
     ("retarget", &["body", "mocap", "input"]),
     ("contact", &["body", "raster", "simd", "parallel", "input"]),
+    ("editing", &["contact", "body", "rng", "input"]),
     ("physics", &["contact", "body", "raster", "parallel", "input"]),
     ("scene", &["body", "camera", "parallel", "input"]),
-    ("observation", &["scene", "body", "camera", "raster", "parallel"]),
+    ("observation", &["scene", "body", "camera", "raster", "simd", "rng", "parallel"]),
     ("motion_model", &["body", "simd", "rng"]),
     ("tracker", &["body", "camera", "raster", "observation", "motion_model", "contact", "rng", "parallel"]),
     (
@@ -44,7 +45,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "input",
         ],
     ),
-    ("scenario", &["body", "raster", "benchmark_set", "motion_model", "tracker", "input", "camera"]),
+    ("scenario", &["body", "raster", "observation", "benchmark_set", "motion_model", "tracker", "input", "camera"]),
     ("evaluation", &["body", "raster", "contact", "physics", "rng"]),
     ("report", &["evaluation", "raster", "body", "camera", "tracker"]),
 ];
@@ -61,11 +62,12 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("tar", &["benchmark_set/export"]),
     ("serde_saphyr", &["camera/files"]),
     ("clap", &["cli"]),
+    ("image", &["experiment/pictures.rs"]),
     ("tiny_skia", &["report"]),
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
-    ("rustix", &["experiment/place.rs"]),
+    ("rustix", &["experiment/place.rs", "experiment/sweep/processor_time.rs"]),
     (
         "std::fs",
         &[

@@ -13,6 +13,7 @@
 //! ```
 
 mod body_contacts;
+mod calibrating;
 mod check;
 mod clip_file;
 mod comparison;
@@ -26,20 +27,25 @@ mod measuring;
 mod model_file;
 mod model_training;
 mod nearest_training_pose;
+mod observing;
 mod oracle;
 mod ours;
 mod ownership;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod performance;
 mod performed;
+mod pictures;
 mod place;
 mod placement;
 mod results;
 mod run;
 mod run_place;
 mod scene_check;
+mod segmenting;
 mod staging;
+pub mod sweep;
 mod tracking;
 mod training;
 mod unfinished;
@@ -53,8 +59,9 @@ pub use cost::Cost;
 pub use error::ExperimentError;
 pub use export::{ExportTo, export_set};
 pub use inspect::{
-    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
-    RobotSummary, SetSummary, Spread, StanceSummary, WorstContact, inspect, inspect_contacts,
+    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
+    Inspected, ModelSummary, OneModel, RobotSummary, SeamSummary, SetSummary, Spread, StanceSummary, WorstContact,
+    inspect, inspect_contacts, inspect_scenario,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
@@ -63,9 +70,10 @@ pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
-pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, run, track_set};
+pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, run, track_set, track_set_calibrating};
 pub use run_place::RunPlace;
 pub use scene_check::{ActorPath, CameraView};
+pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track, track_with};
 pub use unfinished::abandon;

@@ -5,20 +5,22 @@ use std::path::Path;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::error::scenario_error;
-use super::performed::{plant_feet_if_asked, refit, retargeted};
-use super::placement::place;
-use super::{ExperimentError, clip_file, training};
+use super::performance::{Performance, Recordings};
+use super::performed::{plant_feet_if_asked, refit};
+use super::{ExperimentError, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraFileFormat, CameraRig, DEFAULT_NEAR, RingParameters, read_cameras};
 use crate::contact::check_feet;
+use crate::editing::Seam;
 use crate::input::{self, excerpt, limits};
 use crate::motion_model::{Prediction, ProposalScales};
+use crate::observation::{Corruption, told_rig, told_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
-    CameraFileSettings, CameraSettings, ContactMode, Mismatch, PropSettings, PushSettings, RingSettings, ScenarioFile,
-    did_you_mean,
+    CameraFileSettings, CameraSettings, ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings,
+    RingSettings, ScenarioFile, VariationSettings, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -30,12 +32,16 @@ const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;
 pub struct Staged {
     /// Whose motion, in words.
     pub clip: String,
-    /// The cameras.
+    /// The true cameras.
     pub rig: CameraRig,
+    /// The cameras that a tracker is told, where they differ from the true ones.
+    pub told_rig: Option<CameraRig>,
     /// The truth, frame by frame.
     pub ground_truth: GroundTruth,
-    /// Which frames of which file the actor performs.
-    pub source: SourceRecording,
+    /// Which frames of which files the actor performs.
+    pub sources: Vec<SourceRecording>,
+    /// Where takes were joined.
+    pub seams: Vec<Seam>,
     /// The same of every training motion.
     pub training_sources: Vec<SourceRecording>,
     /// What the tracker is told.
@@ -57,31 +63,24 @@ impl Staged {
     /// [`ExperimentError`] that names the file, line or key.
     pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let scenario = &file.scenario;
-        let clip_file::Recording { clip, source } = clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
+        let recordings = Recordings::load(file, "motion", &scenario.motion, mocap_directory)?;
         let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
-        let recording = ("motion.clip", scenario.motion.clip.as_str());
         let tracker_template = match scenario.actor.robot == scenario.tracker_body.robot {
             true => actor_template.clone(),
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
         let same_robot = actor_template.is_same_body(&tracker_template);
-        let mut performed =
-            retargeted(file, recording, ("actor.robot", &scenario.actor.robot), &clip, &actor_template)?;
-        place(&mut performed.motion, &scenario.motion).map_err(|e| scenario_error(file, "motion.heading_deg", e))?;
+        let Performance { retargeted: mut performed, seams } =
+            recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         let contact = apply_contact(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
-        let learned = training::load(file, mocap_directory, &actor_template, &body, &source)?;
+        let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
             None if same_robot => (spread(&body, &performed.motion)?, Vec::new()),
             None => {
-                let mut own = retargeted(
-                    file,
-                    recording,
-                    ("tracker_body.robot", &scenario.tracker_body.robot),
-                    &clip,
-                    &tracker_template,
-                )?;
+                let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
+                let mut own = recordings.performed_by(file, robot, &tracker_template)?.retargeted;
                 if check_feet(&own.humanoid).is_ok() {
                     plant_feet_if_asked(scenario.actor.contact, &mut own)?;
                 }
@@ -102,7 +101,12 @@ impl Staged {
         let Some(pose) = refitted.poses.first().cloned() else {
             return Err(scenario_error(file, "motion", "expected at least one frame, found none".to_owned()));
         };
+        let scenario_observation = &scenario.observation;
+        let (corruption, seed) = (&scenario_observation.corruption, u64::from(scenario_observation.seed));
+        let pose = told_start(&body, &pose, corruption, seed);
+        let told_rig = corruption.changes_cameras().then(|| told_rig(&rig, corruption, seed));
         let mut notes = performed.report.notes.clone();
+        notes.extend(lens_without_effect(corruption, &rig));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
         notes.extend(actor_template.notes.iter().map(|note| format!("actor.robot: {note}")));
         if !same_robot {
@@ -118,10 +122,12 @@ impl Staged {
             ));
         }
         Ok(Self {
-            clip: clip.name,
+            clip: recordings.name(),
             rig,
-            start: Start { body, pose, training },
-            source,
+            told_rig,
+            start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
+            sources: recordings.sources(),
+            seams,
             training_sources,
             refitted,
             report: performed.report,
@@ -130,6 +136,7 @@ impl Staged {
                 matched,
                 mismatch: if matched { String::new() } else { mismatch_in_words(file) },
                 contact,
+                observation_seed: (!scenario_observation.is_exact()).then_some(scenario_observation.seed),
             },
             notes,
             ground_truth,
@@ -205,6 +212,13 @@ fn simulation_settings(
     })
 }
 
+/// What to tell a user whose cameras have no lens to ignore.
+fn lens_without_effect(corruption: &Corruption, rig: &CameraRig) -> Option<String> {
+    let ideal = rig.cameras.iter().all(|camera| camera.distortion.is_none());
+    let note = "observation.corruption.lens_ignored: no camera's lens distorts, so that nothing changes";
+    (corruption.lens_ignored != 0.0 && ideal).then(|| note.to_owned())
+}
+
 /// The tracker's body: scaled to the subject that the actor was scaled to, then made wrong.
 fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same_robot: bool) -> Humanoid {
     let settings = &file.scenario.tracker_body;
@@ -212,12 +226,17 @@ fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same
         true => actor.clone(),
         false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(actor))),
     };
-    match settings.mismatch.percents() {
+    let body = match settings.mismatch.percents() {
         None => body,
         Some((length, girth)) => {
             let seed = u64::from(settings.seed);
             body.reshaped(&BodyShape::random_mismatch(&body, seed, length / 100.0, girth / 100.0))
         }
+    };
+    let observation = &file.scenario.observation;
+    match observation.corruption.wrong_body_percent / 100.0 {
+        0.0 => body,
+        share => body.reshaped(&BodyShape::random_mismatch(&body, u64::from(observation.seed), share, share)),
     }
 }
 
@@ -354,8 +373,34 @@ fn motion_in_words(file: &ScenarioFile) -> String {
         }
     };
     let repeated = motion.loop_to_s.map(|s| format!(", repeated to {s} s")).unwrap_or_default();
+    let edits = edits_in_words(motion);
     let source = if motion.source.is_empty() { String::new() } else { format!(" ({})", motion.source) };
-    format!("{}{frames}{repeated}{source}", motion.clip)
+    format!("{}{frames}{repeated}{edits}{source}", motion.clip)
+}
+
+/// What was done to a recording beyond cutting and repeating it.
+fn edits_in_words(motion: &MotionSettings) -> String {
+    let mut words = String::new();
+    if motion.mirror {
+        words += ", mirrored";
+    }
+    if let Some(speed) = motion.speed {
+        words += &format!(", {speed} times as fast");
+    }
+    for take in &motion.then {
+        words += &format!(", then {}", take.clip);
+    }
+    if let Some(v) = &motion.variation {
+        let VariationSettings { seed, tempo_percent, amplitude_percent, posture_deg } = v;
+        words += &format!(
+            ", varied (seed {seed}: tempo {tempo_percent} %, amplitude {amplitude_percent} %, posture {posture_deg} \
+             degrees)"
+        );
+    }
+    if !motion.path_m.is_empty() {
+        words += &format!(", along {} waypoints", motion.path_m.len());
+    }
+    words
 }
 
 fn mismatch_in_words(file: &ScenarioFile) -> String {
@@ -367,5 +412,7 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
         let seed = scenario.tracker_body.seed;
         format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}")
     });
-    robots.into_iter().chain(percents).collect::<Vec<_>>().join("; ")
+    let wrong = scenario.observation.corruption.wrong_body_percent;
+    let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
+    robots.into_iter().chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
 }

@@ -30,9 +30,11 @@ mod model_distances;
 mod model_figures;
 mod model_input;
 mod model_page;
+mod motion_strip;
 pub mod overlay;
 mod page;
 pub mod plots;
+mod sweep;
 mod verdict;
 
 pub use animation::write_animation;
@@ -48,5 +50,10 @@ pub use input::{
 pub use model_distances::{CandidateFrame, FrameDistances};
 pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};
 pub use model_page::model_page;
+pub use motion_strip::MotionStrip;
 pub use page::render;
+pub use sweep::{
+    Choice, Cost, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
+    pareto_front, sweep_markdown, sweep_page,
+};
 pub use verdict::{Verdict, verdict};

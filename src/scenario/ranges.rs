@@ -9,6 +9,7 @@ use super::{
 };
 use crate::input::excerpt;
 use crate::motion_model::MotionModelError;
+use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
 use crate::tracker::{FilterSettings, RefinementSettings, SettingError, SilhouetteSettings};
 
 /// An invalid value.
@@ -31,6 +32,8 @@ const MOST_SEEDS: u32 = 100_000;
 const MOST_CLIPS: usize = 1_000;
 const MOST_PROPS: usize = 1_000;
 const MOST_CAMERAS: usize = 64;
+const MOST_TAKES: usize = 200;
+const MOST_WAYPOINTS: usize = 10_000;
 const MOST_METHODS: usize = 64;
 /// Greatest coordinate, metres.
 const FARTHEST: f64 = 1e4;
@@ -56,6 +59,9 @@ impl Scenario {
             at_most("training.clips", training.clips.len(), MOST_CLIPS, "recordings")?;
             for (i, clip) in training.clips.iter().enumerate() {
                 motion(&format!("training.clips[{i}]"), clip)?;
+                let alone = clip.then.is_empty();
+                let expected = "none: give every recording as [[training.clips]] of its own";
+                require(&format!("training.clips[{i}].then"), alone, expected, "some")?;
             }
         }
         actor(&self.actor)?;
@@ -91,6 +97,7 @@ impl Scenario {
             "at least one camera: [rig.ring], [[rig.file]] or [[rig.camera]]",
             "none",
         )?;
+        observation(&self.observation)?;
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
@@ -107,6 +114,39 @@ impl Scenario {
 }
 
 fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
+    at_most(&format!("{table}.then"), m.then.len(), MOST_TAKES, "takes")?;
+    for (table, take) in m.takes(table) {
+        self::take(&table, &take)?;
+    }
+    within(&format!("{table}.join.blend_s"), m.join.blend_s, 0.02..=5.0)?;
+    within(&format!("{table}.join.within_mm"), m.join.within_mm, 0.0..=10_000.0)?;
+    for coordinate in m.start_m.into_iter().flatten() {
+        within(&format!("{table}.start_m"), coordinate, -1000.0..=1000.0)?;
+    }
+    if let Some(heading) = m.heading_deg {
+        within(&format!("{table}.heading_deg"), heading, -360.0..=360.0)?;
+    }
+    at_most(&format!("{table}.path_m"), m.path_m.len(), MOST_WAYPOINTS, "waypoints")?;
+    for coordinate in m.path_m.iter().flatten() {
+        within(&format!("{table}.path_m"), *coordinate, -1000.0..=1000.0)?;
+    }
+    for (key, given) in [("start_m", m.start_m.is_some()), ("heading_deg", m.heading_deg.is_some())] {
+        let placed = given && !m.path_m.is_empty();
+        require(&format!("{table}.{key}"), !placed, "none beside path_m, which begins at its first waypoint", "both")?;
+    }
+    if let Some(v) = &m.variation {
+        within(&format!("{table}.variation.tempo_percent"), v.tempo_percent, 0.0..=20.0)?;
+        within(&format!("{table}.variation.amplitude_percent"), v.amplitude_percent, 0.0..=30.0)?;
+        within(&format!("{table}.variation.posture_deg"), v.posture_deg, 0.0..=20.0)?;
+    }
+    match m.frames {
+        Some(frames) => within(&format!("{table}.frames"), frames, 2..=3_600_000),
+        None => Ok(()),
+    }
+}
+
+/// One recording and the used part of it.
+fn take(table: &str, m: &MotionSettings) -> RangeCheck {
     require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
     if let Some(first) = m.first_frame {
         require(&format!("{table}.first_frame"), first >= 1, "a frame number from 1", first)?;
@@ -120,16 +160,11 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
         ("loop_to_s", m.loop_to_s, 0.01..=3600.0),
         ("metres_per_unit", m.metres_per_unit, 1e-6..=1e3),
         ("source_hz", m.source_hz, 1.0..=10_000.0),
+        ("speed", m.speed, 0.05..=20.0),
     ] {
         if let Some(value) = value {
             within(&format!("{table}.{key}"), value, range)?;
         }
-    }
-    for coordinate in m.start_m.into_iter().flatten() {
-        within(&format!("{table}.start_m"), coordinate, -1000.0..=1000.0)?;
-    }
-    if let Some(heading) = m.heading_deg {
-        within(&format!("{table}.heading_deg"), heading, -360.0..=360.0)?;
     }
     if let Some(hash) = &m.sha256 {
         let sound = hash.len() == 64 && hash.chars().all(|c| c.is_ascii_hexdigit());
@@ -162,6 +197,33 @@ fn actor(a: &ActorSettings) -> RangeCheck {
         "a direction (a vector other than zero)",
         found,
     )
+}
+
+fn observation(o: &ObservationSettings) -> RangeCheck {
+    for axis in &AXES {
+        let (key, strength) = (format!("observation.corruption.{}", axis.name), (axis.strength)(&o.corruption));
+        within(&key, strength, 0.0..=axis.greatest)?;
+        let corrupts = o.silhouette == SilhouetteSource::Corrupted;
+        let expected = "0, or `observation.silhouette = \"corrupted\"`";
+        require(&key, corrupts || !axis.of_masks || strength == 0.0, expected, strength)?;
+    }
+    let images = &o.images;
+    for (key, value, range) in [
+        ("images.clothing_contrast", images.clothing_contrast, 0.0..=255.0),
+        ("images.read_noise", images.read_noise, 0.0..=255.0),
+        ("images.shot_noise", images.shot_noise, 0.0..=100.0),
+        ("images.gain_drift", images.gain_drift, 0.0..=0.9),
+        ("images.offset_drift", images.offset_drift, 0.0..=255.0),
+        ("background.risk", o.background.risk.unwrap_or(1.0), 1e-300..=1e300),
+    ] {
+        within(&format!("observation.{key}"), value, range)?;
+    }
+    within("observation.images.background_frames", images.background_frames, 1..=1000)?;
+    let cleaning = &o.background.cleaning;
+    within("observation.background.cleaning.open_px", cleaning.open_px, 0..=100)?;
+    within("observation.background.cleaning.close_px", cleaning.close_px, 0..=100)?;
+    within("observation.background.cleaning.least_px", cleaning.least_px, 0..=1_000_000)?;
+    Ok(())
 }
 
 fn prop(table: &str, p: &PropSettings) -> RangeCheck {
