@@ -542,6 +542,16 @@ fn in_view_of_the_other_camera_is_found() {
 }
 
 #[test]
+fn pixels_from_the_corner_of_the_image_are_found() {
+    let set = Copy::new();
+    set.array("truth/views.npz", "joints_2d", |values| {
+        let Values::F64(pixels) = values else { panic!() };
+        Values::F64(pixels.iter().map(|x| x + 0.5).collect())
+    });
+    set.found_in_spite_of_good_hashes("projection", "truth/views.npz", &["joints_2d", "OpenCV's formula"]);
+}
+
+#[test]
 fn a_contact_that_was_edited_is_found() {
     let set = Copy::new();
     set.array("truth/contact.npz", "gap", |values| {
