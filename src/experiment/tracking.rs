@@ -195,6 +195,20 @@ fn follow(
     Ok((estimates, timing))
 }
 
+/// Learns or reads the motion models that a tracker needs, where `models` does not have them.
+///
+/// # Errors
+/// As [`track`], before the first frame.
+pub(super) fn prepare(
+    set: &BlindSet,
+    settings: &TrackerSettings,
+    truth: Option<&Motion>,
+    models: &mut Models,
+    watch: &dyn Watch,
+) -> Result<(), ExperimentError> {
+    TrackerFactory { set, truth, watch }.build(settings, models, &Beginning::of_set(set), 0).map(drop)
+}
+
 /// What a tracker learned from, in words, one entry a recording.
 fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> Vec<String> {
     let kind = settings.kind();

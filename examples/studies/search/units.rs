@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use skiagraph::benchmark_set::{BenchmarkSet, SetParts};
+use skiagraph::benchmark_set::{BenchmarkSet, Observed, SetParts};
 use skiagraph::body::{Humanoid, Markers, Pose};
 use skiagraph::experiment::{Measures, Models, Staged, Unwatched, track};
 use skiagraph::observation::Observer;
@@ -180,6 +180,7 @@ impl Case<'_> {
             refitted: Some(&staged.refitted),
             facts: &staged.facts,
             recordings: &[],
+            observed: Observed::default(),
         };
         let observer = Observer::new(&staged.ground_truth, &staged.rig);
         Ok(BenchmarkSet::assemble(&parts, |frame| self.condition.spoil(observer.observe(frame)))?)
