@@ -2,7 +2,7 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetParts, Start, Training, TruthFacts};
+use skiagraph::benchmark_set::{BenchmarkSet, Layer, Observed, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::observation::Observer;
@@ -55,6 +55,7 @@ impl Stage {
             refitted: None,
             facts: &TruthFacts::default(),
             recordings: &[],
+            observed: Observed::default(),
         };
         BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).ok()
     }

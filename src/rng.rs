@@ -43,6 +43,8 @@ pub enum Purpose {
     MotionVariation = 11,
     /// A body drawn from a population.
     BodyShape = 12,
+    /// Looks of a scene and noise of a sensor.
+    Imaging = 13,
     /// Settings of a sweep that are drawn at random.
     Sweep = 20,
 }

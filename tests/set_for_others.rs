@@ -6,7 +6,9 @@ use std::process::Command;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence, Estimates, SetParts, Start, Training, TruthFacts};
+use skiagraph::benchmark_set::{
+    BenchmarkSet, EstimatedSequence, Estimates, Observed, SetParts, Start, Training, TruthFacts,
+};
 use skiagraph::body::{Humanoid, Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::npz::{Array, Npz, Values};
@@ -58,6 +60,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
         refitted: Some(&motion),
         facts: &facts,
         recordings: &[],
+        observed: Observed::default(),
     };
     let observer = Observer::new(&truth, &rig);
     let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
-use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
+use super::{BenchmarkSet, Observed, SetError, SetParts, Start, Training, TruthFacts};
 use crate::body::fixture::{person, walk};
 use crate::body::{
     DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
@@ -31,6 +31,7 @@ pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
         refitted: Some(motion),
         facts: &facts,
         recordings: &[],
+        observed: Observed::default(),
     };
     let rig = rig();
     let observer = Observer::new(&truth, &rig);

@@ -21,6 +21,7 @@ mod report;
 mod run;
 mod scenario_arguments;
 mod schema;
+mod segment;
 mod summary;
 mod sweep;
 mod track;
@@ -68,6 +69,7 @@ enum Command {
     Render(render::Arguments),
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
+    Segment(segment::Arguments),
     Train(train::Arguments),
     Sweep(sweep::Arguments),
     Report(report::Arguments),
@@ -122,6 +124,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Render(arguments) => render::run(&arguments, line.volume),
         Command::Track(arguments) => track::run(&arguments, line.volume),
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
+        Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Sweep(arguments) => sweep::run(&arguments, line.volume),
         Command::Report(arguments) => report::run(&arguments, line.volume),

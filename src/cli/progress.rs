@@ -42,6 +42,7 @@ fn name(stage: Stage) -> &'static str {
         Stage::Track => "tracking",
         Stage::Evaluate => "measuring",
         Stage::Learn => "learning",
+        Stage::Segment => "segmenting",
         Stage::Verify => "verifying",
     }
 }

@@ -11,10 +11,10 @@ use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, RootRotations, SeedRun, Sequence, Summary, evaluate, intersection_over_union,
-    summarise,
+    ContactPair, Energies, Evaluation, MaskQuality, RootRotations, SeedRun, SegmentationQuality, Sequence, Summary,
+    evaluate, intersection_over_union, summarise,
 };
-use crate::observation::Observation;
+use crate::observation::{Observation, Observer};
 use crate::raster::Mask;
 use crate::report::FootStances;
 use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood};
@@ -30,6 +30,8 @@ pub struct Measures {
     pub summary: Summary,
     /// Evaluation of a tracker that never moves.
     pub frozen: Evaluation,
+    /// How good the observed silhouettes are; `None` where they are exact.
+    pub segmentation: Option<SegmentationQuality>,
 }
 
 /// The measures of one seed.
@@ -64,7 +66,8 @@ impl Measures {
             .chain([&blind.start.body])
             .collect();
         let as_given = truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?;
-        let per_frame: Vec<Vec<Vec<Option<f64>>>> = (0..blind.frame_count)
+        let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, set.true_rig()));
+        let per_frame: Vec<(FrameOverlaps, Vec<MaskQuality>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
                 || Painters::new(blind),
@@ -72,16 +75,22 @@ impl Measures {
                     if watch.interrupted() {
                         return Err(ExperimentError::Interrupted);
                     }
+                    let observed = blind.observation(frame)?;
                     let poses = bodies.iter().copied().zip(answers.iter().map(|answer| answer.pose(frame)));
-                    let overlaps = painters.overlaps(&blind.observation(frame)?, poses);
+                    let overlaps = painters.overlaps(&observed, poses);
+                    let quality = exact.as_ref().map(|exact| qualities(&observed, &exact.observe(frame)));
                     watch.advance();
-                    Ok(overlaps)
+                    Ok((overlaps, quality.unwrap_or_default()))
                 },
             )
             .collect::<Result<_, _>>()?;
         let truth = &set.truth.ground_truth;
         let touching = BodyContacts::of_motion(&truth.actor, &truth.motion(), &truth.props);
-        let overlaps = |answer: usize| per_frame.iter().map(|f| f[answer].clone()).collect::<Vec<_>>();
+        let overlaps = |answer: usize| per_frame.iter().map(|(f, _)| f[answer].clone()).collect::<Vec<_>>();
+        let segmentation = exact.is_some().then(|| {
+            let all: Vec<MaskQuality> = per_frame.iter().flat_map(|(_, quality)| quality.iter().copied()).collect();
+            SegmentationQuality::mean(&all)
+        });
         let mut seeds = Vec::new();
         for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
             if watch.interrupted() {
@@ -105,13 +114,21 @@ impl Measures {
         let runs: Vec<SeedRun<'_>> =
             seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
         let summary = summarise(&runs)?;
-        Ok(Self { seeds, summary, frozen, clip })
+        Ok(Self { seeds, summary, frozen, segmentation, clip })
     }
 
     /// One entry a seed.
     pub fn runs(&self) -> Vec<SeedRun<'_>> {
         self.seeds.iter().map(|s| SeedRun { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
     }
+}
+
+/// `[estimate][camera]`: overlap of an estimate's silhouette with the observed one.
+type FrameOverlaps = Vec<Vec<Option<f64>>>;
+
+/// Of every camera.
+fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
+    observed.silhouettes.iter().zip(&exact.silhouettes).map(|(mask, exact)| MaskQuality::new(mask, exact)).collect()
 }
 
 /// The answers of one seed and what is known about them.

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::error::output;
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
+use super::observing::Observing;
 use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
@@ -17,8 +18,7 @@ use super::staging::Staged;
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
-use crate::observation::Observer;
+use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetParts, TruthSet, is_set};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
@@ -55,6 +55,8 @@ pub fn draw(
     if let Some(refused) = inside.refused.into_iter().next() {
         return Err(refused);
     }
+    let settings = &file.scenario.observation;
+    let facts = (!settings.is_exact()).then(|| settings.facts());
     watch.begin(Stage::Render, staged.frames());
     let parts = SetParts {
         name: &file.scenario.name,
@@ -64,8 +66,9 @@ pub fn draw(
         refitted: Some(&staged.refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
+        observed: Observed { facts: facts.as_ref(), told_rig: staged.told_rig.as_ref() },
     };
-    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let observer = Observing::new(&staged.ground_truth, &staged.rig, settings)?;
     let seen = AtomicBool::new(false);
     let set = BenchmarkSet::assemble_unless(&parts, &|| watch.interrupted(), |frame| {
         watch.advance();

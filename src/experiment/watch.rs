@@ -15,6 +15,8 @@ pub enum Stage {
     Track,
     /// Frames are measured.
     Evaluate,
+    /// Images are segmented.
+    Segment,
     /// Frames of a set are drawn anew and compared.
     Verify,
 }

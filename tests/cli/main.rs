@@ -4,6 +4,7 @@ mod bad_input;
 mod calibration;
 mod check;
 mod contact;
+mod corruption;
 mod inspect;
 mod options;
 mod props;
@@ -11,6 +12,7 @@ mod robots;
 mod same_numbers;
 mod sandbox;
 mod scenarios;
+mod segment;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;

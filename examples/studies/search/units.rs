@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use skiagraph::benchmark_set::{BenchmarkSet, SetParts};
+use skiagraph::benchmark_set::{BenchmarkSet, Observed, SetParts};
 use skiagraph::body::{Humanoid, Markers, Pose};
 use skiagraph::experiment::{Measures, Models, Staged, Unwatched, track};
 use skiagraph::observation::Observer;
@@ -79,6 +79,11 @@ impl Ledger {
         let text = if path.is_file() { std::fs::read_to_string(&path)? } else { String::new() };
         let known = text.lines().map(serde_json::from_str::<(String, Outcome)>).collect::<Result<_, _>>()?;
         Ok(Self { path, known })
+    }
+
+    /// What is known of cases by the parts of their key: take, bodies, condition, method, settings, seeds, frames, size.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (Vec<&str>, &Outcome)> {
+        self.known.iter().map(|(key, outcome)| (key.split('|').collect(), outcome))
     }
 
     fn add(&mut self, key: String, outcome: Outcome) -> Result<(), Box<dyn Error>> {
@@ -175,6 +180,7 @@ impl Case<'_> {
             refitted: Some(&staged.refitted),
             facts: &staged.facts,
             recordings: &[],
+            observed: Observed::default(),
         };
         let observer = Observer::new(&staged.ground_truth, &staged.rig);
         Ok(BenchmarkSet::assemble(&parts, |frame| self.condition.spoil(observer.observe(frame)))?)
