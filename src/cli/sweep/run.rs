@@ -130,12 +130,13 @@ fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
         String::new()
     };
     format!(
-        "{}: ran {}{had}{lost}\n\n{}{}\n\n  table: {}",
+        "{}: ran {}{had}{lost}\n\n{}{}\n\n  table: {}\n  page: skiagraph report {}",
         summary.name,
         output::counted(ran.run, "cell"),
         ranking(summary, SHOWN),
         failures_in_words(&ran.failed),
         root.join(RUNS_TABLE).display(),
+        root.display(),
     )
 }
 
