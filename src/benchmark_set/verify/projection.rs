@@ -106,13 +106,16 @@ fn is_near(mask: &Mask, [u, v]: [f64; 2]) -> bool {
     around.filter_map(|(x, y)| Some((u32::try_from(x).ok()?, u32::try_from(y).ok()?))).any(|(x, y)| mask.get(x, y))
 }
 
+/// Points of a frame.
+type PointsOf = fn(&TruthFrame) -> Vec<Option<Point3<f64>>>;
+
 /// `joints_2d` and `markers_2d` against the formula, where the set has them.
 fn wrong_pixels(files: &SetFiles, cameras: &[PlainCamera], truth: &GroundTruth) -> Vec<Fault> {
     let npz = files.read(VIEWS).ok().and_then(|bytes| Npz::from_bytes(VIEWS, &bytes).ok());
     let Some(npz) = npz else { return Vec::new() };
-    let joints: fn(&TruthFrame) -> Vec<Option<Point3<f64>>> = |f| f.joint_positions.iter().copied().map(Some).collect();
-    let markers: fn(&TruthFrame) -> Vec<Option<Point3<f64>>> = |f| f.markers.to_vec();
-    let wrong = |(array, points): (&str, fn(&TruthFrame) -> Vec<Option<Point3<f64>>>)| {
+    let joints: PointsOf = |f| f.joint_positions.iter().copied().map(Some).collect();
+    let markers: PointsOf = |f| f.markers.to_vec();
+    let wrong = |(array, points): (&str, PointsOf)| {
         npz.get(array)?;
         let count = truth.frames.first().map_or(0, |frame| points(frame).len());
         let shape = [Some(truth.frames.len()), Some(cameras.len()), Some(count), Some(2)];

@@ -168,7 +168,7 @@ pub(super) mod tests {
         let camera = read(&text, &CameraFileOptions { view: Some(0), ..CameraFileOptions::default() }).unwrap();
         assert_eq!((camera.size, camera.k[0][0]), (Some([640, 480]), 535.915_733_961_632));
         assert_eq!(camera.distortion[4], 0.23839153080878486);
-        assert_eq!(camera.t, [-0.07521791126691821, -0.10895943925991841, 0.39970206949907272]);
+        assert_eq!(camera.t, [-0.07521791126691821, -0.10895943925991841, 0.399_702_069_499_072_7]);
         let beyond = CameraFileOptions { view: Some(13), ..CameraFileOptions::default() };
         assert!(read(&text, &beyond).err().unwrap().contains("view: expected 0 to 12"));
     }
