@@ -17,6 +17,7 @@
 
 mod balance;
 mod bootstrap;
+mod comparison;
 mod contact_f1;
 #[cfg(test)]
 mod contact_fixture;
@@ -27,6 +28,7 @@ mod evaluate;
 #[cfg(test)]
 pub(crate) mod fixture;
 mod foot_skate;
+mod gate;
 mod ground_gap;
 mod humaneva;
 mod interval;
@@ -50,7 +52,16 @@ mod student;
 mod summary;
 mod track_loss;
 
+pub use comparison::{
+    AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, JointDifference, LostTracks,
+    MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference, RunComparison,
+    SideFacts, compare_runs, difference, holm, independent_difference, lost_tracks, seeds_in_words, shown_once,
+};
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
+pub use gate::{
+    Budget, Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
+    MoreSeeds, gate, seeds_to_settle,
+};
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
 pub use metric::{Direction, Measurement, Metric, Unit};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};

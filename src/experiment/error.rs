@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::benchmark_set::SetError;
 use crate::body::UrdfError;
 use crate::contact::ContactError;
-use crate::evaluation::EvaluationError;
+use crate::evaluation::{EvaluationError, GateRefusal, NotComparable};
 use crate::input::{self, plain};
 use crate::mocap::MocapError;
 use crate::motion_model::MotionModelError;
@@ -101,6 +101,12 @@ pub enum ExperimentError {
         /// The difference.
         detail: String,
     },
+    /// Runs cannot be compared.
+    #[error("{}", plain(.0))]
+    NotComparable(Box<NotComparable>),
+    /// A run cannot be held against a baseline.
+    #[error("{}", plain(.0))]
+    Gate(Box<GateRefusal>),
     /// A set would be overwritten.
     #[error(
         "{}: a benchmark set exists here, and runs may depend on it; choose another --out, or replace it with --force",
@@ -221,7 +227,11 @@ impl ExperimentError {
             Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
-            Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
+            Self::NotComparable(_)
+            | Self::Gate(_)
+            | Self::With { .. }
+            | Self::Interrupted
+            | Self::TrainingInterrupted { .. } => true,
         }
     }
 }

@@ -12,18 +12,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod baseline;
 mod body_contacts;
 mod check;
 mod clip_file;
 mod comparison;
 mod cost;
 mod error;
+mod external;
+mod gating;
 mod inputs;
 mod inspect;
 mod learning;
 mod measuring;
 mod model_file;
 mod model_training;
+mod more_seeds;
 mod nearest_training_pose;
 mod oracle;
 mod ours;
@@ -37,6 +41,7 @@ mod placement;
 mod results;
 mod run;
 mod run_place;
+mod run_reading;
 mod scene_check;
 mod staging;
 mod tracking;
@@ -44,11 +49,17 @@ mod training;
 mod unfinished;
 mod watch;
 
+pub use baseline::{BASELINES, Baseline, Saved};
 pub use check::{Soundness, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
 pub use cost::Cost;
 pub use error::ExperimentError;
+pub use external::{
+    AnswerCount, Conformance, ExternalRecord, Incident, ProgramSettings, Programmed, ProtocolCheck, dry_run,
+    track_with_program,
+};
+pub use gating::{GATE_FILE, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
     RobotSummary, SetSummary, Spread, StanceSummary, WorstContact, inspect, inspect_contacts,
@@ -57,11 +68,13 @@ pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 pub use model_training::{ClipOptions, Trained, TrainingInput, train};
+pub use more_seeds::{MoreOf, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 pub use run::{Destination, Done, Evaluated, draw, evaluate_run, render, run, track_set};
 pub use run_place::RunPlace;
+pub use run_reading::{Side, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};

@@ -301,7 +301,7 @@ impl Attempt<'_> {
     }
 }
 
-fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Results, ExperimentError> {
+pub(super) fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Results, ExperimentError> {
     let measures = Measures::new(set, tracked, watch)?;
     Results::new(set, tracked, &measures)
 }
@@ -313,7 +313,7 @@ pub(super) fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentErr
     toml::to_string(&tree).map_err(|e| malformed(e.to_string()))
 }
 
-fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), ExperimentError> {
+pub(super) fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), ExperimentError> {
     files.iter().try_for_each(|(name, bytes)| directory.write(name, bytes))
 }
 

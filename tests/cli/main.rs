@@ -2,7 +2,9 @@
 
 mod bad_input;
 mod check;
+mod compare;
 mod contact;
+mod gate;
 mod inspect;
 mod options;
 mod props;
