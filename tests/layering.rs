@@ -63,7 +63,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
-    ("rustix", &["experiment/place.rs"]),
+    ("rustix", &["experiment/place.rs", "experiment/external/program.rs"]),
     (
         "std::fs",
         &[

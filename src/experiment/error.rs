@@ -107,6 +107,19 @@ pub enum ExperimentError {
     /// A run cannot be held against a baseline.
     #[error("{}", plain(.0))]
     Gate(Box<GateRefusal>),
+    /// A program that should track cannot be run.
+    #[error(
+        "--exec {}: it {}{}; docs/protocol.md describes what it must answer",
+        plain(command), plain(what), said(errors)
+    )]
+    Program {
+        /// The command line.
+        command: String,
+        /// What went wrong.
+        what: String,
+        /// Its last lines on standard error.
+        errors: Vec<String>,
+    },
     /// A set would be overwritten.
     #[error(
         "{}: a benchmark set exists here, and runs may depend on it; choose another --out, or replace it with --force",
@@ -229,6 +242,7 @@ impl ExperimentError {
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
             Self::NotComparable(_)
             | Self::Gate(_)
+            | Self::Program { .. }
             | Self::With { .. }
             | Self::Interrupted
             | Self::TrainingInterrupted { .. } => true,
@@ -249,6 +263,11 @@ impl From<SetError> for ExperimentError {
             other => Self::Set(other),
         }
     }
+}
+
+/// The last lines of a program, to follow what went wrong.
+fn said(errors: &[String]) -> String {
+    if errors.is_empty() { String::new() } else { format!("; its last lines: {}", plain(errors.join(" / "))) }
 }
 
 /// What is wrong with a scenario, at one of its keys.

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::output;
+use super::external::{
+    ANSWERS_FILE, Conformance, EXTERNAL_FILE, ExternalRecord, ProgramSettings, dry_run, track_with_program,
+};
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::ours::Kind;
@@ -15,6 +18,7 @@ use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::unfinished;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
@@ -128,6 +132,75 @@ pub fn track_set(
     Ok(tracked)
 }
 
+/// `skiagraph track --exec`: runs a program over a set, handed a folder that holds the blind side alone.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn track_set_with_program(
+    set: &Path,
+    settings: &ProgramSettings,
+    seeds: &[u64],
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<ExternalRecord, ExperimentError> {
+    Inputs::of([set.to_owned()]).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
+    let blind = BlindSet::read(set)?;
+    let handed = HandedOut::new(&blind, directory.folder())?;
+    let done = track_with_program(&blind, &handed.folder, settings, seeds, watch)?;
+    drop(handed);
+    let tracked = Tracked {
+        record: None,
+        estimates: done.estimates,
+        search: Vec::new(),
+        sources: Vec::new(),
+        program: Some(done.record.clone()),
+    };
+    write_all(&directory, &tracked.files(&blind)?)?;
+    directory.write(ANSWERS_FILE, &done.answers)?;
+    directory.finish()?;
+    Ok(done.record)
+}
+
+/// `skiagraph track --exec --dry-run`: whether a program keeps to the protocol.
+///
+/// # Errors
+/// [`ExperimentError`] if the program never becomes ready, or the set cannot be read.
+pub fn check_program(
+    set: &Path,
+    settings: &ProgramSettings,
+    watch: &dyn Watch,
+) -> Result<Conformance, ExperimentError> {
+    let blind = BlindSet::read(set)?;
+    let beside = std::env::temp_dir().join(format!("skiagraph-dry-run-{}", std::process::id()));
+    fs::create_dir_all(&beside).map_err(output(&beside, "create the directory"))?;
+    unfinished::begin(&beside);
+    let found = HandedOut::new(&blind, &beside).and_then(|handed| dry_run(&blind, &handed.folder, settings, watch));
+    fs::remove_dir_all(&beside).ok();
+    unfinished::end(&beside);
+    found
+}
+
+/// The blind side of a set in a folder of its own; gone when dropped.
+struct HandedOut {
+    folder: PathBuf,
+}
+
+impl HandedOut {
+    fn new(set: &BlindSet, below: &Path) -> Result<Self, ExperimentError> {
+        let folder = fs::canonicalize(below).unwrap_or_else(|_| below.to_owned()).join("handed-out");
+        let handed = Self { folder };
+        set.hand_out(&handed.folder)?;
+        Ok(handed)
+    }
+}
+
+impl Drop for HandedOut {
+    fn drop(&mut self) {
+        fs::remove_dir_all(&self.folder).ok();
+    }
+}
+
 /// An evaluation that is done.
 #[derive(Clone, Debug)]
 pub struct Evaluated {
@@ -155,7 +228,9 @@ pub fn evaluate_run(
 ) -> Result<Evaluated, ExperimentError> {
     let whole = BenchmarkSet::read(set)?;
     let listing = Listing::read(run);
-    let is_ours = [TRACK_FILE, POSES_FILE, SEARCH_FILE].iter().all(|name| listing.holds(run, name));
+    let holds = |names: &[&str]| names.iter().all(|name| listing.holds(run, name));
+    let is_tracked = holds(&[TRACK_FILE, POSES_FILE, SEARCH_FILE]);
+    let is_ours = is_tracked || holds(&[EXTERNAL_FILE, POSES_FILE]);
     let place = match out {
         Some(out) => out.to_owned(),
         None if is_ours => run.to_owned(),
@@ -163,7 +238,8 @@ pub fn evaluate_run(
     };
     let body = &whole.blind.start.body;
     let mut tracked = match is_ours {
-        true => Tracked::read(run, body)?,
+        true if is_tracked => Tracked::read(run, body)?,
+        true => Tracked::read_program(run, body)?,
         false => Tracked::of_others(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, body)?,
     };
     if !is_ours && run.join(TRACK_FILE).exists() {

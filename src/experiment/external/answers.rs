@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::protocol::{AnsweredPose, Named};
+use super::protocol::{RepliedPose, Named};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::body::LANDMARKS;
 use crate::experiment::ExperimentError;
 use crate::npz::{Array, Npz};
 
 /// Answers of all seeds, `[seed][frame]`.
-pub(super) type Poses = Vec<Vec<Option<AnsweredPose>>>;
+pub(super) type Poses = Vec<Vec<Option<RepliedPose>>>;
 
 /// Estimates of these answers, which are all of one kind; a program that never answered lost every frame.
 pub(super) fn estimates(set: &BlindSet, seeds: &[u64], poses: &Poses) -> Result<Estimates, ExperimentError> {
@@ -21,12 +21,12 @@ pub(super) fn estimates(set: &BlindSet, seeds: &[u64], poses: &Poses) -> Result<
     let shape = [seeds.len(), set.frame_count];
     let body = &set.start.body;
     match poses.iter().flatten().flatten().next() {
-        Some(AnsweredPose::Angles { .. }) => {
+        Some(RepliedPose::Angles { .. }) => {
             let degrees = body.degrees_of_freedom.len();
             let (mut roots, mut all) = (Vec::new(), Vec::new());
             for pose in poses.iter().flatten() {
                 match pose {
-                    Some(AnsweredPose::Angles { root, angles }) => {
+                    Some(RepliedPose::Angles { root, angles }) => {
                         roots.extend(root);
                         all.extend(angles);
                     }
@@ -40,7 +40,7 @@ pub(super) fn estimates(set: &BlindSet, seeds: &[u64], poses: &Poses) -> Result<
             npz.push("estimate_angles", Array::new(&[shape[0], shape[1], degrees], all));
             npz.push("estimate_angle_names", Array::names(body.degrees_of_freedom.iter().map(|d| d.name.as_str())));
         }
-        Some(AnsweredPose::Joints(_)) => {
+        Some(RepliedPose::Joints(_)) => {
             let names: Vec<&str> = body.joints.iter().map(|joint| joint.name.as_str()).collect();
             push_points(&mut npz, ["estimate_joints", "estimate_joint_names"], &shape, &names, poses);
         }
@@ -55,9 +55,9 @@ pub(super) fn estimates(set: &BlindSet, seeds: &[u64], poses: &Poses) -> Result<
 
 fn push_points(npz: &mut Npz, [array, names_array]: [&str; 2], shape: &[usize; 2], names: &[&str], poses: &Poses) {
     let empty = BTreeMap::new();
-    let of = |pose: &Option<AnsweredPose>| -> Vec<f64> {
+    let of = |pose: &Option<RepliedPose>| -> Vec<f64> {
         let given: &Named = match pose {
-            Some(AnsweredPose::Markers(given) | AnsweredPose::Joints(given)) => given,
+            Some(RepliedPose::Markers(given) | RepliedPose::Joints(given)) => given,
             _ => &empty,
         };
         names.iter().flat_map(|name| given.get(*name).copied().unwrap_or([f64::NAN; 3])).collect()

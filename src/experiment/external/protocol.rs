@@ -171,23 +171,23 @@ pub(super) struct Ready {
 
 /// What a program says about a frame.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Answer {
+pub(super) struct Reply {
     pub(super) frame: usize,
     /// `None`: lost.
-    pub(super) pose: Option<AnsweredPose>,
+    pub(super) pose: Option<RepliedPose>,
     /// 0 to 1.
     pub(super) confidence: Option<f64>,
 }
 
 /// One of three ways to say where the body is.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum AnsweredPose {
+pub(super) enum RepliedPose {
     Markers(Named),
     Joints(Named),
     Angles { root: [f64; 7], angles: Vec<f64> },
 }
 
-impl AnsweredPose {
+impl RepliedPose {
     pub(super) fn kind(&self) -> &'static str {
         match self {
             Self::Markers(_) => "markers",
@@ -214,7 +214,7 @@ pub(super) fn read_ready(line: &str) -> Result<Ready, String> {
 }
 
 /// Reads the answer to a frame.
-pub(super) fn read_answer(line: &str, body: &Humanoid) -> Result<Answer, String> {
+pub(super) fn read_answer(line: &str, body: &Humanoid) -> Result<Reply, String> {
     let (kind, object) = message(line)?;
     let frame = object.get("frame").and_then(Value::as_u64);
     let frame = frame.ok_or("expected \"frame\": the number of the frame that it answers")?;
@@ -231,7 +231,7 @@ pub(super) fn read_answer(line: &str, body: &Humanoid) -> Result<Answer, String>
         "pose" => Some(pose(&object, body)?),
         other => return Err(format!("expected the type \"pose\" or \"lost\", found {:?}", excerpt(other))),
     };
-    Ok(Answer { frame, pose, confidence })
+    Ok(Reply { frame, pose, confidence })
 }
 
 fn message(line: &str) -> Result<(String, Map<String, Value>), String> {
@@ -245,15 +245,15 @@ fn message(line: &str) -> Result<(String, Map<String, Value>), String> {
     }
 }
 
-fn pose(object: &Map<String, Value>, body: &Humanoid) -> Result<AnsweredPose, String> {
+fn pose(object: &Map<String, Value>, body: &Humanoid) -> Result<RepliedPose, String> {
     let joints = || body.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>();
     match (object.get("markers"), object.get("joints"), object.get("root"), object.get("angles")) {
         (Some(markers), None, None, None) => {
             let known = LANDMARKS.map(|landmark| landmark.name());
-            Ok(AnsweredPose::Markers(points("markers", markers, &known)?))
+            Ok(RepliedPose::Markers(points("markers", markers, &known)?))
         }
-        (None, Some(found), None, None) => Ok(AnsweredPose::Joints(points("joints", found, &joints())?)),
-        (None, None, Some(root), Some(angles)) => Ok(AnsweredPose::Angles {
+        (None, Some(found), None, None) => Ok(RepliedPose::Joints(points("joints", found, &joints())?)),
+        (None, None, Some(root), Some(angles)) => Ok(RepliedPose::Angles {
             root: root_of(root)?,
             angles: angles_of(angles, body)?,
         }),
@@ -318,7 +318,7 @@ mod tests {
     use super::*;
     use crate::body::fixture::person;
 
-    fn answer(line: &str) -> Result<Answer, String> {
+    fn answer(line: &str) -> Result<Reply, String> {
         read_answer(line, &person())
     }
 
@@ -327,11 +327,11 @@ mod tests {
         let markers = answer(r#"{"type":"pose","frame":3,"markers":{"pelvis":[0,1,2.5],"head":null},"confidence":0.5,"x":1}"#);
         let markers = markers.unwrap();
         assert_eq!((markers.frame, markers.confidence), (3, Some(0.5)));
-        assert_eq!(markers.pose, Some(AnsweredPose::Markers(Named::from([("pelvis".to_owned(), [0.0, 1.0, 2.5])]))));
+        assert_eq!(markers.pose, Some(RepliedPose::Markers(Named::from([("pelvis".to_owned(), [0.0, 1.0, 2.5])]))));
         assert_eq!(answer(r#"{"type":"lost","frame":0}"#).unwrap().pose, None);
         let angles = vec![0.25; person().degrees_of_freedom.len()];
         let told = answer(&format!(r#"{{"type":"pose","frame":0,"root":[0,0,1,1,0,0,0],"angles":{angles:?}}}"#)).unwrap();
-        assert_eq!(told.pose, Some(AnsweredPose::Angles { root: [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], angles }));
+        assert_eq!(told.pose, Some(RepliedPose::Angles { root: [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], angles }));
     }
 
     #[test]

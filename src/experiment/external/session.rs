@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::answers::{Poses, estimates};
 use super::program::{Heard, Program, Silence};
-use super::protocol::{Answer, AnsweredPose, FrameMessage, Hello, Ready, Told, read_answer, read_ready};
+use super::protocol::{Reply, RepliedPose, FrameMessage, Hello, Ready, Told, read_answer, read_ready};
 use super::record::{AnswerCount, ExternalRecord, Incident};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::experiment::watch::{Stage, Watch, advance};
@@ -72,7 +72,7 @@ pub fn track_with_program(
         for (frame, asked) in frames.iter().enumerate() {
             let word = match (&asked.answer, asked.failed) {
                 (_, true) => "failed",
-                (Some(Answer { pose: Some(_), .. }), _) => "pose",
+                (Some(Reply { pose: Some(_), .. }), _) => "pose",
                 _ => "lost",
             };
             match word {
@@ -118,7 +118,7 @@ pub fn track_with_program(
 /// What came of asking for one frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Asked {
-    pub(super) answer: Option<Answer>,
+    pub(super) answer: Option<Reply>,
     /// No answer in time, or none that makes sense.
     pub(super) failed: bool,
     /// From question to answer.
@@ -257,7 +257,7 @@ impl<'a> Session<'a> {
     }
 
     /// The answer for a frame; `None`, with an incident, where there is none that makes sense.
-    fn answer(&mut self, frame: usize, begin: Instant) -> Result<Option<Answer>, ExperimentError> {
+    fn answer(&mut self, frame: usize, begin: Instant) -> Result<Option<Reply>, ExperimentError> {
         let deadline = begin + self.settings.frame_limit;
         for _ in 0..MOST_STALE {
             let line = match self.hear(deadline) {
@@ -284,8 +284,8 @@ impl<'a> Session<'a> {
         Ok(self.gone(frame, "answered a thousand earlier frames".to_owned()))
     }
 
-    fn of_one_kind(&mut self, answer: Answer, line: &str) -> Option<Answer> {
-        let kind = answer.pose.as_ref().map(AnsweredPose::kind);
+    fn of_one_kind(&mut self, answer: Reply, line: &str) -> Option<Reply> {
+        let kind = answer.pose.as_ref().map(RepliedPose::kind);
         if let (Some(kind), Some(before)) = (kind, self.kind)
             && kind != before
         {
@@ -298,7 +298,7 @@ impl<'a> Session<'a> {
     }
 
     /// An answer that makes no sense costs its frame; many in a row are the program's end.
-    fn nonsense(&mut self, frame: usize, what: String) -> Option<Answer> {
+    fn nonsense(&mut self, frame: usize, what: String) -> Option<Reply> {
         self.nonsense += 1;
         if self.nonsense >= MOST_NONSENSE {
             return self.gone(frame, format!("{what}; {MOST_NONSENSE} answers in a row make no sense"));
@@ -309,7 +309,7 @@ impl<'a> Session<'a> {
     }
 
     /// The program is stopped; it is started again with the next frame.
-    fn gone(&mut self, frame: usize, what: String) -> Option<Answer> {
+    fn gone(&mut self, frame: usize, what: String) -> Option<Reply> {
         let (what, errors) = self.stop(what);
         let what = match self.starts > self.settings.restarts {
             true => format!("{what}; started {} times, not again: all further frames are lost", self.starts),
