@@ -104,7 +104,7 @@ fn model_file(frames: usize) -> Option<Vec<u8>> {
         schema: MODEL_SCHEMA.to_owned(),
         program: "bench".to_owned(),
         whole: true,
-        robot: RobotFacts::of(&body),
+        robot: RobotFacts::from_body(&body),
         frames_per_second: 60.0,
         learned_from: vec![from],
         settings,

@@ -16,7 +16,7 @@ use divan::counter::ItemsCount;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use scene::{filter, ring, seen, tracker25};
-use skiagraph::body::{Flesh, Humanoid, LinkFrames, Pose};
+use skiagraph::body::{Solid, Humanoid, LinkFrames, Pose};
 use skiagraph::contact::{Interpenetration, InterpenetrationScratch, SelfCollision};
 use skiagraph::raster::TaperedCapsule;
 use skiagraph::rng::{Purpose, stream};
@@ -68,21 +68,21 @@ const POSES: u64 = 256;
 
 fn sixteen_capsules() -> Humanoid {
     let mut body = tracker25();
-    let links: Vec<usize> = (0..body.links.len()).filter(|&link| !body.links[link].flesh.is_empty()).collect();
-    let mut surplus = body.links.iter().map(|link| link.flesh.len()).sum::<usize>() - 16;
+    let links: Vec<usize> = (0..body.links.len()).filter(|&link| !body.links[link].solids.is_empty()).collect();
+    let mut surplus = body.links.iter().map(|link| link.solids.len()).sum::<usize>() - 16;
     for link in links {
-        let flesh = &mut body.links[link].flesh;
-        while surplus > 0 && flesh.len() > 2 {
-            flesh.pop();
+        let solid = &mut body.links[link].solids;
+        while surplus > 0 && solid.len() > 2 {
+            solid.pop();
             surplus -= 1;
         }
-        for solid in flesh {
-            if let Flesh::TaperedCapsule(c) = solid {
+        for solid in solid {
+            if let Solid::TaperedCapsule(c) = solid {
                 *c = TaperedCapsule { radius_b: c.radius_a, ..*c };
             }
         }
     }
-    assert_eq!(body.links.iter().map(|link| link.flesh.len()).sum::<usize>(), 16);
+    assert_eq!(body.links.iter().map(|link| link.solids.len()).sum::<usize>(), 16);
     body
 }
 

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence};
-use skiagraph::body::{Flesh, Landmark, LinkFrames, Motion, Pose};
+use skiagraph::body::{Solid, Landmark, LinkFrames, Motion, Pose};
 use skiagraph::evaluation::Sequence;
 use skiagraph::experiment::{Models, Staged, Tracked, Unwatched, draw, track};
 use skiagraph::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS};
@@ -176,7 +176,7 @@ fn drift(take: &Take, bodies: &str, mocap: &Path) -> Result<(), Box<dyn Error>> 
     let seconds = (frames.len() - 1) as f64 / motion.frames_per_second;
     let shanks = body.foot_links();
     // the last solid of a shank is its foot
-    let middle = |foot: usize| body.links[shanks[foot][0]].flesh.last().and_then(Flesh::middle).unwrap_or_default();
+    let middle = |foot: usize| body.links[shanks[foot][0]].solids.last().and_then(Solid::middle).unwrap_or_default();
     let ankle = |foot: usize| {
         let landmark = [Landmark::LeftAnkle, Landmark::RightAnkle][foot];
         body.markers[landmark as usize].map_or_else(Default::default, |marker| marker.point_in_link)

@@ -5,7 +5,7 @@ mod support;
 use skiagraph::body::shipped;
 use skiagraph::contact::{ContactRule, GroundContacts};
 use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::physics::{FixReport, fix};
+use skiagraph::physics::{PlantingReport, plant_feet};
 use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 /// All walks of CMU that the tests have.
@@ -64,7 +64,7 @@ fn has_same_stances_at_all_rates(name: &str) -> Option<bool> {
 }
 
 /// A line of the table of `results/contact.md`.
-fn line(name: &str, walk: &Retargeted, report: &FixReport) -> String {
+fn line(name: &str, walk: &Retargeted, report: &PlantingReport) -> String {
     let (a, b, old) = (report.before, report.after, report.after_in_old_stances);
     let most = &report.moved_most;
     format!(
@@ -86,7 +86,7 @@ fn line(name: &str, walk: &Retargeted, report: &FixReport) -> String {
 }
 
 /// What keeps a settled walk from what it must reach; empty if nothing does.
-fn shortcomings(name: &str, fps: f64, report: &FixReport) -> Vec<String> {
+fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     let mut found = Vec::new();
     for after in [report.after, report.after_in_old_stances] {
         if !(after.skate_mm_per_s <= 20.0 && after.penetration_mm <= 2.0 && after.float_mm <= 10.0) {
@@ -107,7 +107,7 @@ fn settled_well(cases: impl IntoIterator<Item = (&'static str, f64)>) -> Option<
     let mut all = Vec::new();
     for (name, fps) in cases {
         let walk = walk(name, fps)?;
-        let report = fix(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap().report;
+        let report = plant_feet(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap().report;
         println!("{}", line(name, &walk, &report));
         all.extend(shortcomings(name, fps, &report));
     }

@@ -13,9 +13,9 @@ use skiagraph::mocap::{Clip, ReadOptions, read};
 use skiagraph::npz::{Array, Npz, Values};
 use skiagraph::retarget::MotionFingerprint;
 
-struct Room(tempfile::TempDir);
+struct Sandbox(tempfile::TempDir);
 
-impl Room {
+impl Sandbox {
     fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
@@ -76,7 +76,7 @@ fn small(start: &str, training: &str) -> String {
 
 #[test]
 fn what_a_tracker_is_given_holds_no_pose_of_the_test() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.succeed("render rig.ring.size_px=[80,60] --out default");
     room.write("jumps.bvh", fs::read(shipped("01_01.bvh")).unwrap());
     let training = "[[training.clips]]\nclip = \"jumps.bvh\"\nfirst_frame = 200\nlast_frame = 500";
@@ -112,7 +112,7 @@ fn part_of_jumps(first: usize, last: usize, step: usize) -> String {
 
 #[test]
 fn a_copy_of_the_test_is_no_training_whatever_its_name_rate_and_part() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let walk = fs::read_to_string(shipped("humanoid3d_walk.txt")).unwrap();
     room.write("renamed.txt", &walk);
     room.write("renamed.json", &walk);
@@ -156,7 +156,7 @@ fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one
     files.retain(|path| path.extension().is_some_and(|e| e == "amc"));
     files.sort();
     let clips: Vec<Clip> = files.iter().map(|path| read(path, &ReadOptions::default()).unwrap()).collect();
-    let of = |clip: &Clip| MotionFingerprint::of(clip).unwrap();
+    let of = |clip: &Clip| MotionFingerprint::from_clip(clip).unwrap();
     let takes: Vec<MotionFingerprint> = clips.iter().map(of).collect();
     for (i, a) in takes.iter().enumerate() {
         for (j, b) in takes.iter().enumerate().skip(i) {
@@ -175,7 +175,7 @@ fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one
 
 #[test]
 fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_models_are_told() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("copy.json", fs::read(shipped("humanoid3d_walk.txt")).unwrap());
     room.succeed("train copy.json --model gpdm --out copy.model --quiet");
     room.succeed("train embedded:run --model gpdm --out run.model --quiet");
@@ -223,7 +223,7 @@ fn a_model_of_a_copy_of_the_test_is_refused_by_run_and_by_evaluate_and_old_model
 
 #[test]
 fn a_motion_begins_where_it_is_put_and_the_set_says_which_way_it_faces() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("placed.toml", small("start_m = [1.5, -2.0]\nheading_deg = 90", ""));
     room.write("plain.toml", small("", ""));
     let of = |set: &str| {

@@ -9,18 +9,18 @@ use serde_json::Value;
 use skiagraph::benchmark_set::BlindSet;
 use skiagraph::npz::{Array, Npz, Values};
 
-#[path = "cli/rooms.rs"]
+#[path = "cli/sandbox.rs"]
 #[allow(dead_code, reason = "the command line's tests use the rest")]
-mod rooms;
+mod sandbox;
 mod support;
 
-use rooms::{Room, TINY};
+use sandbox::{Sandbox, TINY};
 
 const NAN: f64 = f64::NAN;
 
 /// A room with a set of 5 frames, or of `frames`.
-fn room(last_frame: usize) -> Room {
-    let room = Room::new();
+fn room(last_frame: usize) -> Sandbox {
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("last_frame = 3", &format!("last_frame = {last_frame}")));
     room.succeed("render tiny.toml --quiet --out set");
     room
@@ -35,7 +35,7 @@ fn numbers(npz: &Npz, name: &str) -> (Vec<usize>, Vec<f64>) {
 
 /// Poses of the set's body that are off by 10 mm along x and a little in every angle: arrays `estimate_root`,
 /// `estimate_angles`.
-fn poses(room: &Room) -> [(Vec<usize>, Vec<f64>); 2] {
+fn poses(room: &Sandbox) -> [(Vec<usize>, Vec<f64>); 2] {
     let npz = Npz::from_bytes("truth.npz", &room.read("set/truth/truth.npz")).unwrap();
     let ((roots, mut root), (angles, mut angle)) = (numbers(&npz, "refitted_root"), numbers(&npz, "refitted_angles"));
     root.iter_mut().step_by(7).for_each(|x| *x += 0.01);
@@ -43,7 +43,7 @@ fn poses(room: &Room) -> [(Vec<usize>, Vec<f64>); 2] {
     [([&[1], &roots[..]].concat(), root), ([&[1], &angles[..]].concat(), angle)]
 }
 
-fn angle_names(room: &Room) -> Vec<String> {
+fn angle_names(room: &Sandbox) -> Vec<String> {
     let body = BlindSet::read(&room.path("set")).unwrap().start.body;
     body.degrees_of_freedom.into_iter().map(|degree| degree.name).collect()
 }
@@ -63,7 +63,7 @@ fn of_poses([root, angles]: [(Vec<usize>, Vec<f64>); 2]) -> Vec<u8> {
     estimate(vec![("estimate_root", Array::new(&root.0, root.1)), ("estimate_angles", Array::new(&angles.0, angles.1))])
 }
 
-fn record(room: &Room, folder: &str) -> Value {
+fn record(room: &Sandbox, folder: &str) -> Value {
     serde_json::from_slice(&room.read(&format!("{folder}/run.json"))).unwrap()
 }
 

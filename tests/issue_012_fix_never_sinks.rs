@@ -7,10 +7,10 @@ use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose as Place, Rotation, Vector};
 use parry3d::shape::{Ball, Cuboid, Cylinder, Shape};
 use proptest::prelude::*;
-use skiagraph::body::{Flesh, Humanoid, Motion, Pose, shipped};
+use skiagraph::body::{Solid, Humanoid, Motion, Pose, shipped};
 use skiagraph::contact::ContactRule;
 use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::physics::fix;
+use skiagraph::physics::plant_feet;
 use skiagraph::retarget::{RetargetOptions, retarget};
 
 /// What the documentation of `fix` promises, metres; parry's single precision is a hundred times finer.
@@ -22,18 +22,18 @@ fn deepest(body: &Humanoid, motion: &Motion) -> f64 {
     for pose in &motion.poses {
         let frames = body.link_frames(pose);
         for (link, place) in body.links.iter().zip(&frames.0) {
-            for flesh in &link.flesh {
-                deepest = deepest.max(-lowest(flesh, place));
+            for solid in &link.solids {
+                deepest = deepest.max(-lowest(solid, place));
             }
         }
     }
     deepest
 }
 
-fn lowest(flesh: &Flesh, world_from_link: &Isometry3<f64>) -> f64 {
+fn lowest(solid: &Solid, world_from_link: &Isometry3<f64>) -> f64 {
     let bottom = |shape: &dyn Shape, place: &Isometry3<f64>| f64::from(shape.compute_aabb(&parry(place)).mins.z);
-    match flesh {
-        Flesh::TaperedCapsule(c) => [(c.a, c.radius_a), (c.b, c.radius_b)]
+    match solid {
+        Solid::TaperedCapsule(c) => [(c.a, c.radius_a), (c.b, c.radius_b)]
             .map(|(centre, radius)| {
                 bottom(
                     &Ball::new(radius as f32),
@@ -42,16 +42,16 @@ fn lowest(flesh: &Flesh, world_from_link: &Isometry3<f64>) -> f64 {
             })
             .into_iter()
             .fold(f64::INFINITY, f64::min),
-        Flesh::Box { link_from_box, half_extents: [x, y, z] } => {
+        Solid::Box { link_from_box, half_extents: [x, y, z] } => {
             bottom(&Cuboid::new(Vector::new(*x as f32, *y as f32, *z as f32)), &(world_from_link * link_from_box))
         }
-        Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+        Solid::Cylinder { link_from_cylinder, radius, half_length } => {
             // parry's cylinders stand along y
             let upright = Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
             let cylinder = Cylinder::new(*half_length as f32, *radius as f32);
             bottom(&cylinder, &(world_from_link * link_from_cylinder * upright))
         }
-        Flesh::Mesh { vertices, .. } => {
+        Solid::Mesh { vertices, .. } => {
             vertices.iter().map(|vertex| (world_from_link * vertex).z).fold(f64::INFINITY, f64::min)
         }
     }
@@ -82,7 +82,7 @@ fn nothing_sinks_in_recordings_of_dancing_and_of_getting_down_to_the_floor() {
             let performed = retarget(&clip, &shipped(robot).unwrap(), &RetargetOptions::default()).unwrap();
             let (body, motion) = (performed.humanoid, performed.motion);
             assert!(deepest(&body, &motion) > 0.05, "{file}, {robot}: it sinks as it is");
-            let fixed = fix(&body, &motion, &ContactRule::default()).unwrap();
+            let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
             let depth = deepest(&body, &fixed.motion);
             assert!(depth < TOLERANCE, "{file}, {robot}: {} mm under the ground; {}", 1000.0 * depth, fixed.report);
             assert!((fixed.report.after.penetration_mm / 1000.0 - depth.max(0.0)).abs() < TOLERANCE);
@@ -98,7 +98,7 @@ fn a_body_without_ankles_is_not_torn_about_when_its_feet_are_planted() {
     let clip = read(&folder.join("14_27_f0001-0900.amc"), &ReadOptions::default()).unwrap();
     let clip = clip.crop(0..400).unwrap().resampled(60.0).unwrap();
     let sits = retarget(&clip, &shipped("tracker25").unwrap(), &RetargetOptions::default()).unwrap();
-    let fixed = fix(&sits.humanoid, &sits.motion, &ContactRule::default()).unwrap();
+    let fixed = plant_feet(&sits.humanoid, &sits.motion, &ContactRule::default()).unwrap();
     let [before, after] = [&sits.motion, &fixed.motion].map(|motion| greatest_acceleration(&sits.humanoid, motion));
     assert!(after < 2.0 * before, "{before} -> {after} m/s^2");
     assert!(fixed.report.moved_mm < 30.0, "{}", fixed.report);
@@ -133,7 +133,7 @@ proptest! {
     #[test]
     fn nothing_sinks_in_any_motion(numbers in prop::collection::vec(0.0..1.0_f64, 61), has_ankles in any::<bool>()) {
         let body = shipped(if has_ankles { "actor" } else { "tracker25" }).unwrap();
-        let fixed = fix(&body, &tumbling(&body, &numbers), &ContactRule::default()).unwrap();
+        let fixed = plant_feet(&body, &tumbling(&body, &numbers), &ContactRule::default()).unwrap();
         let depth = deepest(&body, &fixed.motion);
         prop_assert!(depth < TOLERANCE, "{} mm; {}", 1000.0 * depth, fixed.report);
         prop_assert!(fixed.report.after.penetration_mm < 1000.0 * TOLERANCE);

@@ -12,9 +12,9 @@ const TINY: &str = "schema = \"skiagraph.scenario/1\"\nname = \"tiny\"\n[motion]
     [rig.ring]\ncount = 2\nradius_m = 3.5\nsize_px = [80, 60]\n[tracker.frozen]\n";
 
 /// An empty folder to run the program in.
-struct Room(tempfile::TempDir);
+struct Sandbox(tempfile::TempDir);
 
-impl Room {
+impl Sandbox {
     fn new() -> Self {
         let room = Self(tempfile::tempdir().unwrap());
         room.write("tiny.toml", TINY);
@@ -84,7 +84,7 @@ const OF_ROBOTS: [&str; 4] = [
 
 #[test]
 fn recordings_are_named_whatever_is_wrong_with_them() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let bvh = shipped("scenarios/motions/01_01.bvh");
     let head: Vec<&str> = bvh.lines().take(190).collect();
     let short = head.join("\n").replace("Frames: 2752", "Frames: 3");
@@ -125,7 +125,7 @@ fn recordings_are_named_whatever_is_wrong_with_them() {
 
 #[test]
 fn robots_are_named_whatever_is_wrong_with_them() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let urdf = shipped("robots/tracker25.urdf");
     let cases = [
         ("none.urdf", String::new()),
@@ -152,7 +152,7 @@ fn robots_are_named_whatever_is_wrong_with_them() {
 
 #[test]
 fn scenarios_and_overrides_are_named_whatever_is_wrong_with_them() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let commands = ["check FILE", "run FILE", "render FILE --out set", "train FILE --model gpdm --out new.model"];
     for (name, text) in [
         ("none.toml", String::new()),
@@ -174,7 +174,7 @@ fn scenarios_and_overrides_are_named_whatever_is_wrong_with_them() {
 }
 
 /// Writes a file of a set and lists its hash.
-fn forge(room: &Room, set: &str, file: &str, bytes: &[u8]) {
+fn forge(room: &Sandbox, set: &str, file: &str, bytes: &[u8]) {
     let path = room.path(set).join(file);
     let hash = |bytes: &[u8]| Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     let before = hash(&fs::read(&path).unwrap());
@@ -186,7 +186,7 @@ fn forge(room: &Room, set: &str, file: &str, bytes: &[u8]) {
 
 #[test]
 fn files_of_sets_and_runs_are_named_by_where_they_lie() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.succeed("render tiny.toml --quiet --out sets/tiny".split(' '));
     room.succeed("track sets/tiny --tracker frozen --quiet --out run".split(' '));
     let blind = ["track sets/tiny --tracker frozen --out other", "inspect sets/tiny", "evaluate sets/tiny run"];
@@ -252,7 +252,7 @@ fn assert_tame(said: &str) {
 
 #[test]
 fn messages_quote_little_and_steer_no_terminal() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let long = format!("\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}{}", "X".repeat(60_000));
     let word: String = long.chars().filter(|c| !c.is_whitespace()).collect();
     let bvh = format!("HIERARCHY\nROOT {word}\n{{\n OFFSET 0 0 0\n CHANNELS 1 {word}\n");
@@ -330,7 +330,7 @@ fn messages_quote_little_and_steer_no_terminal() {
 
 #[test]
 fn what_is_printed_of_a_sound_file_steers_no_terminal_either() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let bvh = "HIERARCHY\nROOT \u{1b}[31mhip\u{7}\n{\n OFFSET 0 0 0\n CHANNELS 3 Xposition Yposition Zposition\n \
         End Site\n {\n OFFSET 0 1.75 0\n }\n}\nMOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n0 0 0.01\n";
     room.write("red.bvh", bvh);
@@ -346,7 +346,7 @@ fn paths_need_not_be_utf_8() {
     use std::os::unix::ffi::OsStringExt;
     let odd = |name: &str| OsString::from_vec(name.bytes().map(|b| if b == b'@' { 0xe9 } else { b }).collect());
     let line = |arguments: &str| arguments.split(' ').map(odd).collect::<Vec<_>>();
-    let room = Room::new();
+    let room = Sandbox::new();
     let folder = room.path(odd("d@"));
     fs::create_dir(&folder).unwrap();
     fs::write(room.path(odd("d@/w@.toml")), TINY).unwrap();

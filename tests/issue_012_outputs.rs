@@ -1,11 +1,11 @@
 //! Results are never lost: to a second process, to an interruption, to a kill, to another kind of run, or to a mistaken
 //! `--out`.
 
-#[path = "cli/rooms.rs"]
+#[path = "cli/sandbox.rs"]
 #[allow(dead_code, reason = "each test binary uses its own part")]
-mod rooms;
+mod sandbox;
 
-use rooms::{Room, TINY};
+use sandbox::{Sandbox, TINY};
 
 /// A walk that takes long to draw and to write, even on a fast machine.
 #[cfg(unix)]
@@ -13,10 +13,10 @@ const LONG: [&str; 3] = ["motion.loop_to_s=40", "rig.ring.count=8", "tracker.fro
 
 #[test]
 fn inputs_are_never_replaced_whatever_the_user_asks_for() {
-    let room = Room::new();
+    let room = Sandbox::new();
     std::fs::create_dir(room.path("mine")).unwrap();
     room.write("mine/tiny.toml", TINY);
-    let bvh = std::fs::read(rooms::shipped("scenarios/motions/01_01.bvh")).unwrap();
+    let bvh = std::fs::read(sandbox::shipped("scenarios/motions/01_01.bvh")).unwrap();
     room.write("jump.bvh", &bvh);
     room.succeed("render mine/tiny.toml --out set -q");
     room.succeed("train embedded:walk --model gpdm --out walk.model -q");
@@ -49,7 +49,7 @@ fn inputs_are_never_replaced_whatever_the_user_asks_for() {
 
 #[test]
 fn what_others_wrote_is_refused_and_with_force_moved_aside() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("train embedded:walk --model gpdm --out walk.model -q");
     for (name, arguments) in [
@@ -82,7 +82,7 @@ fn what_others_wrote_is_refused_and_with_force_moved_aside() {
 
 #[test]
 fn a_run_of_several_methods_takes_the_place_of_a_single_one_and_the_other_way_round() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let (before, _) = TINY.split_once("[tracker.").unwrap();
     room.write("methods.toml", format!("{before}[methods.floor.frozen]\n[methods.truth.oracle]\n"));
@@ -104,12 +104,12 @@ mod signals {
     use std::time::{Duration, Instant};
 
     use super::LONG;
-    use super::rooms::{Room, TINY};
+    use super::sandbox::{Sandbox, TINY};
 
     /// The most that a command may take to end after Ctrl-C.
     const A_SECOND: Duration = Duration::from_secs(1);
 
-    fn start<'a>(room: &Room, arguments: impl IntoIterator<Item = &'a str>) -> Child {
+    fn start<'a>(room: &Sandbox, arguments: impl IntoIterator<Item = &'a str>) -> Child {
         Command::new(assert_cmd::cargo::cargo_bin!("skiagraph"))
             .args(arguments)
             .current_dir(room.path("."))
@@ -138,14 +138,14 @@ mod signals {
         text
     }
 
-    fn below(room: &Room, prefix: &str, inside: &str) -> bool {
+    fn below(room: &Sandbox, prefix: &str, inside: &str) -> bool {
         let there = |name: &String| inside.is_empty() || room.path(name).join(inside).exists();
         room.entries().iter().any(|name| name.starts_with(prefix) && there(name))
     }
 
     #[test]
     fn ctrl_c_ends_every_command_within_a_second_and_nothing_is_left() {
-        let room = Room::new();
+        let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         let render = [&["render", "tiny.toml", "motion.last_frame=39"], &LONG[..], &["--out", "set"]].concat();
         let big = ["rig.ring.size_px=[1920,1080]", "rig.ring.count=8"];
@@ -179,9 +179,9 @@ mod signals {
 
     #[test]
     fn an_interrupted_inspection_leaves_nothing_and_says_130() {
-        let room = Room::new();
+        let room = Sandbox::new();
         let mut lines: Vec<String> = Vec::new();
-        let bvh = std::fs::read_to_string(super::rooms::shipped("scenarios/motions/01_01.bvh")).unwrap();
+        let bvh = std::fs::read_to_string(super::sandbox::shipped("scenarios/motions/01_01.bvh")).unwrap();
         let (head, frames) = bvh.split_once("Frame Time").unwrap();
         let (rate, rows) = frames.split_once('\n').unwrap();
         let rows: Vec<&str> = rows.lines().filter(|row| !row.trim().is_empty()).collect();
@@ -201,7 +201,7 @@ mod signals {
 
     #[test]
     fn an_interrupted_training_names_a_file_that_exists() {
-        let room = Room::new();
+        let room = Sandbox::new();
         let arguments = ["train", "embedded:walk", "--model", "gpdm-graph", "--threshold", "1e-9", "--fps", "400"];
         let arguments = [&arguments[..], &["--clip-length", "20", "--out", "a.model"]].concat();
         let mut child = start(&room, arguments);
@@ -218,7 +218,7 @@ mod signals {
 
     #[test]
     fn what_a_killed_process_left_is_removed_by_the_next_and_the_old_result_stands_meanwhile() {
-        let room = Room::new();
+        let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         room.succeed("render tiny.toml --out set -q");
         let old = room.read("set/files.sha256");
@@ -237,7 +237,7 @@ mod signals {
 
     #[test]
     fn of_two_processes_that_write_to_one_place_one_wins_and_the_other_says_so() {
-        let room = Room::new();
+        let room = Sandbox::new();
         room.write("tiny.toml", TINY);
         let render = ["render", "tiny.toml", "motion.last_frame=39", "motion.loop_to_s=4", "--out", "set"];
         let mut first = start(&room, render);

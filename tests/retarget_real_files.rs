@@ -31,8 +31,8 @@ fn retargeted(clip: &Clip, body: &str) -> Retargeted {
 /// Greatest turn of any link in the world from one frame to the next, radians.
 fn greatest_turn(result: &Retargeted) -> f64 {
     let frames: Vec<_> = result.motion.poses.iter().map(|pose| result.humanoid.link_frames(pose)).collect();
-    let flesh = (0..result.humanoid.links.len()).filter(|&link| !result.humanoid.links[link].flesh.is_empty());
-    flesh
+    let solid = (0..result.humanoid.links.len()).filter(|&link| !result.humanoid.links[link].solids.is_empty());
+    solid
         .flat_map(|link| frames.windows(2).map(move |w| w[0][link].rotation.angle_to(&w[1][link].rotation)))
         .fold(0.0, f64::max)
 }
@@ -172,7 +172,7 @@ fn a_walk_of_the_actor_refits_to_the_trackers_body() {
     let Some(clip) = thinned("cmu_asf_amc/49_01.amc") else { return };
     let truth = retargeted(&clip, "actor");
     let template = shipped("tracker25").unwrap();
-    let tracker = template.reshaped(&fit_shape(&template, &SegmentLengths::of(&truth.humanoid)));
+    let tracker = template.reshaped(&fit_shape(&template, &SegmentLengths::from_body(&truth.humanoid)));
     let markers: Vec<Markers> =
         truth.motion.poses.iter().map(|pose| truth.humanoid.markers(&truth.humanoid.link_frames(pose))).collect();
     let fits = fit_motion_to_markers(&tracker, &markers, &tracker.zero_pose(), &FitOptions::default());

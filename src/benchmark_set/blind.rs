@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::files::SetFiles;
-use super::manifest::{self, BlindManifest, Sequence};
+use super::manifest::{self, BlindManifest, SequenceFacts};
 use super::start_file::Start;
 use super::{SetError, cameras_file, silhouette_png};
 use crate::camera::CameraRig;
@@ -109,7 +109,7 @@ impl BlindSet {
 /// Checks the manifest's number of silhouettes by the last file of every camera, so nothing is allocated by an
 /// unverified number.
 fn check_listed(files: &SetFiles, manifest: &BlindManifest) -> Result<(), SetError> {
-    let Sequence { frames, cameras, .. } = manifest.sequence;
+    let SequenceFacts { frames, cameras, .. } = manifest.sequence;
     match (0..cameras).map(|camera| silhouette_path(camera, frames - 1)).find(|path| !files.has(path)) {
         None => Ok(()),
         Some(path) => {

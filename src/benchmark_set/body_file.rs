@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SetError;
 use super::rigid::RigidRecord;
-use crate::body::{DegreeOfFreedom, Drive, Flesh, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint};
+use crate::body::{DegreeOfFreedom, Drive, Solid, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint};
 use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
@@ -35,13 +35,13 @@ struct BodyRecord {
 #[serde(deny_unknown_fields)]
 struct LinkRecord {
     name: String,
-    flesh: Vec<FleshRecord>,
+    solids: Vec<SolidRecord>,
     inertia: Option<InertiaRecord>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub(super) enum FleshRecord {
+pub(super) enum SolidRecord {
     TaperedCapsule { a: [f64; 3], b: [f64; 3], radius_a: f64, radius_b: f64 },
     Box { frame: RigidRecord, half_extents: [f64; 3] },
     Cylinder { frame: RigidRecord, radius: f64, half_length: f64 },
@@ -181,7 +181,7 @@ impl LinkRecord {
             centre_of_mass: inertia.centre_of_mass.into(),
             tensor: inertia.tensor.transpose().into(),
         });
-        Self { name: link.name.clone(), flesh: link.flesh.iter().map(FleshRecord::new).collect(), inertia }
+        Self { name: link.name.clone(), solid: link.solids.iter().map(SolidRecord::new).collect(), inertia }
     }
 
     fn link(self) -> Result<Link, String> {
@@ -190,45 +190,45 @@ impl LinkRecord {
             centre_of_mass: inertia.centre_of_mass.into(),
             tensor: Matrix3::from(inertia.tensor).transpose(),
         });
-        let flesh = self.flesh.into_iter().map(FleshRecord::flesh).collect::<Result<_, _>>();
-        Ok(Link { flesh: flesh.map_err(|e| format!("link {:?}: {e}", excerpt(&self.name)))?, name: self.name, inertia })
+        let solid = self.solids.into_iter().map(SolidRecord::solid).collect::<Result<_, _>>();
+        Ok(Link { solid: solid.map_err(|e| format!("link {:?}: {e}", excerpt(&self.name)))?, name: self.name, inertia })
     }
 }
 
-impl FleshRecord {
-    pub(super) fn new(flesh: &Flesh) -> Self {
-        match flesh {
-            Flesh::TaperedCapsule(c) => {
+impl SolidRecord {
+    pub(super) fn new(solid: &Solid) -> Self {
+        match solid {
+            Solid::TaperedCapsule(c) => {
                 Self::TaperedCapsule { a: c.a.into(), b: c.b.into(), radius_a: c.radius_a, radius_b: c.radius_b }
             }
-            Flesh::Box { link_from_box, half_extents } => {
+            Solid::Box { link_from_box, half_extents } => {
                 Self::Box { frame: RigidRecord::new(link_from_box), half_extents: *half_extents }
             }
-            Flesh::Cylinder { link_from_cylinder, radius, half_length } => Self::Cylinder {
+            Solid::Cylinder { link_from_cylinder, radius, half_length } => Self::Cylinder {
                 frame: RigidRecord::new(link_from_cylinder),
                 radius: *radius,
                 half_length: *half_length,
             },
-            Flesh::Mesh { vertices, triangles } => {
+            Solid::Mesh { vertices, triangles } => {
                 Self::Mesh { vertices: vertices.iter().map(|v| (*v).into()).collect(), triangles: triangles.clone() }
             }
         }
     }
 
-    pub(super) fn flesh(self) -> Result<Flesh, String> {
+    pub(super) fn solid(self) -> Result<Solid, String> {
         Ok(match self {
             Self::TaperedCapsule { a, b, radius_a, radius_b } => {
-                Flesh::TaperedCapsule(TaperedCapsule { a: a.into(), b: b.into(), radius_a, radius_b })
+                Solid::TaperedCapsule(TaperedCapsule { a: a.into(), b: b.into(), radius_a, radius_b })
             }
-            Self::Box { frame, half_extents } => Flesh::Box { link_from_box: frame.transform()?, half_extents },
+            Self::Box { frame, half_extents } => Solid::Box { link_from_box: frame.transform()?, half_extents },
             Self::Cylinder { frame, radius, half_length } => {
-                Flesh::Cylinder { link_from_cylinder: frame.transform()?, radius, half_length }
+                Solid::Cylinder { link_from_cylinder: frame.transform()?, radius, half_length }
             }
             Self::Mesh { vertices, triangles } => {
                 if triangles.as_flattened().iter().any(|v| *v as usize >= vertices.len()) {
                     return Err("a triangle refers to a vertex that does not exist".to_string());
                 }
-                Flesh::Mesh { vertices: vertices.into_iter().map(Point3::from).collect(), triangles }
+                Solid::Mesh { vertices: vertices.into_iter().map(Point3::from).collect(), triangles }
             }
         })
     }
@@ -330,7 +330,7 @@ mod tests {
     use crate::benchmark_set::fixture;
 
     #[test]
-    fn a_body_with_every_kind_of_joint_and_flesh_is_read_back_to_the_bit() {
+    fn a_body_with_every_kind_of_joint_and_solid_is_read_back_to_the_bit() {
         let body = fixture::every_kind_of_body();
         assert_eq!(from_json("b", &to_json("b", &body).unwrap()).unwrap(), body);
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::Humanoid;
 use crate::contact::GroundQuality;
-use crate::physics::{FixReport, SimulationReport, SimulationSettings};
+use crate::physics::{PlantingReport, SimulationReport, SimulationSettings};
 
 /// Treatment of ground contact in the truth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,7 +75,7 @@ impl ContactFacts {
     }
 
     /// Of a motion with planted feet.
-    pub fn fixed(report: &FixReport) -> Self {
+    pub fn fixed(report: &PlantingReport) -> Self {
         Self {
             joints_moved_mm: Some([report.moved_mm, report.moved_most.mm]),
             raised_mm: (report.raised_mm > 0.0).then_some(report.raised_mm),

@@ -35,7 +35,7 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 
 /// The EXR file of some layers of an image.
 pub(super) fn encode(file: &str, image: &DepthImage, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
-    let window = Window::of(image);
+    let window = Window::from_image(image);
     let channel = |layer: &Layer| match layer {
         Layer::Depth => AnyChannel::new("depth.Z", FlatSamples::F32(window.crop(&image.depth))),
         Layer::Parts => AnyChannel::new("id.part", FlatSamples::U32(window.crop(&image.part))),
@@ -84,7 +84,7 @@ struct Window {
 }
 
 impl Window {
-    fn of(image: &DepthImage) -> Self {
+    fn from_image(image: &DepthImage) -> Self {
         let image_width = image.width as usize;
         let (mut left, mut right, mut top, mut bottom) = (image_width, 0, image.height as usize, 0);
         for (y, row) in image.part.chunks(image_width.max(1)).enumerate() {

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
 use crate::body::fixture::{person, walk};
 use crate::body::{
-    DegreeOfFreedom, Drive, Flesh, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion,
+    DegreeOfFreedom, Drive, Solid, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion,
 };
 use crate::observation::Observer;
 use crate::raster::TaperedCapsule;
@@ -44,23 +44,23 @@ pub(super) fn every_kind_of_body() -> Humanoid {
         UnitQuaternion::from_euler_angles(0.3, -0.2, third),
     );
     let axis = Unit::new_normalize(Vector3::new(1.0, 2.0, -3.0));
-    let flesh = vec![
-        Flesh::TaperedCapsule(TaperedCapsule {
+    let solid = vec![
+        Solid::TaperedCapsule(TaperedCapsule {
             a: Point3::new(third, 0.0, -0.0),
             b: Point3::new(0.1, 0.2, 0.3),
             radius_a: 0.1 + 0.2,
             radius_b: 0.05,
         }),
-        Flesh::Box { link_from_box: frame, half_extents: [0.1, 0.2, third] },
-        Flesh::Cylinder { link_from_cylinder: frame, radius: third, half_length: 0.7 },
-        Flesh::Mesh {
+        Solid::Box { link_from_box: frame, half_extents: [0.1, 0.2, third] },
+        Solid::Cylinder { link_from_cylinder: frame, radius: third, half_length: 0.7 },
+        Solid::Mesh {
             vertices: vec![Point3::origin(), Point3::new(1.0, 0.0, third), Point3::new(0.0, 1.0, 0.0)],
             triangles: vec![[0, 1, 2], [2, 1, 0]],
         },
     ];
     let tensor = Matrix3::new(1.0, 0.1, 0.2, 0.1, 2.0, third, 0.2, third, 3.0);
     let inertia = Some(Inertia { mass: 70.1, centre_of_mass: Point3::new(0.0, third, 0.0), tensor });
-    let link = |name: &str| Link { name: name.to_string(), flesh: Vec::new(), inertia: None };
+    let link = |name: &str| Link { name: name.to_string(), solids: Vec::new(), inertia: None };
     let kinds = [
         (
             "turn",
@@ -88,7 +88,7 @@ pub(super) fn every_kind_of_body() -> Humanoid {
     let mut markers = [None; LANDMARKS.len()];
     markers[1] = Some(LinkPoint { link: 2, point_in_link: Point3::new(third, 0.1, 0.0) });
     let mut links: Vec<Link> = ["a", "b", "c", "d", "e", "f"].map(link).into();
-    links[0] = Link { name: "a".to_string(), flesh, inertia };
+    links[0] = Link { name: "a".to_string(), solid, inertia };
     Humanoid {
         name: "everything".to_string(),
         links,

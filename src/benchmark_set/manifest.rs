@@ -28,11 +28,11 @@ pub(super) struct BlindManifest {
     pub(super) name: String,
     /// Version of the program that made the set.
     pub(super) version: String,
-    pub(super) sequence: Sequence,
+    pub(super) sequence: SequenceFacts,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sequence {
+pub(super) struct SequenceFacts {
     pub(super) frames: usize,
     pub(super) frames_per_second: f64,
     pub(super) cameras: usize,
@@ -41,7 +41,7 @@ pub(super) struct Sequence {
     pub(super) forward: Option<[f64; 3]>,
 }
 
-impl Sequence {
+impl SequenceFacts {
     /// Checks these numbers.
     fn check(&self) -> Result<(), String> {
         let Self { frames, frames_per_second, cameras, forward } = *self;
@@ -111,7 +111,7 @@ const CONVENTIONS: [(&str, &str); 11] = [
 ];
 
 impl BlindManifest {
-    pub(super) fn new(name: &str, sequence: Sequence) -> Self {
+    pub(super) fn new(name: &str, sequence: SequenceFacts) -> Self {
         let version = env!("CARGO_PKG_VERSION").to_string();
         Self { schema: SCHEMA.to_string(), name: name.to_string(), version, sequence }
     }
@@ -199,7 +199,7 @@ mod tests {
 
     fn walk(frames: usize) -> BlindManifest {
         let forward = Some([0.6, -0.8, 0.0]);
-        BlindManifest::new("walk", Sequence { frames, frames_per_second: 59.94, cameras: 4, forward })
+        BlindManifest::new("walk", SequenceFacts { frames, frames_per_second: 59.94, cameras: 4, forward })
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::SetError;
-use super::body_file::FleshRecord;
-use crate::body::{Flesh, Prop};
+use super::body_file::SolidRecord;
+use crate::body::{Solid, Prop};
 use crate::input::excerpt;
 
 pub(super) const PATH: &str = "truth/props.json";
@@ -23,12 +23,12 @@ struct PropsRecord {
 #[serde(deny_unknown_fields)]
 struct PropRecord {
     name: String,
-    solid: FleshRecord,
+    solid: SolidRecord,
 }
 
 /// The bytes of the file.
 pub(super) fn to_json(props: &[Prop]) -> Result<Vec<u8>, SetError> {
-    let record = |prop: &Prop| PropRecord { name: prop.name.clone(), solid: FleshRecord::new(&prop.solid) };
+    let record = |prop: &Prop| PropRecord { name: prop.name.clone(), solid: SolidRecord::new(&prop.solid) };
     super::json::to_bytes(PATH, &PropsRecord { schema: SCHEMA.to_owned(), props: props.iter().map(record).collect() })
 }
 
@@ -39,8 +39,8 @@ pub(super) fn from_json(bytes: &[u8]) -> Result<Vec<Prop>, SetError> {
         let detail = format!("{} props; expected at most {MOST_PROPS}", record.props.len());
         return Err(SetError::malformed(PATH, detail));
     }
-    let bounded = |solid: Flesh| solid.check_bounds().map(|()| solid);
-    let prop = |PropRecord { name, solid }| match solid.flesh().and_then(bounded) {
+    let bounded = |solid: Solid| solid.check_bounds().map(|()| solid);
+    let prop = |PropRecord { name, solid }| match solid.solid().and_then(bounded) {
         Ok(solid) => Ok(Prop { name, solid }),
         Err(detail) => Err(SetError::malformed(PATH, format!("prop {:?}: {detail}", excerpt(&name)))),
     };
@@ -56,15 +56,15 @@ mod tests {
     #[test]
     fn props_survive_the_file_and_a_broken_one_is_named() {
         let frame = Isometry3::new(Vector3::new(1.0, 2.0, 0.5), Vector3::new(0.0, 0.0, 0.3));
-        let crate_ = Flesh::Box { link_from_box: frame, half_extents: [0.5, 0.4, 0.3] };
-        let pillar = Flesh::Cylinder { link_from_cylinder: frame, radius: 0.2, half_length: 1.0 };
+        let crate_ = Solid::Box { link_from_box: frame, half_extents: [0.5, 0.4, 0.3] };
+        let pillar = Solid::Cylinder { link_from_cylinder: frame, radius: 0.2, half_length: 1.0 };
         let props = [("crate", crate_), ("pillar", pillar)].map(|(name, solid)| Prop { name: name.to_owned(), solid });
         let bytes = to_json(&props).unwrap();
         let read = from_json(&bytes).unwrap();
         for (read, written) in read.iter().zip(&props) {
             assert_eq!(read.name, written.name);
         }
-        let Flesh::Box { link_from_box, half_extents } = &read[0].solid else { panic!("{read:?}") };
+        let Solid::Box { link_from_box, half_extents } = &read[0].solid else { panic!("{read:?}") };
         assert!((link_from_box.to_homogeneous() - frame.to_homogeneous()).norm() < 1e-12);
         assert_eq!(*half_extents, [0.5, 0.4, 0.3]);
         let text = String::from_utf8(bytes).unwrap().replace("half_extents", "extents");
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_prop_of_1e20_m_is_refused_with_its_limit() {
-        let ball = FleshRecord::TaperedCapsule { a: [0.0; 3], b: [0.0; 3], radius_a: 1e20, radius_b: 1e20 };
+        let ball = SolidRecord::TaperedCapsule { a: [0.0; 3], b: [0.0; 3], radius_a: 1e20, radius_b: 1e20 };
         let props = vec![PropRecord { name: "sun".to_owned(), solid: ball }];
         let bytes = super::super::json::to_bytes(PATH, &PropsRecord { schema: SCHEMA.to_owned(), props }).unwrap();
         let message = from_json(&bytes).unwrap_err().to_string();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
 use super::files::{self, LISTING, SetFiles, Sink, Stop};
-use super::manifest::{self, BlindManifest, Sequence, TruthFacts};
+use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
     Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file, recording_file,
@@ -136,7 +136,7 @@ impl BenchmarkSet {
         };
         let of_frames = parallel::map(truth.frames.len(), of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
         let mut files: BTreeMap<String, Vec<u8>> = of_frames.into_iter().flatten().collect();
-        let sequence = Sequence {
+        let sequence = SequenceFacts {
             frames: truth.frames.len(),
             frames_per_second: truth.frames_per_second,
             cameras: parts.rig.cameras.len(),

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::{Drive, Flesh, Humanoid, JointKind};
+use super::{Drive, Solid, Humanoid, JointKind};
 
 /// Links of a body; it has one joint fewer.
 pub(super) const MOST_LINKS: usize = 1_000;
@@ -27,12 +27,12 @@ impl Humanoid {
     /// The first value out of bounds, if any: the link or joint, the expected range and the value.
     pub(crate) fn check_bounds(&self) -> Result<(), String> {
         at_most(self.links.len(), MOST_LINKS, "links")?;
-        at_most(self.links.iter().map(|link| link.flesh.len()).sum(), MOST_SOLIDS, "solids")?;
-        let size = |flesh: &Flesh| match flesh {
-            Flesh::Mesh { vertices, triangles } => vertices.len().max(triangles.len()),
+        at_most(self.links.iter().map(|link| link.solids.len()).sum(), MOST_SOLIDS, "solids")?;
+        let size = |solid: &Solid| match solid {
+            Solid::Mesh { vertices, triangles } => vertices.len().max(triangles.len()),
             _ => 0,
         };
-        let triangles = self.links.iter().flat_map(|link| &link.flesh).map(size).sum();
+        let triangles = self.links.iter().flat_map(|link| &link.solids).map(size).sum();
         at_most(triangles, MOST_TRIANGLES, "triangles or vertices of meshes")?;
         let names = self.links.iter().map(|link| &link.name).chain(self.joints.iter().map(|joint| &joint.name));
         let names = names.chain(self.degrees_of_freedom.iter().map(|dof| &dof.name)).chain([&self.name]);
@@ -54,7 +54,7 @@ impl Humanoid {
     }
 
     fn check_link(&self, link: &super::Link) -> Result<(), String> {
-        link.flesh.iter().try_for_each(Flesh::check_bounds)?;
+        link.solids.iter().try_for_each(Solid::check_bounds)?;
         let Some(inertia) = &link.inertia else { return Ok(()) };
         within("a mass", inertia.mass, 0.0, GREATEST_MASS, "kg")?;
         near(&inertia.centre_of_mass)?;
@@ -63,7 +63,7 @@ impl Humanoid {
     }
 }
 
-impl Flesh {
+impl Solid {
     /// The first value of the solid out of bounds, if any.
     pub(crate) fn check_bounds(&self) -> Result<(), String> {
         let sized = |size: f64| within("a solid of size", size, 0.0, GREATEST_SIZE, "m");
@@ -139,7 +139,7 @@ mod tests {
     fn a_ball_of_1e20_m_and_a_ball_of_no_sign_are_refused() {
         let ball = |radius| {
             let a = Point3::origin();
-            Flesh::TaperedCapsule(TaperedCapsule { a, b: a, radius_a: radius, radius_b: radius }).check_bounds()
+            Solid::TaperedCapsule(TaperedCapsule { a, b: a, radius_a: radius, radius_b: radius }).check_bounds()
         };
         assert_eq!(ball(0.1), Ok(()));
         assert_eq!(ball(1e20).unwrap_err(), "a solid of size 1e20 m; expected 0 to 10000 m");

@@ -3,12 +3,12 @@
 use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::{
-    DegreeOfFreedom, Drive, Flesh, Humanoid, Joint, JointKind, LANDMARKS, Landmark, Link, LinkPoint, Motion, Pose,
+    DegreeOfFreedom, Drive, Solid, Humanoid, Joint, JointKind, LANDMARKS, Landmark, Link, LinkPoint, Motion, Pose,
 };
 use crate::raster::TaperedCapsule;
 
-fn capsule(b: [f64; 3], radius_a: f64, radius_b: f64) -> Flesh {
-    Flesh::TaperedCapsule(TaperedCapsule { a: Point3::origin(), b: b.into(), radius_a, radius_b })
+fn capsule(b: [f64; 3], radius_a: f64, radius_b: f64) -> Solid {
+    Solid::TaperedCapsule(TaperedCapsule { a: Point3::origin(), b: b.into(), radius_a, radius_b })
 }
 
 /// Torso, head, two arms of two links and two stiff legs; six hinges about the y axis; all fifteen markers.
@@ -17,7 +17,7 @@ pub(crate) fn person() -> Humanoid {
         name: "stick".to_string(),
         links: vec![Link {
             name: "torso".to_string(),
-            flesh: vec![capsule([0.0, 0.0, 0.4], 0.14, 0.16)],
+            solids: vec![capsule([0.0, 0.0, 0.4], 0.14, 0.16)],
             inertia: None,
         }],
         joints: Vec::new(),
@@ -25,7 +25,7 @@ pub(crate) fn person() -> Humanoid {
         markers: [None; LANDMARKS.len()],
         notes: Vec::new(),
     };
-    let mut add = |name: &str, parent: usize, at: [f64; 3], flesh: Flesh, hinge: bool| {
+    let mut add = |name: &str, parent: usize, at: [f64; 3], solid: Solid, hinge: bool| {
         let kind = if hinge {
             body.degrees_of_freedom.push(DegreeOfFreedom {
                 name: name.to_string(),
@@ -40,7 +40,7 @@ pub(crate) fn person() -> Humanoid {
         };
         let parent_from_joint = Isometry3::translation(at[0], at[1], at[2]);
         body.joints.push(Joint { name: format!("{name}_joint"), parent, parent_from_joint, kind });
-        body.links.push(Link { name: name.to_string(), flesh: vec![flesh], inertia: None });
+        body.links.push(Link { name: name.to_string(), solids: vec![solid], inertia: None });
         body.links.len() - 1
     };
     let head = add("head", 0, [0.0, 0.0, 0.62], capsule([0.0, 0.0, 0.08], 0.09, 0.09), false);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
-use super::{Flesh, LANDMARKS, LinkPoint};
+use super::{Solid, LANDMARKS, LinkPoint};
 
 /// An articulated body. Invariants: links are in topological order (a link's parent has a smaller index), link 0 is the
 /// root, joint `i` moves link `i + 1`, every axis is unit length, every limit is ordered.
@@ -28,7 +28,7 @@ pub struct Link {
     /// Unique name.
     pub name: String,
     /// The link's geometry, in the link's frame.
-    pub flesh: Vec<Flesh>,
+    pub solids: Vec<Solid>,
     /// Mass and inertia; `None` for a massless link.
     pub inertia: Option<Inertia>,
 }

@@ -219,7 +219,7 @@ mod tests {
         };
         Humanoid {
             name: "chain".into(),
-            links: (0..7).map(|i| Link { name: format!("link{i}"), flesh: vec![], inertia: None }).collect(),
+            links: (0..7).map(|i| Link { name: format!("link{i}"), solids: vec![], inertia: None }).collect(),
             joints: joints.collect(),
             degrees_of_freedom: (0..11).map(degree).collect(),
             markers: Default::default(),

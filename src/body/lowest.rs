@@ -2,46 +2,46 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::{Flesh, Humanoid, Landmark, LinkFrames};
+use super::{Solid, Humanoid, Landmark, LinkFrames};
 
-impl Flesh {
+impl Solid {
     /// The lowest point of the solid in the world when its link is at `world_from_link`, metres; one of them if there
     /// are several. `None` for a mesh without vertices.
     pub fn lowest_point(&self, world_from_link: &Isometry3<f64>) -> Option<Point3<f64>> {
         let down_in = |frame: &Isometry3<f64>| frame.rotation.inverse() * -Vector3::z();
         let lower = |a: Point3<f64>, b: Point3<f64>| if b.z < a.z { b } else { a };
         match self {
-            Flesh::TaperedCapsule(capsule) => {
+            Solid::TaperedCapsule(capsule) => {
                 let bottom = |centre: &Point3<f64>, radius: f64| world_from_link * centre - Vector3::z() * radius;
                 Some(lower(bottom(&capsule.a, capsule.radius_a), bottom(&capsule.b, capsule.radius_b)))
             }
-            Flesh::Box { link_from_box, half_extents } => {
+            Solid::Box { link_from_box, half_extents } => {
                 let frame = world_from_link * link_from_box;
                 let corner = down_in(&frame).zip_map(&Vector3::from(*half_extents), |down, half| half.copysign(down));
                 Some(frame * Point3::from(corner))
             }
-            Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+            Solid::Cylinder { link_from_cylinder, radius, half_length } => {
                 let frame = world_from_link * link_from_cylinder;
                 let down = down_in(&frame);
                 let rim = Vector3::new(down.x, down.y, 0.0).try_normalize(1e-12).unwrap_or_default() * *radius;
                 Some(frame * Point3::from(rim + Vector3::z() * half_length.copysign(down.z)))
             }
-            Flesh::Mesh { vertices, .. } => vertices.iter().map(|vertex| world_from_link * vertex).reduce(lower),
+            Solid::Mesh { vertices, .. } => vertices.iter().map(|vertex| world_from_link * vertex).reduce(lower),
         }
     }
 }
 
-impl Flesh {
+impl Solid {
     /// The centre of the solid in its link's frame, metres: midway between the ends of a capsule, the mean vertex of a
     /// mesh. `None` for a mesh without vertices.
     pub fn middle(&self) -> Option<Point3<f64>> {
         match self {
-            Flesh::TaperedCapsule(capsule) => Some(nalgebra::center(&capsule.a, &capsule.b)),
-            Flesh::Box { link_from_box: frame, .. } | Flesh::Cylinder { link_from_cylinder: frame, .. } => {
+            Solid::TaperedCapsule(capsule) => Some(nalgebra::center(&capsule.a, &capsule.b)),
+            Solid::Box { link_from_box: frame, .. } | Solid::Cylinder { link_from_cylinder: frame, .. } => {
                 Some(frame.translation.vector.into())
             }
-            Flesh::Mesh { vertices, .. } if vertices.is_empty() => None,
-            Flesh::Mesh { vertices, .. } => {
+            Solid::Mesh { vertices, .. } if vertices.is_empty() => None,
+            Solid::Mesh { vertices, .. } => {
                 let sum = vertices.iter().fold(Vector3::zeros(), |sum, vertex| sum + vertex.coords);
                 Some((sum / vertices.len() as f64).into())
             }
@@ -65,8 +65,8 @@ impl Humanoid {
 
     /// The lowest point of these links' geometry, world, metres; `None` if they have none.
     pub fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<Point3<f64>> {
-        let solids = links.iter().flat_map(|&link| self.links[link].flesh.iter().map(move |flesh| (link, flesh)));
-        solids.filter_map(|(link, flesh)| flesh.lowest_point(&frames[link])).min_by(|a, b| a.z.total_cmp(&b.z))
+        let solids = links.iter().flat_map(|&link| self.links[link].solids.iter().map(move |solid| (link, solid)));
+        solids.filter_map(|(link, solid)| solid.lowest_point(&frames[link])).min_by(|a, b| a.z.total_cmp(&b.z))
     }
 }
 
@@ -87,9 +87,9 @@ mod tests {
             radius_b: 0.09,
         };
         let solids = [
-            Flesh::TaperedCapsule(capsule),
-            Flesh::Box { link_from_box: here, half_extents: [0.1, 0.2, 0.3] },
-            Flesh::Cylinder { link_from_cylinder: here, radius: 0.1, half_length: 0.3 },
+            Solid::TaperedCapsule(capsule),
+            Solid::Box { link_from_box: here, half_extents: [0.1, 0.2, 0.3] },
+            Solid::Cylinder { link_from_cylinder: here, radius: 0.1, half_length: 0.3 },
         ];
         let inside: [fn(&Point3<f64>) -> bool; 3] = [
             |p| {

@@ -33,7 +33,7 @@ impl BodyShape {
 /// The link itself if it has mass or geometry, else the first link below it that has.
 fn segment_of(humanoid: &Humanoid, link: usize) -> usize {
     let mut link = link;
-    while humanoid.links[link].flesh.is_empty() && humanoid.links[link].inertia.is_none() {
+    while humanoid.links[link].solids.is_empty() && humanoid.links[link].inertia.is_none() {
         match humanoid.joints.iter().position(|j| j.parent == link) {
             Some(joint) => link = joint + 1,
             None => break,

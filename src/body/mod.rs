@@ -6,7 +6,7 @@
 mod bounds;
 #[cfg(test)]
 pub(crate) mod fixture;
-mod flesh;
+mod solid;
 mod humanoid;
 pub(crate) mod inverse_kinematics;
 mod jacobian;
@@ -27,7 +27,7 @@ mod tangent;
 mod upright;
 mod urdf;
 
-pub use flesh::Flesh;
+pub use solid::Solid;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
 pub(crate) use kinematics::{rotation_about, rotation_from_vector};

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::Flesh;
+use super::Solid;
 use crate::raster::TaperedCapsule;
 
 /// A half line `origin + s * direction`, `s >= 0`. The direction need not be of length 1: `s` counts in its lengths.
@@ -21,7 +21,7 @@ impl Ray {
     }
 }
 
-impl Flesh {
+impl Solid {
     /// The smallest `s >= 0` at which the ray is inside the solid (0 where it starts inside); `None` when it misses.
     /// Both in the link's frame. A mesh is the two-sided surface of its triangles and has no inside.
     pub fn ray_entry(&self, ray: &Ray) -> Option<f64> {
@@ -213,7 +213,7 @@ mod tests {
             let target = Point3::new(uniform(), uniform(), uniform()) * 0.5;
             let ray = Ray { origin, direction: (target - origin) * (1.2 + uniform()) };
             for capsule in &shapes {
-                let exact = Flesh::TaperedCapsule(*capsule).ray_entry(&ray);
+                let exact = Solid::TaperedCapsule(*capsule).ray_entry(&ray);
                 match (exact, entry_by_marching(capsule, &ray)) {
                     (Some(a), Some(b)) => {
                         // grazing rays amplify the marching's tolerance
@@ -232,22 +232,22 @@ mod tests {
     fn boxes_cylinders_and_meshes_are_entered_where_geometry_by_hand_says() {
         let frame = Isometry3::from_parts(Translation3::new(1.0, 0.0, 0.0), UnitQuaternion::identity());
         let along_x = Ray { origin: Point3::new(-1.0, 0.05, 0.0), direction: Vector3::new(2.0, 0.0, 0.0) };
-        let cuboid = Flesh::Box { link_from_box: frame, half_extents: [0.5, 0.1, 0.1] };
+        let cuboid = Solid::Box { link_from_box: frame, half_extents: [0.5, 0.1, 0.1] };
         assert_relative_eq!(cuboid.ray_entry(&along_x).unwrap(), 0.75);
-        let cylinder = Flesh::Cylinder { link_from_cylinder: frame, radius: 0.13, half_length: 0.5 };
+        let cylinder = Solid::Cylinder { link_from_cylinder: frame, radius: 0.13, half_length: 0.5 };
         assert_relative_eq!(cylinder.ray_entry(&along_x).unwrap(), (2.0 - 0.12) / 2.0, epsilon = 1e-12);
         let vertices = [[0.0, -1.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0]].map(Point3::from).to_vec();
-        let mesh = Flesh::Mesh { vertices, triangles: vec![[0, 1, 2], [2, 1, 0]] };
+        let mesh = Solid::Mesh { vertices, triangles: vec![[0, 1, 2], [2, 1, 0]] };
         assert_relative_eq!(mesh.ray_entry(&along_x).unwrap(), 0.5);
         let away = Ray { direction: -along_x.direction, ..along_x };
-        for flesh in [cuboid, cylinder, mesh] {
-            assert_eq!(flesh.ray_entry(&away), None);
+        for solid in [cuboid, cylinder, mesh] {
+            assert_eq!(solid.ray_entry(&away), None);
         }
     }
 
     #[test]
     fn a_ray_that_starts_inside_a_solid_enters_at_once() {
         let inside = Ray { origin: Point3::new(0.15, 0.05, -0.1), direction: Vector3::x() };
-        assert_eq!(Flesh::TaperedCapsule(cone()).ray_entry(&inside), Some(0.0));
+        assert_eq!(Solid::TaperedCapsule(cone()).ray_entry(&inside), Some(0.0));
     }
 }

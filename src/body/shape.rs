@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use super::{Flesh, Humanoid, Inertia};
+use super::{Solid, Humanoid, Inertia};
 use crate::raster::TaperedCapsule;
 
 /// Scale factors of one link relative to the original humanoid.
@@ -54,7 +54,7 @@ impl Humanoid {
         let mut body = self.clone();
         for (index, change) in shape.links.iter().enumerate().take(self.links.len()) {
             let link = &mut body.links[index];
-            link.flesh.iter_mut().for_each(|flesh| *flesh = change.flesh(flesh));
+            link.solids.iter_mut().for_each(|solid| *solid = change.solid(solid));
             link.inertia = link.inertia.as_ref().map(|inertia| change.inertia(inertia));
             for joint in body.joints.iter_mut().filter(|j| j.parent == index) {
                 let offset = &mut joint.parent_from_joint.translation.vector;
@@ -83,27 +83,27 @@ impl LinkShape {
         Isometry3::from_parts(place.into(), frame.rotation)
     }
 
-    fn flesh(&self, flesh: &Flesh) -> Flesh {
-        match flesh {
-            Flesh::TaperedCapsule(c) => Flesh::TaperedCapsule(TaperedCapsule {
+    fn solid(&self, solid: &Solid) -> Solid {
+        match solid {
+            Solid::TaperedCapsule(c) => Solid::TaperedCapsule(TaperedCapsule {
                 a: self.place(&c.a),
                 b: self.place(&c.b),
                 radius_a: c.radius_a * self.girth,
                 radius_b: c.radius_b * self.girth,
             }),
-            Flesh::Box { link_from_box, half_extents } => {
+            Solid::Box { link_from_box, half_extents } => {
                 let longest = Vector3::from(*half_extents).imax();
                 let mut half_extents = half_extents.map(|h| h * self.girth);
                 let direction = link_from_box.rotation * Vector3::ith_axis(longest).into_inner();
                 half_extents[longest] *= self.along(&direction) / self.girth;
-                Flesh::Box { link_from_box: self.frame(link_from_box), half_extents }
+                Solid::Box { link_from_box: self.frame(link_from_box), half_extents }
             }
-            Flesh::Cylinder { link_from_cylinder, radius, half_length } => Flesh::Cylinder {
+            Solid::Cylinder { link_from_cylinder, radius, half_length } => Solid::Cylinder {
                 link_from_cylinder: self.frame(link_from_cylinder),
                 radius: radius * self.girth,
                 half_length: half_length * self.along(&(link_from_cylinder.rotation * Vector3::z())),
             },
-            Flesh::Mesh { vertices, triangles } => {
+            Solid::Mesh { vertices, triangles } => {
                 let (low, high) = bounds(vertices);
                 let middle = nalgebra::center(&low, &high);
                 let mut factors = Vector3::repeat(self.girth);
@@ -111,7 +111,7 @@ impl LinkShape {
                 factors[longest] = self.length[longest];
                 let moved = self.place(&middle);
                 let vertices = vertices.iter().map(|v| moved + (v - middle).component_mul(&factors)).collect();
-                Flesh::Mesh { vertices, triangles: triangles.clone() }
+                Solid::Mesh { vertices, triangles: triangles.clone() }
             }
         }
     }
@@ -171,7 +171,7 @@ mod tests {
         let same = body.reshaped(&BodyShape::identity(&body));
         assert_eq!((&same.joints, &same.markers), (&body.joints, &body.markers));
         for (a, b) in same.links.iter().zip(&body.links) {
-            assert_eq!(a.flesh, b.flesh);
+            assert_eq!(a.solids, b.solids);
             let tensors = a.inertia.as_ref().zip(b.inertia.as_ref());
             assert!(
                 tensors.is_none_or(|(a, b)| (a.tensor - b.tensor).norm() < 1e-12 && (a.mass - b.mass).abs() < 1e-12)
@@ -204,13 +204,13 @@ mod tests {
     fn boxes_and_cylinders_grow_with_length_along_and_girth_across() {
         let shape = LinkShape { length: Vector3::new(1.0, 1.0, 2.0), girth: 3.0 };
         let frame = Isometry3::translation(0.0, 0.0, 1.0);
-        let grown = shape.flesh(&Flesh::Box { link_from_box: frame, half_extents: [0.1, 0.2, 0.5] });
-        let Flesh::Box { link_from_box, half_extents } = grown else { panic!("a box stays a box") };
+        let grown = shape.solid(&Solid::Box { link_from_box: frame, half_extents: [0.1, 0.2, 0.5] });
+        let Solid::Box { link_from_box, half_extents } = grown else { panic!("a box stays a box") };
         assert_eq!(link_from_box.translation.z, 2.0);
         let expected = [0.1 * 3.0, 0.2 * 3.0, 1.0];
         assert!(half_extents.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{half_extents:?}");
-        let grown = shape.flesh(&Flesh::Cylinder { link_from_cylinder: frame, radius: 0.1, half_length: 0.5 });
-        let Flesh::Cylinder { radius, half_length, .. } = grown else { panic!("a cylinder stays a cylinder") };
+        let grown = shape.solid(&Solid::Cylinder { link_from_cylinder: frame, radius: 0.1, half_length: 0.5 });
+        let Solid::Cylinder { radius, half_length, .. } = grown else { panic!("a cylinder stays a cylinder") };
         assert!((radius - 0.3).abs() < 1e-12 && (half_length - 1.0).abs() < 1e-12);
     }
 }

@@ -112,7 +112,7 @@ pub(super) mod tests {
 
     /// A hinge without limits (degree of freedom 0) and a ball joint (1..4) in a row.
     pub(in crate::body) fn hinge_and_ball() -> Humanoid {
-        let link = |name: &str| Link { name: name.into(), flesh: Vec::new(), inertia: None };
+        let link = |name: &str| Link { name: name.into(), solids: Vec::new(), inertia: None };
         let joint = |name: &str, parent, kind| Joint {
             name: name.into(),
             parent,

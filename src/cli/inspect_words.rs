@@ -67,9 +67,9 @@ fn of_clip(name: &str, s: &ClipSummary) -> String {
 }
 
 fn of_robot(name: &str, s: &RobotSummary) -> String {
-    let ([fleshed, links], [moving, joints]) = (s.links, s.joints);
+    let ([solid_links, links], [moving, joints]) = (s.links, s.joints);
     let mut text = format!(
-        "{name}: robot {}\n  links    {links}, {fleshed} of them with geometry\n  joints   {joints}, {moving} of them \
+        "{name}: robot {}\n  links    {links}, {solid_links} of them with geometry\n  joints   {joints}, {moving} of them \
         movable\n  \
          freedom  {} joint angles and 6 of the root\n  mass     {:.2} kg\n  height   {:.2} m from the lowest to the \
          highest joint",

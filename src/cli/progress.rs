@@ -71,11 +71,11 @@ impl Watch for Progress {
         self.state().bar.inc(1);
     }
 
-    fn tell(&self, state: &str) {
+    fn set_status(&self, state: &str) {
         self.state().bar.set_message(state.to_owned());
     }
 
-    fn say(&self, note: &str) {
+    fn note(&self, note: &str) {
         self.state().bar.suspend(|| self.volume.notes(&[note.to_owned()]));
     }
 

@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     more.extend(arguments.seed.map(|seed| format!("seed={seed}")));
     more.extend(arguments.seeds.map(|seeds| format!("seeds={seeds}")));
     let file = arguments.scenario.open_with(more)?;
-    let RunPlace { path: out, note } = RunPlace::of(&file, arguments.out.as_deref())?;
+    let RunPlace { path: out, note } = RunPlace::new(&file, arguments.out.as_deref())?;
     let progress = Progress::new(volume);
     let to = arguments.output.destination(&out);
     if !file.scenario.methods.is_empty() {

@@ -16,7 +16,7 @@ const SEARCH_STEPS: usize = 44;
 /// function. Its minimum is where its derivatives vanish, which has a closed form (`between_sides`), or else at one of
 /// the four end spheres, whose nearest sphere of the other family has a closed form (`least_end_distance`).
 pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
-    Axis::of(first).distance(&Axis::of(second))
+    Axis::from_capsule(first).distance(&Axis::from_capsule(second))
 }
 
 /// Pose-independent quantities of the axis of a tapered capsule.
@@ -29,7 +29,7 @@ pub(super) struct AxisLength {
 }
 
 impl AxisLength {
-    pub(super) fn of(solid: &TaperedCapsule) -> Self {
+    pub(super) fn from_capsule(solid: &TaperedCapsule) -> Self {
         let squared = (solid.b - solid.a).norm_squared();
         Self { squared, inverse: if squared > 0.0 { 1.0 / squared } else { 0.0 } }
     }
@@ -75,7 +75,7 @@ pub(super) struct Axis {
 
 impl Axis {
     /// Of a solid. If one end contains the other, the solid is a single sphere.
-    pub(super) fn of(solid: &TaperedCapsule) -> Self {
+    pub(super) fn from_capsule(solid: &TaperedCapsule) -> Self {
         let (axis, growth) = (solid.b - solid.a, solid.radius_b - solid.radius_a);
         let length = axis.norm();
         if length <= growth.abs() {
@@ -107,7 +107,7 @@ impl Axis {
     #[inline(always)]
     pub(super) fn moved_to(&self, solid: &TaperedCapsule) -> Self {
         if self.length == 0.0 {
-            return Self::of(solid);
+            return Self::from_capsule(solid);
         }
         Self { start: solid.a.coords, along: (solid.b - solid.a) * self.per_length, ..*self }
     }

@@ -99,7 +99,7 @@ impl GroundContacts {
         rule: &ContactRule,
     ) -> Result<Self, ContactError> {
         rule.check()?;
-        let clip = Clip { surface, frames, frames_per_second, rule };
+        let clip = TrackInput { surface, frames, frames_per_second, rule };
         let [left, right] = body.foot_links();
         let foot = |name, links| {
             clip.track(name, links).ok_or_else(|| ContactError::NoFoot { body: body.name.clone(), foot: name })
@@ -119,7 +119,7 @@ impl GroundContacts {
 /// # Errors
 /// [`ContactError::NoFoot`] that names the foot.
 pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
-    let bare = |links: &Vec<usize>| links.iter().all(|&link| body.links[link].flesh.is_empty());
+    let bare = |links: &Vec<usize>| links.iter().all(|&link| body.links[link].solids.is_empty());
     let feet = body.foot_links();
     match FOOT_NAMES.into_iter().zip(&feet).find(|(_, links)| bare(links)) {
         Some((foot, _)) => Err(ContactError::NoFoot { body: body.name.clone(), foot }),
@@ -152,14 +152,14 @@ pub(crate) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFr
 
 /// The input of tracks.
 #[derive(Clone, Copy)]
-pub(crate) struct Clip<'a> {
+pub(crate) struct TrackInput<'a> {
     pub(crate) surface: &'a dyn Surface,
     pub(crate) frames: &'a [LinkFrames],
     pub(crate) frames_per_second: f64,
     pub(crate) rule: &'a ContactRule,
 }
 
-impl Clip<'_> {
+impl TrackInput<'_> {
     /// `None` where the links have no surface.
     pub(crate) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
         let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
@@ -221,14 +221,14 @@ pub(super) fn material_velocity(
 mod tests {
     use super::*;
     use crate::body::fixture::person;
-    use crate::body::{Flesh, Humanoid, Landmark, LinkPoint, Pose};
+    use crate::body::{Solid, Humanoid, Landmark, LinkPoint, Pose};
     use crate::raster::TaperedCapsule;
     use nalgebra::{DVector, Isometry3, UnitQuaternion};
 
     /// Two spheres of 0.1 m on one link, 0.2 m apart along y: a body that is its own feet.
     fn roller() -> Humanoid {
         let mut body = person();
-        let ball = Flesh::TaperedCapsule(TaperedCapsule {
+        let ball = Solid::TaperedCapsule(TaperedCapsule {
             a: Point3::new(0.0, -0.1, 0.0),
             b: Point3::new(0.0, 0.1, 0.0),
             radius_a: 0.1,
@@ -237,7 +237,7 @@ mod tests {
         body.links.truncate(1);
         body.joints.clear();
         body.degrees_of_freedom.clear();
-        body.links[0].flesh = vec![ball];
+        body.links[0].solids = vec![ball];
         body.markers = [None; 15];
         for ankle in [Landmark::LeftAnkle, Landmark::RightAnkle] {
             body.markers[ankle as usize] = Some(LinkPoint { link: 0, point_in_link: Point3::origin() });
@@ -293,7 +293,7 @@ mod tests {
         assert!(refused(&roller(), &nowhere).starts_with("frame 0 (from 0): the position of link \"torso\""));
         assert!(refused(&person(), &still).contains("0 joint angles"));
         let mut bare = roller();
-        bare.links[0].flesh.clear();
+        bare.links[0].solids.clear();
         assert!(refused(&bare, &still).contains("no left foot"));
         assert!(check_feet(&bare).unwrap_err().to_string().contains("no left foot"));
         assert_eq!(check_feet(&roller()), Ok(()));

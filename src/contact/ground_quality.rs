@@ -19,7 +19,7 @@ pub struct GroundQuality {
 
 impl GroundQuality {
     /// Of these contacts.
-    pub fn of(contacts: &GroundContacts) -> Self {
+    pub fn from_contacts(contacts: &GroundContacts) -> Self {
         let stands: Vec<&GroundContact> =
             contacts.feet.iter().flat_map(|foot| &foot.frames).filter(|contact| contact.in_contact).collect();
         let skate: f64 = stands.iter().map(|contact| 1000.0 * contact.slip_m_per_s()).sum();

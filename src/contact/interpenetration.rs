@@ -7,7 +7,7 @@ use super::bounds::{Bounds, rounding};
 use super::capsule_distance::{Axis, AxisLength, squared_distance_of_axes};
 use super::self_collision::bounding_ball;
 use super::solid_distance::solid_distance;
-use crate::body::{Flesh, Humanoid, LinkFrames};
+use crate::body::{Solid, Humanoid, LinkFrames};
 use crate::raster::TaperedCapsule;
 use crate::simd::{Dispatched, dispatch};
 
@@ -19,9 +19,9 @@ use crate::simd::{Dispatched, dispatch};
 #[derive(Clone, Debug)]
 pub struct Interpenetration {
     tolerance_m: f64,
-    solids: Vec<Solid>,
+    solids: Vec<LinkSolid>,
     /// Measured quantities of the solids, in their order, contiguous in memory.
-    outlines: Vec<Outline>,
+    outlines: Vec<CapsuleShape>,
     parts: Vec<Part>,
     part_pairs: Vec<PartPair>,
     solid_pairs: Vec<SolidPair>,
@@ -29,16 +29,16 @@ pub struct Interpenetration {
 
 /// One solid, in its link.
 #[derive(Clone, Debug)]
-struct Solid {
+struct LinkSolid {
     link: usize,
-    flesh: Flesh,
+    solid: Solid,
     /// The solid itself if it is a tapered capsule, else its bounding sphere.
     capsule: TaperedCapsule,
 }
 
 /// The pose-independent part of a solid's capsule.
 #[derive(Clone, Debug)]
-struct Outline {
+struct CapsuleShape {
     axis: Axis,
     length: AxisLength,
     /// Whether the capsule is the solid itself.
@@ -94,15 +94,15 @@ pub struct InterpenetrationScratch {
 impl Interpenetration {
     /// Of a body; depths up to `tolerance_m` metres, >= 0, do not count.
     pub fn new(body: &Humanoid, tolerance_m: f64) -> Self {
-        let (mut parts, mut solids) = (Vec::new(), Vec::<Solid>::new());
-        for (link, flesh) in body.links.iter().map(|link| &link.flesh).enumerate() {
+        let (mut parts, mut solids) = (Vec::new(), Vec::<LinkSolid>::new());
+        for (link, solid) in body.links.iter().map(|link| &link.solids).enumerate() {
             let first = solids.len();
-            solids.extend(flesh.iter().filter_map(|flesh| Solid::new(link, flesh)));
+            solids.extend(solid.iter().filter_map(|solid| LinkSolid::new(link, solid)));
             if solids.len() > first {
-                parts.push(Part::of(&solids[first..], first));
+                parts.push(Part::new(&solids[first..], first));
             }
         }
-        let outlines = solids.iter().map(Outline::of).collect();
+        let outlines = solids.iter().map(CapsuleShape::new).collect();
         let mut laid_out =
             Self { tolerance_m, solids, outlines, parts, part_pairs: Vec::new(), solid_pairs: Vec::new() };
         for pair in SelfCollision::new(body).pairs() {
@@ -134,7 +134,7 @@ impl Interpenetration {
         let InterpenetrationScratch { capsules, boxes, part_boxes } = scratch;
         capsules.clear();
         capsules.extend(self.solids.iter().map(|solid| solid.capsule.transformed(&frames[solid.link])));
-        let ground = Ground { up: Vector3::z(), height: 0.0 };
+        let ground = GroundPlane { up: Vector3::z(), height: 0.0 };
         dispatch(Measuring { body: self, capsules, ground, frames, boxes, part_boxes })
     }
 
@@ -150,19 +150,19 @@ impl Interpenetration {
     ) -> Depths {
         debug_assert_eq!(capsules.len(), self.solids.len());
         let up = camera_from_world.rotation * Vector3::z();
-        let ground = Ground { up, height: -up.dot(&camera_from_world.translation.vector) };
+        let ground = GroundPlane { up, height: -up.dot(&camera_from_world.translation.vector) };
         let InterpenetrationScratch { boxes, part_boxes, .. } = scratch;
         dispatch(Measuring { body: self, capsules, ground, frames, boxes, part_boxes })
     }
 }
 
 /// The ground: points `p` with `up . p + height = 0`.
-struct Ground {
+struct GroundPlane {
     up: Vector3<f64>,
     height: f64,
 }
 
-impl Ground {
+impl GroundPlane {
     #[inline(always)]
     fn height(&self, point: &Vector3<f64>) -> f64 {
         self.up.dot(point) + self.height
@@ -173,7 +173,7 @@ impl Ground {
 struct Measuring<'a> {
     body: &'a Interpenetration,
     capsules: &'a [TaperedCapsule],
-    ground: Ground,
+    ground: GroundPlane,
     frames: &'a LinkFrames,
     boxes: &'a mut Vec<Bounds>,
     part_boxes: &'a mut Vec<Bounds>,
@@ -227,7 +227,7 @@ fn bound(parts: &[Part], capsules: &[TaperedCapsule], more: f32, boxes: &mut [Bo
 struct Standing<'a> {
     body: &'a Interpenetration,
     capsules: &'a [TaperedCapsule],
-    ground: Ground,
+    ground: GroundPlane,
     frames: &'a LinkFrames,
     boxes: &'a [Bounds],
     part_boxes: &'a [Bounds],
@@ -255,7 +255,7 @@ impl Standing<'_> {
         if pair.axes_reach_squared == f64::INFINITY {
             let (first, second) = (&self.body.solids[i], &self.body.solids[j]);
             let first_from_second: Isometry3<f64> = self.frames[first.link].inverse() * self.frames[second.link];
-            return solid_distance(&first.flesh, &second.flesh, &first_from_second);
+            return solid_distance(&first.solid, &second.solid, &first_from_second);
         }
         let (first, second) = (&self.body.outlines[i], &self.body.outlines[j]);
         let (a, b) = (&self.capsules[i], &self.capsules[j]);
@@ -286,8 +286,8 @@ impl Standing<'_> {
                 let (a, b) = (self.ground.height(&capsule.a.coords), self.ground.height(&capsule.b.coords));
                 lesser(a - capsule.radius_a, b - capsule.radius_b)
             } else {
-                let Solid { link, flesh, .. } = &self.body.solids[solid];
-                flesh.lowest_point(&self.frames[*link]).map_or(f64::INFINITY, |point| point.z)
+                let LinkSolid { link, solid, .. } = &self.body.solids[solid];
+                solid.lowest_point(&self.frames[*link]).map_or(f64::INFINITY, |point| point.z)
             };
             lowest = lesser(height, lowest);
         }
@@ -308,7 +308,7 @@ fn within([first, end]: [u32; 2]) -> std::ops::Range<usize> {
 }
 
 impl Part {
-    fn of(solids: &[Solid], first: usize) -> Self {
+    fn new(solids: &[LinkSolid], first: usize) -> Self {
         let end = |centre: &Point3<f64>, radius: f64| centre.coords.norm() + radius;
         let reach = |c: &TaperedCapsule| end(&c.a, c.radius_a).max(end(&c.b, c.radius_b));
         Self {
@@ -319,24 +319,24 @@ impl Part {
     }
 }
 
-impl Solid {
+impl LinkSolid {
     /// `None` of an empty mesh.
-    fn new(link: usize, flesh: &Flesh) -> Option<Self> {
-        let capsule = match flesh {
-            Flesh::TaperedCapsule(capsule) => *capsule,
+    fn new(link: usize, solid: &Solid) -> Option<Self> {
+        let capsule = match solid {
+            Solid::TaperedCapsule(capsule) => *capsule,
             _ => {
-                let (centre, radius) = bounding_ball(flesh)?;
+                let (centre, radius) = bounding_ball(solid)?;
                 TaperedCapsule { a: centre, b: centre, radius_a: radius, radius_b: radius }
             }
         };
-        Some(Self { link, flesh: flesh.clone(), capsule })
+        Some(Self { link, solid: solid.clone(), capsule })
     }
 }
 
-impl Outline {
-    fn of(Solid { flesh, capsule, .. }: &Solid) -> Self {
-        let exact = matches!(flesh, Flesh::TaperedCapsule(_));
-        Self { axis: Axis::of(capsule), length: AxisLength::of(capsule), exact }
+impl CapsuleShape {
+    fn new(LinkSolid { solid, capsule, .. }: &LinkSolid) -> Self {
+        let exact = matches!(solid, Solid::TaperedCapsule(_));
+        Self { axis: Axis::from_capsule(capsule), length: AxisLength::from_capsule(capsule), exact }
     }
 }
 

@@ -64,10 +64,10 @@ impl PropContacts {
         rule: &ContactRule,
     ) -> Result<Self, ContactError> {
         rule.check()?;
-        let fleshy = (0..body.links.len()).filter(|&link| !body.links[link].flesh.is_empty());
+        let solid_links = (0..body.links.len()).filter(|&link| !body.links[link].solids.is_empty());
         let pairs: Vec<(usize, usize)> =
-            fleshy.flat_map(|link| (0..props.len()).map(move |prop| (prop, link))).collect();
-        let clip = Clip { body, frames, frames_per_second, rule };
+            solid_links.flat_map(|link| (0..props.len()).map(move |prop| (prop, link))).collect();
+        let clip = TrackInput { body, frames, frames_per_second, rule };
         let mut tracks = parallel::map(pairs.len(), |pair| {
             let (prop, link) = pairs[pair];
             PropTrack { prop, link, frames: clip.track(&props[prop], link) }
@@ -85,14 +85,14 @@ impl PropContacts {
 }
 
 /// What tracks are made of.
-struct Clip<'a> {
+struct TrackInput<'a> {
     body: &'a Humanoid,
     frames: &'a [LinkFrames],
     frames_per_second: f64,
     rule: &'a ContactRule,
 }
 
-impl Clip<'_> {
+impl TrackInput<'_> {
     fn track(&self, prop: &Prop, link: usize) -> Vec<PropContact> {
         let near: Vec<Near> = self.frames.iter().map(|frames| self.near(prop, frames, link)).collect();
         let slip_about = |centre: usize, frame: usize, reach: usize| {
@@ -117,12 +117,12 @@ impl Clip<'_> {
     }
 
     fn near(&self, prop: &Prop, frames: &LinkFrames, link: usize) -> Near {
-        let flesh = self.body.links[link].flesh.iter();
-        let apart = flesh.map(|flesh| (solid_distance(&prop.solid, flesh, &frames[link]), flesh));
+        let solid = self.body.links[link].solids.iter();
+        let apart = solid.map(|solid| (solid_distance(&prop.solid, solid, &frames[link]), solid));
         let nowhere = Near { gap_m: f64::INFINITY, point: Vector3::repeat(f64::NAN).into(), normal: Vector3::zeros() };
         let nearest = apart.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(gap_m, _)| gap_m.is_finite());
-        let found = nearest.and_then(|(gap_m, flesh)| {
-            let (point, normal) = nearest_point(&prop.solid, flesh, &frames[link])?;
+        let found = nearest.and_then(|(gap_m, solid)| {
+            let (point, normal) = nearest_point(&prop.solid, solid, &frames[link])?;
             Some(Near { gap_m, point, normal })
         });
         found.unwrap_or(nowhere)
@@ -141,7 +141,7 @@ mod tests {
     use nalgebra::{Isometry3, UnitQuaternion};
 
     use super::*;
-    use crate::body::Flesh;
+    use crate::body::Solid;
     use crate::body::fixture::person;
     use crate::raster::TaperedCapsule;
 
@@ -155,13 +155,13 @@ mod tests {
         body.joints.clear();
         body.degrees_of_freedom.clear();
         body.markers = [None; 15];
-        body.links[0].flesh = vec![Flesh::TaperedCapsule(TaperedCapsule { a, b, radius_a: 0.1, radius_b: 0.1 })];
+        body.links[0].solids = vec![Solid::TaperedCapsule(TaperedCapsule { a, b, radius_a: 0.1, radius_b: 0.1 })];
         body
     }
 
     /// A box of 1 m whose upper face is at z = 0.5.
     fn table() -> Prop {
-        let solid = Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [0.5; 3] };
+        let solid = Solid::Box { link_from_box: Isometry3::identity(), half_extents: [0.5; 3] };
         Prop { name: "table".to_owned(), solid }
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3};
 
 use super::solid_distance::solid_distance;
-use crate::body::{Flesh, Humanoid, LinkFrames};
+use crate::body::{Solid, Humanoid, LinkFrames};
 
 /// Two links, the lower index first.
 pub type LinkPair = [usize; 2];
@@ -33,21 +33,21 @@ pub struct SelfCollision<'a> {
     pairs: Vec<LinkPair>,
     left_out: Vec<(LinkPair, LeftOut)>,
     /// Per link, the solids with their bounding spheres: centre in the link, radius.
-    solids: Vec<Vec<(&'a Flesh, Point3<f64>, f64)>>,
+    solids: Vec<Vec<(&'a Solid, Point3<f64>, f64)>>,
 }
 
 impl<'a> SelfCollision<'a> {
     /// All pairs of links with geometry, except those that are adjacent or touch in the bind pose (all angles zero).
     pub fn new(body: &'a Humanoid) -> Self {
-        let around = |flesh: &'a Flesh| bounding_ball(flesh).map(|(centre, radius)| (flesh, centre, radius));
-        let solids = body.links.iter().map(|link| link.flesh.iter().filter_map(around).collect()).collect();
+        let around = |solid: &'a Solid| bounding_ball(solid).map(|(centre, radius)| (solid, centre, radius));
+        let solids = body.links.iter().map(|link| link.solids.iter().filter_map(around).collect()).collect();
         let mut found = Self { body, pairs: Vec::new(), left_out: Vec::new(), solids };
         let bind = body.link_frames(&body.zero_pose());
-        let fleshy: Vec<usize> = (0..body.links.len()).filter(|&link| !found.solids[link].is_empty()).collect();
-        for (i, &first) in fleshy.iter().enumerate() {
-            for &second in &fleshy[i + 1..] {
+        let solid_links: Vec<usize> = (0..body.links.len()).filter(|&link| !found.solids[link].is_empty()).collect();
+        for (i, &first) in solid_links.iter().enumerate() {
+            for &second in &solid_links[i + 1..] {
                 let pair = [first, second];
-                if fleshy_parent(body, second) == Some(first) {
+                if solid_parent(body, second) == Some(first) {
                     found.left_out.push((pair, LeftOut::Adjacent));
                 } else if found.depth(&bind, pair) > 0.0 {
                     found.left_out.push((pair, LeftOut::TouchesInBindPose));
@@ -106,28 +106,28 @@ impl<'a> SelfCollision<'a> {
 }
 
 /// The nearest ancestor with geometry.
-fn fleshy_parent(body: &Humanoid, link: usize) -> Option<usize> {
+fn solid_parent(body: &Humanoid, link: usize) -> Option<usize> {
     let mut above = body.parent(link)?;
-    while body.links[above].flesh.is_empty() {
+    while body.links[above].solids.is_empty() {
         above = body.parent(above)?;
     }
     Some(above)
 }
 
 /// The bounding sphere of the solid; `None` for an empty mesh.
-pub(super) fn bounding_ball(flesh: &Flesh) -> Option<(Point3<f64>, f64)> {
-    match flesh {
-        Flesh::TaperedCapsule(c) => {
+pub(super) fn bounding_ball(solid: &Solid) -> Option<(Point3<f64>, f64)> {
+    match solid {
+        Solid::TaperedCapsule(c) => {
             let centre = nalgebra::center(&c.a, &c.b);
             Some((centre, 0.5 * (c.b - c.a).norm() + c.radius_a.max(c.radius_b)))
         }
-        Flesh::Box { link_from_box, half_extents } => {
+        Solid::Box { link_from_box, half_extents } => {
             Some((link_from_box.translation.vector.into(), nalgebra::Vector3::from(*half_extents).norm()))
         }
-        Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+        Solid::Cylinder { link_from_cylinder, radius, half_length } => {
             Some((link_from_cylinder.translation.vector.into(), libm::hypot(*radius, *half_length)))
         }
-        Flesh::Mesh { vertices, .. } => {
+        Solid::Mesh { vertices, .. } => {
             let first = vertices.first()?;
             let (low, high) = vertices.iter().fold((*first, *first), |(l, h), v| (l.inf(v), h.sup(v)));
             let centre = nalgebra::center(&low, &high);
@@ -147,10 +147,10 @@ mod tests {
             let body = shipped(name).unwrap();
             let collision = SelfCollision::new(&body);
             assert!(collision.collisions(&body.link_frames(&body.zero_pose())).is_empty());
-            let fleshy = body.links.iter().filter(|link| !link.flesh.is_empty()).count();
-            assert_eq!(collision.pairs().len() + collision.left_out().len(), fleshy * (fleshy - 1) / 2);
+            let solid_links = body.links.iter().filter(|link| !link.solids.is_empty()).count();
+            assert_eq!(collision.pairs().len() + collision.left_out().len(), solid_links * (solid_links - 1) / 2);
             let adjacent = collision.left_out().iter().filter(|(_, why)| *why == LeftOut::Adjacent).count();
-            assert_eq!(adjacent, fleshy - 1, "{name}: every part but the root hangs from one");
+            assert_eq!(adjacent, solid_links - 1, "{name}: every part but the root hangs from one");
             let thigh_and_shank = ["left_thigh", "left_shank"].map(|n| body.find_link(n).unwrap());
             assert!(collision.left_out().contains(&(thigh_and_shank, LeftOut::Adjacent)));
         }
@@ -173,11 +173,11 @@ mod tests {
             pose.joint_angles[hip] = -0.01 * f64::from(step);
             let frames = body.link_frames(&pose);
             let distance =
-                |a: &Flesh, b: &Flesh| solid_distance(a, b, &(frames[shanks[0]].inverse() * frames[shanks[1]]));
+                |a: &Solid, b: &Solid| solid_distance(a, b, &(frames[shanks[0]].inverse() * frames[shanks[1]]));
             let pairs = body.links[shanks[0]]
-                .flesh
+                .solids
                 .iter()
-                .flat_map(|a| body.links[shanks[1]].flesh.iter().map(move |b| (a, b)));
+                .flat_map(|a| body.links[shanks[1]].solids.iter().map(move |b| (a, b)));
             let nearest = pairs.map(|(a, b)| distance(a, b)).fold(f64::INFINITY, f64::min);
             assert!((depth(&pose) - (-nearest).max(0.0)).abs() < 1e-12);
             met = depth(&pose).max(met);

@@ -6,7 +6,7 @@ use parry3d::query::details::contact_support_map_support_map;
 use parry3d::shape::SupportMap;
 
 use super::capsule_distance::{nearest_ball, tapered_capsule_distance};
-use crate::body::Flesh;
+use crate::body::Solid;
 
 /// Solids further apart than this are not measured, metres.
 const FAR: f32 = 10.0;
@@ -17,19 +17,19 @@ const FARTHEST: f32 = 1000.0;
 /// negative where they overlap. In closed form if both are tapered capsules; by the nearest sphere of the one to the
 /// other (parry) if one is; by parry (GJK and EPA, single precision) if neither is. Meshes count as their convex hulls.
 /// Infinite if parry finds no answer: solids more than 10 m apart, or a mesh without vertices.
-pub fn solid_distance(first: &Flesh, second: &Flesh, first_from_second: &Isometry3<f64>) -> f64 {
-    let is_empty = |flesh: &Flesh| matches!(flesh, Flesh::Mesh { vertices, .. } if vertices.is_empty());
+pub fn solid_distance(first: &Solid, second: &Solid, first_from_second: &Isometry3<f64>) -> f64 {
+    let is_empty = |solid: &Solid| matches!(solid, Solid::Mesh { vertices, .. } if vertices.is_empty());
     if is_empty(first) || is_empty(second) {
         return f64::INFINITY;
     }
     match (first, second) {
-        (Flesh::TaperedCapsule(a), Flesh::TaperedCapsule(b)) => {
+        (Solid::TaperedCapsule(a), Solid::TaperedCapsule(b)) => {
             tapered_capsule_distance(a, &b.transformed(first_from_second))
         }
-        (Flesh::TaperedCapsule(capsule), solid) => {
+        (Solid::TaperedCapsule(capsule), solid) => {
             nearest_ball(&capsule.transformed(&first_from_second.inverse()), |centre| from_point(solid, &centre))
         }
-        (solid, Flesh::TaperedCapsule(capsule)) => {
+        (solid, Solid::TaperedCapsule(capsule)) => {
             nearest_ball(&capsule.transformed(first_from_second), |centre| from_point(solid, &centre))
         }
         _ => by_parry(&Hull(first), &Hull(second), &to_pose(first_from_second)),
@@ -39,8 +39,8 @@ pub fn solid_distance(first: &Flesh, second: &Flesh, first_from_second: &Isometr
 /// The point of `second` that is nearest to `first`, or deepest in it, and the outward normal of `first` there, both in
 /// the frame of `first`'s link; by parry, to single precision. `None` where [`solid_distance`] may be infinite.
 pub(super) fn nearest_point(
-    first: &Flesh,
-    second: &Flesh,
+    first: &Solid,
+    second: &Solid,
     first_from_second: &Isometry3<f64>,
 ) -> Option<(Point3<f64>, Vector3<f64>)> {
     let pose = to_pose(first_from_second);
@@ -50,7 +50,7 @@ pub(super) fn nearest_point(
     Some((first_from_second * Point3::new(x, y, z), normal))
 }
 
-fn from_point(solid: &Flesh, point: &Point3<f64>) -> f64 {
+fn from_point(solid: &Solid, point: &Point3<f64>) -> f64 {
     by_parry(&Hull(solid), &Here, &Pose::from_translation(to_vector(point)))
 }
 
@@ -69,7 +69,7 @@ impl SupportMap for Here {
 }
 
 /// A solid as a shape for parry: its support point along a direction.
-struct Hull<'a>(&'a Flesh);
+struct Hull<'a>(&'a Solid);
 
 impl SupportMap for Hull<'_> {
     fn local_support_point(&self, direction: Vector) -> Vector {
@@ -102,8 +102,8 @@ mod tests {
     use super::*;
     use crate::raster::TaperedCapsule;
 
-    fn ball(radius: f64) -> Flesh {
-        Flesh::TaperedCapsule(TaperedCapsule {
+    fn ball(radius: f64) -> Solid {
+        Solid::TaperedCapsule(TaperedCapsule {
             a: Point3::origin(),
             b: Point3::origin(),
             radius_a: radius,
@@ -111,15 +111,15 @@ mod tests {
         })
     }
 
-    fn cube() -> Flesh {
-        Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [0.1; 3] }
+    fn cube() -> Solid {
+        Solid::Box { link_from_box: Isometry3::identity(), half_extents: [0.1; 3] }
     }
 
     #[test]
     fn boxes_cylinders_and_balls_are_apart_as_worked_out_by_hand() {
         let along_x = |x: f64| Isometry3::translation(x, 0.0, 0.0);
         let turned = Isometry3::new(Vector3::new(0.3, 0.0, 0.0), Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_4));
-        let cylinder = Flesh::Cylinder { link_from_cylinder: Isometry3::identity(), radius: 0.1, half_length: 0.2 };
+        let cylinder = Solid::Cylinder { link_from_cylinder: Isometry3::identity(), radius: 0.1, half_length: 0.2 };
         for (a, b, pose, expected) in [
             (cube(), cube(), along_x(0.25), 0.05),
             (cube(), cube(), along_x(0.19), -0.01),
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_mesh_without_vertices_touches_nothing() {
-        let empty = Flesh::Mesh { vertices: Vec::new(), triangles: Vec::new() };
+        let empty = Solid::Mesh { vertices: Vec::new(), triangles: Vec::new() };
         assert_eq!(solid_distance(&empty, &cube(), &Isometry3::identity()), f64::INFINITY);
     }
 }

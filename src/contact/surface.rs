@@ -23,7 +23,7 @@ pub trait Surface: Sync {
 impl Surface for Humanoid {
     fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<SurfacePoint> {
         let lowest = |&link: &usize| {
-            let points = self.links[link].flesh.iter().filter_map(|flesh| flesh.lowest_point(&frames[link]));
+            let points = self.links[link].solids.iter().filter_map(|solid| solid.lowest_point(&frames[link]));
             let point = points.min_by(|a, b| a.z.total_cmp(&b.z))?;
             Some(SurfacePoint { link, point })
         };

@@ -1,7 +1,7 @@
 //! Physical plausibility of a motion: its balance and the forces that it needs.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{Sequence, Touching};
+use super::sequence::{Sequence, ContactMeasures};
 use crate::physics::{Dynamics, DynamicsFrame};
 
 const DYNAMICS: &str = "poses of the tracker's body (estimate_root and estimate_angles) over at least 1/15 s before and \
@@ -82,7 +82,7 @@ pub(super) const TRUE_VIOLATIONS: Metric = Metric {
 
 fn per_frame(
     sequence: &Sequence<'_>,
-    body: Touching<'_>,
+    body: ContactMeasures<'_>,
     value: impl Fn(&DynamicsFrame) -> Option<f64>,
 ) -> Option<Measurement> {
     let dynamics = body.dynamics?;
@@ -91,15 +91,15 @@ fn per_frame(
     Some(Measurement::PerFrame(sequence.per_scored_frame(value)))
 }
 
-fn unbalanced(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+fn unbalanced(sequence: &Sequence<'_>, body: ContactMeasures<'_>) -> Option<Measurement> {
     per_frame(sequence, body, |frame| frame.margin_m.map(|margin| f64::from(u8::from(margin < 0.0))))
 }
 
-fn residual(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+fn residual(sequence: &Sequence<'_>, body: ContactMeasures<'_>) -> Option<Measurement> {
     per_frame(sequence, body, |frame| Some(frame.residual))
 }
 
-fn violations(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+fn violations(sequence: &Sequence<'_>, body: ContactMeasures<'_>) -> Option<Measurement> {
     per_frame(sequence, body, |frame| Some(f64::from(u8::from(frame.violations != [0, 0]))))
 }
 

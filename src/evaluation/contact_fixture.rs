@@ -9,7 +9,7 @@ use crate::physics::Dynamics;
 
 use super::evaluate::MetricValue;
 use super::fixture::standing;
-use super::{ContactPair, Sequence, Touching, evaluate};
+use super::{ContactPair, Sequence, ContactMeasures, evaluate};
 
 /// A foot in one frame: whether it stands, its gap and its speed along x in mm and mm/s.
 pub(crate) type Foot = (bool, f64, f64);
@@ -53,7 +53,7 @@ pub(crate) fn measured_with(
     let markers = vec![standing(); truth.feet[0].frames.len()];
     let [true_depths, depths] = self_mm.map(|mm| mm.iter().map(|d| 0.001 * d).collect::<Vec<_>>());
     let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
-    let body = |ground, depths, dynamics| Touching {
+    let body = |ground, depths, dynamics| ContactMeasures {
         ground,
         self_depth_m: depths,
         prop_depth_m: Some(depths),

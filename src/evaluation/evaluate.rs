@@ -100,8 +100,8 @@ fn value_of(metric: &Metric, measurement: Measurement, sequence: &Sequence<'_>, 
     };
     let values: Vec<f64> = per_frame.iter().flatten().copied().collect();
     let mean = whole.or_else(|| super::mean(&values))?;
-    let protocol = format!("{}; {span}", protocol::of(metric, sequence));
-    let spread = Spread::of(&values);
+    let protocol = format!("{}; {span}", protocol::describe(metric, sequence));
+    let spread = Spread::from_values(&values);
     Some(MetricValue { unit: metric.unit, mean, spread, frames: values.len(), protocol, per_frame })
 }
 
@@ -124,7 +124,7 @@ fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
         }
     }
     let of_joint = |(landmark, errors): (crate::body::Landmark, Vec<f64>)| {
-        let (mean, spread) = (super::mean(&errors)?, Spread::of(&errors)?);
+        let (mean, spread) = (super::mean(&errors)?, Spread::from_values(&errors)?);
         Some(JointError { joint: landmark.name().to_owned(), mean, spread, frames: errors.len() })
     };
     LANDMARKS.into_iter().zip(errors).filter_map(of_joint).collect()

@@ -1,7 +1,7 @@
 //! Slip of feet along the ground while the actor's foot stands.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{ContactPair, Sequence, Touching};
+use super::sequence::{ContactPair, Sequence, ContactMeasures};
 use super::statistics::mean_of;
 
 /// What metrics of stance need.
@@ -86,7 +86,7 @@ pub(super) const RATIO: Metric = Metric {
 /// Slides longer than this in one frame count in [`RATIO`], millimetres.
 const SLIDE_MM: f64 = 25.0;
 
-type Who = for<'a> fn(&ContactPair<'a>) -> Option<Touching<'a>>;
+type Who = for<'a> fn(&ContactPair<'a>) -> Option<ContactMeasures<'a>>;
 
 /// Speeds, mm/s, of the feet whose counterpart stands in the truth; none where the difference touches a frame that is
 /// left out or has no pose.

@@ -2,7 +2,7 @@
 
 use super::foot_skate::{STANCES, TRUE_STANCES};
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{ContactPair, Sequence, Touching};
+use super::sequence::{ContactPair, Sequence, ContactMeasures};
 use super::statistics::mean_of;
 
 /// Depth below the ground.
@@ -52,7 +52,7 @@ pub(super) const TRUE_FLOAT: Metric = Metric {
     ..FLOAT
 };
 
-type Who = for<'a> fn(&ContactPair<'a>) -> Option<Touching<'a>>;
+type Who = for<'a> fn(&ContactPair<'a>) -> Option<ContactMeasures<'a>>;
 
 fn penetration(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
     let body = who(&sequence.contacts?)?;

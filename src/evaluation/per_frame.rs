@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::io::Write;
 
-use super::{EvaluationError, METRICS, Run};
+use super::{EvaluationError, METRICS, SeedRun};
 
 /// Writes CSV with the columns `clip,seed,frame,time_s` and one per metric that has a value a frame, in the order of
 /// [`METRICS`]; an empty cell is a frame without a value.
 ///
 /// # Errors
 /// [`EvaluationError::Write`] where the output fails.
-pub fn write_per_frame(runs: &[Run<'_>], output: impl Write) -> Result<(), EvaluationError> {
+pub fn write_per_frame(runs: &[SeedRun<'_>], output: impl Write) -> Result<(), EvaluationError> {
     let failed = |error: csv::Error| EvaluationError::Write(error.to_string());
     let with_frames =
         runs.iter().flat_map(|run| &run.evaluation.metrics).filter(|(_, value)| !value.per_frame.is_empty());
@@ -29,7 +29,7 @@ pub fn write_per_frame(runs: &[Run<'_>], output: impl Write) -> Result<(), Evalu
     table.flush().map_err(|error| EvaluationError::Write(error.to_string()))
 }
 
-fn cell(run: &Run<'_>, metric: &str, frame: usize) -> String {
+fn cell(run: &SeedRun<'_>, metric: &str, frame: usize) -> String {
     let value = run.evaluation.metrics.get(metric).and_then(|value| value.per_frame.get(frame).copied().flatten());
     value.map_or_else(String::new, |value| value.to_string())
 }
@@ -46,7 +46,7 @@ mod tests {
         let moved: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.5, 0.0, 0.0))).collect();
         let evaluation = evaluate_markers(&truth, &moved);
         let mut bytes = vec![];
-        write_per_frame(&[Run { clip: "walk, slow", seed: 7, evaluation: &evaluation }], &mut bytes).unwrap();
+        write_per_frame(&[SeedRun { clip: "walk, slow", seed: 7, evaluation: &evaluation }], &mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 4);

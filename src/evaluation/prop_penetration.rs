@@ -1,7 +1,7 @@
 //! Penetration of a body with props.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{Sequence, Touching};
+use super::sequence::{Sequence, ContactMeasures};
 
 /// Of the estimate.
 pub(super) const DEPTH: Metric = Metric {
@@ -26,7 +26,7 @@ pub(super) const TRUE_DEPTH: Metric = Metric {
     ..DEPTH
 };
 
-fn depth(sequence: &Sequence<'_>, body: Touching<'_>) -> Option<Measurement> {
+fn depth(sequence: &Sequence<'_>, body: ContactMeasures<'_>) -> Option<Measurement> {
     let depths = body.prop_depth_m?;
     let depth = |frame: usize| body.is_known(frame, 0).then(|| 1000.0 * depths[frame]);
     Some(Measurement::PerFrame(sequence.per_scored_frame(depth)))

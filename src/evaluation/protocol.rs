@@ -4,7 +4,7 @@ use super::{Metric, Sequence};
 use crate::physics::{GRAVITY, GROUND_FRICTION};
 
 /// The metric's protocol for a sequence: the contact rule is the one by which its contacts were labelled.
-pub(super) fn of(metric: &Metric, sequence: &Sequence<'_>) -> String {
+pub(super) fn describe(metric: &Metric, sequence: &Sequence<'_>) -> String {
     let rule = sequence.contacts.map(|pair| pair.truth.ground.rule.in_words()).unwrap_or_default();
     let numbers = [
         ("{contact_rule}", rule),
@@ -18,7 +18,7 @@ pub(super) fn of(metric: &Metric, sequence: &Sequence<'_>) -> String {
 mod tests {
     use super::super::contact_fixture::contacts;
     use super::super::fixture::standing;
-    use super::super::sequence::Touching;
+    use super::super::sequence::ContactMeasures;
     use super::super::{ContactPair, METRICS, find_metric};
     use super::*;
     use crate::contact::ContactRule;
@@ -29,7 +29,7 @@ mod tests {
         let markers = vec![standing(); 3];
         let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
         let touching =
-            Touching { ground: &flat, self_depth_m: &[0.0; 3], prop_depth_m: None, dynamics: None, known: None };
+            ContactMeasures { ground: &flat, self_depth_m: &[0.0; 3], prop_depth_m: None, dynamics: None, known: None };
         sequence.contacts = Some(ContactPair { truth: touching, estimate: Some(touching) });
         names.iter().map(|name| of(find_metric(name).unwrap(), &sequence)).collect()
     }

@@ -35,14 +35,14 @@ pub struct Sequence<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct ContactPair<'a> {
     /// Of the actor.
-    pub truth: Touching<'a>,
+    pub truth: ContactMeasures<'a>,
     /// Of the estimate, where its poses are known.
-    pub estimate: Option<Touching<'a>>,
+    pub estimate: Option<ContactMeasures<'a>>,
 }
 
 /// Contact of one body, by its own solids. All lists have one entry a frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Touching<'a> {
+pub struct ContactMeasures<'a> {
     /// The ground.
     pub ground: &'a GroundContacts,
     /// Deepest self-collision, metres.
@@ -56,7 +56,7 @@ pub struct Touching<'a> {
     pub known: Option<&'a [bool]>,
 }
 
-impl Touching<'_> {
+impl ContactMeasures<'_> {
     /// Whether the pose is known in `frame` and in all frames of the sequence up to `reach` either way.
     pub fn is_known(&self, frame: usize, reach: usize) -> bool {
         self.known.is_none_or(|known| {

@@ -18,7 +18,7 @@ pub struct Spread {
 
 impl Spread {
     /// Of at least one finite value; `None` for an empty list.
-    pub fn of(values: &[f64]) -> Option<Self> {
+    pub fn from_values(values: &[f64]) -> Option<Self> {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
         Some(Self {
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn the_spread_of_one_to_five_is_known() {
         let values = [5.0, 1.0, 3.0, 2.0, 4.0];
-        let spread = Spread::of(&values).unwrap();
+        let spread = Spread::from_values(&values).unwrap();
         assert_eq!((mean(&values), spread.median, spread.max), (Some(3.0), 3.0, 5.0));
         assert!((spread.p90 - 4.6).abs() < 1e-12, "numpy.percentile([1..5], 90) is 4.6");
         assert!((spread.std.unwrap() - 2.5_f64.sqrt()).abs() < 1e-12);
@@ -78,8 +78,8 @@ mod tests {
 
     #[test]
     fn one_value_does_not_deviate_and_none_has_no_mean() {
-        assert_eq!(Spread::of(&[7.0]), Some(Spread { std: None, median: 7.0, p90: 7.0, max: 7.0 }));
-        assert_eq!(Spread::of(&[]), None);
+        assert_eq!(Spread::from_values(&[7.0]), Some(Spread { std: None, median: 7.0, p90: 7.0, max: 7.0 }));
+        assert_eq!(Spread::from_values(&[]), None);
         assert_eq!(mean_of([].into_iter()), None);
         assert_eq!(mean_of([1.0, 2.0].into_iter()), Some(1.5));
     }

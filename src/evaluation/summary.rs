@@ -14,7 +14,7 @@ use crate::body::LANDMARKS;
 
 /// One run: a clip tracked with a seed.
 #[derive(Clone, Copy, Debug)]
-pub struct Run<'a> {
+pub struct SeedRun<'a> {
     /// Which clip.
     pub clip: &'a str,
     /// Which seed.
@@ -94,7 +94,7 @@ pub struct JointSummary {
 ///
 /// # Errors
 /// [`EvaluationError::NoRun`] without a run.
-pub fn summarise(runs: &[Run<'_>]) -> Result<Summary, EvaluationError> {
+pub fn summarise(runs: &[SeedRun<'_>]) -> Result<Summary, EvaluationError> {
     let first = runs.first().ok_or(EvaluationError::NoRun)?.evaluation;
     let lacking =
         first.absent.iter().filter(|(name, _)| runs.iter().all(|run| run.evaluation.absent.contains_key(*name)));
@@ -110,7 +110,7 @@ pub fn summarise(runs: &[Run<'_>]) -> Result<Summary, EvaluationError> {
     })
 }
 
-fn metric_summary(runs: &[Run<'_>], name: &str) -> Option<MetricSummary> {
+fn metric_summary(runs: &[SeedRun<'_>], name: &str) -> Option<MetricSummary> {
     let values: Vec<_> = runs.iter().map(|run| run.evaluation.metrics.get(name)).collect();
     let per_run: Vec<Option<f64>> = values.iter().map(|value| value.map(|v| v.mean)).collect();
     let present: Vec<_> = values.into_iter().flatten().collect();
@@ -142,12 +142,12 @@ fn mean_spread(values: &[&MetricValue]) -> Option<Spread> {
     })
 }
 
-fn joint_summary(runs: &[Run<'_>], joint: &str) -> Option<JointSummary> {
-    let of_run = |run: &Run<'_>| Some(run.evaluation.per_joint.iter().find(|j| j.joint == joint)?.mean);
+fn joint_summary(runs: &[SeedRun<'_>], joint: &str) -> Option<JointSummary> {
+    let of_run = |run: &SeedRun<'_>| Some(run.evaluation.per_joint.iter().find(|j| j.joint == joint)?.mean);
     let per_run: Vec<Option<f64>> = runs.iter().map(of_run).collect();
     let clips = by_clip(runs, &per_run);
     let ci95 = mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends);
-    let share = |run: &Run<'_>| {
+    let share = |run: &SeedRun<'_>| {
         let compared = run.evaluation.per_joint.iter().find(|j| j.joint == joint).map_or(0, |j| j.frames);
         compared as f64 / (run.evaluation.frames - run.evaluation.first_scored).max(1) as f64
     };
@@ -156,8 +156,8 @@ fn joint_summary(runs: &[Run<'_>], joint: &str) -> Option<JointSummary> {
 }
 
 /// How many frames of all runs have no estimate, to follow a protocol; nothing where all have one.
-fn lost_in_words(runs: &[Run<'_>]) -> String {
-    let of_run = |run: &Run<'_>| run.evaluation.metrics.get("lost_frames").map(|lost| (lost.mean, lost.frames));
+fn lost_in_words(runs: &[SeedRun<'_>]) -> String {
+    let of_run = |run: &SeedRun<'_>| run.evaluation.metrics.get("lost_frames").map(|lost| (lost.mean, lost.frames));
     let counts = runs.iter().filter_map(of_run);
     let (lost, all) = counts.fold((0, 0), |(lost, all), (share, frames)| {
         (lost + libm::round(share * frames as f64) as usize, all + frames)
@@ -166,7 +166,7 @@ fn lost_in_words(runs: &[Run<'_>]) -> String {
 }
 
 /// The values of the runs that have one, clip by clip.
-fn by_clip(runs: &[Run<'_>], per_run: &[Option<f64>]) -> Vec<Vec<f64>> {
+fn by_clip(runs: &[SeedRun<'_>], per_run: &[Option<f64>]) -> Vec<Vec<f64>> {
     let mut clips: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for (run, value) in runs.iter().zip(per_run) {
         clips.entry(run.clip).or_default().extend(value);
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn clips_count_alike_and_seeds_within_them() {
         let [a, b, c] = [10.0, 20.0, 60.0].map(off_by);
-        let run = |clip, seed, evaluation| Run { clip, seed, evaluation };
+        let run = |clip, seed, evaluation| SeedRun { clip, seed, evaluation };
         let summary = summarise(&[run("walk", 0, &a), run("walk", 1, &b), run("jump", 0, &c)]).unwrap();
         let humaneva = &summary.metrics["humaneva_mm"];
         assert!((humaneva.mean - (15.0 + 60.0) / 2.0).abs() < 1e-9);
@@ -204,7 +204,7 @@ mod tests {
     #[test]
     fn several_seeds_give_an_interval_that_holds_the_mean() {
         let runs: Vec<_> = [28.0, 30.0, 29.0, 33.0, 31.0].map(off_by).into();
-        let runs: Vec<_> = runs.iter().zip(0..).map(|(e, seed)| Run { clip: "walk", seed, evaluation: e }).collect();
+        let runs: Vec<_> = runs.iter().zip(0..).map(|(e, seed)| SeedRun { clip: "walk", seed, evaluation: e }).collect();
         let summary = summarise(&runs).unwrap();
         let Interval { low, high } = summary.metrics["humaneva_mm"].ci95.unwrap();
         assert!(low < 30.2 && 30.2 < high);
@@ -224,7 +224,7 @@ mod tests {
         let runs: Vec<_> = [&lost, &half]
             .into_iter()
             .zip(0..)
-            .map(|(evaluation, seed)| Run { clip: "walk", seed, evaluation })
+            .map(|(evaluation, seed)| SeedRun { clip: "walk", seed, evaluation })
             .collect();
         let summary = summarise(&runs).unwrap();
         let error = &summary.metrics["humaneva_mm"];
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn two_seeds_have_no_interval_and_say_so_in_its_place() {
         let [a, b, c] = [28.0, 30.0, 29.0].map(off_by);
-        let run = |seed, evaluation| Run { clip: "walk", seed, evaluation };
+        let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
         let of_two = summarise(&[run(0, &a), run(1, &b)]).unwrap();
         assert_eq!(of_two.metrics["humaneva_mm"].ci95, None);
         assert_eq!(of_two.metrics["humaneva_mm"].interval, "2 seeds: no interval");
@@ -255,7 +255,7 @@ mod tests {
     fn a_metric_that_some_seeds_lack_says_over_how_many_it_goes() {
         let [mut a, b, c, d] = [28.0, 30.0, 29.0, 31.0].map(off_by);
         a.metrics.remove("humaneva_mm");
-        let run = |seed, evaluation| Run { clip: "walk", seed, evaluation };
+        let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
         let summary = summarise(&[run(0, &a), run(1, &b), run(2, &c), run(3, &d)]).unwrap();
         assert_eq!(summary.metrics["humaneva_mm"].interval, "Student's t on log errors over 3 of 4 seeds");
         assert!((summary.metrics["humaneva_mm"].mean - 30.0).abs() < 1e-9);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
 use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, PropContacts, SelfCollision};
-use crate::evaluation::Touching;
+use crate::evaluation::ContactMeasures;
 use crate::parallel;
 use crate::physics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use nalgebra::{Point3, Vector3};
@@ -57,8 +57,8 @@ impl BodyContacts {
     }
 
     /// What evaluation takes.
-    pub(super) fn touching(&self) -> Touching<'_> {
-        Touching {
+    pub(super) fn touching(&self) -> ContactMeasures<'_> {
+        ContactMeasures {
             ground: &self.ground,
             self_depth_m: &self.self_depth_m,
             prop_depth_m: self.prop_depth_m.as_deref(),

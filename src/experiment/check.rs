@@ -69,7 +69,7 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
     let mut staged = Staged::new(file, mocap_directory).map_err(|error| vec![error])?;
     let staging_s = begin.elapsed().as_secs_f64();
     let views = views(&staged);
-    let CamerasInside { refused: mut errors, told } = CamerasInside::of(file, &staged);
+    let CamerasInside { refused: mut errors, told } = CamerasInside::new(file, &staged);
     staged.notes.extend(told);
     errors.extend(unseen(file, &staged, &views));
     errors.extend(unfit_models(file, &staged));
@@ -77,7 +77,7 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
         return Err(errors);
     }
     let cost = cost(file, &staged, staging_s).map_err(|error| vec![error])?;
-    let path = ActorPath::of(&staged);
+    let path = ActorPath::new(&staged);
     Ok(soundness(file, staged, path, views, cost))
 }
 
@@ -138,7 +138,7 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
 
 /// What is wrong with the models of files for this body, rate and test.
 fn unfit_models(file: &ScenarioFile, staged: &Staged) -> Vec<ExperimentError> {
-    let mut models = Models::of(file, Some(&staged.source));
+    let mut models = Models::new(file, Some(&staged.source));
     let (body, rate) = (&staged.start.body, staged.ground_truth.frames_per_second);
     let trackers = file.scenario.trackers();
     trackers.iter().filter_map(|(_, tracker)| models.check_file(tracker, body, rate, &Unwatched).err()).collect()

@@ -56,9 +56,9 @@ pub(super) fn missing(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
 ) -> Vec<ExperimentError> {
-    let unsound = |key: &str, message| scenario_error(file, &format!("{table}.{key}"), message);
+    let scenario_error_at = |key: &str, message| scenario_error(file, &format!("{table}.{key}"), message);
     if let Some(name) = built_in(Path::new(&settings.clip)) {
-        return embedded(name).err().map(|message| unsound("clip", message)).into_iter().collect();
+        return embedded(name).err().map(|message| scenario_error_at("clip", message)).into_iter().collect();
     }
     let places = Places { folder: &file.folder, mocap_directory };
     let clip = places
@@ -67,17 +67,17 @@ pub(super) fn missing(
         .then_some(("clip", &settings.clip));
     let skeleton = settings.skeleton.as_ref().filter(|name| places.find(Path::new(name), None).is_none());
     let missing = clip.into_iter().chain(skeleton.map(|name| ("skeleton", name)));
-    missing.map(|(key, name)| unsound(key, places.missing(name, settings))).collect()
+    missing.map(|(key, name)| scenario_error_at(key, places.missing(name, settings))).collect()
 }
 
-/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `unsound` is how a
+/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `scenario_error_at` is how a
 /// complaint about a key of the settings is put.
 pub(super) fn read_part(
     folder: &Path,
     recording: &Path,
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
-    unsound: &dyn Fn(&'static str, String) -> ExperimentError,
+    scenario_error_at: &dyn Fn(&'static str, String) -> ExperimentError,
 ) -> Result<Recording, ExperimentError> {
     let mut options = ReadOptions {
         frames_per_second: settings.source_hz,
@@ -92,14 +92,14 @@ pub(super) fn read_part(
     };
     let places = Places { folder, mocap_directory };
     let (clip, sha256) = if let Some(name) = built_in(recording) {
-        let text = embedded(name).map_err(|message| unsound("clip", message))?;
+        let text = embedded(name).map_err(|message| scenario_error_at("clip", message))?;
         (mocap::parse_deepmimic(text, &settings.clip, &options)?, hex_sha256(text.as_bytes()))
     } else {
         let path = places.find(recording, settings.sha256.as_deref());
-        let path = path.ok_or_else(|| unsound("clip", places.missing(&settings.clip, settings)))?;
+        let path = path.ok_or_else(|| scenario_error_at("clip", places.missing(&settings.clip, settings)))?;
         if let Some(name) = &settings.skeleton {
             let skeleton = places.find(Path::new(name), None);
-            options.skeleton = Some(skeleton.ok_or_else(|| unsound("skeleton", places.missing(name, settings)))?);
+            options.skeleton = Some(skeleton.ok_or_else(|| scenario_error_at("skeleton", places.missing(name, settings)))?);
         }
         let mut clip = mocap::read(&path, &options)?;
         let found = sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
@@ -111,15 +111,15 @@ pub(super) fn read_part(
         }
         (clip, found)
     };
-    check_stature(&clip).map_err(|message| unsound("metres_per_unit", message))?;
+    check_stature(&clip).map_err(|message| scenario_error_at("metres_per_unit", message))?;
     let length = clip.frames.len();
     let (first, last) = (settings.first_frame.unwrap_or(1), settings.last_frame.unwrap_or(length));
     for (key, frame) in [("first_frame", first), ("last_frame", last)] {
         if frame > length {
-            return Err(unsound(key, format!("expected a frame of the clip (1 to {length}), found {frame}")));
+            return Err(scenario_error_at(key, format!("expected a frame of the clip (1 to {length}), found {frame}")));
         }
     }
-    let mut clip = clip.crop(first - 1..last).map_err(|e| unsound("last_frame", e.to_string()))?;
+    let mut clip = clip.crop(first - 1..last).map_err(|e| scenario_error_at("last_frame", e.to_string()))?;
     if settings.first_frame.is_none() {
         clip = clip.without_inserted_rest_pose();
     }
@@ -128,16 +128,16 @@ pub(super) fn read_part(
         sha256: Some(sha256),
         first_frame: last + 1 - clip.frames.len(),
         last_frame: last,
-        fingerprint: Some(MotionFingerprint::of(&clip)?),
+        fingerprint: Some(MotionFingerprint::from_clip(&clip)?),
     };
     if let Some(duration) = settings.loop_to_s {
-        clip = clip.looped(duration).map_err(|e| unsound("loop_to_s", e.to_string()))?;
+        clip = clip.looped(duration).map_err(|e| scenario_error_at("loop_to_s", e.to_string()))?;
     }
     if clip.duration() > LONGEST_MOTION_S {
         let found = clip.duration();
-        return Err(unsound("last_frame", format!("expected a part of at most {LONGEST_MOTION_S} s, found {found} s")));
+        return Err(scenario_error_at("last_frame", format!("expected a part of at most {LONGEST_MOTION_S} s, found {found} s")));
     }
-    let clip = clip.resampled(settings.frames_per_second).map_err(|e| unsound("frames_per_second", e.to_string()))?;
+    let clip = clip.resampled(settings.frames_per_second).map_err(|e| scenario_error_at("frames_per_second", e.to_string()))?;
     Ok(Recording { clip, source })
 }
 

@@ -11,7 +11,7 @@ use super::inputs::Inputs;
 use super::learning::Models;
 use super::ours::Kind;
 use super::partial_directory::PartialDirectory;
-use super::run::{Attempt, SCENARIO_FILE, draw, scenario_text};
+use super::run::{MethodRun, SCENARIO_FILE, draw, scenario_text};
 use super::watch::Watch;
 use super::{Destination, ExperimentError, TrackTiming, to_json};
 use crate::evaluation::Summary;
@@ -97,14 +97,14 @@ pub fn compare(
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
-    let mut models = Models::of(file, set.truth.recording.as_ref());
+    let mut models = Models::new(file, set.truth.recording.as_ref());
     let mut compared =
         Compared { comparison: empty(scenario, &set.blind, set.truth.facts.matched), methods: Vec::new(), notes };
     for (name, settings) in &scenario.methods {
         let folder = directory.folder().join(name);
         fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
         let alone = Scenario { tracker: Some(settings.clone()), methods: BTreeMap::new(), ..scenario.clone() };
-        let attempt = Attempt { directory: &directory, folder: name, scenario: &alone, set: &set, seeds: &seeds };
+        let attempt = MethodRun { directory: &directory, folder: name, scenario: &alone, set: &set, seeds: &seeds };
         let done = attempt.run(&mut models, watch)?;
         let occupancies = || done.tracked.search.iter().flatten().map(|record| &record.occupancy);
         let record = MethodRecord {

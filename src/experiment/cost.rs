@@ -10,7 +10,7 @@ use super::staging::Staged;
 use super::tracking::track;
 use super::{ExperimentError, Unwatched};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
-use crate::body::{Flesh, Motion};
+use crate::body::{Solid, Motion};
 use crate::observation::Observer;
 use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;
@@ -34,7 +34,7 @@ const METRICS: f64 = 60.0;
 /// What `run` and `render` need, all of it estimated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cost {
-    /// Seconds to read the files, retarget, settle or simulate: measured, for `check` has done it.
+    /// Seconds to read the files, retarget, plant_feet_if_asked or simulate: measured, for `check` has done it.
     pub staging_s: f64,
     /// Seconds to draw all frames.
     pub render_s: f64,
@@ -91,7 +91,7 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
         let speed = match known.iter().find(|(known, _)| *known == work) {
             Some((_, speed)) => *speed,
             None => {
-                let speed = Speed::of(&two, work, evaluations)?;
+                let speed = Speed::new(&two, work, evaluations)?;
                 known.push((work, speed));
                 speed
             }
@@ -195,7 +195,7 @@ struct Speed {
 
 impl Speed {
     /// By tracking two frames with few particles, then with more, as long as the sample may take.
-    fn of(
+    fn new(
         two: &BenchmarkSet,
         Work { likelihood, plausibility, refinement }: Work,
         evaluations: u64,
@@ -254,8 +254,8 @@ fn render_memory(file: &ScenarioFile, staged: &Staged, sample: &Sample) -> f64 {
     let truth = &staged.ground_truth;
     let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras.len() as f64);
     let frame = 90.0 * links + 30.0 * cameras + 16.0 * truth.actor.degrees_of_freedom.len() as f64 + 600.0;
-    let capsules = |flesh: &Flesh| matches!(flesh, Flesh::TaperedCapsule(_));
-    let all_capsules = truth.actor.links.iter().flat_map(|link| &link.flesh).all(capsules);
+    let capsules = |solid: &Solid| matches!(solid, Solid::TaperedCapsule(_));
+    let all_capsules = truth.actor.links.iter().flat_map(|link| &link.solids).all(capsules);
     let by_rays = !all_capsules || !file.scenario.prop.is_empty();
     let distorts = staged.rig.cameras.iter().any(|camera| !camera.distortion.is_none());
     let rays = if by_rays || distorts { 16.0 * pixels(staged).sum::<f64>() } else { 0.0 };

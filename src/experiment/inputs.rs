@@ -15,7 +15,7 @@ pub(super) struct Inputs {
 
 impl Inputs {
     /// Of these paths; those that are not there are left out.
-    pub(super) fn of(paths: impl IntoIterator<Item = PathBuf>) -> Self {
+    pub(super) fn new(paths: impl IntoIterator<Item = PathBuf>) -> Self {
         Self { paths: paths.into_iter().filter(|path| path.exists()).collect() }
     }
 
@@ -35,12 +35,12 @@ impl Inputs {
         let trackers = scenario.trackers();
         let models =
             trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).map(|name| file.folder.join(name));
-        Self::of(file.path.iter().cloned().chain(recordings).chain(robots).chain(models))
+        Self::new(file.path.iter().cloned().chain(recordings).chain(robots).chain(models))
     }
 
     /// Of a tracker that reads a set.
     pub(super) fn of_set(set: &Path, settings: &TrackerSettings) -> Self {
-        Self::of(settings.kind().model_file().map(PathBuf::from).into_iter().chain([set.to_owned()]))
+        Self::new(settings.kind().model_file().map(PathBuf::from).into_iter().chain([set.to_owned()]))
     }
 
     /// An error if to write `target` would change an input: if it is one, holds one, or lies in a set that is one.
@@ -100,7 +100,7 @@ mod tests {
         fs::create_dir_all(at("data/set")).unwrap();
         fs::write(at("data/walk.bvh"), "walk").unwrap();
         fs::write(at("data/set/files.sha256"), "set").unwrap();
-        let inputs = Inputs::of([at("data/walk.bvh"), at("data/set"), at("nowhere")]);
+        let inputs = Inputs::new([at("data/walk.bvh"), at("data/set"), at("nowhere")]);
         let mut targets = vec!["data/walk.bvh", "data/../data/walk.bvh", "data", "data/set", "data/set/runs/new"];
         if cfg!(unix) {
             #[cfg(unix)]

@@ -41,7 +41,7 @@ struct ReadModel {
 impl Models {
     /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from
     /// `test`, the recording of the truth.
-    pub fn of(file: &ScenarioFile, test: Option<&SourceRecording>) -> Self {
+    pub fn new(file: &ScenarioFile, test: Option<&SourceRecording>) -> Self {
         Self { folder: file.folder.clone(), test: test.cloned(), ..Self::default() }
     }
 
@@ -90,7 +90,7 @@ impl Models {
                 let model = LearnedModel::read(&path)?;
                 let sources = model.sources();
                 if sources.iter().any(|source| source.fingerprint.is_none()) {
-                    watch.say(&format!(
+                    watch.note(&format!(
                         "{} has no motion fingerprints (older version), so overlap with the test is checked by file \
                         names and hashes only; train the model again",
                         path.display()
@@ -178,7 +178,7 @@ impl Models {
         if distance > FAR_START && !self.told_far_start {
             self.told_far_start = true;
             let degrees = distance.sqrt().to_degrees();
-            watch.say(&format!(
+            watch.note(&format!(
                 "the start pose is {degrees:.0} degrees per joint away from the nearest training pose, and particles \
                 start at that training pose; add training motion with a similar pose"
             ));
@@ -215,7 +215,7 @@ pub(super) fn grow_all(
         let mut keep_on = |range: SegmentRange, round: Round| {
             let frames = range.end - range.first;
             let (number, loss) = (round.number, round.loss);
-            watch.tell(&format!("model {}: {frames} frames, round {number}, -ln posterior {loss:.1}", models + 1));
+            watch.set_status(&format!("model {}: {frames} frames, round {number}, -ln posterior {loss:.1}", models + 1));
             !watch.interrupted()
         };
         if learner.grow(&mut keep_on).map_err(Stopped::Learning)?.is_none() {
@@ -238,7 +238,7 @@ mod tests {
     impl Watch for Listener {
         fn begin(&self, _: Stage, _: usize) {}
         fn advance(&self) {}
-        fn say(&self, note: &str) {
+        fn note(&self, note: &str) {
             self.0.lock().unwrap().push(note.to_owned());
         }
         fn interrupted(&self) -> bool {

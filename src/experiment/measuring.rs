@@ -10,7 +10,7 @@ use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, RootRotations, Run, Sequence, Summary, evaluate, intersection_over_union,
+    ContactPair, Energies, Evaluation, RootRotations, SeedRun, Sequence, Summary, evaluate, intersection_over_union,
     summarise,
 };
 use crate::observation::Observation;
@@ -83,34 +83,34 @@ impl Measures {
                 return Err(ExperimentError::Interrupted);
             }
             let energy = tracked.search.get(index).map(|records| energies(records)).unwrap_or_default();
-            let answer = Answer { sequence: answers[index], overlaps: &overlaps(index), energy: &energy };
+            let answer = SeedEstimate { sequence: answers[index], overlaps: &overlaps(index), energy: &energy };
             let (evaluation, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
             let markers = answers[index].markers.clone();
             seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, stances });
         }
-        let floor = Answer { sequence: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
+        let floor = SeedEstimate { sequence: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
         let (frozen, _) = floor.evaluate(set, &truth_energy, touching.as_ref())?;
         let clip = blind.name.clone();
-        let runs: Vec<Run<'_>> =
-            seeds.iter().map(|s| Run { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
+        let runs: Vec<SeedRun<'_>> =
+            seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
         let summary = summarise(&runs)?;
         Ok(Self { seeds, summary, frozen, truth_energy, clip })
     }
 
     /// One entry a seed.
-    pub fn runs(&self) -> Vec<Run<'_>> {
-        self.seeds.iter().map(|s| Run { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
+    pub fn runs(&self) -> Vec<SeedRun<'_>> {
+        self.seeds.iter().map(|s| SeedRun { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
     }
 }
 
 /// The answers of one seed and what is known about them.
-struct Answer<'a> {
+struct SeedEstimate<'a> {
     sequence: &'a EstimatedSequence,
     overlaps: &'a [Vec<Option<f64>>],
     energy: &'a [Option<f64>],
 }
 
-impl Answer<'_> {
+impl SeedEstimate<'_> {
     fn evaluate(
         &self,
         set: &BenchmarkSet,

@@ -76,7 +76,7 @@ impl TrainingInput {
         };
         let staged = Staged::new(file, mocap_directory)?;
         let motions = staged.start.training.motions().to_vec();
-        let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::of(s, m)).collect();
+        let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::new(s, m)).collect();
         let fingerprints = staged.training_sources.into_iter().map(|source| source.fingerprint).collect();
         let files = Inputs::of_scenario(file, mocap_directory).into_paths();
         Ok(Self { body: staged.start.body, motions, learned_from, fingerprints, notes: staged.notes, files })
@@ -109,17 +109,17 @@ impl TrainingInput {
                 metres_per_unit: options.metres_per_unit,
                 ..MotionSettings::of_clip(&clip.display().to_string())
             };
-            let unsound = |key: &'static str, message: String| match key {
+            let scenario_error_at = |key: &'static str, message: String| match key {
                 "clip" => in_arguments(key, message),
                 _ => in_arguments(key, format!("{}: {message}", settings.clip)),
             };
             let clip_file::Recording { clip: recording, source } =
-                clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &unsound)?;
+                clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &scenario_error_at)?;
             let performed = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
                 RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),
                 _ => ExperimentError::from(e).about(clip),
             })?;
-            input.learned_from.push(LearnedFrom::of(&source, &performed.motion));
+            input.learned_from.push(LearnedFrom::new(&source, &performed.motion));
             input.fingerprints.push(source.fingerprint);
             input.files.extend(clip_file::paths_of(Path::new(""), clip, &settings, mocap_directory));
             input.notes.extend(performed.report.notes.iter().map(|note| format!("{}: {note}", settings.clip)));
@@ -160,7 +160,7 @@ impl TrainingInput {
 }
 
 impl LearnedFrom {
-    fn of(source: &SourceRecording, motion: &Motion) -> Self {
+    fn new(source: &SourceRecording, motion: &Motion) -> Self {
         let numbers = motion.poses.iter().flat_map(|pose| {
             let (t, q) = (pose.world_from_root.translation.vector, pose.world_from_root.rotation);
             [t.x, t.y, t.z, q.w, q.i, q.j, q.k].into_iter().chain(pose.joint_angles.iter().copied())
@@ -189,7 +189,7 @@ pub fn train(
     watch: &dyn Watch,
 ) -> Result<Trained, ExperimentError> {
     let partial = beside(to.path, ".partial");
-    let inputs = Inputs::of(input.files.iter().cloned());
+    let inputs = Inputs::new(input.files.iter().cloned());
     inputs.keep_from(to.path)?;
     inputs.keep_from(&partial)?;
     let place = PartialFile::begin(to.path, to.force)?;
@@ -207,7 +207,7 @@ pub fn train(
         let models = kept.graph.segments.len();
         learner = learner.resume(kept.graph.segments).map_err(|e| in_words(input, e, to.path))?;
         let kept = if models == 1 { "1 model".to_owned() } else { format!("{models} models") };
-        watch.say(&format!("resuming with {kept} saved in {}", partial.display()));
+        watch.note(&format!("resuming with {kept} saved in {}", partial.display()));
         unfinished::keep(Some(&partial));
     } else {
         // report an unwritable output before the work
@@ -269,7 +269,7 @@ fn facts(input: &TrainingInput, settings: &GraphSettings) -> ModelFacts {
         schema: MODEL_SCHEMA.to_owned(),
         program: concat!("skiagraph ", env!("CARGO_PKG_VERSION")).to_owned(),
         whole: false,
-        robot: RobotFacts::of(&input.body),
+        robot: RobotFacts::from_body(&input.body),
         frames_per_second: input.motions.first().map_or(0.0, |motion| motion.frames_per_second),
         learned_from: input.learned_from.clone(),
         settings: settings.clone(),
@@ -282,7 +282,7 @@ fn kept(partial: &Path, facts: &ModelFacts, watch: &dyn Watch) -> Option<Learned
     match LearnedModel::from_bytes(partial, &bytes) {
         Ok(kept) if kept.facts == *facts => Some(kept).filter(|kept| !kept.graph.segments.is_empty()),
         _ => {
-            watch.say(&format!(
+            watch.note(&format!(
                 "{} belongs to another training or is damaged: training starts again",
                 partial.display()
             ));

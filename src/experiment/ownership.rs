@@ -33,7 +33,7 @@ impl Listing {
     }
 
     /// Of every file below `folder`, but for those that a folder inside lists itself.
-    fn of(folder: &Path) -> io::Result<Self> {
+    fn new(folder: &Path) -> io::Result<Self> {
         let of_file = |path: String| Ok((path.clone(), sha256_of(&folder.join(&path))?));
         files_below(folder, "")?.into_iter().map(of_file).collect::<io::Result<_>>().map(Self)
     }
@@ -71,7 +71,7 @@ impl Listing {
 
 /// Lists all files of a folder that is finished, in the folder.
 pub(super) fn sign(folder: &Path) -> io::Result<()> {
-    Listing::of(folder)?.store(folder)
+    Listing::new(folder)?.store(folder)
 }
 
 /// Whether all that is in `folder` was written by this program and is as it was.

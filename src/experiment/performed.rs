@@ -7,7 +7,7 @@ use crate::body::{Humanoid, LinkFrames, Markers, Motion};
 use crate::contact::{ContactRule, GroundContacts, GroundQuality};
 use crate::input::excerpt;
 use crate::mocap::Clip;
-use crate::physics::fix;
+use crate::physics::plant_feet;
 use crate::retarget::{FitOptions, RetargetError, RetargetOptions, Retargeted, fit_motion_to_markers, retarget};
 use crate::scenario::{ContactMode, ScenarioFile};
 
@@ -30,16 +30,16 @@ pub(super) fn retargeted(
 
 /// Does to the motion what `[actor] contact` says; what came of it. Where the test is simulated, what is only
 /// learned from is fixed.
-pub(super) fn settle(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
+pub(super) fn plant_feet_if_asked(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
     let rule = ContactRule::default();
     Ok(match mode {
         ContactMode::Off => None,
         ContactMode::Measure => {
             let contacts = GroundContacts::of_motion(&performed.humanoid, &performed.motion, &rule)?;
-            Some(ContactFacts::measured(&GroundQuality::of(&contacts)))
+            Some(ContactFacts::measured(&GroundQuality::from_contacts(&contacts)))
         }
         ContactMode::Fix | ContactMode::Simulate => {
-            let fixed = fix(&performed.humanoid, &performed.motion, &rule)?;
+            let fixed = plant_feet(&performed.humanoid, &performed.motion, &rule)?;
             performed.motion = fixed.motion;
             Some(ContactFacts::fixed(&fixed.report))
         }

@@ -38,7 +38,7 @@ pub struct Destination<'a> {
 
 /// A run that is done.
 #[derive(Clone, Debug)]
-pub struct Done {
+pub struct RunOutcome {
     /// Its numbers.
     pub record: RunRecord,
     /// What a user should know.
@@ -55,7 +55,7 @@ pub fn draw(
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     let staged = Staged::new(file, mocap_directory)?;
-    let inside = CamerasInside::of(file, &staged);
+    let inside = CamerasInside::new(file, &staged);
     if let Some(refused) = inside.refused.into_iter().next() {
         return Err(refused);
     }
@@ -143,7 +143,7 @@ pub fn track_set_with_program(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<ExternalRecord, ExperimentError> {
-    Inputs::of([set.to_owned()]).keep_from(to.path)?;
+    Inputs::new([set.to_owned()]).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let blind = BlindSet::read(set)?;
     let handed = HandedOut::new(&blind, directory.folder())?;
@@ -260,7 +260,7 @@ pub fn evaluate_run(
         replace_files(run, &listing, &results.files)?;
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
-    Inputs::of([set, run].map(Path::to_owned)).keep_from(&place)?;
+    Inputs::new([set, run].map(Path::to_owned)).keep_from(&place)?;
     let directory = PartialDirectory::begin(&place, Kind::Run, force)?;
     let results = measure(&whole, &tracked, watch)?;
     write_all(&directory, &results.files)?;
@@ -287,7 +287,7 @@ fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn 
         return Ok(());
     }
     let Some(test) = &set.truth.recording else {
-        watch.say(
+        watch.note(
             "the set does not record its source recording, so it is unknown whether the run's model learned from it",
         );
         return Ok(());
@@ -299,7 +299,7 @@ fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn 
         }
         if source.fingerprint.is_none() {
             let clip = &source.clip;
-            watch.say(&format!(
+            watch.note(&format!(
                 "overlap of `{clip}` (training) with the test was checked by file names and hashes only"
             ));
         }
@@ -316,19 +316,19 @@ pub fn run(
     mocap_directory: Option<&Path>,
     to: Destination<'_>,
     watch: &dyn Watch,
-) -> Result<Done, ExperimentError> {
+) -> Result<RunOutcome, ExperimentError> {
     Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
-    let attempt = Attempt { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
-    let record = attempt.run(&mut Models::of(file, set.truth.recording.as_ref()), watch)?.record;
+    let attempt = MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
+    let record = attempt.run(&mut Models::new(file, set.truth.recording.as_ref()), watch)?.record;
     directory.finish()?;
-    Ok(Done { record, notes })
+    Ok(RunOutcome { record, notes })
 }
 
 /// One tracker to be run on a set with all seeds.
-pub(super) struct Attempt<'a> {
+pub(super) struct MethodRun<'a> {
     pub(super) directory: &'a PartialDirectory,
     /// Folder of the run inside the directory, which is there; empty for the directory itself.
     pub(super) folder: &'a str,
@@ -338,7 +338,7 @@ pub(super) struct Attempt<'a> {
 }
 
 /// What came of an attempt.
-pub(super) struct Outcome {
+pub(super) struct MethodOutcome {
     pub(super) record: RunRecord,
     pub(super) tracked: Tracked,
     pub(super) tracker_in_words: String,
@@ -346,9 +346,9 @@ pub(super) struct Outcome {
     pub(super) errors: Vec<Vec<Option<f64>>>,
 }
 
-impl Attempt<'_> {
+impl MethodRun<'_> {
     /// Tracks, measures and writes the run's files.
-    pub(super) fn run(&self, models: &mut Models, watch: &dyn Watch) -> Result<Outcome, ExperimentError> {
+    pub(super) fn run(&self, models: &mut Models, watch: &dyn Watch) -> Result<MethodOutcome, ExperimentError> {
         let truth = self.set.truth.refitted.as_ref();
         let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, watch)?;
         // As when tracking and evaluating separately: the files on disk are measured.
@@ -363,7 +363,7 @@ impl Attempt<'_> {
             ownership::sign(&folder).map_err(output(&folder, "list the files of the directory"))?;
         }
         let error = |seed: &SeedMeasures| seed.evaluation.metrics.get("humaneva_mm").map(|m| m.per_frame.clone());
-        Ok(Outcome {
+        Ok(MethodOutcome {
             record: results.record,
             tracker_in_words: tracker_in_words(&tracked),
             errors: measures.seeds.iter().filter_map(error).collect(),

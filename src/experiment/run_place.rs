@@ -34,7 +34,7 @@ impl RunPlace {
     ///
     /// # Errors
     /// [`ExperimentError`] if the scenario cannot be written down.
-    pub fn of(file: &ScenarioFile, asked: Option<&Path>) -> Result<Self, ExperimentError> {
+    pub fn new(file: &ScenarioFile, asked: Option<&Path>) -> Result<Self, ExperimentError> {
         let text = scenario_text(&file.scenario)?;
         if let Some(path) = asked {
             let note = (found_at(path, &text) == Found::OtherRun).then(|| {

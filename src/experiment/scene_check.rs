@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::ExperimentError;
 use super::error::scenario_error;
 use super::staging::Staged;
-use crate::body::{Flesh, LinkFrames, Ray};
+use crate::body::{Solid, LinkFrames, Ray};
 use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
 use crate::observation::{Observation, Observer};
@@ -57,7 +57,7 @@ pub struct CameraView {
 }
 
 impl ActorPath {
-    pub(super) fn of(staged: &Staged) -> Self {
+    pub(super) fn new(staged: &Staged) -> Self {
         let roots = staged.ground_truth.frames.iter().map(|frame| frame.pose.world_from_root.translation.vector.xy());
         let roots: Vec<_> = roots.collect();
         let [start, end] = [roots.first(), roots.last()].map(|root| root.copied().unwrap_or_default());
@@ -86,7 +86,7 @@ pub(super) struct CamerasInside {
 }
 
 impl CamerasInside {
-    pub(super) fn of(file: &ScenarioFile, staged: &Staged) -> Self {
+    pub(super) fn new(file: &ScenarioFile, staged: &Staged) -> Self {
         let mut found = Self::default();
         let on_ring = file.scenario.rig.ring.as_ref().map_or(0, |ring| ring.count as usize);
         for (index, camera) in staged.rig.cameras.iter().enumerate() {
@@ -111,7 +111,7 @@ impl CamerasInside {
     }
 }
 
-/// The frames in which a point is inside the actor's flesh, each with the link.
+/// The frames in which a point is inside the actor's solid, each with the link.
 fn frames_inside(staged: &Staged, point: &Point3<f64>) -> Vec<(usize, usize)> {
     let truth = &staged.ground_truth;
     let within = |index: usize| {
@@ -121,7 +121,7 @@ fn frames_inside(staged: &Staged, point: &Point3<f64>) -> Vec<(usize, usize)> {
         }
         let holds = |(link, world_from_link): (usize, &nalgebra::Isometry3<f64>)| {
             let at = world_from_link.inverse_transform_point(point);
-            truth.actor.links[link].flesh.iter().any(|flesh| is_inside(flesh, at)).then_some(link)
+            truth.actor.links[link].solids.iter().any(|solid| is_inside(solid, at)).then_some(link)
         };
         frame.link_frames.0.iter().enumerate().find_map(holds)
     };
@@ -129,9 +129,9 @@ fn frames_inside(staged: &Staged, point: &Point3<f64>) -> Vec<(usize, usize)> {
 }
 
 /// Whether a solid holds a point of its link's frame; a mesh has no inside.
-fn is_inside(flesh: &Flesh, origin: Point3<f64>) -> bool {
-    let convex = !matches!(flesh, Flesh::Mesh { .. });
-    convex && flesh.ray_entry(&Ray { origin, direction: Vector3::z() }) == Some(0.0)
+fn is_inside(solid: &Solid, origin: Point3<f64>) -> bool {
+    let convex = !matches!(solid, Solid::Mesh { .. });
+    convex && solid.ray_entry(&Ray { origin, direction: Vector3::z() }) == Some(0.0)
 }
 
 /// What a user should know of props and cameras: props that the actor enters, cameras inside a prop.
@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn a_point_is_inside_a_solid_that_holds_it() {
         let place = nalgebra::Isometry3::translation(1.0, 0.0, 0.0);
-        let solid = Flesh::Box { link_from_box: place, half_extents: [0.1, 0.1, 0.1] };
+        let solid = Solid::Box { link_from_box: place, half_extents: [0.1, 0.1, 0.1] };
         assert!(is_inside(&solid, Point3::new(1.05, 0.0, -0.05)));
         assert!(!is_inside(&solid, Point3::new(1.0, 0.0, -0.2)), "below, and the ray upwards meets it");
     }

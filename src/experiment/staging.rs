@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::error::scenario_error;
-use super::performed::{refit, retargeted, settle};
+use super::performed::{refit, retargeted, plant_feet_if_asked};
 use super::placement::place;
 use super::{ExperimentError, clip_file, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
@@ -67,7 +67,7 @@ impl Staged {
         let mut performed =
             retargeted(file, recording, ("actor.robot", &scenario.actor.robot), &clip, &actor_template)?;
         place(&mut performed.motion, &scenario.motion).map_err(|e| scenario_error(file, "motion.heading_deg", e))?;
-        let contact = perform(file, &mut performed)?;
+        let contact = apply_contact(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
         let learned = training::load(file, mocap_directory, &actor_template, &body, &source)?;
         let (training, training_sources) = match learned {
@@ -82,7 +82,7 @@ impl Staged {
                     &tracker_template,
                 )?;
                 if check_feet(&own.humanoid).is_ok() {
-                    settle(scenario.actor.contact, &mut own)?;
+                    plant_feet_if_asked(scenario.actor.contact, &mut own)?;
                 }
                 (spread(&body, &own.motion)?, Vec::new())
             }
@@ -160,10 +160,10 @@ fn footless(key: &str, body: &Humanoid) -> Option<String> {
     check_feet(body).err().map(|e| format!("{key}: {e}; contact is not measured"))
 }
 
-/// As [`settle`], but a body that is to be simulated is.
-fn perform(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
+/// As [`plant_feet_if_asked`], but a body that is to be simulated is.
+fn apply_contact(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
     if file.scenario.actor.contact != ContactMode::Simulate {
-        return settle(file.scenario.actor.contact, performed);
+        return plant_feet_if_asked(file.scenario.actor.contact, performed);
     }
     let settings = simulation_settings(file, &performed.humanoid, performed.motion.duration_s())?;
     let simulated = simulate(&performed.humanoid, &performed.motion, &settings)?;
@@ -209,7 +209,7 @@ fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same
     let settings = &file.scenario.tracker_body;
     let body = match same_robot {
         true => actor.clone(),
-        false => template.reshaped(&fit_shape(template, &SegmentLengths::of(actor))),
+        false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(actor))),
     };
     match settings.mismatch.percents() {
         None => body,

@@ -117,7 +117,7 @@ pub fn track(
     models: &mut Models,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
-    let workshop = Workshop { set, truth, watch };
+    let workshop = TrackerFactory { set, truth, watch };
     let mut trackers = Vec::new();
     for seed in seeds {
         let mut tracker = workshop.build(settings, models, *seed)?;
@@ -164,14 +164,14 @@ fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> 
 }
 
 /// What a tracker may be built from.
-struct Workshop<'a> {
+struct TrackerFactory<'a> {
     set: &'a BlindSet,
     /// One pose of the tracker's body a frame: for oracles alone.
     truth: Option<&'a Motion>,
     watch: &'a dyn Watch,
 }
 
-impl Workshop<'_> {
+impl TrackerFactory<'_> {
     /// Builds a tracker from its settings.
     fn build(
         &self,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::scenario_error;
-use super::performed::{markers, refit, retargeted, settle};
+use super::performed::{markers, refit, retargeted, plant_feet_if_asked};
 use super::placement::place;
 use super::{ExperimentError, clip_file};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
@@ -35,7 +35,7 @@ pub(super) fn load(
     let mut learned = Learned { training: TrainingMotions::default(), sources: Vec::new() };
     for (index, clip) in settings.clips.iter().enumerate() {
         let table = format!("training.clips[{index}]");
-        let unsound = |key: &str, message: String| -> ExperimentError {
+        let scenario_error_at = |key: &str, message: String| -> ExperimentError {
             scenario_error(file, &format!("{table}.{key}"), message)
         };
         if clip.frames_per_second != rate {
@@ -43,7 +43,7 @@ pub(super) fn load(
                 "expected the rate of [motion], {rate} Hz, found {} Hz; motion models depend on the frame rate",
                 clip.frames_per_second
             );
-            return Err(unsound("frames_per_second", message));
+            return Err(scenario_error_at("frames_per_second", message));
         }
         let clip_file::Recording { clip: recording, source } = clip_file::load(file, &table, clip, mocap_directory)?;
         if let Some((first, last)) = source.shared_frames(test) {
@@ -53,16 +53,16 @@ pub(super) fn load(
                 source.clip,
                 test.in_words()
             );
-            return Err(unsound("clip", message));
+            return Err(scenario_error_at("clip", message));
         }
         let (clip_key, robot) = (format!("{table}.clip"), ("actor.robot", file.scenario.actor.robot.as_str()));
         let mut performed = retargeted(file, (&clip_key, &clip.clip), robot, &recording, actor_template)?;
-        place(&mut performed.motion, clip).map_err(|e| unsound("heading_deg", e))?;
-        settle(file.scenario.actor.contact, &mut performed)?;
+        place(&mut performed.motion, clip).map_err(|e| scenario_error_at("heading_deg", e))?;
+        plant_feet_if_asked(file.scenario.actor.contact, &mut performed)?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {
             let message = format!("expected at least 3 frames to learn from, found {}", motion.poses.len());
-            return Err(unsound("clip", message));
+            return Err(scenario_error_at("clip", message));
         }
         learned.training.motions.push(motion);
         learned.training.sources.push(source.in_words());

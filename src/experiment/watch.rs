@@ -24,10 +24,10 @@ pub trait Watch: Sync {
     fn advance(&self);
 
     /// Where the work stands, in words.
-    fn tell(&self, _state: &str) {}
+    fn set_status(&self, _state: &str) {}
 
     /// Something that a user should know now.
-    fn say(&self, _note: &str) {}
+    fn note(&self, _note: &str) {}
 
     /// Whether the work should stop.
     fn interrupted(&self) -> bool;

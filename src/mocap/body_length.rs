@@ -19,7 +19,7 @@ impl Clip {
     /// Approximate stature of the recorded body, standing or not, from its reach and its bones; metres. 0 for a
     /// skeleton without length.
     pub fn stature(&self) -> f64 {
-        Body::of(self).length(self)
+        Body::from_clip(self).length(self)
     }
 }
 
@@ -41,7 +41,7 @@ pub(super) struct Body {
 }
 
 impl Body {
-    pub(super) fn of(clip: &Clip) -> Self {
+    pub(super) fn from_clip(clip: &Clip) -> Self {
         let joints = &clip.skeleton.joints;
         let mut children = vec![0_usize; joints.len()];
         joints.iter().filter_map(|joint| joint.parent).for_each(|parent| children[parent] += 1);

@@ -56,7 +56,7 @@ pub(super) struct Stature {
 
 impl Stature {
     pub(super) fn measure(clip: &Clip, rest_offsets: &[Vector3<f64>]) -> Self {
-        let body = Body::of(clip);
+        let body = Body::from_clip(clip);
         let rest: Vec<_> = rest_offsets.iter().map(|o| Isometry3::translation(o.x, o.y, o.z)).collect();
         let (low, high) = bounds(&body.points(clip, &rest));
         let boxes: Vec<_> = sampled(clip).map(|frame| bounds(&body.points(clip, frame))).collect();

@@ -159,7 +159,7 @@ fn draw_outline(outline: &Outline, image: &mut StripImage, centres: &[Rows<f32>]
     let spans = RowSpans::new(outline, width);
     image.mark_blocks(first_strip..last_strip, first, last);
     for (block, centres) in (first..last).zip(&centres[first..last]) {
-        let [starts, ends] = spans.of(centres);
+        let [starts, ends] = spans.rows(centres);
         for (strip, words) in (first_strip..last_strip).zip(image.block_in_strips(block, first_strip)) {
             let base = STRIP * strip as u32;
             for ((word, start), end) in words.iter_mut().zip(starts).zip(ends) {

@@ -316,7 +316,7 @@ impl RowSpans {
     /// Starts and ends (pixels set are `start..end`) in the rows whose centres are `centres`; empty where there is
     /// none, also where the centre is NaN. A pixel whose centre lies exactly on the outline may fall on either side.
     #[inline(always)]
-    pub(super) fn of(&self, centres: &Rows<f32>) -> [Rows<u32>; 2] {
+    pub(super) fn rows(&self, centres: &Rows<f32>) -> [Rows<u32>; 2] {
         let (mut starts, mut ends) = ([0; ROWS], [0; ROWS]);
         for ((&y, start), end) in centres.iter().zip(&mut starts).zip(&mut ends) {
             let [left_a, right_a] = self.arcs[0].crossings(y);

@@ -8,14 +8,14 @@ use super::Mask;
 pub fn without_specks(mask: &Mask, least: u64) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     let mut cleaned = mask.clone();
-    let parts = Parts::of(&rows_of_runs(mask, false), 1);
+    let parts = Parts::new(&rows_of_runs(mask, false), 1);
     let largest = parts.areas().into_iter().max().unwrap_or(0);
     for (part, run) in parts.runs() {
         if part.area < least.min(largest) {
             (run.from..run.to).for_each(|x| cleaned.set(x, run.y, false));
         }
     }
-    let parts = Parts::of(&rows_of_runs(mask, true), 0);
+    let parts = Parts::new(&rows_of_runs(mask, true), 0);
     for (part, run) in parts.runs() {
         let inside = part.left > 0 && part.top > 0 && part.right < width && part.bottom < height;
         if part.area < least && inside {
@@ -27,24 +27,24 @@ pub fn without_specks(mask: &Mask, least: u64) -> Mask {
 
 /// Pixels `from .. to` of a row.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct PixelRun {
     y: u32,
     from: u32,
     to: u32,
 }
 
 /// Of every row the runs of set pixels, or of unset ones.
-fn rows_of_runs(mask: &Mask, unset: bool) -> Vec<Vec<Run>> {
+fn rows_of_runs(mask: &Mask, unset: bool) -> Vec<Vec<PixelRun>> {
     let of_row = |y| {
-        let set = mask.runs(y).map(|run| Run { y, from: run.start, to: run.end });
+        let set = mask.runs(y).map(|run| PixelRun { y, from: run.start, to: run.end });
         if !unset {
             return set.collect();
         }
         let mut gaps = Vec::new();
         let mut from = 0;
-        for run in set.chain([Run { y, from: mask.width(), to: mask.width() }]) {
+        for run in set.chain([PixelRun { y, from: mask.width(), to: mask.width() }]) {
             if run.from > from {
-                gaps.push(Run { y, from, to: run.from });
+                gaps.push(PixelRun { y, from, to: run.from });
             }
             from = run.to;
         }
@@ -65,7 +65,7 @@ struct Part {
 
 /// Runs and the parts that they belong to.
 struct Parts {
-    runs: Vec<Run>,
+    runs: Vec<PixelRun>,
     /// `parents[i] <= i`: another run of the same part, or the run itself.
     parents: Vec<usize>,
     /// Of the run that is its own parent.
@@ -75,9 +75,9 @@ struct Parts {
 impl Parts {
     /// Joins runs of neighbouring rows that overlap; `reach` is 1 where pixels that share a corner alone are connected
     /// too.
-    fn of(rows: &[Vec<Run>], reach: u32) -> Self {
-        let runs: Vec<Run> = rows.iter().flatten().copied().collect();
-        let part = |run: &Run| Part {
+    fn new(rows: &[Vec<PixelRun>], reach: u32) -> Self {
+        let runs: Vec<PixelRun> = rows.iter().flatten().copied().collect();
+        let part = |run: &PixelRun| Part {
             area: u64::from(run.to - run.from),
             left: run.from,
             top: run.y,
@@ -132,7 +132,7 @@ impl Parts {
     }
 
     /// Every run and its part.
-    fn runs(mut self) -> Vec<(Part, Run)> {
+    fn runs(mut self) -> Vec<(Part, PixelRun)> {
         let count = self.runs.len();
         let of_run = |run| {
             let root = self.root(run);

@@ -71,7 +71,7 @@ fn shown() -> impl Iterator<Item = &'static Metric> {
 }
 
 impl<'a> Row<'a> {
-    fn of(method: &'a ComparedMethod) -> Self {
+    fn new(method: &'a ComparedMethod) -> Self {
         let cell = |metric: &Metric| {
             method.summary.metrics.get(metric.name).map_or_else(
                 || "-".to_owned(),
@@ -100,7 +100,7 @@ pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportErro
         matched: input.matched,
         interval: &first.summary.interval,
         columns: shown().map(|metric| format!("{} {}", metric.title, symbol(metric.unit))).collect(),
-        rows: input.methods.iter().map(Row::of).collect(),
+        rows: input.methods.iter().map(Row::new).collect(),
         plot,
     };
     render_page(TEMPLATE, &page)

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::body::LANDMARKS;
-use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, Run, quantile};
+use crate::evaluation::{Evaluation, JointSummary, LOSS_THRESHOLD_MM, SeedRun, quantile};
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::input::worst_frames;
@@ -89,7 +89,7 @@ fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportEr
     let top = 1.08 * greatest.max(frozen_greatest.min(2.0 * greatest)).max(10.0);
     let mut all = vec![tracker];
     all.extend(frozen.map(|f| Line::new("a tracker that never moves", Stroke::dashed(Colour::Grey), indexed(f))));
-    let runs: Vec<Run<'_>> = input.runs.iter().map(|run| run.run).collect();
+    let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
     let name = |worst: &Shown| match several {
         true => format!("worst: {}, seed {}", worst.frame, runs[worst.run].seed),
         false => format!("worst: {}", worst.frame),

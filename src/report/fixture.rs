@@ -6,7 +6,7 @@ use crate::body::{Landmark, Markers};
 use crate::camera::{Camera, CameraRig, Distortion, Pinhole};
 use crate::evaluation::fixture::{standing, translated};
 use crate::evaluation::{
-    Energies, Evaluation, RootRotations, Run, Sequence, evaluate, intersection_over_union, summarise,
+    Energies, Evaluation, RootRotations, SeedRun, Sequence, evaluate, intersection_over_union, summarise,
 };
 use crate::raster::Mask;
 use crate::tracker::{LayerRecord, ModelOccupancy};
@@ -75,8 +75,8 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         truth: vec![[0, 40], [60, 100]],
         estimate: vec![[0, 35], [62, 104]],
     });
-    let runs: Vec<Run<'_>> =
-        evaluations.iter().zip(0..).map(|(evaluation, seed)| Run { clip: "walk", seed, evaluation }).collect();
+    let runs: Vec<SeedRun<'_>> =
+        evaluations.iter().zip(0..).map(|(evaluation, seed)| SeedRun { clip: "walk", seed, evaluation }).collect();
     let in_model = |f: usize, m: usize| ModelOccupancy { particles: ((f + m) % 7) as u32, weight: 0.1, recovered: 0 };
     let occupancy: Vec<Vec<ModelOccupancy>> =
         (0..FRAMES).map(|f| (0..story.models).map(|m| in_model(f, m)).collect()).collect();

@@ -195,7 +195,7 @@ mod tests {
     use super::*;
     use crate::report::fixture::{Story, told};
 
-    fn of(story: &Story, metric: &str) -> Criterion {
+    fn new(story: &Story, metric: &str) -> Criterion {
         told(story, |input| criteria(input).into_iter().find(|criterion| criterion.metric == metric).unwrap())
     }
 

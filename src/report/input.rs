@@ -2,7 +2,7 @@
 
 use crate::body::Markers;
 use crate::camera::CameraRig;
-use crate::evaluation::{Evaluation, Run, Summary};
+use crate::evaluation::{Evaluation, SeedRun, Summary};
 use crate::raster::Mask;
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
@@ -40,7 +40,7 @@ pub struct FactGroup {
 #[derive(Clone, Debug)]
 pub struct ReportRun<'a> {
     /// Clip, seed and what was measured.
-    pub run: Run<'a>,
+    pub run: SeedRun<'a>,
     /// Energy of the truth, refitted to the tracker's body, per frame; empty where unknown.
     pub truth_energy: &'a [Option<f64>],
     /// Energy of the estimate per frame; empty where unknown.
@@ -145,7 +145,7 @@ const APART: usize = 10;
 
 /// The frames that a sheet should show: `count` spread evenly over the scored frames of the typical run, and the worst
 /// of all runs last.
-pub fn frames_to_show(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
+pub fn frames_to_show(runs: &[SeedRun<'_>], count: usize) -> Vec<Shown> {
     let Some(run) = typical_run(runs) else { return vec![] };
     let evaluation = runs[run].evaluation;
     let (first, end) = (evaluation.first_scored, evaluation.frames);
@@ -163,8 +163,8 @@ pub fn frames_to_show(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
 
 /// The `count` frames of the greatest HumanEva error of all runs, the worst first, no two within ten frames of each
 /// other in one run.
-pub fn worst_frames(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
-    let errors = |run: &Run<'_>| {
+pub fn worst_frames(runs: &[SeedRun<'_>], count: usize) -> Vec<Shown> {
+    let errors = |run: &SeedRun<'_>| {
         run.evaluation.metrics.get("humaneva_mm").map(|metric| metric.per_frame.clone()).unwrap_or_default()
     };
     let of_run = |(run, errors): (usize, Vec<Option<f64>>)| {
@@ -185,8 +185,8 @@ pub fn worst_frames(runs: &[Run<'_>], count: usize) -> Vec<Shown> {
 }
 
 /// Index of the run whose mean HumanEva error is the (lower) median: the one for figures that show only one.
-pub fn typical_run(runs: &[Run<'_>]) -> Option<usize> {
-    let error = |run: &Run<'_>| run.evaluation.metrics.get("humaneva_mm").map_or(f64::INFINITY, |value| value.mean);
+pub fn typical_run(runs: &[SeedRun<'_>]) -> Option<usize> {
+    let error = |run: &SeedRun<'_>| run.evaluation.metrics.get("humaneva_mm").map_or(f64::INFINITY, |value| value.mean);
     let mut order: Vec<usize> = (0..runs.len()).collect();
     order.sort_by(|a, b| error(&runs[*a]).total_cmp(&error(&runs[*b])));
     order.get(runs.len().checked_sub(1)? / 2).copied()
@@ -205,8 +205,8 @@ mod tests {
         evaluate_markers(&truth, &estimate)
     }
 
-    fn runs_of(evaluations: &[Evaluation]) -> Vec<Run<'_>> {
-        evaluations.iter().zip(0..).map(|(evaluation, seed)| Run { clip: "c", seed, evaluation }).collect()
+    fn runs_of(evaluations: &[Evaluation]) -> Vec<SeedRun<'_>> {
+        evaluations.iter().zip(0..).map(|(evaluation, seed)| SeedRun { clip: "c", seed, evaluation }).collect()
     }
 
     #[test]

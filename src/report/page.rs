@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::evaluation::{Direction, METRICS, Metric, Run, Unit};
+use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Unit};
 
 use super::contact_sheet::{Cell, cells, seconds, worst_cell};
 use super::figures::{Figure, figures, per_frame};
@@ -134,7 +134,7 @@ struct SheetCell<'a> {
 /// # Errors
 /// [`ReportError`] without a run, when a sheet's frames do not fit its cameras, or when a plot or picture fails.
 pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
-    let runs: Vec<Run<'_>> = input.runs.iter().map(|run| run.run).collect();
+    let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
     let verdict = verdict(input);
     let worse = |name: &str| verdict.worse_than_frozen.contains(&name);
@@ -207,11 +207,11 @@ fn coverage(share: f64) -> String {
 /// How many of the worst frames are listed.
 const WORST: usize = 10;
 
-fn worst_rows<'a>(input: &ReportInput<'a>, runs: &[Run<'_>]) -> Result<Vec<WorstRow<'a>>, ReportError> {
+fn worst_rows<'a>(input: &ReportInput<'a>, runs: &[SeedRun<'_>]) -> Result<Vec<WorstRow<'a>>, ReportError> {
     worst_frames(runs, WORST).into_iter().map(|worst| worst_row(input, runs, worst)).collect()
 }
 
-fn worst_row<'a>(input: &ReportInput<'a>, runs: &[Run<'_>], worst: Shown) -> Result<WorstRow<'a>, ReportError> {
+fn worst_row<'a>(input: &ReportInput<'a>, runs: &[SeedRun<'_>], worst: Shown) -> Result<WorstRow<'a>, ReportError> {
     let Run { seed, evaluation, .. } = runs[worst.run];
     let frame = worst.frame;
     let at = |metric: &str, unit| Some(number(per_frame(evaluation, metric).get(frame).copied().flatten()?, unit));
@@ -239,7 +239,7 @@ fn sheet_cell<'a>(camera: &'a str, view: &Cell) -> Result<SheetCell<'a>, ReportE
     Ok(SheetCell { camera, overlap, png: base64::encode(&cell::png(&view.picture)?) })
 }
 
-fn sheet_on_page<'a>(runs: &[Run<'_>], sheet: &'a Sheet<'a>) -> Result<SheetOnPage<'a>, ReportError> {
+fn sheet_on_page<'a>(runs: &[SeedRun<'_>], sheet: &'a Sheet<'a>) -> Result<SheetOnPage<'a>, ReportError> {
     let worst = worst_frames(runs, 1).first().map(|worst| (runs[worst.run].seed, worst.frame));
     let mut columns = Vec::new();
     for (frame, views) in sheet.frames.iter().zip(cells(sheet)?) {
@@ -333,7 +333,7 @@ mod tests {
     #[test]
     fn every_one_of_the_worst_frames_has_the_picture_of_its_own_seed() {
         let seeds = told(&Story { seeds: 3, lost_from: Some(60), shown: &[1], ..Story::default() }, |input| {
-            let runs: Vec<Run<'_>> = input.runs.iter().map(|run| run.run).collect();
+            let runs: Vec<SeedRun<'_>> = input.runs.iter().map(|run| run.run).collect();
             let rows = worst_rows(input, &runs).unwrap();
             assert_eq!(rows.len(), 10);
             for row in &rows {

@@ -102,8 +102,8 @@ pub(super) struct SubjectFrame {
 impl Anatomy {
     /// Reads the names of a clip's joints. `overrides` maps landmark names to `Joint`, `Joint:tip` or `Joint+Joint`
     /// (the middle).
-    pub(super) fn of(clip: &Clip, overrides: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
-        let names = Names::of(&clip.skeleton);
+    pub(super) fn from_clip(clip: &Clip, overrides: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
+        let names = Names::from_skeleton(&clip.skeleton);
         let mut landmarks = named_landmarks(&names);
         for (landmark, site) in overrides {
             let index = LANDMARKS
@@ -219,7 +219,7 @@ fn meeting_joint(skeleton: &Skeleton, a: usize, b: usize) -> Option<usize> {
 struct Names(BTreeMap<String, usize>);
 
 impl Names {
-    fn of(skeleton: &Skeleton) -> Self {
+    fn from_skeleton(skeleton: &Skeleton) -> Self {
         let mut names = BTreeMap::new();
         for (index, joint) in skeleton.joints.iter().enumerate() {
             let bare = joint.name.rsplit(':').next().unwrap_or(&joint.name);

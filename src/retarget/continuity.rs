@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::anatomy::SubjectFrame;
 use super::calibration::Calibration;
-use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_afar, stay};
+use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_afar, hold_angles};
 use super::turning::greatest_turn;
 use crate::body::inverse_kinematics::{Goals, Solution, Solver};
 use crate::body::{Humanoid, Markers, Pose};
@@ -57,15 +57,15 @@ pub(super) fn pose_all(
     let ahead = (0..goals.len()).map(|frame| waypoint(frame, turns[frame]));
     let back = (0..goals.len()).rev().map(|frame| waypoint(frame, turns.get(frame + 1).copied().unwrap_or(0.0)));
     let poses = |solutions: Vec<Solution>| solutions.into_iter().map(|solution| solution.pose).collect::<Vec<Pose>>();
-    let forward = poses(follow(&mut solver, humanoid, ahead, &start(posed.first()), options));
-    let mut backward = poses(follow(&mut solver, humanoid, back, &start(posed.last()), options));
+    let forward = poses(solve_sequence(&mut solver, humanoid, ahead, &start(posed.first()), options));
+    let mut backward = poses(solve_sequence(&mut solver, humanoid, back, &start(posed.last()), options));
     backward.reverse();
     merge(&mut solver, humanoid, &goals, forward, &backward)
 }
 
 /// Solves frame after frame, each from the previous one and held near it. If a landmark stays far off, all starts are
 /// tried again, and a much better one is used. A step that turns a link too far is repeated with a higher weight.
-pub(super) fn follow<'a>(
+pub(super) fn solve_sequence<'a>(
     solver: &mut Solver<'_>,
     humanoid: &Humanoid,
     frames: impl Iterator<Item = Waypoint<'a>>,
@@ -80,7 +80,7 @@ pub(super) fn follow<'a>(
         };
         let mut step = |metres_per_radian: f64| {
             let mut held = goals.clone();
-            let before = stay(&previous.pose, metres_per_radian);
+            let before = hold_angles(&previous.pose, metres_per_radian);
             held.angles = held.angles.into_iter().zip(before).map(|(rest, before)| rest.and(before)).collect();
             solver.solve(&held, &previous.pose, options.max_iterations)
         };

@@ -73,8 +73,8 @@ impl MotionFingerprint {
     ///
     /// # Errors
     /// [`RetargetError`] if the landmarks cannot be found by the joints' names.
-    pub fn of(clip: &Clip) -> Result<Self, RetargetError> {
-        let anatomy = Anatomy::of(clip, &Default::default())?;
+    pub fn from_clip(clip: &Clip) -> Result<Self, RetargetError> {
+        let anatomy = Anatomy::from_clip(clip, &Default::default())?;
         let row = |frame: usize| distances(&anatomy.observe(clip, frame).markers);
         Ok(Self { rows: (0..clip.frames.len()).map(row).collect() })
     }
@@ -178,11 +178,11 @@ mod tests {
     }
 
     fn deepmimic(text: &str) -> MotionFingerprint {
-        MotionFingerprint::of(&parse_deepmimic(text, "a.txt", &ReadOptions::default()).unwrap()).unwrap()
+        MotionFingerprint::from_clip(&parse_deepmimic(text, "a.txt", &ReadOptions::default()).unwrap()).unwrap()
     }
 
-    fn of(clip: &Clip) -> MotionFingerprint {
-        MotionFingerprint::of(clip).unwrap()
+    fn from_clip(clip: &Clip) -> MotionFingerprint {
+        MotionFingerprint::from_clip(clip).unwrap()
     }
 
     #[test]

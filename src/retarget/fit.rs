@@ -1,6 +1,6 @@
 //! Fits a body to given marker positions: another body's markers, or a subject's.
 
-use super::continuity::{Waypoint, follow};
+use super::continuity::{Waypoint, solve_sequence};
 use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_afar};
 use crate::body::inverse_kinematics::{Goals, Solution, Solver};
 use crate::body::{Humanoid, Markers, Pose};
@@ -32,7 +32,7 @@ pub fn fit_motion_to_markers(humanoid: &Humanoid, targets: &[Markers], start: &P
     let priors = priors(humanoid, start, options);
     let goals: Vec<Goals> = targets.iter().map(|markers| marker_goals(humanoid, markers, priors.clone())).collect();
     let waypoints = goals.iter().zip(targets).map(|(goals, markers)| Waypoint { goals, markers, most: f64::INFINITY });
-    let solutions = follow(&mut Solver::new(humanoid), humanoid, waypoints, start, options);
+    let solutions = solve_sequence(&mut Solver::new(humanoid), humanoid, waypoints, start, options);
     targets.iter().zip(solutions).map(|(markers, solution)| measured(humanoid, markers, solution)).collect()
 }
 

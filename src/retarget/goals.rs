@@ -27,13 +27,13 @@ impl Default for FitOptions {
 }
 
 /// Goals that hold every angle at its value in a pose.
-pub(super) fn stay(pose: &Pose, metres_per_unit: f64) -> Vec<AngleGoal> {
+pub(super) fn hold_angles(pose: &Pose, metres_per_unit: f64) -> Vec<AngleGoal> {
     pose.joint_angles.iter().map(|&target| AngleGoal { target, metres_per_unit }).collect()
 }
 
 /// Priors: angles stay at a pose's values, and the joints of the spine share its bend.
 pub(super) fn priors(humanoid: &Humanoid, pose: &Pose, options: &FitOptions) -> Goals {
-    let angles = stay(pose, options.stay_m_per_rad);
+    let angles = hold_angles(pose, options.stay_m_per_rad);
     Goals { angles, differences: equal_shares(humanoid), ..Goals::default() }
 }
 

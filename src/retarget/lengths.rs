@@ -40,7 +40,7 @@ type Ends = (Option<Point3<f64>>, Option<Point3<f64>>);
 
 impl SegmentLengths {
     /// Of a body, at its zero pose.
-    pub fn of(humanoid: &Humanoid) -> Self {
+    pub fn from_body(humanoid: &Humanoid) -> Self {
         let frames = humanoid.link_frames(&humanoid.zero_pose());
         let toes = ["left_toes", "right_toes"]
             .map(|name| humanoid.find_link(name).map(|link| Point3::from(frames[link].translation.vector)));

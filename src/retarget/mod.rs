@@ -158,7 +158,7 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
         return Err(RetargetError::EmptyClip(clip.name.clone()));
     }
     require_markers(template)?;
-    let anatomy = Anatomy::of(clip, &options.landmarks)?;
+    let anatomy = Anatomy::from_clip(clip, &options.landmarks)?;
     let subject: Vec<SubjectFrame> = (0..clip.frames.len()).map(|frame| anatomy.observe(clip, frame)).collect();
     let measured = SegmentLengths::of_subject(&subject);
     let lengths = if options.symmetric { measured.symmetric() } else { measured };
@@ -191,7 +191,7 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
         let shift = ground::centre_path(&mut motion);
         report.path_shift_m = [shift.x, shift.y];
     }
-    report.foot_height = FootHeight::of(&ground::foot_heights(&humanoid, &motion));
+    report.foot_height = FootHeight::from_heights(&ground::foot_heights(&humanoid, &motion));
     Ok(Retargeted { humanoid, shape, motion, report })
 }
 

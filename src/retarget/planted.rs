@@ -117,7 +117,7 @@ fn a_motion_of_the_actor_is_found_again_to_a_millimetre() {
 #[test]
 fn a_taller_subject_gives_a_taller_body() {
     let template = shipped("actor").unwrap();
-    let mut lengths = super::SegmentLengths::of(&template);
+    let mut lengths = super::SegmentLengths::from_body(&template);
     for (pair, factor) in [(&mut lengths.thigh, 1.1), (&mut lengths.upper_arm, 0.9), (&mut lengths.shank, 1.05)] {
         *pair = pair.map(|length| length.map(|l| factor * l));
     }
@@ -126,14 +126,14 @@ fn a_taller_subject_gives_a_taller_body() {
     let motion = motion_of(&subject, 60);
     let found = retarget(&recording_of(&subject, &motion), &template, &unmoved()).unwrap();
     assert!(found.report.mean_residual_mm < 1.0, "{:?}", found.report.landmarks);
-    let (own, planted) = (super::SegmentLengths::of(&found.humanoid), super::SegmentLengths::of(&subject));
+    let (own, planted) = (super::SegmentLengths::from_body(&found.humanoid), super::SegmentLengths::from_body(&subject));
     for side in 0..2 {
         for (a, b) in [(own.thigh, planted.thigh), (own.upper_arm, planted.upper_arm), (own.shank, planted.shank)] {
             assert!((a[side].unwrap() - b[side].unwrap()).abs() < 1e-6);
         }
     }
     assert!((own.hip_width.unwrap() - planted.hip_width.unwrap()).abs() < 1e-6);
-    let grown = own.ankle_to_crown().unwrap() / super::SegmentLengths::of(&template).ankle_to_crown().unwrap();
+    let grown = own.ankle_to_crown().unwrap() / super::SegmentLengths::from_body(&template).ankle_to_crown().unwrap();
     let hand = template.find_link("left_hand").unwrap();
     assert!((found.shape.links[hand].girth - grown.sqrt()).abs() < 1e-9);
 }
@@ -175,7 +175,7 @@ fn a_body_without_markers_is_refused_by_name() {
 fn a_gap_above_the_thorax_joint_is_closed_by_the_bone_below() {
     let body = shipped("actor").unwrap();
     let mut clip = recording_of(&body, &motion_of(&body, 3));
-    let whole = super::anatomy::Anatomy::of(&clip, &Default::default()).unwrap();
+    let whole = super::anatomy::Anatomy::from_clip(&clip, &Default::default()).unwrap();
     assert_eq!(whole.restored_bone_m(), None);
     let before = whole.observe(&clip, 1).markers;
     for frame in &mut clip.frames {
@@ -183,7 +183,7 @@ fn a_gap_above_the_thorax_joint_is_closed_by_the_bone_below() {
             frame[child].translation.vector = Vector3::zeros();
         }
     }
-    let closed = super::anatomy::Anatomy::of(&clip, &Default::default()).unwrap();
+    let closed = super::anatomy::Anatomy::from_clip(&clip, &Default::default()).unwrap();
     let after = closed.observe(&clip, 1);
     let bone = closed.restored_bone_m().unwrap();
     let place = |landmark: Landmark| after.markers[landmark as usize].unwrap();

@@ -16,7 +16,7 @@ pub struct RetargetReport {
     pub landmarks: Vec<LandmarkResidual>,
     /// Degrees of freedom that reached a limit in some frame.
     pub limit_hits: Vec<LimitHits>,
-    /// Height of the feet after all shifts; `None` where the feet have no flesh.
+    /// Height of the feet after all shifts; `None` where the feet have no solid.
     pub foot_height: Option<FootHeight>,
     /// By how much the motion was raised to stand on the ground.
     pub ground_shift_m: f64,
@@ -77,7 +77,7 @@ impl RetargetReport {
         let landmarks: Vec<LandmarkResidual> = LANDMARKS
             .iter()
             .enumerate()
-            .filter_map(|(index, landmark)| LandmarkResidual::of(landmark.name(), of(index)))
+            .filter_map(|(index, landmark)| LandmarkResidual::from_distances(landmark.name(), of(index)))
             .collect();
         let mean_residual_mm = landmarks.iter().map(|l| l.mean_mm).sum::<f64>() / landmarks.len().max(1) as f64;
         Self {
@@ -95,7 +95,7 @@ impl RetargetReport {
 }
 
 impl LandmarkResidual {
-    fn of(landmark: &'static str, distances_mm: Vec<f64>) -> Option<Self> {
+    fn from_distances(landmark: &'static str, distances_mm: Vec<f64>) -> Option<Self> {
         let mean_mm = distances_mm.iter().sum::<f64>() / distances_mm.len() as f64;
         let max_mm = distances_mm.iter().copied().reduce(f64::max)?;
         Some(Self { landmark, mean_mm, p95_mm: super::quantile(distances_mm, 0.95)?, max_mm })
@@ -103,7 +103,7 @@ impl LandmarkResidual {
 }
 
 impl FootHeight {
-    pub(super) fn of(heights: &[f64]) -> Option<Self> {
+    pub(super) fn from_heights(heights: &[f64]) -> Option<Self> {
         let min = heights.iter().copied().reduce(f64::min)?;
         Some(Self { mean_mm: 1000.0 * heights.iter().sum::<f64>() / heights.len() as f64, min_mm: 1000.0 * min })
     }

@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-3;
 /// two lengths determine one factor (hips and shoulders of a one-piece trunk), it is the least-squares compromise.
 /// Everything else scales with the distance from ankle to crown, and girths with its square root.
 pub fn fit_shape(template: &Humanoid, subject: &SegmentLengths) -> BodyShape {
-    let own = SegmentLengths::of(template);
+    let own = SegmentLengths::from_body(template);
     let growth = ratio(own.ankle_to_crown(), subject.ankle_to_crown()).unwrap_or(1.0);
     let grown = LinkShape { length: Vector3::repeat(growth), girth: libm::pow(growth, GIRTH_EXPONENT) };
     let mut shape = BodyShape { links: vec![grown; template.links.len()] };
@@ -40,7 +40,7 @@ pub fn fit_shape(template: &Humanoid, subject: &SegmentLengths) -> BodyShape {
     }
     claims.length(Landmark::Pelvis, Landmark::Thorax, &up, ratio(own.trunk, subject.trunk));
     claims.length(Landmark::Thorax, Landmark::HeadTop, &up, ratio(own.head, subject.head));
-    claims.settle(&mut shape);
+    claims.set_lengths(&mut shape);
     claims.correct_limbs(&mut shape, subject);
     shape
 }
@@ -126,7 +126,7 @@ impl<'a> Claims<'a> {
         }
     }
 
-    fn settle(&self, shape: &mut BodyShape) {
+    fn set_lengths(&self, shape: &mut BodyShape) {
         for (link, sums) in shape.links.iter_mut().zip(&self.sums) {
             for (factor, (weight, weighted)) in link.length.iter_mut().zip(sums) {
                 if *weight > 0.0 {
@@ -139,7 +139,7 @@ impl<'a> Claims<'a> {
     /// Stretches limbs iteratively to the subject's lengths; oblique limbs need several steps.
     fn correct_limbs(&self, shape: &mut BodyShape, subject: &SegmentLengths) {
         for _ in 0..ROUNDS {
-            let reached = SegmentLengths::of(&self.template.reshaped(shape));
+            let reached = SegmentLengths::from_body(&self.template.reshaped(shape));
             for side in 0..2 {
                 for (from, to, length) in limb_segments(side) {
                     let factor = ratio(length(&reached)[side], length(subject)[side]);

@@ -29,7 +29,7 @@ pub(super) fn recorded_turns(clip: &Clip, joints: &[usize]) -> Vec<f64> {
 
 /// The link with geometry or mass that turns most in the world between two poses, and its rotation, radians.
 pub(super) fn greatest_turn(humanoid: &Humanoid, before: &LinkFrames, after: &LinkFrames) -> (usize, f64) {
-    let is_body = |link: &usize| !humanoid.links[*link].flesh.is_empty() || humanoid.links[*link].inertia.is_some();
+    let is_body = |link: &usize| !humanoid.links[*link].solids.is_empty() || humanoid.links[*link].inertia.is_some();
     let turn = |link: usize| (link, before[link].rotation.angle_to(&after[link].rotation));
     let turns = (0..humanoid.links.len()).filter(is_body).map(turn);
     turns.fold((0, 0.0), |most, next| if next.1 > most.1 { next } else { most })

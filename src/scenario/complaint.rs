@@ -42,7 +42,7 @@ pub struct Place {
 
 impl Place {
     /// The place of a byte range of `text`.
-    pub(super) fn of(text: &str, span: &Range<usize>) -> Self {
+    pub(super) fn from_span(text: &str, span: &Range<usize>) -> Self {
         let start = floor_char_boundary(text, span.start);
         let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
         let line = text[line_start..].lines().next().unwrap_or_default();
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn the_caret_stands_below_the_value_even_after_wide_characters() {
         let text = "a = 1\nname = \"é\"\n[t]\nkey = -4 # x\n";
-        let place = Place::of(text, &locate(text, "t.key").unwrap().value);
+        let place = Place::from_span(text, &locate(text, "t.key").unwrap().value);
         assert_eq!((place.line, place.column, place.width), (4, 7, 2));
         let complaint =
             Complaint { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
@@ -159,7 +159,7 @@ mod tests {
     fn of_a_line_of_a_million_characters_the_part_around_the_mark_is_shown() {
         let text = format!("a = [{}]\nb = \"\u{1b}[2J{}\"\n", "1, ".repeat(300_000), "x".repeat(1_000_000));
         let span = text.rfind("1, ]").unwrap();
-        let place = Place::of(&text, &(span..span + 1));
+        let place = Place::from_span(&text, &(span..span + 1));
         let shown =
             Complaint { origin: "f".into(), place: Some(place), key: "a".into(), message: "bad".into() }.to_string();
         assert!(shown.len() < 400, "{}", shown.len());
@@ -167,7 +167,7 @@ mod tests {
         let caret = lines[2].find('^').unwrap();
         assert_eq!(&lines[1][caret..caret + 2], "1,");
         let start = text.find("b = ").unwrap() + 4;
-        let place = Place::of(&text, &(start..text.len() - 1));
+        let place = Place::from_span(&text, &(start..text.len() - 1));
         let shown =
             Complaint { origin: "f".into(), place: Some(place), key: "b".into(), message: "bad".into() }.to_string();
         assert!(shown.chars().count() < 500 && !shown.contains('\u{1b}'), "{shown}");

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::body::{Flesh, Prop};
+use crate::body::{Solid, Prop};
 use crate::raster::TaperedCapsule;
 
 /// A fixed solid in the world. It belongs to the background and hides what is behind it; contacts of the actor with it
@@ -82,15 +82,15 @@ impl PropSettings {
         let place = Isometry3::from_parts(Translation3::from(self.place_m), rotation);
         let capsule = |radius: f64, length: f64| {
             let end = |side: f64| place * Point3::new(0.0, 0.0, side * 0.5 * length);
-            Flesh::TaperedCapsule(TaperedCapsule { a: end(-1.0), b: end(1.0), radius_a: radius, radius_b: radius })
+            Solid::TaperedCapsule(TaperedCapsule { a: end(-1.0), b: end(1.0), radius_a: radius, radius_b: radius })
         };
         let solid = match self.shape {
             PropShape::Box { size_m } => {
-                Flesh::Box { link_from_box: place, half_extents: size_m.map(|size| 0.5 * size) }
+                Solid::Box { link_from_box: place, half_extents: size_m.map(|size| 0.5 * size) }
             }
             PropShape::Sphere { radius_m } => capsule(radius_m, 0.0),
             PropShape::Cylinder { radius_m, length_m } => {
-                Flesh::Cylinder { link_from_cylinder: place, radius: radius_m, half_length: 0.5 * length_m }
+                Solid::Cylinder { link_from_cylinder: place, radius: radius_m, half_length: 0.5 * length_m }
             }
             PropShape::Capsule { radius_m, length_m } => capsule(radius_m, length_m),
         };
@@ -107,12 +107,12 @@ mod tests {
         let text = "name = \"pole\"\nshape = { capsule = { radius_m = 0.1, length_m = 2.0 } }\nplace_m = [1.0, 2.0, 0.5]\n\
                     rotation_deg = [0.0, 90.0, 90.0]\n";
         let settings: PropSettings = toml::from_str(text).unwrap();
-        let Flesh::TaperedCapsule(pole) = settings.prop().solid else { panic!() };
+        let Solid::TaperedCapsule(pole) = settings.prop().solid else { panic!() };
         // upright, laid along X, then turned to Y
         assert!((pole.b - Point3::new(1.0, 3.0, 0.5)).norm() < 1e-12, "{pole:?}");
         assert!((pole.a - Point3::new(1.0, 1.0, 0.5)).norm() < 1e-12, "{pole:?}");
         let boxed = PropSettings { shape: PropShape::Box { size_m: [1.0, 2.0, 4.0] }, ..settings };
-        let Flesh::Box { half_extents, .. } = boxed.prop().solid else { panic!() };
+        let Solid::Box { half_extents, .. } = boxed.prop().solid else { panic!() };
         assert_eq!(half_extents, [0.5, 1.0, 2.0]);
     }
 }

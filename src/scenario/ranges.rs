@@ -20,7 +20,7 @@ pub struct Problem {
     pub message: String,
 }
 
-type Verdict = Result<(), Problem>;
+type RangeCheck = Result<(), Problem>;
 
 const MAX_IMAGE_SIDE: u32 = 8192;
 /// Greatest focal length and coordinate of a principal point, pixels.
@@ -39,7 +39,7 @@ const LONGEST_NAME: usize = 200;
 
 impl Scenario {
     /// The first invalid value, in the order of the format.
-    pub(crate) fn first_problem(&self) -> Verdict {
+    pub(crate) fn first_problem(&self) -> RangeCheck {
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
         require(
             "name",
@@ -97,7 +97,7 @@ impl Scenario {
     }
 }
 
-fn motion(table: &str, m: &MotionSettings) -> Verdict {
+fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
     require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
     if let Some(first) = m.first_frame {
         require(&format!("{table}.first_frame"), first >= 1, "a frame number from 1", first)?;
@@ -129,7 +129,7 @@ fn motion(table: &str, m: &MotionSettings) -> Verdict {
     Ok(())
 }
 
-fn actor(a: &ActorSettings) -> Verdict {
+fn actor(a: &ActorSettings) -> RangeCheck {
     let keys =
         [("friction", a.friction.is_some()), ("root_wrench", a.root_wrench.is_some()), ("push", a.push.is_some())];
     for (key, said) in keys {
@@ -155,7 +155,7 @@ fn actor(a: &ActorSettings) -> Verdict {
     )
 }
 
-fn prop(table: &str, p: &PropSettings) -> Verdict {
+fn prop(table: &str, p: &PropSettings) -> RangeCheck {
     name(&format!("{table}.name"), &p.name)?;
     for (key, length) in p.shape.lengths() {
         within(&format!("{table}.shape.{key}"), length, 0.001..=1000.0)?;
@@ -168,7 +168,7 @@ fn prop(table: &str, p: &PropSettings) -> Verdict {
     Ok(())
 }
 
-fn ring(r: &RingSettings) -> Verdict {
+fn ring(r: &RingSettings) -> RangeCheck {
     within("rig.ring.count", r.count, 1..=64)?;
     within("rig.ring.radius_m", r.radius_m, 0.1..=1000.0)?;
     within("rig.ring.height_m", r.height_m, -1000.0..=1000.0)?;
@@ -181,7 +181,7 @@ fn ring(r: &RingSettings) -> Verdict {
     image_size("rig.ring.size_px", r.size_px)
 }
 
-fn camera(table: &str, c: &CameraSettings) -> Verdict {
+fn camera(table: &str, c: &CameraSettings) -> RangeCheck {
     image_size(&format!("{table}.size_px"), c.size_px)?;
     if let Some(given) = &c.name {
         name(&format!("{table}.name"), given)?;
@@ -218,16 +218,16 @@ fn camera(table: &str, c: &CameraSettings) -> Verdict {
     above_ground(&key, centre.z)
 }
 
-fn above_ground(key: &str, height: f64) -> Verdict {
+fn above_ground(key: &str, height: f64) -> RangeCheck {
     require(key, height > 0.0, "a camera above the ground (z = 0)", format_args!("one at z = {height:.3} m"))
 }
 
-fn image_size(key: &str, size: [u32; 2]) -> Verdict {
+fn image_size(key: &str, size: [u32; 2]) -> RangeCheck {
     let sound = size.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side));
     require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIDE} px"), format!("{size:?}"))
 }
 
-pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> Verdict {
+pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeCheck {
     searching(table, s.filter(), s.likelihood())?;
     s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
     s.refinement.validate().map_err(|e| setting(table, &e))?;
@@ -241,7 +241,7 @@ pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
 
-fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> Verdict {
+fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> RangeCheck {
     filter.validate().and_then(|()| likelihood.validate()).map_err(|e| setting(table, &e))?;
     within(&format!("{table}.particles"), filter.particles, 1..=1_000_000)?;
     within(&format!("{table}.layers"), filter.layers, 1..=1000)
@@ -251,7 +251,7 @@ fn setting(table: &str, e: &SettingError) -> Problem {
     Problem { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
 }
 
-pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> Verdict {
+pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> RangeCheck {
     searching(table, s.filter(), s.likelihood())?;
     match s.latent().validate() {
         Err(MotionModelError::Setting { key, expected, found }) => {
@@ -270,17 +270,17 @@ pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTr
     within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)
 }
 
-fn name(key: &str, name: &str) -> Verdict {
+fn name(key: &str, name: &str) -> RangeCheck {
     let length = name.chars().count();
     let expected = format_args!("a name of 1 to {LONGEST_NAME} characters");
     require(key, (1..=LONGEST_NAME).contains(&length), expected, format_args!("{length}"))
 }
 
-fn at_most(key: &str, found: usize, most: usize, what: &str) -> Verdict {
+fn at_most(key: &str, found: usize, most: usize, what: &str) -> RangeCheck {
     require(key, found <= most, format_args!("at most {most} {what}"), found)
 }
 
-pub(super) fn first_of_oracle(table: &str, s: &OracleSettings) -> Verdict {
+pub(super) fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {
     for (i, offset) in s.root_offset_m.into_iter().enumerate() {
         within(&format!("{table}.root_offset_m[{i}]"), offset, -1e3..=1e3)?;
     }
@@ -288,12 +288,12 @@ pub(super) fn first_of_oracle(table: &str, s: &OracleSettings) -> Verdict {
     within(&format!("{table}.angle_noise_deg"), s.angle_noise_deg, 0.0..=180.0)
 }
 
-fn within<T: PartialOrd + Display>(key: &str, value: T, range: RangeInclusive<T>) -> Verdict {
+fn within<T: PartialOrd + Display>(key: &str, value: T, range: RangeInclusive<T>) -> RangeCheck {
     let sound = range.contains(&value);
     require(key, sound, format_args!("{} to {}", range.start(), range.end()), value)
 }
 
-fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> Verdict {
+fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> RangeCheck {
     if sound {
         return Ok(());
     }

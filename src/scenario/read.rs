@@ -97,7 +97,7 @@ impl ScenarioFile {
     pub(crate) fn complaint(&self, key: &str, message: String) -> Complaint {
         let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
         let spot = locate(&self.text, key).filter(|_| culprit.is_none());
-        let place = spot.map(|spot| Place::of(&self.text, &spot.value));
+        let place = spot.map(|spot| Place::from_span(&self.text, &spot.value));
         let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
         Complaint { origin, place, key: key.to_owned(), message }
     }

@@ -13,7 +13,7 @@ use crate::input::{self, excerpt};
 pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
     toml::from_str(text).map_err(|e| Complaint {
         origin: origin.to_owned(),
-        place: e.span().map(|span| Place::of(text, &span)),
+        place: e.span().map(|span| Place::from_span(text, &span)),
         key: String::new(),
         message: match e.message() {
             // valid TOML, but not a 64-bit number
@@ -97,7 +97,7 @@ impl Mistake {
     pub(super) fn in_text(self, origin: &str, text: &str) -> Complaint {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
-        let place = span.map(|span| Place::of(text, &span));
+        let place = span.map(|span| Place::from_span(text, &span));
         Complaint { place, ..self.about(origin) }
     }
 }

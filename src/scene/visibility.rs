@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use crate::body::{Flesh, Humanoid, LANDMARKS, LinkFrames, Markers, Prop, Ray};
+use crate::body::{Solid, Humanoid, LANDMARKS, LinkFrames, Markers, Prop, Ray};
 use crate::camera::Camera;
 
 /// Clears every hidden marker of `visible`. A marker is hidden if the segment from the camera's centre to it meets a
@@ -21,24 +21,24 @@ pub(super) fn clear_hidden(
         let own_link = body.markers[index].map(|m| m.link);
         let Some(marker) = marker.filter(|_| visible[index]) else { continue };
         let sight = Ray { origin: marker, direction: centre - marker };
-        let by_flesh = body.links.iter().enumerate().any(|(link, part)| {
+        let by_solids = body.links.iter().enumerate().any(|(link, part)| {
             let sight = sight.transformed(&links_from_world[link]);
-            own_link != Some(link) && part.flesh.iter().any(|flesh| meets(flesh, &sight))
+            own_link != Some(link) && part.solids.iter().any(|solid| meets(solid, &sight))
         });
         let by_prop = props.iter().any(|prop| prop.solid.ray_entry(&sight).is_some_and(|s| s <= 1.0));
-        visible[index] = !by_flesh && !by_prop;
+        visible[index] = !by_solids && !by_prop;
     }
 }
 
 /// From the marker outwards: an entry at 0 is a solid that holds the marker, one beyond 1 lies behind the camera.
-fn meets(solid: &Flesh, sight: &Ray) -> bool {
+fn meets(solid: &Solid, sight: &Ray) -> bool {
     solid.ray_entry(sight).is_some_and(|s| s > 0.0 && s <= 1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use crate::body::fixture::{person, walk};
-    use crate::body::{Flesh, Landmark, Prop};
+    use crate::body::{Solid, Landmark, Prop};
     use crate::camera::CameraRig;
     use crate::scene::GroundTruth;
     use crate::scene::fixture::camera_at;
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn flesh_around_a_marker_does_not_hide_it() {
+    fn a_solid_around_a_marker_does_not_hide_it() {
         // the elbow lies inside upper arm and forearm alike
         assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
         assert!(visible(Point3::new(-4.0, 0.0, 1.0), Landmark::LeftElbow));
@@ -71,7 +71,7 @@ mod tests {
         let rig = CameraRig { cameras: vec![camera_at("only", Point3::new(4.0, 0.0, 1.0))] };
         let among = |x: f64| {
             let solid =
-                Flesh::Box { link_from_box: Isometry3::translation(x, 0.0, 1.0), half_extents: [1.0, 1.0, 1.5] };
+                Solid::Box { link_from_box: Isometry3::translation(x, 0.0, 1.0), half_extents: [1.0, 1.0, 1.5] };
             let props = vec![Prop { name: "box".into(), solid }];
             let truth = GroundTruth::among_props(person(), &walk(1), &rig, props).unwrap();
             truth.frames[0].visible[0][Landmark::LeftElbow as usize]

@@ -10,7 +10,7 @@ use super::placed_body::PlacedBody;
 use super::rectification::Rectification;
 use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
-use crate::body::{Flesh, Humanoid, LinkFrames, Pose, capsules_in_camera};
+use crate::body::{Solid, Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::motion_model::NormalEquations;
 use crate::observation::Observation;
@@ -96,7 +96,7 @@ impl SilhouetteSettings {
 /// that a particle cannot win by leaving the picture.
 ///
 /// Lenses are taken out of the observed masks once a frame (nearest neighbour), and all comparing is done in the ideal
-/// pinhole's image. A body of nothing but tapered capsules takes raster's fast road; other flesh is drawn into masks.
+/// pinhole's image. A body of nothing but tapered capsules takes raster's fast road; other solid is drawn into masks.
 #[derive(Debug)]
 pub struct SilhouetteLikelihood {
     body: Humanoid,
@@ -146,7 +146,7 @@ impl SilhouetteLikelihood {
         if rig.cameras.is_empty() {
             return Err(SettingError { key: "cameras", expected: "at least 1".into(), found: "0".into() });
         }
-        let only_capsules = body.links.iter().flat_map(|l| &l.flesh).all(|f| matches!(f, Flesh::TaperedCapsule(_)));
+        let only_capsules = body.links.iter().flat_map(|l| &l.solids).all(|f| matches!(f, Solid::TaperedCapsule(_)));
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && one_sided;
         let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
@@ -160,7 +160,7 @@ impl SilhouetteLikelihood {
 
     /// What one view adds to the sum of Eq. 3; `None` where neither side has a pixel.
     fn view_energy(&self, Comparison { overlap, contour }: Comparison) -> Option<f64> {
-        let silhouette = self.settings.silhouette.of(&overlap)?;
+        let silhouette = self.settings.silhouette.value(&overlap)?;
         Some(silhouette + contour.map_or(0.0, |contour| self.settings.contour_weight * contour))
     }
 }
@@ -279,7 +279,7 @@ impl View {
 
 impl SilhouetteTerm {
     /// The term's value; `None` where neither mask has a pixel.
-    fn of(self, overlap: &Overlap) -> Option<f64> {
+    fn value(self, overlap: &Overlap) -> Option<f64> {
         if overlap.union() == 0 {
             return None;
         }

@@ -2,10 +2,10 @@
 
 use std::fs;
 
-use super::rooms::{Room, TINY, shipped};
+use super::sandbox::{Sandbox, TINY, shipped};
 
 /// `skiagraph run tiny.toml` with changes must be refused with a message that holds all of `words`.
-fn assert_refused(room: &Room, changes: &[&str], words: &[&str]) {
+fn assert_refused(room: &Sandbox, changes: &[&str], words: &[&str]) {
     if !room.path("tiny.toml").exists() {
         room.write("tiny.toml", TINY);
     }
@@ -34,7 +34,7 @@ fn walk_with(change: impl FnOnce(&mut Vec<Vec<serde_json::Value>>)) -> String {
 
 #[test]
 fn recordings_that_cannot_be_used() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let refused = |name: &str, text: &[u8], words: &[&str]| {
         room.write(name, text);
         assert_refused(&room, &[&format!("motion.clip={name}")], words);
@@ -57,7 +57,7 @@ fn recordings_that_cannot_be_used() {
 
 #[test]
 fn a_frame_of_zeros_is_mended_and_said() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("last_frame = 3", "last_frame = 12"));
     room.write("lost.txt", walk_with(|f| f[7][1..].fill(0.into())));
     let answer = room.succeed("check tiny.toml motion.clip=lost.txt");
@@ -66,7 +66,7 @@ fn a_frame_of_zeros_is_mended_and_said() {
 
 #[test]
 fn frames_beyond_the_clip() {
-    let room = Room::new();
+    let room = Sandbox::new();
     assert_refused(&room, &["motion.last_frame=400"], &["override motion.last_frame=400", "1 to 39", "found 400"]);
     assert_refused(&room, &["motion.first_frame=0"], &["motion.first_frame: expected a frame number from 1, found 0"]);
     assert_refused(
@@ -78,7 +78,7 @@ fn frames_beyond_the_clip() {
 
 #[test]
 fn missing_recordings_are_named_with_their_hash_and_source() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let scenario = shipped("scenarios/cmu/walk4.toml").display().to_string();
     for more in [vec![], vec!["--mocap-dir", "nowhere"], vec!["--mocap-dir", "."]] {
         let answer = room.skiagraph([vec!["run", &scenario], more].concat());
@@ -91,7 +91,7 @@ fn missing_recordings_are_named_with_their_hash_and_source() {
 
 #[test]
 fn robots_that_cannot_be_used() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let urdf = fs::read_to_string(shipped("robots/tracker25.urdf")).unwrap();
     let refused = |text: &str, words: &[&str]| {
@@ -123,7 +123,7 @@ fn robots_that_cannot_be_used() {
 
 #[test]
 fn cameras_that_see_nothing() {
-    let room = Room::new();
+    let room = Sandbox::new();
     assert_refused(&room, &["rig.ring.height_m=-0.5"], &["rig.ring.height_m", "above the ground", "-0.500"]);
     assert_refused(
         &room,
@@ -143,7 +143,7 @@ fn cameras_that_see_nothing() {
 
 #[test]
 fn settings_out_of_range() {
-    let room = Room::new();
+    let room = Sandbox::new();
     for (setting, words) in [
         ("particles=0", "expected at least 1, found 0"),
         ("layers=0", "expected at least 1, found 0"),
@@ -162,7 +162,7 @@ fn settings_out_of_range() {
 
 #[test]
 fn layers_that_there_are_not() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     for (layers, words) in [
         ("layers=[\"colour\"]", "known here: depth, parts"),
@@ -177,7 +177,7 @@ fn layers_that_there_are_not() {
 
 #[test]
 fn unknown_keys_are_shown_where_they_stand() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("radius_m", "raduis_m"));
     let line = "12 | raduis_m = 3.5\n     | ^^^^^^^^";
     assert_refused(&room, &[], &["tiny.toml:12: rig.ring.raduis_m: unknown key", "did you mean `radius_m`?", line]);
@@ -192,7 +192,7 @@ fn unknown_keys_are_shown_where_they_stand() {
 
 #[test]
 fn places_that_cannot_be_written() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("a.txt", "a file");
     assert_refused(&room, &["--out", "a.txt/run"], &["a.txt", "cannot create the directory"]);
     assert_refused(&room, &["--out", "a.txt"], &["a.txt: this exists and is not an unchanged skiagraph result"]);
@@ -206,7 +206,7 @@ fn places_that_cannot_be_written() {
 
 /// Runs `skiagraph ARGUMENTS` in a shell that was told `before` first.
 #[cfg(unix)]
-fn in_a_shell(room: &Room, before: &str, arguments: &str) -> (Option<i32>, String) {
+fn in_a_shell(room: &Sandbox, before: &str, arguments: &str) -> (Option<i32>, String) {
     let program = assert_cmd::cargo::cargo_bin!("skiagraph");
     let script = format!("{before}; exec '{}' {arguments}", program.display());
     let output = std::process::Command::new("sh").args(["-c", &script]).current_dir(room.path(".")).output().unwrap();
@@ -218,7 +218,7 @@ fn in_a_shell(room: &Room, before: &str, arguments: &str) -> (Option<i32>, Strin
 fn a_disk_that_fills_up_leaves_nothing_that_looks_whole() {
     // No file may grow beyond a block; without the signal, writing fails as it does on a full disk.
     let full = "trap '' XFSZ; ulimit -f 1";
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     for arguments in ["run tiny.toml --quiet --out a/run", "render tiny.toml --quiet --out a/set"] {
         let (code, said) = in_a_shell(&room, full, arguments);
@@ -241,14 +241,14 @@ fn a_disk_that_fills_up_leaves_nothing_that_looks_whole() {
 #[cfg(target_os = "linux")]
 #[test]
 fn standard_output_that_is_full_is_said() {
-    let (code, said) = in_a_shell(&Room::new(), "exec > /dev/full", "schema");
+    let (code, said) = in_a_shell(&Sandbox::new(), "exec > /dev/full", "schema");
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("cannot write the result to standard output"), "{said}");
 }
 
 #[test]
 fn sets_and_runs_that_are_none() {
-    let room = Room::new();
+    let room = Sandbox::new();
     for (arguments, words) in [
         (vec!["track", "nowhere", "--tracker", "frozen", "--out", "run"], "nowhere"),
         (vec!["track", ".", "--tracker", "frozen", "--out", "run"], "is not a complete benchmark set"),
@@ -267,7 +267,7 @@ fn sets_and_runs_that_are_none() {
 #[test]
 fn an_interrupted_run_leaves_nothing_and_says_130() {
     use std::process::{Command, Stdio};
-    let room = Room::new();
+    let room = Sandbox::new();
     let mut child = Command::new(assert_cmd::cargo::cargo_bin!("skiagraph"))
         .args(["run", "tracker.annealed_particle_filter.particles=20000", "--out", "run"])
         .current_dir(room.path("."))

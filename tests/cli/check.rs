@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
 fn bytes_below(path: &Path) -> u64 {
     let entries = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
@@ -22,7 +22,7 @@ fn camera_at(x: f64, y: f64, z: f64) -> String {
 
 #[test]
 fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let said: Value = serde_json::from_str(&room.succeed("check tiny.toml --json").stdout).unwrap();
     assert_eq!(said["sound"], true);
@@ -54,7 +54,7 @@ fn a_sound_scenario_is_told_with_the_actors_path_every_cameras_view_and_the_cost
 
 #[test]
 fn sizes_on_disk_are_estimated_within_a_factor_of_two_and_times_are_there() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let scenario = TINY.replace("last_frame = 3", "last_frame = 30");
     room.write("tiny.toml", scenario.replace("seeds = 2", "seeds = 2\nlayers = [\"depth\"]"));
     let said: Value = serde_json::from_str(&room.succeed("check tiny.toml --json").stdout).unwrap();
@@ -74,7 +74,7 @@ fn sizes_on_disk_are_estimated_within_a_factor_of_two_and_times_are_there() {
 
 #[test]
 fn what_run_refuses_check_refuses_with_the_same_words() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let bare = TINY.split("[rig.ring]").next().unwrap();
     let (tracker, in_the_way) = ("[tracker.frozen]\n", "[[prop]]\nname = \"hood\"\nplace_m = [0, 0, 0]\n");
     let hidden = format!("{TINY}{in_the_way}shape = {{ box = {{ size_m = [4.0, 4.0, 5.0] }} }}\n");
@@ -107,7 +107,7 @@ fn what_run_refuses_check_refuses_with_the_same_words() {
 
 #[test]
 fn a_model_file_is_opened_and_must_fit() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let (before, _) = TINY.split_once("[tracker.").unwrap();
     room.write("tiny.toml", format!("{before}[tracker.gpdm_graph]\nmodel_file = \"a.model\"\nparticles = 20\n"));
     room.succeed("train embedded:run --model gpdm-graph --fps 30 --out a.model --quiet");
@@ -126,7 +126,7 @@ fn a_model_file_is_opened_and_must_fit() {
 
 #[test]
 fn a_prop_in_the_actors_way_is_told() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let prop =
         "[[prop]]\nname = \"pole\"\nplace_m = [0, 0, 1]\nshape = { capsule = { radius_m = 0.05, length_m = 1.0 } }\n";
     room.write("tiny.toml", format!("{TINY}{prop}"));
@@ -136,7 +136,7 @@ fn a_prop_in_the_actors_way_is_told() {
 
 #[test]
 fn all_errors_are_told_each_where_it_stands_missing_files_too() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let scenario = TINY
         .replace("count = 2", "count = 0\nraduis_m = 1.0")
         .replace("particles = 12", "particles = \"many\"")

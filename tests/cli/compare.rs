@@ -2,11 +2,11 @@
 
 use serde_json::Value;
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
 /// A room with two runs on one set, and one on another set of the same name.
-fn room() -> Room {
-    let room = Room::new();
+fn room() -> Sandbox {
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --seeds 3 --out runs/main");
     room.succeed("run tiny.toml --seeds 3 particles=4 --out runs/mine");

@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 
-use super::rooms::{Room, shipped};
+use super::sandbox::{Sandbox, shipped};
 
-fn run(room: &Room, contact: &str) -> (Value, String) {
+fn run(room: &Sandbox, contact: &str) -> (Value, String) {
     let scenario = shipped("scenarios/smoke/contact.toml");
     let answer = room.succeed(&format!("run {} actor.contact={contact} --out {contact}", scenario.display()));
     let record: Value = serde_json::from_slice(&room.read(&format!("{contact}/run.json"))).unwrap();
@@ -17,7 +17,7 @@ fn mean(record: &Value, metric: &str) -> f64 {
 
 #[test]
 fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let (measured, notes) = run(&room, "measure");
     assert!(notes.contains("contact: standing feet skate"), "{notes}");
     let (settled, notes) = run(&room, "fix");
@@ -35,7 +35,7 @@ fn a_walk_is_measured_or_settled_and_the_report_says_how_it_stands() {
 
 #[test]
 fn a_truth_that_was_simulated_is_said_to_be_wherever_it_goes_but_to_the_tracker() {
-    let room = Room::new();
+    let room = Sandbox::new();
     // some 8 m/s to the side: nobody stays up
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"pushed\"\n[motion]\nclip = \"embedded:walk\"\n\
                     loop_to_s = 1.2\nframes_per_second = 30\n[actor]\ncontact = \"simulate\"\nfriction = 0.6\nroot_wrench = 0.1\n\
@@ -71,7 +71,7 @@ fn a_truth_that_was_simulated_is_said_to_be_wherever_it_goes_but_to_the_tracker(
 }
 
 /// The shipped actor with nothing on its feet.
-fn barefoot(room: &Room) {
+fn barefoot(room: &Sandbox) {
     let urdf = std::fs::read_to_string(shipped("robots/actor.urdf")).unwrap();
     let mut text = String::new();
     let mut in_foot = false;
@@ -89,7 +89,7 @@ fn barefoot(room: &Room) {
 
 #[test]
 fn a_robot_without_feet_is_said_to_have_none_and_cannot_be_settled() {
-    let room = Room::new();
+    let room = Sandbox::new();
     barefoot(&room);
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"bare\"\n[motion]\nclip = \"embedded:walk\"\nlast_frame = 11\n\
                     [actor]\nrobot = \"barefoot.urdf\"\n[rig.ring]\nsize_px = [80, 60]\n[tracker.frozen]\n";
@@ -107,7 +107,7 @@ fn a_robot_without_feet_is_said_to_have_none_and_cannot_be_settled() {
 
 #[test]
 fn inspecting_contacts_says_who_stands_when_and_draws_it() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let said = room.succeed("inspect embedded:walk --contacts --out walk.svg").stdout;
     assert!(said.contains("left foot") && said.contains("right foot") && said.contains("worst     slip"), "{said}");
     let picture = String::from_utf8(room.read("walk.svg")).unwrap();

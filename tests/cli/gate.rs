@@ -2,11 +2,11 @@
 
 use serde_json::Value;
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
 /// A room with a run of five seeds and its baseline.
-fn room() -> Room {
-    let room = Room::new();
+fn room() -> Sandbox {
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --seeds 5 --out run");
     room.succeed("baseline save tiny run");

@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use super::rooms::{Room, TINY, shipped};
+use super::sandbox::{Sandbox, TINY, shipped};
 
-fn json(room: &Room, arguments: &[&str]) -> serde_json::Value {
+fn json(room: &Sandbox, arguments: &[&str]) -> serde_json::Value {
     let answer = room.skiagraph(["inspect"].iter().chain(arguments).chain(&["--json"]));
     assert_eq!(answer.code, 0, "{arguments:?}: {}", answer.stderr);
     let said: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
@@ -14,7 +14,7 @@ fn json(room: &Room, arguments: &[&str]) -> serde_json::Value {
 
 #[test]
 fn a_model_has_its_page() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.succeed("train embedded:walk --model gpdm-graph --threshold 1e-6 --out walk.model");
     let answer = room.succeed("inspect walk.model --out pages/walk.html");
     assert!(answer.stdout.contains("pictures: pages/walk.html"), "{}", answer.stdout);
@@ -27,7 +27,7 @@ fn a_model_has_its_page() {
 
 #[test]
 fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let walk = json(&room, &["embedded:walk"]);
     assert_eq!((walk["what"].as_str(), walk["cyclic"].as_bool()), (Some("clip"), Some(true)));
     let bvh = shipped("scenarios/motions/01_01.bvh");
@@ -58,7 +58,7 @@ fn a_recording_a_robot_and_a_set_are_said_in_words_and_in_json() {
 
 #[test]
 fn what_is_nothing_of_ours_is_refused_with_one_message() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("mine.doc", "years of work");
     room.write("mine.model", "years of work");
     fs::create_dir(room.path("folder")).unwrap();

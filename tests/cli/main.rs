@@ -9,7 +9,7 @@ mod inspect;
 mod options;
 mod props;
 mod robots;
-mod rooms;
+mod sandbox;
 mod same_numbers;
 mod scenarios;
 #[path = "../support/mod.rs"]

@@ -2,16 +2,16 @@
 
 use std::fs;
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
-fn particles(room: &Room, run: &str) -> Option<u64> {
+fn particles(room: &Sandbox, run: &str) -> Option<u64> {
     let record: serde_json::Value = serde_json::from_slice(&room.read(&format!("{run}/track.json"))).unwrap();
     record["tracker"]["annealed_particle_filter"]["particles"].as_u64()
 }
 
 #[test]
 fn run_and_track_take_short_and_full_keys_alike() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
     let keys = ["particles", "annealed_particle_filter.particles", "tracker.annealed_particle_filter.particles"];
@@ -41,7 +41,7 @@ fn run_and_track_take_short_and_full_keys_alike() {
 
 #[test]
 fn a_run_goes_where_the_same_settings_went_and_else_to_the_next_free_name() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let notes = |arguments: &str| room.succeed(arguments).stderr;
     let runs = || {
@@ -68,7 +68,7 @@ fn a_run_goes_where_the_same_settings_went_and_else_to_the_next_free_name() {
 
 #[test]
 fn quiet_says_less_and_verbose_says_more_with_every_command() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let quiet = room.succeed("-q run tiny.toml --out run");
     assert!(quiet.stderr.is_empty() && quiet.stdout.contains("report: run/report.html"), "{}", quiet.stderr);
@@ -95,7 +95,7 @@ fn quiet_says_less_and_verbose_says_more_with_every_command() {
 
 #[test]
 fn shells_complete_every_command_and_manual_pages_are_written_and_replaced() {
-    let room = Room::new();
+    let room = Sandbox::new();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = room.succeed(&format!("completions {shell}")).stdout;
         for word in ["skiagraph", "inspect", "mocap-dir"] {

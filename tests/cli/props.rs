@@ -4,7 +4,7 @@ use serde_json::Value;
 use skiagraph::benchmark_set::BenchmarkSet;
 use skiagraph::npz::{Array, Npz, Values};
 
-use super::rooms::Room;
+use super::sandbox::Sandbox;
 
 /// The first ten thirtieths of a second, at 60 Hz.
 const FRAMES: usize = 21;
@@ -22,7 +22,7 @@ fn pixels(set: &BenchmarkSet) -> Vec<u64> {
 
 #[test]
 fn props_hide_what_is_behind_them_are_touched_and_are_told() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("bare.toml", SCENARIO);
     room.write("hall.toml", format!("{SCENARIO}{PROPS}"));
     room.succeed("render bare.toml --out bare");
@@ -71,7 +71,7 @@ fn props_hide_what_is_behind_them_are_touched_and_are_told() {
 
 #[test]
 fn props_that_make_no_sense_are_refused_with_the_key() {
-    let room = Room::new();
+    let room = Sandbox::new();
     for (prop, expected) in [
         ("name = \"\"\nshape = { sphere = { radius_m = 1.0 } }\nplace_m = [0, 0, 0]", "prop[0].name: expected a name"),
         (
@@ -99,7 +99,7 @@ fn props_that_make_no_sense_are_refused_with_the_key() {
 
 #[test]
 fn a_subject_that_props_hide_from_every_camera_is_refused() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let hood = "[[prop]]\nname = \"hood\"\nshape = { box = { size_m = [4.0, 4.0, 5.0] } }\nplace_m = [0.0, 0.0, 0.0]\n";
     room.write("hidden.toml", format!("{SCENARIO}{hood}"));
     let refused = room.skiagraph(["run", "hidden.toml", "--out", "none"]);
@@ -110,7 +110,7 @@ fn a_subject_that_props_hide_from_every_camera_is_refused() {
 
 #[test]
 fn keys_of_the_simulation_are_refused_where_they_make_no_sense() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let simulated = "[actor]\ncontact = \"simulate\"\n";
     let push = "[actor.push]\nat = 0.1\nlink = \"thorax\"\nimpulse_ns = 10.0\n";
     for (actor, expected) in [

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use super::rooms::{Room, shipped};
+use super::sandbox::{Sandbox, shipped};
 use crate::support::test_data;
 
 /// File, and the greatest distance of its landmarks from the recorded ones, millimetres. The simple humanoid's limits
@@ -22,7 +22,7 @@ fn robots() -> impl Iterator<Item = (PathBuf, f64)> {
 }
 
 /// Runs the frozen smoke scenario with settings, and returns its record.
-fn frozen(room: &Room, settings: &str) -> Value {
+fn frozen(room: &Sandbox, settings: &str) -> Value {
     let scenario = shipped("scenarios/smoke/frozen.toml").display().to_string();
     let command = format!("run {scenario} rig.ring.size_px=[80,60] {settings} --quiet --force --out run");
     room.succeed(&command);
@@ -35,7 +35,7 @@ fn mean(record: &Value, metric: &str) -> f64 {
 
 #[test]
 fn robots_of_other_projects_are_inspected_with_all_markers() {
-    let room = Room::new();
+    let room = Sandbox::new();
     for (robot, _) in robots() {
         let said = room.succeed(&format!("inspect {} --json", robot.display())).stdout;
         let summary: Value = serde_json::from_str(&said).unwrap();
@@ -47,7 +47,7 @@ fn robots_of_other_projects_are_inspected_with_all_markers() {
 
 #[test]
 fn robots_of_other_projects_walk_as_actors_upright_and_facing_ahead() {
-    let room = Room::new();
+    let room = Sandbox::new();
     for (robot, most) in robots() {
         let name = robot.display();
         let said = room
@@ -63,7 +63,7 @@ fn robots_of_other_projects_walk_as_actors_upright_and_facing_ahead() {
 
 #[test]
 fn robots_of_other_projects_are_trackers_bodies_whose_axes_are_understood() {
-    let room = Room::new();
+    let room = Sandbox::new();
     for (robot, _) in robots() {
         let name = robot.display();
         let record = frozen(&room, &format!("tracker_body.robot={name} tracker_body.mismatch=none"));

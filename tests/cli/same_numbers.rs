@@ -3,16 +3,16 @@
 use serde_json::Value;
 use skiagraph::benchmark_set::{BlindSet, Estimates};
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
 /// `run.json` without the part that may differ.
-fn run_json(room: &Room, run: &str) -> Value {
+fn run_json(room: &Sandbox, run: &str) -> Value {
     let mut record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();
     assert!(record.as_object_mut().unwrap().remove("timing").is_some());
     record
 }
 
-fn assert_same(room: &Room, a: &str, b: &str) {
+fn assert_same(room: &Sandbox, a: &str, b: &str) {
     assert_eq!(run_json(room, a), run_json(room, b));
     for file in ["poses.npz", "search.npz", "per_frame.csv", "report.html"] {
         assert!(
@@ -24,7 +24,7 @@ fn assert_same(room: &Room, a: &str, b: &str) {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     for threads in [1, 2, 8] {
         room.succeed(&format!("run tiny.toml --threads {threads} --out t{threads}"));
@@ -37,7 +37,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 
 #[test]
 fn run_is_render_track_and_evaluate() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml --out whole");
     room.succeed("render tiny.toml --out set");
@@ -52,7 +52,7 @@ fn run_is_render_track_and_evaluate() {
 
 #[test]
 fn a_tracker_never_opens_the_truth() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
     std::fs::remove_dir_all(room.path("set/truth")).unwrap();
@@ -64,7 +64,7 @@ fn a_tracker_never_opens_the_truth() {
 
 #[test]
 fn poses_of_another_program_are_measured_too() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
     room.succeed("track set --tracker frozen --out run");
@@ -78,7 +78,7 @@ fn poses_of_another_program_are_measured_too() {
 
 #[test]
 fn an_evaluation_that_cannot_be_written_changes_nothing() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
     room.succeed("track set --tracker frozen --out run");
@@ -93,7 +93,7 @@ fn an_evaluation_that_cannot_be_written_changes_nothing() {
 
 #[test]
 fn poses_at_another_rate_or_with_a_seed_twice_are_refused() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
     room.succeed("track set --tracker frozen --out run");
@@ -113,7 +113,7 @@ fn poses_at_another_rate_or_with_a_seed_twice_are_refused() {
 
 #[test]
 fn the_scenario_in_a_run_runs_again_to_the_same_numbers() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("run tiny.toml seeds=1 rig.ring.count=3 --out a");
     room.succeed("run a/scenario.toml --out b");
@@ -122,7 +122,7 @@ fn the_scenario_in_a_run_runs_again_to_the_same_numbers() {
 
 #[test]
 fn a_run_of_another_set_is_refused() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     room.succeed("render tiny.toml --out set");
     room.succeed("render tiny.toml rig.ring.radius_m=4.0 --out other");

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::rooms::{Room, TINY, shipped};
+use super::sandbox::{Sandbox, TINY, shipped};
 
 fn shipped_scenarios() -> Vec<PathBuf> {
     let toml_files = |folder: &Path| {
@@ -22,7 +22,7 @@ fn shipped_scenarios() -> Vec<PathBuf> {
 
 #[test]
 fn every_shipped_scenario_is_sound() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let mocap = crate::support::test_data("mocap");
     for scenario in shipped_scenarios() {
         let mut arguments = vec!["check".to_owned(), scenario.display().to_string(), "--json".to_owned()];
@@ -43,7 +43,7 @@ fn every_shipped_scenario_is_sound() {
 
 #[test]
 fn the_default_scenario_is_the_shipped_walk_and_needs_no_file() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let built_in = room.succeed("check").stdout;
     let file = room.succeed(&format!("check {}", shipped("scenarios/walk.toml").display())).stdout;
     // all but the file's name and the times of two samples
@@ -56,7 +56,7 @@ fn the_default_scenario_is_the_shipped_walk_and_needs_no_file() {
 
 #[test]
 fn the_schema_knows_every_key_of_every_shipped_scenario() {
-    let schema: Value = serde_json::from_str(&Room::new().succeed("schema").stdout).unwrap();
+    let schema: Value = serde_json::from_str(&Sandbox::new().succeed("schema").stdout).unwrap();
     let known = schema.to_string();
     for scenario in shipped_scenarios() {
         let table: toml::Table = std::fs::read_to_string(&scenario).unwrap().parse().unwrap();
@@ -68,7 +68,7 @@ fn the_schema_knows_every_key_of_every_shipped_scenario() {
 
 #[test]
 fn the_readme_names_every_key_of_the_schema() {
-    let schema: Value = serde_json::from_str(&Room::new().succeed("schema").stdout).unwrap();
+    let schema: Value = serde_json::from_str(&Sandbox::new().succeed("schema").stdout).unwrap();
     let readme = std::fs::read_to_string(shipped("scenarios/README.md")).unwrap();
     for definition in schema["$defs"].as_object().unwrap().values().chain([&schema]) {
         for (key, property) in definition["properties"].as_object().into_iter().flatten() {
@@ -96,7 +96,7 @@ fn keys(value: &toml::Value) -> Vec<String> {
 
 #[test]
 fn the_oracle_is_measured_exactly() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.succeed(&format!("run {} --out oracle", shipped("scenarios/smoke/oracle.toml").display()));
     let record: Value = serde_json::from_slice(&room.read("oracle/run.json")).unwrap();
     let mean = |metric: &str| record["metrics"][metric]["mean"].as_f64().unwrap();
@@ -107,7 +107,7 @@ fn the_oracle_is_measured_exactly() {
 
 #[test]
 fn the_filter_beats_an_answer_that_never_moves() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let scenario = shipped("scenarios/smoke/matched.toml").display().to_string();
     let said = room.succeed(&format!("run {scenario} --json --out matched")).stdout;
     let record: Value = serde_json::from_str(&said).unwrap();
@@ -118,7 +118,7 @@ fn the_filter_beats_an_answer_that_never_moves() {
 
 #[test]
 fn methods_stand_side_by_side_and_each_is_a_whole_run() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let scenario = shipped("scenarios/smoke/latent.toml").display().to_string();
     let said = room.succeed(&format!("run {scenario} --json --quiet --out all")).stdout;
     let comparison: Value = serde_json::from_str(&said).unwrap();
@@ -141,7 +141,7 @@ fn methods_stand_side_by_side_and_each_is_a_whole_run() {
 
 #[test]
 fn a_model_is_never_learned_from_the_frames_of_the_test() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let without = room.skiagraph(["run", "tiny.toml", "tracker.gpdm_graph={}"]);
     assert_eq!(without.code, 2);
@@ -157,7 +157,7 @@ fn a_model_is_never_learned_from_the_frames_of_the_test() {
 
 #[test]
 fn a_run_replaces_a_run_and_nothing_else() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write(
         "tiny.toml",
         TINY.replace("[tracker.annealed_particle_filter]\nparticles = 12\nlayers = 2", "[tracker.frozen]"),
@@ -176,7 +176,7 @@ fn a_run_replaces_a_run_and_nothing_else() {
 
 #[test]
 fn a_set_is_replaced_only_when_asked_to() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let hash = |answer: &str| serde_json::from_str::<Value>(answer).unwrap()["set_hash"].clone();
     let first = hash(&room.succeed("render tiny.toml --json --out set").stdout);
@@ -192,7 +192,7 @@ fn a_set_is_replaced_only_when_asked_to() {
 
 #[test]
 fn render_writes_the_layers_that_a_scenario_asks_for() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("plain.toml", TINY);
     room.write("tiny.toml", TINY.replace("seeds = 2", "seeds = 2\nlayers = [\"depth\", \"parts\"]"));
     let hash = |answer: &str| serde_json::from_str::<Value>(answer).unwrap()["set_hash"].clone();
@@ -211,7 +211,7 @@ fn render_writes_the_layers_that_a_scenario_asks_for() {
 
 #[test]
 fn results_go_to_stdout_and_quiet_is_quiet() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     let answer = room.succeed("run tiny.toml --json --quiet");
     assert_eq!(answer.stderr, "");

@@ -7,13 +7,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use skiagraph::experiment::{ClipOptions, Destination, ExperimentError, Stage, TrainingInput, Watch, train};
 use skiagraph::motion_model::gpdm_graph::GraphSettings;
 
-use super::rooms::{Room, TINY};
+use super::sandbox::{Sandbox, TINY};
 
 const WALK: [&str; 6] = ["train", "embedded:walk", "--model", "gpdm-graph", "--out", "walk.model"];
 
 #[test]
 fn a_model_is_written_whole_and_the_same_training_gives_the_same_bytes() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let answer = room.skiagraph(WALK.iter().chain(&["--json"]));
     assert_eq!(answer.code, 0, "{}", answer.stderr);
     let said: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
@@ -28,7 +28,7 @@ fn a_model_is_written_whole_and_the_same_training_gives_the_same_bytes() {
 
 #[test]
 fn a_graph_is_held_against_the_single_model_of_the_same_motion_and_no_other() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let train = |clip: &str, kind: &str, out: &str| {
         let answer = room.skiagraph(["train", clip, "--model", kind, "--threshold", "1e-6", "--out", out]);
         assert_eq!(answer.code, 0, "{}", answer.stderr);
@@ -56,7 +56,7 @@ fn a_graph_is_held_against_the_single_model_of_the_same_motion_and_no_other() {
 
 #[test]
 fn bad_input_is_refused_with_one_message_and_nothing_is_left() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("mine.txt", "years of work");
     let before = room.entries();
     let cases: [(&[&str], &str); 9] = [
@@ -105,7 +105,7 @@ impl Watch for Onlooker {
         self.done.fetch_add(1, Ordering::SeqCst);
     }
 
-    fn say(&self, note: &str) {
+    fn note(&self, note: &str) {
         self.heard.lock().unwrap().push(note.to_owned());
     }
 
@@ -116,7 +116,7 @@ impl Watch for Onlooker {
 
 #[test]
 fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_does_not() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let options = ClipOptions {
         robot: "tracker25".into(),
         frames_per_second: 60.0,
@@ -161,7 +161,7 @@ fn tiny_with(tracker: &str) -> String {
 
 #[test]
 fn a_tracker_moves_on_a_model_that_was_trained_before_as_on_one_learned_now() {
-    let room = Room::new();
+    let room = Sandbox::new();
     room.write("tiny.toml", tiny_with(ON_A_MODEL));
     room.succeed("train embedded:run --model gpdm-graph --out run.model");
     let models = |run: &str| {
@@ -179,7 +179,7 @@ fn a_tracker_moves_on_a_model_that_was_trained_before_as_on_one_learned_now() {
 
 #[test]
 fn a_model_that_does_not_fit_is_refused_with_the_reason_and_nothing_is_left() {
-    let room = Room::new();
+    let room = Sandbox::new();
     let train = |arguments: &str| room.succeed(&format!("train {arguments} --quiet"));
     train("embedded:run --model gpdm-graph --out run.model");
     train("embedded:run --model gpdm --out single.model");

@@ -160,7 +160,7 @@ fn small_model() -> Vec<u8> {
         schema: MODEL_SCHEMA.to_owned(),
         program: "skiagraph".to_owned(),
         whole: true,
-        robot: RobotFacts::of(&body),
+        robot: RobotFacts::from_body(&body),
         frames_per_second: 60.0,
         learned_from: vec![from("one"), from("two")],
         settings,

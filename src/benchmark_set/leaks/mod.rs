@@ -12,7 +12,7 @@ mod secret;
 use std::fs;
 use std::path::Path;
 
-use self::numbers::{Sequence, sequences};
+use self::numbers::{NumberSequence, sequences};
 use self::secret::{Secret, secrets};
 use super::files::{LISTING, SetFiles, files_below};
 use super::{SetError, TruthSet, body_file, start_file};

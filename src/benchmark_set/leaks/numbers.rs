@@ -6,7 +6,7 @@ use crate::benchmark_set::SetError;
 use crate::npz::{Array, Npz, Values};
 
 /// Numbers of a file with the steps at which rows and columns of them may be read.
-pub(super) struct Sequence {
+pub(super) struct NumberSequence {
     /// Where in the file, in words.
     pub(super) place: String,
     pub(super) numbers: Vec<f64>,
@@ -14,7 +14,7 @@ pub(super) struct Sequence {
     pub(super) strides: Vec<usize>,
 }
 
-impl Sequence {
+impl NumberSequence {
     fn new(place: String, numbers: Vec<f64>, shape: &[usize]) -> Self {
         let mut strides = vec![1];
         let mut stride = 1_usize;
@@ -38,7 +38,7 @@ impl Sequence {
 }
 
 /// Everything in a file that can be read as numbers.
-pub(super) fn sequences(file: &str, bytes: &[u8]) -> Result<Vec<Sequence>, SetError> {
+pub(super) fn sequences(file: &str, bytes: &[u8]) -> Result<Vec<NumberSequence>, SetError> {
     let malformed = |detail: String| SetError::malformed(file, detail);
     if file.ends_with(".npz") {
         let npz = Npz::from_bytes(file, bytes)?;
@@ -46,26 +46,26 @@ pub(super) fn sequences(file: &str, bytes: &[u8]) -> Result<Vec<Sequence>, SetEr
         let inside = npz.iter().flat_map(|(name, array)| match &array.values {
             Values::U8(bytes) => of_bytes(&format!("array {name}"), bytes),
             Values::Text(texts) => of_text(&format!("array {name}"), &texts.join("\n")),
-            _ => Sequence::of_array(name, array).into_iter().collect(),
+            _ => NumberSequence::of_array(name, array).into_iter().collect(),
         });
         return Ok(inside.collect());
     }
     if file.ends_with(".npy") {
         let array = Array::from_npy(bytes).map_err(malformed)?;
-        return Ok(Sequence::of_array("of the file", &array).into_iter().collect());
+        return Ok(NumberSequence::of_array("of the file", &array).into_iter().collect());
     }
     if file.ends_with(".json") {
         let value: Value = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
         let mut found = Vec::new();
         arrays_of("", &value, &mut found);
-        found.push(Sequence::new("all numbers".to_owned(), numbers_of(&value), &[]));
+        found.push(NumberSequence::new("all numbers".to_owned(), numbers_of(&value), &[]));
         return Ok(found);
     }
     Ok(of_bytes("file", bytes))
 }
 
 /// Numbers of a text, else of plain bytes.
-fn of_bytes(place: &str, bytes: &[u8]) -> Vec<Sequence> {
+fn of_bytes(place: &str, bytes: &[u8]) -> Vec<NumberSequence> {
     match std::str::from_utf8(bytes) {
         Ok(text) => of_text(place, text),
         Err(_) => of_binary(place, bytes),
@@ -73,18 +73,18 @@ fn of_bytes(place: &str, bytes: &[u8]) -> Vec<Sequence> {
 }
 
 /// The numbers of a text; where every line with numbers has as many, as a table.
-fn of_text(place: &str, text: &str) -> Vec<Sequence> {
+fn of_text(place: &str, text: &str) -> Vec<NumberSequence> {
     let is_part = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
     let of_line =
         |line: &str| -> Vec<f64> { line.split(|c| !is_part(c)).filter_map(|word| word.parse().ok()).collect() };
     let lines: Vec<Vec<f64>> = text.lines().map(of_line).filter(|numbers| !numbers.is_empty()).collect();
     let width = lines.iter().map(Vec::len).max().unwrap_or(0);
     let shape = if lines.iter().all(|line| line.len() == width) { vec![lines.len(), width] } else { Vec::new() };
-    vec![Sequence::new(place.to_owned(), lines.concat(), &shape)]
+    vec![NumberSequence::new(place.to_owned(), lines.concat(), &shape)]
 }
 
 /// Doubles and floats, little-endian, wherever they begin.
-fn of_binary(place: &str, bytes: &[u8]) -> Vec<Sequence> {
+fn of_binary(place: &str, bytes: &[u8]) -> Vec<NumberSequence> {
     let doubles = (0..8).map(|start| {
         let rest = bytes.get(start..).unwrap_or_default();
         rest.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect::<Vec<f64>>()
@@ -93,14 +93,14 @@ fn of_binary(place: &str, bytes: &[u8]) -> Vec<Sequence> {
         let rest = bytes.get(start..).unwrap_or_default();
         rest.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect()
     });
-    doubles.chain(floats).map(|numbers| Sequence::new(place.to_owned(), numbers, &[])).collect()
+    doubles.chain(floats).map(|numbers| NumberSequence::new(place.to_owned(), numbers, &[])).collect()
 }
 
 /// The arrays of a JSON value whose elements are numbers in equal rows.
-fn arrays_of(place: &str, value: &Value, found: &mut Vec<Sequence>) {
+fn arrays_of(place: &str, value: &Value, found: &mut Vec<NumberSequence>) {
     match value {
         Value::Array(items) => match shape_of(value) {
-            Some(shape) => found.push(Sequence::new(place.to_owned(), numbers_of(value), &shape)),
+            Some(shape) => found.push(NumberSequence::new(place.to_owned(), numbers_of(value), &shape)),
             None => items.iter().enumerate().for_each(|(i, item)| arrays_of(&format!("{place}[{i}]"), item, found)),
         },
         Value::Object(entries) => {

@@ -1,6 +1,6 @@
 //! Data that no file of the tracker's side may contain, and how it is recognised.
 
-use super::Sequence;
+use super::NumberSequence;
 use crate::benchmark_set::{TruthSet, rigid};
 use crate::body::{Humanoid, Landmark, Pose};
 
@@ -117,7 +117,7 @@ impl Secret {
     }
 
     /// A frame that can be read from the sequence.
-    pub(super) fn found_in(&self, sequence: &Sequence) -> Option<usize> {
+    pub(super) fn found_in(&self, sequence: &NumberSequence) -> Option<usize> {
         let in_order = sequence.strides.iter().find_map(|stride| self.at_stride(&sequence.numbers, *stride));
         in_order.or_else(|| if self.unordered { self.in_some_order(&sequence.numbers) } else { None })
     }

@@ -4,7 +4,7 @@ use nalgebra::Isometry3;
 
 use super::pixel_rays::PixelRays;
 use super::{SilhouettePainter, solid};
-use crate::body::{Flesh, Humanoid, LinkFrames, Prop};
+use crate::body::{Solid, Humanoid, LinkFrames, Prop};
 use crate::raster::Mask;
 
 /// Depth and link at the centre of every pixel, row by row from the top.
@@ -14,10 +14,10 @@ pub struct DepthImage {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Depth along the camera's z axis of the nearest flesh at or beyond the near plane, metres; infinite where there
+    /// Depth along the camera's z axis of the nearest solid at or beyond the near plane, metres; infinite where there
     /// is none.
     pub depth: Vec<f32>,
-    /// Index of the link whose flesh that is, plus 1; 0 where there is none.
+    /// Index of the link whose solid that is, plus 1; 0 where there is none.
     pub part: Vec<u32>,
 }
 
@@ -25,7 +25,7 @@ impl SilhouettePainter {
     /// Depth and link by the rays of all pixels, lens included. Equals the silhouette, except for pixels whose centre
     /// lies on an outline up to rounding.
     pub fn depth(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> DepthImage {
-        self.depth_of(humanoid.links.iter().map(|link| link.flesh.as_slice()).zip(frames.0.iter().copied()))
+        self.depth_of(humanoid.links.iter().map(|link| link.solids.as_slice()).zip(frames.0.iter().copied()))
     }
 
     /// As [`Self::depth`], of the props; the part is the prop's index plus 1.
@@ -33,15 +33,15 @@ impl SilhouettePainter {
         self.depth_of(props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())))
     }
 
-    fn depth_of<'a>(&mut self, parts: impl Iterator<Item = (&'a [Flesh], Isometry3<f64>)>) -> DepthImage {
+    fn depth_of<'a>(&mut self, parts: impl Iterator<Item = (&'a [Solid], Isometry3<f64>)>) -> DepthImage {
         let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
         let rays = self.rays.get_or_init(|| PixelRays::new(&self.camera));
         let pixels = width as usize * height as usize;
         let mut image = DepthImage { width, height, depth: vec![f32::INFINITY; pixels], part: vec![0; pixels] };
         for ((solids, world_from_link), part) in parts.zip(1..) {
             let camera_from_link = self.camera.camera_from_world * world_from_link;
-            for flesh in solids {
-                solid::each_depth(flesh, &camera_from_link, rays, near, &mut |x, y, depth| {
+            for solid in solids {
+                solid::each_depth(solid, &camera_from_link, rays, near, &mut |x, y, depth| {
                     let pixel = y as usize * width as usize + x as usize;
                     if (depth as f32) < image.depth[pixel] {
                         image.depth[pixel] = depth as f32;
@@ -93,7 +93,7 @@ impl DepthImage {
 #[cfg(test)]
 mod tests {
     use crate::body::fixture::{person, walk};
-    use crate::body::{Flesh, SilhouettePainter};
+    use crate::body::{Solid, SilhouettePainter};
     use crate::camera::{Camera, Distortion, FieldOfView};
     use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -107,7 +107,7 @@ mod tests {
     fn depth_is_finite_where_the_silhouette_is_and_every_part_is_seen() {
         let mut body = person();
         let frame = Isometry3::translation(0.1, 0.0, 0.2);
-        body.links[0].flesh.push(Flesh::Box { link_from_box: frame, half_extents: [0.1, 0.2, 0.1] });
+        body.links[0].solids.push(Solid::Box { link_from_box: frame, half_extents: [0.1, 0.2, 0.1] });
         let frames = body.link_frames(&walk(8).poses[7]);
         for distortion in [Distortion::default(), Distortion { k1: -0.15, p1: 0.002, ..Distortion::default() }] {
             let mut painter = SilhouettePainter::new(&Camera { distortion, ..camera() });
@@ -135,7 +135,7 @@ mod tests {
             let (u, v) = camera.pinhole.normalised(&pixel);
             let in_camera = Point3::from(Vector3::new(u, v, 1.0) * f64::from(*depth));
             let in_link = frames[*part as usize - 1].inverse() * (camera.camera_from_world.inverse() * in_camera);
-            let [Flesh::TaperedCapsule(capsule)] = &body.links[*part as usize - 1].flesh[..] else { panic!() };
+            let [Solid::TaperedCapsule(capsule)] = &body.links[*part as usize - 1].solids[..] else { panic!() };
             // the nearest of many balls of which the solid is the union touches the point
             let gap = (0..=1000).map(|t| {
                 let t = f64::from(t) / 1000.0;

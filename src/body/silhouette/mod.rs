@@ -13,7 +13,7 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::Isometry3;
 
-use super::{Flesh, Humanoid, LinkFrames};
+use super::{Solid, Humanoid, LinkFrames};
 use crate::camera::Camera;
 use crate::raster::{CapsulePainter, Mask, TaperedCapsule};
 pub use depth::DepthImage;
@@ -28,10 +28,10 @@ pub fn capsules_in_camera(
     capsules: &mut Vec<TaperedCapsule>,
 ) {
     capsules.clear();
-    for (link, world_from_link) in humanoid.links.iter().zip(&frames.0).filter(|(link, _)| !link.flesh.is_empty()) {
+    for (link, world_from_link) in humanoid.links.iter().zip(&frames.0).filter(|(link, _)| !link.solids.is_empty()) {
         let camera_from_link = camera.camera_from_world * world_from_link;
-        for flesh in &link.flesh {
-            if let Flesh::TaperedCapsule(capsule) = flesh {
+        for solid in &link.solids {
+            if let Solid::TaperedCapsule(capsule) = solid {
                 capsules.push(capsule.transformed(&camera_from_link));
             }
         }
@@ -82,8 +82,8 @@ impl SilhouettePainter {
         }
         for (link, world_from_link) in humanoid.links.iter().zip(&frames.0) {
             let camera_from_link = self.camera.camera_from_world * world_from_link;
-            for flesh in link.flesh.iter().filter(|f| !(ideal && matches!(f, Flesh::TaperedCapsule(_)))) {
-                self.paint_by_rays(flesh, &camera_from_link, mask);
+            for solid in link.solids.iter().filter(|f| !(ideal && matches!(f, Solid::TaperedCapsule(_)))) {
+                self.paint_by_rays(solid, &camera_from_link, mask);
             }
         }
     }
@@ -95,9 +95,9 @@ impl SilhouettePainter {
         mask
     }
 
-    fn paint_by_rays(&mut self, flesh: &Flesh, camera_from_link: &Isometry3<f64>, mask: &mut Mask) {
+    fn paint_by_rays(&mut self, solid: &Solid, camera_from_link: &Isometry3<f64>, mask: &mut Mask) {
         let rays = self.rays.get_or_init(|| PixelRays::new(&self.camera));
-        solid::paint(flesh, camera_from_link, rays, self.camera.pinhole.near, mask);
+        solid::paint(solid, camera_from_link, rays, self.camera.pinhole.near, mask);
     }
 }
 

@@ -3,61 +3,61 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::pixel_rays::{PixelRays, Reach};
-use crate::body::{Flesh, Ray};
+use crate::body::{Solid, Ray};
 use crate::raster::{Mask, TaperedCapsule};
 
 /// Calls `visit` with every pixel that sees `flesh` at or beyond z = `near`, and the least depth z at which it does.
 /// Pixels that see several triangles of a mesh are visited for each.
 pub(super) fn each_depth(
-    flesh: &Flesh,
+    solid: &Solid,
     camera_from_link: &Isometry3<f64>,
     rays: &PixelRays,
     near: f64,
     visit: &mut impl FnMut(u32, u32, f64),
 ) {
-    if let Flesh::Mesh { vertices, triangles } = flesh {
+    if let Solid::Mesh { vertices, triangles } = solid {
         let vertices: Vec<Point3<f64>> = vertices.iter().map(|v| camera_from_link * v).collect();
         return each_depth_of_mesh(&vertices, triangles, rays, near, visit);
     }
-    let Some(view) = reach_of(flesh, camera_from_link).view(near) else { return };
+    let Some(view) = reach_of(solid, camera_from_link).view(near) else { return };
     let link_from_camera = camera_from_link.inverse();
     rays.tiles(&view).each_pixel(&view, |x, y, direction| {
         // The direction's z is 1: lengths along the ray count in depth.
         let ray = Ray { origin: Point3::from(direction * near), direction: *direction };
-        if let Some(beyond) = flesh.ray_entry(&ray.transformed(&link_from_camera)) {
+        if let Some(beyond) = solid.ray_entry(&ray.transformed(&link_from_camera)) {
             visit(x, y, near + beyond);
         }
     });
 }
 
 /// Sets every pixel that sees `flesh` at or beyond z = `near`.
-pub(super) fn paint(flesh: &Flesh, camera_from_link: &Isometry3<f64>, rays: &PixelRays, near: f64, mask: &mut Mask) {
-    match flesh {
-        Flesh::TaperedCapsule(capsule) => {
+pub(super) fn paint(solid: &Solid, camera_from_link: &Isometry3<f64>, rays: &PixelRays, near: f64, mask: &mut Mask) {
+    match solid {
+        Solid::TaperedCapsule(capsule) => {
             let capsule = capsule.transformed(camera_from_link);
             // The solid is convex: the ray meets its part beyond the near plane iff it leaves it there.
             let seen = |ray: &Vector3<f64>| capsule.exit_along(ray).is_some_and(|depth| depth >= near);
-            paint_where(&reach_of(flesh, camera_from_link), rays, near, mask, seen);
+            paint_where(&reach_of(solid, camera_from_link), rays, near, mask, seen);
         }
-        _ => each_depth(flesh, camera_from_link, rays, near, &mut |x, y, _| mask.set(x, y, true)),
+        _ => each_depth(solid, camera_from_link, rays, near, &mut |x, y, _| mask.set(x, y, true)),
     }
 }
 
 /// A box in the camera's frame around a solid.
-fn reach_of(flesh: &Flesh, camera_from_link: &Isometry3<f64>) -> Reach {
-    match flesh {
-        Flesh::TaperedCapsule(capsule) => reach_of_capsule(&capsule.transformed(camera_from_link)),
-        Flesh::Box { link_from_box, half_extents } => {
+fn reach_of(solid: &Solid, camera_from_link: &Isometry3<f64>) -> Reach {
+    match solid {
+        Solid::TaperedCapsule(capsule) => reach_of_capsule(&capsule.transformed(camera_from_link)),
+        Solid::Box { link_from_box, half_extents } => {
             let frame = camera_from_link * link_from_box;
             let half = Vector3::from(*half_extents);
             reach_about(&frame, &(frame.rotation.to_rotation_matrix().into_inner().abs() * half))
         }
-        Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+        Solid::Cylinder { link_from_cylinder, radius, half_length } => {
             let frame = camera_from_link * link_from_cylinder;
             let axis = frame.rotation * Vector3::z();
             reach_about(&frame, &axis.map(|c| c.abs() * half_length + radius * (1.0 - c * c).max(0.0).sqrt()))
         }
-        Flesh::Mesh { vertices, .. } => Reach::around(vertices.iter().map(|v| camera_from_link * v)),
+        Solid::Mesh { vertices, .. } => Reach::around(vertices.iter().map(|v| camera_from_link * v)),
     }
 }
 

@@ -39,28 +39,28 @@ fn by_every_ray(body: &Humanoid, frames: &LinkFrames, camera: &Camera) -> Mask {
         let ray = Ray { origin: (direction * camera.pinhole.near).into(), direction }.transformed(&world_from_camera);
         body.links.iter().zip(&frames.0).any(|(link, world_from_link)| {
             let ray = ray.transformed(&world_from_link.inverse());
-            link.flesh.iter().any(|flesh| flesh.ray_entry(&ray).is_some())
+            link.solids.iter().any(|solid| solid.ray_entry(&ray).is_some())
         })
     })
 }
 
-fn single(flesh: Flesh) -> Humanoid {
+fn single(solid: Solid) -> Humanoid {
     let mut body = shipped("tracker25").unwrap();
-    body.links = vec![Link { name: "only".into(), flesh: vec![flesh], inertia: None }];
+    body.links = vec![Link { name: "only".into(), solids: vec![solid], inertia: None }];
     body.joints.clear();
     body.degrees_of_freedom.clear();
     body
 }
 
 /// A cube of half edge `h` as a mesh.
-fn cube_mesh(h: f64) -> Flesh {
+fn cube_mesh(h: f64) -> Solid {
     let vertices = (0..8).map(|i| {
         let side = |bit: u32| if i >> bit & 1 == 1 { h } else { -h };
         Point3::new(side(0), side(1), side(2))
     });
     let quads = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
     let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    Flesh::Mesh { vertices: vertices.collect(), triangles }
+    Solid::Mesh { vertices: vertices.collect(), triangles }
 }
 
 #[test]
@@ -81,10 +81,10 @@ fn the_two_robots_cast_nearly_the_same_shadow_when_standing() {
 fn solids_of_every_kind_agree_with_every_pixel_ray() {
     let frame = Isometry3::new(Vector3::new(0.1, 0.2, -0.1), Vector3::new(0.5, 0.3, -0.7));
     let kinds = [
-        Flesh::Box { link_from_box: frame, half_extents: [0.3, 0.2, 0.5] },
-        Flesh::Cylinder { link_from_cylinder: frame, radius: 0.3, half_length: 0.5 },
+        Solid::Box { link_from_box: frame, half_extents: [0.3, 0.2, 0.5] },
+        Solid::Cylinder { link_from_cylinder: frame, radius: 0.3, half_length: 0.5 },
         cube_mesh(0.4),
-        Flesh::TaperedCapsule(TaperedCapsule {
+        Solid::TaperedCapsule(TaperedCapsule {
             a: Point3::new(0.0, 0.3, 0.5),
             b: Point3::new(0.2, -0.2, -0.3),
             radius_a: 0.3,

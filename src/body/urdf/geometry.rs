@@ -9,7 +9,7 @@ use urdf_rs::Geometry;
 use super::document::Document;
 use super::limits::Allowance;
 use super::{UrdfError, isometry, mesh};
-use crate::body::{Flesh, Link};
+use crate::body::{Solid, Link};
 use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
@@ -17,7 +17,7 @@ use crate::raster::TaperedCapsule;
 const MAX_SIZE: f64 = 100.0;
 
 /// One visual or collision element.
-struct Solid<'a, 't> {
+struct GeometryElement<'a, 't> {
     node: Node<'a, 't>,
     name: Option<&'a str>,
     link_from_solid: Isometry3<f64>,
@@ -75,7 +75,7 @@ impl<'a> Meshes<'a> {
     /// The first missing mesh, if the links have no other geometry.
     pub(super) fn note(self, links: &[Link]) -> Result<Option<String>, UrdfError> {
         let Some(first) = self.first else { return Ok(None) };
-        if links.iter().all(|link| link.flesh.is_empty()) {
+        if links.iter().all(|link| link.solids.is_empty()) {
             return Err(first);
         }
         let listed: Vec<String> = self.missing.iter().take(LISTED).map(|name| excerpt(name)).collect();
@@ -92,38 +92,38 @@ impl<'a> Meshes<'a> {
 }
 
 /// A link's geometry: its visual solids, or its collision solids if it has no visual or one of its meshes is missing.
-pub(super) fn flesh(
+pub(super) fn solids(
     document: &Document<'_>,
     node: Node<'_, '_>,
     link: &urdf_rs::Link,
     meshes: &mut Meshes<'_>,
-) -> Result<Vec<Flesh>, UrdfError> {
+) -> Result<Vec<Solid>, UrdfError> {
     let nodes = |tag: &'static str| node.children().filter(move |n| n.has_tag_name(tag));
     let visuals = nodes("visual").zip(&link.visual);
-    let visuals: Vec<_> = visuals.map(|(node, v)| Solid::new(node, &v.name, &v.origin, &v.geometry)).collect();
+    let visuals: Vec<_> = visuals.map(|(node, v)| GeometryElement::new(node, &v.name, &v.origin, &v.geometry)).collect();
     let misses = meshes.misses;
-    let flesh = joined(document, &visuals, meshes)?;
+    let solid = joined(document, &visuals, meshes)?;
     if !visuals.is_empty() && meshes.misses == misses {
-        return Ok(flesh);
+        return Ok(solid);
     }
     let collisions = nodes("collision").zip(&link.collision);
-    let collisions: Vec<_> = collisions.map(|(node, c)| Solid::new(node, &c.name, &c.origin, &c.geometry)).collect();
+    let collisions: Vec<_> = collisions.map(|(node, c)| GeometryElement::new(node, &c.name, &c.origin, &c.geometry)).collect();
     let instead = joined(document, &collisions, meshes)?;
-    Ok(if instead.is_empty() { flesh } else { instead })
+    Ok(if instead.is_empty() { solid } else { instead })
 }
 
 /// The geometry of the elements, with the ends of tapered capsules joined.
-fn joined(document: &Document<'_>, solids: &[Solid<'_, '_>], meshes: &mut Meshes<'_>) -> Result<Vec<Flesh>, UrdfError> {
-    let mut flesh = Vec::with_capacity(solids.len());
+fn joined(document: &Document<'_>, solids: &[GeometryElement<'_, '_>], meshes: &mut Meshes<'_>) -> Result<Vec<Solid>, UrdfError> {
+    let mut solid = Vec::with_capacity(solids.len());
     let mut ends: Vec<End<'_, '_>> = Vec::new();
     for solid in solids {
         meshes.allowance.take_solid().map_err(|problem| document.refuse(solid.node, problem))?;
         match solid.taper_end(document)? {
             Some(end) => match ends.iter().position(|e| e.name == end.name) {
-                Some(other) => flesh.push(ends.swap_remove(other).join(document, &end)?),
+                Some(other) => solid.push(ends.swap_remove(other).join(document, &end)?),
                 None => ends.push(end),
             },
-            None => flesh.extend(solid.flesh(document, meshes)?),
+            None => solid.extend(solid.solid(document, meshes)?),
         }
     }
     match ends.first() {
@@ -134,11 +134,11 @@ fn joined(document: &Document<'_>, solids: &[Solid<'_, '_>], meshes: &mut Meshes
                 end.name, end.side
             ),
         )),
-        None => Ok(flesh),
+        None => Ok(solid),
     }
 }
 
-impl<'a, 't> Solid<'a, 't> {
+impl<'a, 't> GeometryElement<'a, 't> {
     fn new(node: Node<'a, 't>, name: &'a Option<String>, origin: &urdf_rs::Pose, geometry: &'a Geometry) -> Self {
         Self { node, name: name.as_deref(), link_from_solid: isometry(origin), geometry }
     }
@@ -158,11 +158,11 @@ impl<'a, 't> Solid<'a, 't> {
     }
 
     /// `None` for a mesh that cannot be read.
-    fn flesh(&self, document: &Document<'_>, meshes: &mut Meshes<'_>) -> Result<Option<Flesh>, UrdfError> {
+    fn solid(&self, document: &Document<'_>, meshes: &mut Meshes<'_>) -> Result<Option<Solid>, UrdfError> {
         self.check_place(document)?;
         let along_z = |half: f64, radius: f64| {
             let ends = [-half, half].map(|z| self.link_from_solid * Point3::new(0.0, 0.0, z));
-            Flesh::TaperedCapsule(TaperedCapsule { a: ends[0], b: ends[1], radius_a: radius, radius_b: radius })
+            Solid::TaperedCapsule(TaperedCapsule { a: ends[0], b: ends[1], radius_a: radius, radius_b: radius })
         };
         Ok(Some(match self.geometry {
             Geometry::Sphere { radius } => along_z(0.0, self.size(document, *radius)?),
@@ -171,12 +171,12 @@ impl<'a, 't> Solid<'a, 't> {
                 let half = if *length == 0.0 { 0.0 } else { 0.5 * self.size(document, *length)? };
                 along_z(half, radius)
             }
-            Geometry::Cylinder { radius, length } => Flesh::Cylinder {
+            Geometry::Cylinder { radius, length } => Solid::Cylinder {
                 link_from_cylinder: self.link_from_solid,
                 radius: self.size(document, *radius)?,
                 half_length: 0.5 * self.size(document, *length)?,
             },
-            Geometry::Box { size } => Flesh::Box {
+            Geometry::Box { size } => Solid::Box {
                 link_from_box: self.link_from_solid,
                 half_extents: [
                     0.5 * self.size(document, size[0])?,
@@ -208,7 +208,7 @@ impl<'a, 't> Solid<'a, 't> {
                     }
                     *vertex = self.link_from_solid * scaled;
                 }
-                Flesh::Mesh { vertices, triangles }
+                Solid::Mesh { vertices, triangles }
             }
         }))
     }
@@ -230,12 +230,12 @@ impl<'a, 't> Solid<'a, 't> {
 }
 
 impl End<'_, '_> {
-    fn join(self, document: &Document<'_>, other: &Self) -> Result<Flesh, UrdfError> {
+    fn join(self, document: &Document<'_>, other: &Self) -> Result<Solid, UrdfError> {
         if self.side == other.side {
             let problem = format!("a second taper:{}:{}; a tapered capsule has ends a and b", self.name, self.side);
             return Err(document.refuse(other.node, problem));
         }
         let (a, b) = if self.side == "a" { (&self, other) } else { (other, &self) };
-        Ok(Flesh::TaperedCapsule(TaperedCapsule { a: a.centre, b: b.centre, radius_a: a.radius, radius_b: b.radius }))
+        Ok(Solid::TaperedCapsule(TaperedCapsule { a: a.centre, b: b.centre, radius_a: a.radius, radius_b: b.radius }))
     }
 }

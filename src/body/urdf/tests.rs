@@ -2,7 +2,7 @@ use std::io;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Flesh, Humanoid, JointKind, Landmark, UrdfError};
+use crate::body::{Solid, Humanoid, JointKind, Landmark, UrdfError};
 use crate::test_data;
 
 fn no_meshes(_: &str) -> io::Result<Vec<u8>> {
@@ -135,7 +135,7 @@ fn what_no_body_needs_may_be_wrong() {
     let text =
         text.replace("<link name=\"a\"/>", &format!("<link name=\"a\">{visual}<sensor/><collision_checking/></link>"));
     let body = parse(&text).unwrap();
-    assert_eq!((body.links.len(), body.links[0].flesh.len(), body.degrees_of_freedom[0].upper), (2, 1, 2.0));
+    assert_eq!((body.links.len(), body.links[0].solids.len(), body.degrees_of_freedom[0].upper), (2, 1, 2.0));
     // lines stay what they were
     let broken = text.replace("upper=\"2\"", "upper=\"-2\"");
     assert!(parse(&broken).unwrap_err().to_string().starts_with("test.urdf:4: joint `j`: lower limit -1 is above"));
@@ -181,8 +181,8 @@ fn missing_meshes_are_left_out_with_a_note_and_collision_solids_take_their_place
         hinge("k", "b", "c", LIMIT),
     ]);
     let body = parse(&text).unwrap();
-    let flesh: Vec<usize> = body.links.iter().map(|link| link.flesh.len()).collect();
-    assert_eq!(flesh, [1, 1, 0]);
+    let solids: Vec<usize> = body.links.iter().map(|link| link.solids.len()).collect();
+    assert_eq!(solid, [1, 1, 0]);
     let note = "2 of the meshes cannot be read and are left out: package://r/gone.dae, other.ply; the body lacks";
     assert!(body.notes.iter().any(|n| n.starts_with(note)), "{:?}", body.notes);
 }
@@ -232,7 +232,7 @@ fn a_chain_of_mimics_drives_through_to_its_end() {
 }
 
 #[test]
-fn tapers_capsules_and_scaled_meshes_become_flesh() {
+fn tapers_capsules_and_scaled_meshes_become_solids() {
     let visual = |attributes: &str, origin: &str, shape: &str| {
         format!("<visual {attributes}><origin {origin}/><geometry>{shape}</geometry></visual>")
     };
@@ -250,10 +250,10 @@ fn tapers_capsules_and_scaled_meshes_become_flesh() {
         Ok(b"v 1 1 1\nv 0 1 0\nv 0 0 1\nf 1 2 3".to_vec())
     };
     let body = Humanoid::from_urdf(&text, "f", &meshes).unwrap();
-    let [Flesh::TaperedCapsule(capsule), Flesh::TaperedCapsule(taper), Flesh::Mesh { vertices, triangles }] =
-        body.links[0].flesh.as_slice()
+    let [Solid::TaperedCapsule(capsule), Solid::TaperedCapsule(taper), Solid::Mesh { vertices, triangles }] =
+        body.links[0].solids.as_slice()
     else {
-        panic!("{:?}", body.links[0].flesh)
+        panic!("{:?}", body.links[0].solids)
     };
     assert!((capsule.b - Point3::new(2.0, 0.0, 0.0)).norm() < 1e-12, "{capsule:?}");
     assert_eq!((taper.a.z, taper.radius_a, taper.b.z, taper.radius_b), (0.0, 0.1, 1.0, 0.2));
@@ -278,10 +278,10 @@ fn foreign_robots_load_with_their_meshes_and_recognised_markers() {
     for (file, links, freedoms, markers) in robots {
         let Some(path) = test_data::path(&format!("robots/{file}")) else { return };
         let body = Humanoid::load(&path).unwrap();
-        let flesh = body.links.iter().map(|l| l.flesh.len()).sum::<usize>();
+        let solid = body.links.iter().map(|l| l.solids.len()).sum::<usize>();
         assert_eq!((body.links.len(), body.degrees_of_freedom.len()), (links, freedoms), "{file}");
         assert_eq!(body.markers.iter().flatten().count(), markers, "{file}");
-        assert!(flesh > 0, "{file}");
+        assert!(solid > 0, "{file}");
         let placed = body.markers(&body.link_frames(&body.zero_pose()));
         if let [Some(hip), Some(knee)] = [Landmark::LeftHip, Landmark::LeftKnee].map(|l| placed[l as usize]) {
             let length = (hip - knee).norm();

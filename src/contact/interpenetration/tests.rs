@@ -24,8 +24,8 @@ fn with_boxes(mut body: Humanoid) -> Humanoid {
     for name in ["left_forearm", "right_shank"] {
         let link = body.find_link(name).unwrap();
         let half_extents = [0.04, 0.05, 0.12];
-        body.links[link].flesh =
-            vec![Flesh::Box { link_from_box: Isometry3::translation(0.0, 0.0, -0.12), half_extents }];
+        body.links[link].solids =
+            vec![Solid::Box { link_from_box: Isometry3::translation(0.0, 0.0, -0.12), half_extents }];
     }
     body
 }
@@ -68,8 +68,8 @@ fn a_camera_sees_the_same_depths() {
         let camera_from_world = Isometry3::from_parts(Vector3::new(0.3, -0.8, 4.5).into(), turn);
         let placed = body.links.iter().zip(&frames.0).flat_map(|(link, world_from_link)| {
             let camera_from_link = camera_from_world * world_from_link;
-            link.flesh.iter().map(move |flesh| match flesh {
-                Flesh::TaperedCapsule(capsule) => capsule.transformed(&camera_from_link),
+            link.solids.iter().map(move |solid| match solid {
+                Solid::TaperedCapsule(capsule) => capsule.transformed(&camera_from_link),
                 _ => panic!("tracker25 is made of tapered capsules"),
             })
         });
@@ -90,8 +90,8 @@ fn a_camera_sees_the_same_depths() {
 #[test]
 fn capsules_are_as_deep_as_parry_says_within_a_tenth_of_a_millimetre() {
     let mut body = shipped("tracker25").unwrap();
-    for flesh in body.links.iter_mut().flat_map(|link| &mut link.flesh) {
-        if let Flesh::TaperedCapsule(c) = flesh {
+    for solid in body.links.iter_mut().flat_map(|link| &mut link.solids) {
+        if let Solid::TaperedCapsule(c) = solid {
             *c = TaperedCapsule { radius_b: c.radius_a, ..*c };
         }
     }
@@ -103,8 +103,8 @@ fn capsules_are_as_deep_as_parry_says_within_a_tenth_of_a_millimetre() {
         let found = fast.depths(&frames, &mut InterpenetrationScratch::default());
         let mut deepest = 0.0_f64;
         for [first, second] in pairs.pairs() {
-            for a in &body.links[*first].flesh {
-                for b in &body.links[*second].flesh {
+            for a in &body.links[*first].solids {
+                for b in &body.links[*second].solids {
                     deepest = deepest.max(-by_parry([a, b], [&frames[*first], &frames[*second]]));
                 }
             }
@@ -115,11 +115,11 @@ fn capsules_are_as_deep_as_parry_says_within_a_tenth_of_a_millimetre() {
     assert!(deep > 100, "too few collisions to tell: {deep}");
 }
 
-fn by_parry(solids: [&Flesh; 2], frames: [&Isometry3<f64>; 2]) -> f64 {
+fn by_parry(solids: [&Solid; 2], frames: [&Isometry3<f64>; 2]) -> f64 {
     use parry3d::math::{Pose, Vector};
     use parry3d::shape::Segment;
     let [(a, r), (b, s)] = [0, 1].map(|i| {
-        let Flesh::TaperedCapsule(c) = solids[i] else { panic!("a capsule") };
+        let Solid::TaperedCapsule(c) = solids[i] else { panic!("a capsule") };
         let point = |p: Point3<f64>| Vector::new(p.x as f32, p.y as f32, p.z as f32);
         (Segment::new(point(frames[i] * c.a), point(frames[i] * c.b)), c.radius_a)
     });
@@ -128,10 +128,10 @@ fn by_parry(solids: [&Flesh; 2], frames: [&Isometry3<f64>; 2]) -> f64 {
 }
 
 #[test]
-fn a_body_of_no_flesh_touches_nothing() {
+fn a_body_without_solids_touches_nothing() {
     let mut body = shipped("tracker25").unwrap();
     let frames = body.link_frames(&body.zero_pose());
-    body.links.iter_mut().for_each(|link| link.flesh.clear());
+    body.links.iter_mut().for_each(|link| link.solids.clear());
     let found = Interpenetration::new(&body, 0.0).depths(&frames, &mut InterpenetrationScratch::default());
     assert_eq!(found, Depths::default());
     assert!(GroundContacts::of_frames(&body, &body, &[frames], 60.0, &Default::default()).is_err());

@@ -33,7 +33,7 @@ pub struct ClipSummary {
 }
 
 impl ClipSummary {
-    pub(super) fn of(clip: &Clip) -> Self {
+    pub(super) fn new(clip: &Clip) -> Self {
         let joints = &clip.skeleton.joints;
         let mut heights: Vec<f64> = (0..clip.frames.len()).map(|frame| height(clip, frame)).collect();
         heights.sort_by(f64::total_cmp);

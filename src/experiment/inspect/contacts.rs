@@ -64,7 +64,7 @@ pub struct BalanceSummary {
 }
 
 impl BalanceSummary {
-    fn of(dynamics: &Dynamics) -> Self {
+    fn new(dynamics: &Dynamics) -> Self {
         let summary = dynamics.summary();
         let [beyond_limits, too_fast] = summary.violations;
         Self {
@@ -133,7 +133,7 @@ pub fn inspect_contacts(
     metres_per_unit: Option<f64>,
     picture: Option<Destination<'_>>,
 ) -> Result<ContactSummary, ExperimentError> {
-    let kind = picture.map(|to| Picture::of(to.path).map(|kind| (to, kind))).transpose()?;
+    let kind = picture.map(|to| Picture::new(to.path).map(|kind| (to, kind))).transpose()?;
     // report an unwritable output before the work
     let kind = kind.map(|(to, kind)| place_for(to, [Some(name)]).map(|place| (place, kind))).transpose()?;
     let (body, motion, notes) = moved(name, metres_per_unit)?;
@@ -141,7 +141,7 @@ pub fn inspect_contacts(
     let dynamics = Dynamics::of_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
     let summary = ContactSummary {
         notes,
-        ..ContactSummary::of(&name.display().to_string(), &body, &motion, &contacts, dynamics.as_ref())
+        ..ContactSummary::new(&name.display().to_string(), &body, &motion, &contacts, dynamics.as_ref())
     };
     if let Some((place, kind)) = kind {
         let chart = chart(&summary, &contacts, dynamics.as_ref());
@@ -161,7 +161,7 @@ enum Picture {
 }
 
 impl Picture {
-    fn of(path: &Path) -> Result<Self, ExperimentError> {
+    fn new(path: &Path) -> Result<Self, ExperimentError> {
         match path.extension().and_then(|e| e.to_str()) {
             Some("svg") => Ok(Self::Svg),
             Some("html") => Ok(Self::Page),
@@ -186,14 +186,14 @@ fn moved(name: &Path, metres_per_unit: Option<f64>) -> Result<(Humanoid, Motion,
 }
 
 impl ContactSummary {
-    fn of(
+    fn new(
         name: &str,
         body: &Humanoid,
         motion: &Motion,
         contacts: &GroundContacts,
         dynamics: Option<&Dynamics>,
     ) -> Self {
-        let quality = GroundQuality::of(contacts);
+        let quality = GroundQuality::from_contacts(contacts);
         let rate = contacts.frames_per_second;
         let mut stances: Vec<StanceSummary> = contacts.feet.iter().flat_map(|foot| of_foot(foot, rate)).collect();
         stances.sort_by_key(|stance| stance.first);
@@ -208,7 +208,7 @@ impl ContactSummary {
             penetration_mm: quality.penetration_mm,
             float_mm: quality.float_mm,
             standing: quality.standing,
-            balance: dynamics.map(BalanceSummary::of),
+            balance: dynamics.map(BalanceSummary::new),
             stances,
             worst: worst(body, motion, contacts, dynamics),
             notes: Vec::new(),

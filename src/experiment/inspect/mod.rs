@@ -74,8 +74,8 @@ pub fn inspect(
         return Err(ExperimentError::Argument { argument: "--metres-per-unit", detail });
     }
     Ok(match kind {
-        Kind::Clip => Inspected::Clip(ClipSummary::of(&clip_file::read_whole(path, metres_per_unit)?)),
-        Kind::Robot => Inspected::Robot(RobotSummary::of(&name, &robot::read(&name, path)?)),
+        Kind::Clip => Inspected::Clip(ClipSummary::new(&clip_file::read_whole(path, metres_per_unit)?)),
+        Kind::Robot => Inspected::Robot(RobotSummary::new(&name, &robot::read(&name, path)?)),
         Kind::Set => Inspected::Set(SetSummary::read(path)?),
         Kind::Model => {
             let model = LearnedModel::read(path)?;
@@ -84,7 +84,7 @@ pub fn inspect(
                 let page = place_for(to, [Some(path), against])?;
                 page.put(model_page::html(path, &model, against.zip(other.as_ref()))?.as_bytes())?;
             }
-            Inspected::Model(Box::new(ModelSummary::of(&model, other.as_ref())))
+            Inspected::Model(Box::new(ModelSummary::new(&model, other.as_ref())))
         }
     })
 }
@@ -94,7 +94,7 @@ fn place_for<'a>(
     to: Destination<'_>,
     read: impl IntoIterator<Item = Option<&'a Path>>,
 ) -> Result<PartialFile, ExperimentError> {
-    Inputs::of(read.into_iter().flatten().map(Path::to_owned)).keep_from(to.path)?;
+    Inputs::new(read.into_iter().flatten().map(Path::to_owned)).keep_from(to.path)?;
     PartialFile::begin(to.path, to.force)
 }
 

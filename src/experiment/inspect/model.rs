@@ -63,7 +63,7 @@ pub struct Against {
 }
 
 impl Spread {
-    fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+    fn new(values: impl Iterator<Item = f64> + Clone) -> Self {
         let count = values.clone().count().max(1) as f64;
         Self { mean: values.clone().sum::<f64>() / count, max: values.fold(0.0, f64::max) }
     }
@@ -71,14 +71,14 @@ impl Spread {
 
 impl ModelSummary {
     /// Of a model and, where one is given, another of the same motions.
-    pub(super) fn of(model: &LearnedModel, other: Option<&LearnedModel>) -> Self {
+    pub(super) fn new(model: &LearnedModel, other: Option<&LearnedModel>) -> Self {
         let error = all_errors(model);
         let graph = &model.graph;
         let of = |s: &Segment| OneModel {
             motion: s.range.motion,
             first: s.range.first,
             frames: s.errors.len(),
-            reconstruction_error_rad2: Spread::of(s.errors.iter().copied()),
+            reconstruction_error_rad2: Spread::new(s.errors.iter().copied()),
         };
         let pairs = |c: &Candidate| graph.candidates.iter().filter(|other| other.segment != c.segment).count();
         let against = |other: &LearnedModel| {
@@ -113,5 +113,5 @@ pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedMod
 }
 
 fn all_errors(model: &LearnedModel) -> Spread {
-    Spread::of(model.graph.segments.iter().flat_map(|s| s.errors.iter().copied()))
+    Spread::new(model.graph.segments.iter().flat_map(|s| s.errors.iter().copied()))
 }

@@ -66,7 +66,7 @@ fn one_model(model: &LearnedModel, segment: &Segment, start: usize) -> OneModel 
     let z = segment.gpdm.latents();
     let learned = rows(&|i, c| z[(i, c)], z.nrows(), z.ncols());
     let predicted = segment.gpdm.simulate(0).map_or(Vec::new(), |p| rows(&|i, c| p[(i, c)], p.nrows(), p.ncols()));
-    let axes = PrincipalAxes::of(&learned);
+    let axes = PrincipalAxes::new(&learned);
     let recording = model.facts.learned_from.get(segment.range.motion);
     OneModel {
         start,
@@ -85,7 +85,7 @@ struct PrincipalAxes {
 }
 
 impl PrincipalAxes {
-    fn of(points: &LatentPath) -> Self {
+    fn new(points: &LatentPath) -> Self {
         let d = points.first().map_or(0, Vec::len);
         let matrix = DMatrix::from_fn(points.len(), d, |i, c| points[i][c]);
         let mean = DVector::from_fn(d, |c, _| matrix.column(c).sum() / points.len().max(1) as f64);
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn principal_axes_keep_distances_and_put_the_widest_first() {
         let points: LatentPath = (0..40).map(|i| vec![0.1 * (i as f64).sin(), 0.0, 0.5 * i as f64]).collect();
-        let turned = PrincipalAxes::of(&points).along(&points);
+        let turned = PrincipalAxes::new(&points).along(&points);
         let apart = |p: &LatentPath, i: usize, j: usize| -> f64 {
             p[i].iter().zip(&p[j]).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
         };

@@ -18,7 +18,7 @@ pub struct RobotSummary {
     pub name: String,
     /// Where it was read from.
     pub from: String,
-    /// Links with flesh over all links.
+    /// Links with solid over all links.
     pub links: [usize; 2],
     /// Joints that move over all joints.
     pub joints: [usize; 2],
@@ -26,7 +26,7 @@ pub struct RobotSummary {
     pub degrees_of_freedom: Vec<DegreeSummary>,
     /// Mass of all links.
     pub mass_kg: f64,
-    /// Height of the box around all links' origins in the zero pose; flesh not counted.
+    /// Height of the box around all links' origins in the zero pose; solid not counted.
     pub height_m: f64,
     /// Body markers that it has no place for.
     pub missing_markers: Vec<&'static str>,
@@ -55,7 +55,7 @@ pub(super) fn read(name: &str, path: &Path) -> Result<Humanoid, UrdfError> {
 }
 
 impl RobotSummary {
-    pub(super) fn of(from: &str, body: &Humanoid) -> Self {
+    pub(super) fn new(from: &str, body: &Humanoid) -> Self {
         let finite = |value: f64| value.is_finite().then_some(value);
         let heights = || body.link_frames(&body.zero_pose()).0.into_iter().map(|f| f.translation.vector.z);
         let markers = LANDMARKS.iter().zip(&body.markers).filter(|(_, place)| place.is_none());
@@ -64,7 +64,7 @@ impl RobotSummary {
             what: "robot",
             name: body.name.clone(),
             from: from.to_owned(),
-            links: [body.links.iter().filter(|link| !link.flesh.is_empty()).count(), body.links.len()],
+            links: [body.links.iter().filter(|link| !link.solids.is_empty()).count(), body.links.len()],
             joints: [body.joints.iter().filter(|j| j.kind != JointKind::Fixed).count(), body.joints.len()],
             degrees_of_freedom: body
                 .degrees_of_freedom

@@ -57,7 +57,7 @@ pub struct LearnedFrom {
 
 impl RobotFacts {
     /// Of a body.
-    pub fn of(body: &Humanoid) -> Self {
+    pub fn from_body(body: &Humanoid) -> Self {
         let mut text = String::new();
         let numbers = |values: &[f64]| values.iter().map(|x| format!(" {:.9}", x + 0.0)).collect::<String>();
         for joint in &body.joints {
@@ -91,7 +91,7 @@ impl ModelFacts {
     /// # Errors
     /// [`ExperimentError::Malformed`] that says what differs and what to do.
     pub fn check_fits(&self, path: &Path, body: &Humanoid, frames_per_second: f64) -> Result<(), ExperimentError> {
-        let (known, found) = (&self.robot, RobotFacts::of(body));
+        let (known, found) = (&self.robot, RobotFacts::from_body(body));
         if known.joints_sha256 != found.joints_sha256 {
             let detail = format!(
                 "learned for the robot `{}`, whose joints differ from those of `{}`; train a model with that robot",

@@ -94,7 +94,7 @@ impl LearnedModel {
         let npz = Npz::from_bytes(&file, bytes).map_err(|e| no_model(path, e))?;
         let facts = facts_of(path, &npz)?;
         let body = body_from_json(&file, bytes_of(path, &npz, "body")?)?;
-        if RobotFacts::of(&body) != facts.robot {
+        if RobotFacts::from_body(&body) != facts.robot {
             return Err(malformed(path, "its body differs from the robot that its facts describe"));
         }
         let graph = Arrays { file: &file, npz: &npz }.graph(&facts, &body);

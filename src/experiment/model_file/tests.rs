@@ -32,7 +32,7 @@ fn model() -> LearnedModel {
         schema: MODEL_SCHEMA.to_owned(),
         program: "skiagraph".to_owned(),
         whole: true,
-        robot: RobotFacts::of(&body),
+        robot: RobotFacts::from_body(&body),
         frames_per_second: 60.0,
         learned_from: vec![from("one"), from("two")],
         settings,

@@ -78,13 +78,13 @@ pub struct Objective<'a> {
     scaled: Mat<f64>,
     scales: &'a [f64],
     balance: f64,
-    room_of_map: Room,
-    room_of_dynamics: Room,
+    map_workspace: Workspace,
+    dynamics_workspace: Workspace,
 }
 
 /// Matrices that every evaluation needs anew. Getting their memory from the system each time would cost as much as half
 /// of the arithmetic.
-struct Room {
+struct Workspace {
     radial: Mat<f64>,
     covariance: Mat<f64>,
     factor: PositiveDefinite,
@@ -96,7 +96,7 @@ struct Room {
     by_kernel: Mat<f64>,
 }
 
-impl Room {
+impl Workspace {
     /// For `rows` points with `columns` values each.
     fn new(rows: usize, columns: usize) -> Self {
         let square = || Mat::zeros(rows, rows);
@@ -123,10 +123,10 @@ impl<'a> Objective<'a> {
     pub fn new(observations: MatRef<'_, f64>, scales: &'a [f64], layout: &'a SequenceLayout, balance: f64) -> Self {
         let scaled = Mat::from_fn(observations.nrows(), observations.ncols(), |i, j| observations[(i, j)] * scales[j]);
         let predicted = layout.predicted();
-        let room_of_map = Room::new(scaled.nrows(), scaled.ncols());
+        let map_workspace = Workspace::new(scaled.nrows(), scaled.ncols());
         // made when the number of latent dimensions is known
-        let room_of_dynamics = Room::new(0, 0);
-        Self { layout, predicted, scaled, scales, balance, room_of_map, room_of_dynamics }
+        let dynamics_workspace = Workspace::new(0, 0);
+        Self { layout, predicted, scaled, scales, balance, map_workspace, dynamics_workspace }
     }
 
     /// The loss at packed parameters, its gradient written to `gradient`; infinite where a kernel is singular.
@@ -152,12 +152,12 @@ impl<'a> Objective<'a> {
 
     fn terms(&mut self, parameters: &Parameters) -> Option<(Term<2>, Term<4>, Mat<f64>)> {
         let latents = parameters.latents.as_ref();
-        let map = map_term(&parameters.latents, &parameters.map, self.scaled.as_ref(), &mut self.room_of_map)?;
+        let map = map_term(&parameters.latents, &parameters.map, self.scaled.as_ref(), &mut self.map_workspace)?;
         let inputs = self.layout.inputs(latents, &self.predicted);
         let targets = self.layout.targets(latents, &self.predicted);
-        let room = &mut self.room_of_dynamics;
+        let room = &mut self.dynamics_workspace;
         if room.white.ncols() != targets.ncols() {
-            *room = Room::new(targets.nrows(), targets.ncols());
+            *room = Workspace::new(targets.nrows(), targets.ncols());
         }
         let (dynamics, by_targets) =
             dynamics_term(&inputs, &parameters.dynamics, targets.as_ref(), self.balance, room)?;
@@ -190,7 +190,7 @@ impl<'a> Objective<'a> {
 }
 
 /// `D/2 ln|K_X| + 1/2 tr(K_X^-1 Y Y^T)` for `Y = X W`.
-fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>, room: &mut Room) -> Option<Term<2>> {
+fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>, room: &mut Workspace) -> Option<Term<2>> {
     radial_lower(1.0, kernel.inverse_width, z, &mut room.radial);
     room.covariance.copy_from_triangular_lower(&room.radial);
     let (value, by_precision) = room.gaussian(kernel.noise_precision, scaled, 1.0)?;
@@ -204,7 +204,7 @@ fn dynamics_term(
     kernel: &DynamicsKernel,
     targets: MatRef<'_, f64>,
     balance: f64,
-    room: &mut Room,
+    room: &mut Workspace,
 ) -> Option<(Term<4>, Mat<f64>)> {
     radial_lower(kernel.amplitude, kernel.inverse_width, u, &mut room.radial);
     room.covariance.copy_from_triangular_lower(&room.radial);
@@ -218,7 +218,7 @@ fn dynamics_term(
     Some((Term { value, inputs: by_radial.inputs, logarithms }, Scale(balance) * &room.solution))
 }
 
-impl Room {
+impl Workspace {
     /// `weight (D/2 ln|K| + 1/2 tr(K^-1 Y Y^T))` and its derivative by the logarithm of the noise's precision, for the
     /// noise-free covariances in the room (lower triangle) and the columns `Y`. Leaves the solution and the derivative
     /// by the kernel in the room.

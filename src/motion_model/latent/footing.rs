@@ -160,10 +160,10 @@ impl Footing {
 fn sole(body: &Humanoid, foot: usize) -> Option<LinkPoint> {
     let frames = body.link_frames(&body.zero_pose());
     let links = &body.foot_links()[foot];
-    let solids = links.iter().flat_map(|&link| body.links[link].flesh.iter().map(move |flesh| (link, flesh)));
-    let lowest = solids.filter_map(|(link, flesh)| Some((link, flesh, flesh.lowest_point(&frames[link])?.z)));
-    let (link, flesh, _) = lowest.min_by(|a, b| a.2.total_cmp(&b.2))?;
-    Some(LinkPoint { link, point_in_link: flesh.middle()? })
+    let solids = links.iter().flat_map(|&link| body.links[link].solids.iter().map(move |solid| (link, solid)));
+    let lowest = solids.filter_map(|(link, solid)| Some((link, solid, solid.lowest_point(&frames[link])?.z)));
+    let (link, solid, _) = lowest.min_by(|a, b| a.2.total_cmp(&b.2))?;
+    Some(LinkPoint { link, point_in_link: solid.middle()? })
 }
 
 /// The angle of a rotation about the vertical (swing-twist).

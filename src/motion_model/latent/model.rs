@@ -15,7 +15,7 @@ use super::initialisation::{Seed, seed_of, seeds};
 use super::residual::{Residual, Unseen, offset_by};
 use super::root::{Place, RootDynamics, Stand};
 use super::settings::{LatentSettings, RootMotion};
-use super::transition::{Jumps, Moving, jump, training_means};
+use super::transition::{Jumps, PoseRate, jump, training_means};
 use crate::body::{Humanoid, Pose};
 use crate::rng::normal;
 
@@ -62,14 +62,14 @@ pub struct LatentParticle {
     place: Place,
     frame: usize,
     /// The pose at the map's mean, and how fast that moves.
-    moving: Moving,
+    moving: PoseRate,
     pose: Pose,
     /// Whether the particle had left the training region in this frame and was brought back.
     pub recovered: bool,
 }
 
 /// Where a particle starts from in a frame, after its inter-transition.
-struct Departure {
+struct TransitionSource {
     segment: usize,
     latent: Vec<f64>,
     before: Vec<f64>,
@@ -79,10 +79,10 @@ struct Departure {
 }
 
 /// A particle on its way through a frame.
-struct Journey<'a> {
+struct PendingParticle<'a> {
     index: usize,
     state: &'a LatentParticle,
-    departure: Departure,
+    departure: TransitionSource,
     rng: &'a mut ChaCha8Rng,
 }
 
@@ -161,10 +161,10 @@ impl LatentModel {
     /// `[GPDM graph]`'s inter-transition: where the particle leaves from, in its own model or in the one it jumps to.
     /// Its pose stays what it is: what the means of the two models differ by goes into the offset, and dies out from
     /// there.
-    fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> Departure {
+    fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> TransitionSource {
         let at = (state.segment, self.nearest_row(state.segment, &state.latent));
         match jump(&self.graph, &self.jumps, &self.settings, at, &self.compared(state), rng) {
-            None => Departure {
+            None => TransitionSource {
                 segment: state.segment,
                 latent: state.latent.clone(),
                 before: state.before.clone(),
@@ -177,17 +177,17 @@ impl LatentModel {
 
     /// What jumps compare: the particle's own pose, which an offset may have led far from the map's mean, and the
     /// velocity of that mean. Offsets are drawn anew every frame, their differences are no velocity.
-    fn compared(&self, state: &LatentParticle) -> Moving {
+    fn compared(&self, state: &LatentParticle) -> PoseRate {
         let velocities = state.moving.velocities.clone();
-        Moving { rotations: self.graph.chart.rotations(&state.pose), velocities }
+        PoseRate { rotations: self.graph.chart.rotations(&state.pose), velocities }
     }
 
     /// A departure from a training frame in the pose of `state`.
-    fn depart_from(&self, at: Candidate, state: &LatentParticle) -> Departure {
+    fn depart_from(&self, at: Candidate, state: &LatentParticle) -> TransitionSource {
         let before = self.frame_before(at);
         let mean: Vec<f64> = self.training_means[at.segment].row(at.row).iter().copied().collect();
         let observation = offset_by(state.mean.clone(), &state.offset);
-        Departure {
+        TransitionSource {
             segment: at.segment,
             latent: self.training_latent(at),
             before: self.training_latent(before),
@@ -208,13 +208,13 @@ impl LatentModel {
 
     /// `[GPDM graph]`'s intra-transition and mapping for particles of one model: the next latent points, drawn from its
     /// dynamics, and the poses there. All in one product of matrices, which is many times faster than one by one.
-    fn advance(&self, journeys: &mut [Journey<'_>]) -> Vec<(usize, LatentParticle)> {
+    fn advance(&self, journeys: &mut [PendingParticle<'_>]) -> Vec<(usize, LatentParticle)> {
         let Some(segment) = journeys.first().map(|j| j.departure.segment) else { return Vec::new() };
         let gpdm = &self.graph.segments[segment].gpdm;
         let (d, lag) = (gpdm.latents().ncols(), gpdm.layout().order.lag());
         let last = journeys.len() - 1;
         let input = |i: usize, c: usize| {
-            let from: &Departure = &journeys[i.min(last)].departure;
+            let from: &TransitionSource = &journeys[i.min(last)].departure;
             if c < d { from.latent[c] } else { from.before[c - d] }
         };
         let moments = gpdm.dynamics_moments(Mat::from_fn(BATCH, d * lag, input).as_ref());
@@ -227,10 +227,10 @@ impl LatentModel {
             })
             .collect();
         let observations = gpdm.map_mean(Mat::from_fn(BATCH, d, |i, c| drawn[i.min(last)].0[c]).as_ref());
-        let arrive = |(i, (journey, (latent, recovered))): (usize, (&mut Journey<'_>, (Vec<f64>, bool)))| {
+        let arrive = |(i, (journey, (latent, recovered))): (usize, (&mut PendingParticle<'_>, (Vec<f64>, bool)))| {
             let mean: Vec<f64> = observations.row(i).iter().copied().collect();
             let rotations = self.graph.chart.rotations_of(&mean);
-            let moving = Moving::between(&journey.departure.rotations, rotations, self.graph.frames_per_second);
+            let moving = PoseRate::between(&journey.departure.rotations, rotations, self.graph.frames_per_second);
             let offset = self.residual.next(&journey.departure.offset, journey.rng);
             let frame = journey.state.frame + 1;
             let LatentParticle { pose, place, .. } = journey.state;
@@ -290,10 +290,10 @@ impl LatentModel {
         let before = self.training_latent(self.frame_before(at));
         let jitter = self.settings.start_jitter * self.spreads[at.segment];
         let latent: Vec<f64> = self.training_latent(at).iter().map(|z| z + jitter * normal(rng)).collect();
-        let root = PlanarRoot::of(start);
+        let root = PlanarRoot::from_pose(start);
         let mean = self.observation(at.segment, &latent);
         let rotations = self.graph.chart.rotations_of(&mean);
-        let moving = Moving { velocities: vec![Default::default(); rotations.len()], rotations };
+        let moving = PoseRate { velocities: vec![Default::default(); rotations.len()], rotations };
         let standing = self.graph.chart.observe_pose(start, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
         let offset = self.offset_to(&mean, &standing, start);
         let pose = self.with_given_root(self.roots.stand(&self.stand(&mean, &offset), &root), 0);
@@ -320,15 +320,15 @@ impl MotionModel for LatentModel {
     }
 
     fn propagate_all(&self, states: &[LatentParticle], _past: &[Pose], rngs: &mut [ChaCha8Rng]) -> Vec<LatentParticle> {
-        let mut journeys: Vec<Journey<'_>> = states
+        let mut journeys: Vec<PendingParticle<'_>> = states
             .par_iter()
             .zip(rngs.par_iter_mut())
             .enumerate()
-            .map(|(index, (state, rng))| Journey { index, state, departure: self.depart(state, rng), rng })
+            .map(|(index, (state, rng))| PendingParticle { index, state, departure: self.depart(state, rng), rng })
             .collect();
         journeys.sort_by_key(|journey| journey.departure.segment);
         // batches of a fixed size, so that the bits do not depend on the number of threads
-        let batches: Vec<&mut [Journey<'_>]> = journeys
+        let batches: Vec<&mut [PendingParticle<'_>]> = journeys
             .chunk_by_mut(|a, b| a.departure.segment == b.departure.segment)
             .flat_map(|of_one_model| of_one_model.chunks_mut(BATCH))
             .collect();
@@ -356,7 +356,7 @@ impl MotionModel for LatentModel {
         let rotations = self.graph.chart.rotations_of(&mean);
         let (root, pose) = self.roots.nudged(&state.pose, &state.place.root, &self.stand(&mean, &offset), &step);
         let pose = self.with_given_root(pose, state.frame);
-        let moving = Moving { rotations, velocities: state.moving.velocities.clone() };
+        let moving = PoseRate { rotations, velocities: state.moving.velocities.clone() };
         let place = Place { root, ..state.place.clone() };
         LatentParticle { latent, mean, offset, place, pose, moving, ..state.clone() }
     }

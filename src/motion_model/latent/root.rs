@@ -53,7 +53,7 @@ struct Fused<T> {
 }
 
 impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> Fused<T> {
-    fn of(nothing: T, variance: f64, others: impl Iterator<Item = (T, f64)>) -> Self {
+    fn new(nothing: T, variance: f64, others: impl Iterator<Item = (T, f64)>) -> Self {
         let first = Self { sum: nothing, precision: 1.0 / variance };
         others.fold(first, |fused, (estimate, variance)| {
             let precision = 1.0 / variance.max(LEAST_VARIANCE);
@@ -97,9 +97,9 @@ impl RootDynamics {
         let deviations = match self.footing.as_ref().map(Footing::firmest) {
             None => [forward, left, turn],
             Some(firm) => {
-                let slide = Fused::of(0.0, self.slide_variance(), [(0.0, firm.slide)].into_iter());
+                let slide = Fused::new(0.0, self.slide_variance(), [(0.0, firm.slide)].into_iter());
                 let slide = slide.deviation(LEAST_NOISE.forward);
-                let turn = Fused::of(0.0, turn * turn, [(0.0, firm.turn)].into_iter()).deviation(LEAST_NOISE.turn);
+                let turn = Fused::new(0.0, turn * turn, [(0.0, firm.turn)].into_iter()).deviation(LEAST_NOISE.turn);
                 [slide, slide, turn]
             }
         };
@@ -122,7 +122,7 @@ impl RootDynamics {
     /// the chart's unit. `None` where feet tell nothing, and the number is the root's.
     pub(super) fn height_offset(&self, body: &Humanoid, chart: &PoseChart, mean: &[f64], pose: &Pose) -> Option<f64> {
         let footing = self.footing.as_ref()?;
-        let on_manifold = chart.place(mean, &PlanarRoot::of(pose));
+        let on_manifold = chart.place(mean, &PlanarRoot::from_pose(pose));
         let [here, there] = [pose, &on_manifold].map(|pose| footing.feet(body, pose).lower_height());
         Some((here - there) / chart.height_unit())
     }
@@ -186,12 +186,12 @@ impl RootDynamics {
         let steps = footholds.steps_to(&footing.feet(body, &pose));
         let feet = steps.map(|step| (step, footing.looseness(&step)));
         let turns = feet.iter().map(|(step, loose)| (-step.turned, loose.turn));
-        let turn = Fused::of(0.0, self.noise.turn * self.noise.turn, turns);
+        let turn = Fused::new(0.0, self.noise.turn * self.noise.turn, turns);
         let turned = turn.mean() + turn.deviation(LEAST_NOISE.turn) * drawn[2];
         let pivot = pose.world_from_root.translation.vector;
         let back = |step: &FootStep| step.before.coords.xy() - turned_about(&pivot, turned, &step.after);
         let slides = feet.iter().map(|(step, loose)| (back(step), loose.slide));
-        let slide = Fused::of(Vector2::zeros(), self.slide_variance(), slides);
+        let slide = Fused::new(Vector2::zeros(), self.slide_variance(), slides);
         let shift = slide.mean() + Vector2::new(drawn[0], drawn[1]) * slide.deviation(LEAST_NOISE.forward);
         let pose = moved(pose, turned, &shift);
         let root = root.after(&PlanarStep { forward: 0.0, left: 0.0, turn: turned });

@@ -16,13 +16,13 @@ const FRAMES_TO_THE_END: usize = 2;
 
 /// A pose and how it moves, as jumps compare them.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Moving {
+pub(super) struct PoseRate {
     pub(super) rotations: Vec<UnitQuaternion<f64>>,
     /// Angular velocity of every joint, rad/s.
     pub(super) velocities: Vec<Vector3<f64>>,
 }
 
-impl Moving {
+impl PoseRate {
     /// From the rotations of this frame and of the one before.
     pub(super) fn between(
         before: &[UnitQuaternion<f64>],
@@ -61,7 +61,7 @@ impl Moving {
 
 /// A candidate as a destination.
 #[derive(Clone, Copy, Debug)]
-struct Destination {
+struct JumpTarget {
     at: Candidate,
     /// One over the number of candidates of its model.
     share: f64,
@@ -73,9 +73,9 @@ struct Destination {
 #[derive(Clone, Debug)]
 pub(super) struct Jumps {
     /// Per segment, every training frame at the map's mean; the velocity of a first frame is that of the second.
-    frames: Vec<Vec<Moving>>,
+    frames: Vec<Vec<PoseRate>>,
     /// All candidates, natural edges apart.
-    destinations: Vec<Destination>,
+    destinations: Vec<JumpTarget>,
 }
 
 /// Per segment the map's mean at every training latent, a row a frame.
@@ -88,13 +88,13 @@ impl Jumps {
     pub(super) fn new(graph: &GpdmGraph, means: &[Mat<f64>]) -> Self {
         let mut counts = vec![0.0; graph.segments.len()];
         graph.candidates.iter().for_each(|at| counts[at.segment] += 1.0);
-        let destination = |at: &Candidate| Destination { at: *at, share: 1.0 / counts[at.segment] };
+        let destination = |at: &Candidate| JumpTarget { at: *at, share: 1.0 / counts[at.segment] };
         let frames = graph.segments.iter().zip(means).map(|(s, means)| frames_of(graph, s, means)).collect();
         Self { frames, destinations: graph.candidates.iter().map(destination).collect() }
     }
 
     /// The training frame `at`, at the map's mean.
-    pub(super) fn frame(&self, at: Candidate) -> &Moving {
+    pub(super) fn frame(&self, at: Candidate) -> &PoseRate {
         &self.frames[at.segment][at.row]
     }
 
@@ -107,15 +107,15 @@ impl Jumps {
 }
 
 /// The frames of one model's means.
-fn frames_of(graph: &GpdmGraph, segment: &Segment, means: &Mat<f64>) -> Vec<Moving> {
+fn frames_of(graph: &GpdmGraph, segment: &Segment, means: &Mat<f64>) -> Vec<PoseRate> {
     let rotations = |row: usize| graph.chart.rotations_of(&means.row(row).iter().copied().collect::<Vec<_>>());
     let rotations: Vec<_> = (0..means.nrows()).map(rotations).collect();
     let moving = |row: usize| {
         let rows = segment.sequence_of(row);
         let last = row.max(rows.start + 1).min(rows.end - 1);
         let before = &rotations[last.saturating_sub(1)];
-        let velocity = Moving::between(before, rotations[last].clone(), graph.frames_per_second);
-        Moving { rotations: rotations[row].clone(), ..velocity }
+        let velocity = PoseRate::between(before, rotations[last].clone(), graph.frames_per_second);
+        PoseRate { rotations: rotations[row].clone(), ..velocity }
     };
     (0..rotations.len()).map(moving).collect()
 }
@@ -127,7 +127,7 @@ pub(super) fn jump(
     jumps: &Jumps,
     settings: &LatentSettings,
     (segment, row): (usize, usize),
-    moving: &Moving,
+    moving: &PoseRate,
     rng: &mut ChaCha8Rng,
 ) -> Option<Candidate> {
     if settings.natural_edges
@@ -152,8 +152,8 @@ pub(super) fn jump(
             let limit = threshold * joints;
             let others = jumps.destinations.iter().filter(|d| d.at.segment != segment);
             let distance =
-                |d: &Destination| Some((*d, jumps.frame(d.at).distance_below(moving, velocity_weight, limit)?));
-            let near: Vec<(Destination, f64)> = others.filter_map(distance).collect();
+                |d: &JumpTarget| Some((*d, jumps.frame(d.at).distance_below(moving, velocity_weight, limit)?));
+            let near: Vec<(JumpTarget, f64)> = others.filter_map(distance).collect();
             choose(&near, rule, width * joints, rng)
         }
     }
@@ -170,7 +170,7 @@ fn onwards(
     graph: &GpdmGraph,
     jumps: &Jumps,
     segment: usize,
-    moving: &Moving,
+    moving: &PoseRate,
     transition: &InterTransition,
 ) -> Option<Candidate> {
     let stays = *transition == InterTransition::None;
@@ -190,7 +190,7 @@ fn onwards(
 }
 
 /// Of destinations and their distances, the one that is drawn; `None` to stay.
-fn choose(near: &[(Destination, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {
+fn choose(near: &[(JumpTarget, f64)], rule: JumpRule, width: f64, rng: &mut ChaCha8Rng) -> Option<Candidate> {
     let drawn: f64 = rng.random();
     let shares = match rule {
         JumpRule::Literal => literal_shares(&near.iter().map(|n| n.1).collect::<Vec<_>>()),

@@ -112,7 +112,7 @@ fn series_from(body: &Humanoid, first: usize) -> Vec<(usize, Unit<Vector3<f64>>,
         }
         series.push((joint, *axis, drive.degree_of_freedom));
         let link = joint + 1;
-        let bare = body.links[link].flesh.is_empty() && body.links[link].inertia.is_none();
+        let bare = body.links[link].solids.is_empty() && body.links[link].inertia.is_none();
         let mut children = (0..body.joints.len()).filter(|j| body.joints[*j].parent == link);
         let (Some(only), None) = (children.next(), children.next()) else { break };
         let at_same_point = body.joints[only].parent_from_joint == nalgebra::Isometry3::identity();

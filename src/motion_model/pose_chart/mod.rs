@@ -127,7 +127,7 @@ impl PoseChart {
         let rows: Vec<Vec<f64>> = (0..poses.len())
             .map(|t| {
                 let last = t.max(1).min(poses.len().saturating_sub(1));
-                let step = PlanarRoot::of(&poses[last.saturating_sub(1)]).step_to(&PlanarRoot::of(&poses[last]));
+                let step = PlanarRoot::from_pose(&poses[last.saturating_sub(1)]).step_to(&PlanarRoot::from_pose(&poses[last]));
                 self.observe_pose(&poses[t], &step)
             })
             .collect();
@@ -217,7 +217,7 @@ impl PoseChart {
 
 impl PlanarRoot {
     /// Of a pose.
-    pub fn of(pose: &Pose) -> Self {
+    pub fn from_pose(pose: &Pose) -> Self {
         let translation = &pose.world_from_root.translation;
         let q = pose.world_from_root.rotation;
         Self { x: translation.x, y: translation.y, yaw: 2.0 * libm::atan2(q.k, q.w) }
@@ -268,7 +268,7 @@ fn wrapped(angle: f64) -> f64 {
 
 /// The root's rotation without its heading.
 fn tilt_of(pose: &Pose) -> UnitQuaternion<f64> {
-    let yaw = PlanarRoot::of(pose).yaw;
+    let yaw = PlanarRoot::from_pose(pose).yaw;
     rotation_about(&Vector3::z_axis(), -yaw) * pose.world_from_root.rotation
 }
 
@@ -311,7 +311,7 @@ mod tests {
         let chart = PoseChart::learn(&body, std::slice::from_ref(&motion));
         let observations = chart.observe(&motion);
         assert_eq!(observations.ncols(), 25);
-        let mut root = PlanarRoot::of(&motion.poses[0]);
+        let mut root = PlanarRoot::from_pose(&motion.poses[0]);
         for (t, pose) in motion.poses.iter().enumerate() {
             let row: Vec<f64> = observations.row(t).iter().copied().collect();
             if t > 0 {

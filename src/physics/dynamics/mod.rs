@@ -85,7 +85,7 @@ pub struct DynamicsSummary {
 
 impl Dynamics {
     /// Of `body` in `motion` with these contacts. Rates and accelerations are those of parabolas over 1/15 s before and
-    /// after. Ground forces are the least squares solution within friction cones (pyramids of four edges inside them)
+    /// after. GroundSupport forces are the least squares solution within friction cones (pyramids of four edges inside them)
     /// of `friction`; if several solutions are equally good, the load is distributed evenly, which may differ from the
     /// true distribution.
     ///
@@ -114,7 +114,7 @@ impl Dynamics {
             return Err(ContactError::EmptyMotion { poses: known, frames_per_second }.into());
         }
         let motion = motion.clone().made_continuous(body);
-        let clip = Clip { body, motion: &motion, frames: &frames, contacts, friction, mass };
+        let clip = DynamicsInput { body, motion: &motion, frames: &frames, contacts, friction, mass };
         Ok(Self { mass, frames: parallel::map(frames.len(), |frame| clip.frame(frame)) })
     }
 
@@ -141,7 +141,7 @@ impl Dynamics {
 }
 
 /// The input of frames.
-struct Clip<'a> {
+struct DynamicsInput<'a> {
     body: &'a Humanoid,
     motion: &'a Motion,
     frames: &'a [LinkFrames],
@@ -150,7 +150,7 @@ struct Clip<'a> {
     mass: f64,
 }
 
-impl Clip<'_> {
+impl DynamicsInput<'_> {
     fn frame(&self, frame: usize) -> DynamicsFrame {
         let (body, links) = (self.body, &self.frames[frame]);
         let centre = body.centre_of_mass(links).unwrap_or_else(Point3::origin);
@@ -167,7 +167,7 @@ impl Clip<'_> {
         });
         let points = support_points(body, links, self.contacts.touching(frame));
         let support = support_polygon(body, links, self.contacts.touching(frame));
-        let ground = Ground { points: &points, friction: self.friction, weight };
+        let ground = GroundSupport { points: &points, friction: self.friction, weight };
         let share = ground.share(&centre, &[needed.root_force, about(&centre.coords)]);
         let [force, moment] = share.missing;
         let pose = &self.motion.poses[frame];
@@ -188,7 +188,7 @@ impl Clip<'_> {
 }
 
 /// The ground contact of a body: friction cones at points, each approximated by an inner pyramid.
-pub(in crate::physics) struct Ground<'a> {
+pub(in crate::physics) struct GroundSupport<'a> {
     pub(in crate::physics) points: &'a [SupportPoint],
     pub(in crate::physics) friction: f64,
     /// Of the body, newtons.
@@ -203,7 +203,7 @@ pub(in crate::physics) struct GroundShare {
     pub(in crate::physics) missing: [Vector3<f64>; 2],
 }
 
-impl Ground<'_> {
+impl GroundSupport<'_> {
     /// The forces that come nearest to a wrench: its force and its moment about `centre`, world, N and N m.
     pub(in crate::physics) fn share(&self, centre: &Point3<f64>, [force, moment]: &[Vector3<f64>; 2]) -> GroundShare {
         let lever = centre.z.max(LEAST_LEVER);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 
-use crate::body::{Flesh, Humanoid, LinkFrames};
+use crate::body::{Solid, Humanoid, LinkFrames};
 
 /// Points of a link up to this height above the ground, or above its lowest point if all of it is higher (recordings
 /// float), carry the body, metres: soft tissue yields.
@@ -27,9 +27,9 @@ pub(in crate::physics) fn support_points(
 ) -> Vec<SupportPoint> {
     let mut found = Vec::new();
     for (link, gap) in touching {
-        for flesh in &body.links[link].flesh {
-            let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= carried(gap));
-            let low = if matches!(flesh, Flesh::Mesh { .. }) { outermost(low.collect()) } else { low.collect() };
+        for solid in &body.links[link].solids {
+            let low = corners(solid, frames, link).into_iter().filter(|point| point.z <= carried(gap));
+            let low = if matches!(solid, Solid::Mesh { .. }) { outermost(low.collect()) } else { low.collect() };
             found.extend(low.into_iter().map(|point| SupportPoint { link, point }));
         }
     }
@@ -55,20 +55,20 @@ fn carried(gap: f64) -> f64 {
     gap.max(0.0) + CARRIES
 }
 
-fn corners(flesh: &Flesh, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> {
+fn corners(solid: &Solid, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> {
     let place = &frames[link];
-    match flesh {
-        Flesh::TaperedCapsule(c) => {
+    match solid {
+        Solid::TaperedCapsule(c) => {
             let balls = [(c.a, c.radius_a), (c.b, c.radius_b)];
             balls.map(|(centre, radius)| place * centre - Vector3::z() * radius).to_vec()
         }
-        Flesh::Box { link_from_box, half_extents: [x, y, z] } => {
+        Solid::Box { link_from_box, half_extents: [x, y, z] } => {
             let signs = |corner: usize| [0, 1, 2].map(|bit| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 });
             let corner =
                 |signs: [f64; 3]| place * (link_from_box * Point3::new(signs[0] * x, signs[1] * y, signs[2] * z));
             (0..8).map(|index| corner(signs(index))).collect()
         }
-        Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+        Solid::Cylinder { link_from_cylinder, radius, half_length } => {
             let around = |index: usize| {
                 let (sin, cos) = libm::sincos(std::f64::consts::FRAC_PI_4 * (index % 8) as f64);
                 let height = if index < 8 { *half_length } else { -*half_length };
@@ -76,7 +76,7 @@ fn corners(flesh: &Flesh, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> 
             };
             (0..16).map(around).collect()
         }
-        Flesh::Mesh { vertices, .. } => vertices.iter().map(|vertex| place * vertex).collect(),
+        Solid::Mesh { vertices, .. } => vertices.iter().map(|vertex| place * vertex).collect(),
     }
 }
 
@@ -90,14 +90,14 @@ pub(super) fn support_polygon(
     let mut found = Vec::new();
     for (link, gap) in touching {
         let high = carried(gap);
-        for flesh in &body.links[link].flesh {
-            match flesh {
-                Flesh::TaperedCapsule(c) => {
+        for solid in &body.links[link].solids {
+            match solid {
+                Solid::TaperedCapsule(c) => {
                     let balls = [(c.a, c.radius_a), (c.b, c.radius_b)].into_iter();
                     found.extend(balls.flat_map(|(centre, radius)| disc(&(frames[link] * centre), radius, high)));
                 }
                 _ => {
-                    let low = corners(flesh, frames, link).into_iter().filter(|point| point.z <= high);
+                    let low = corners(solid, frames, link).into_iter().filter(|point| point.z <= high);
                     found.extend(low.map(|point| point.xy()));
                 }
             }

@@ -31,7 +31,7 @@ fn body_with_every_kind_of_joint() -> Humanoid {
         body.joints.push(Joint { name: format!("carried_{number}_joint"), parent, parent_from_joint, kind });
         let tensor = Matrix3::new(0.05, 0.01, 0.0, 0.01, 0.04, -0.005, 0.0, -0.005, 0.03);
         let inertia = Inertia { mass: 2.0 + number as f64, centre_of_mass: Point3::new(0.02, 0.05, -0.1), tensor };
-        body.links.push(Link { name: format!("carried_{number}"), flesh: Vec::new(), inertia: Some(inertia) });
+        body.links.push(Link { name: format!("carried_{number}"), solids: Vec::new(), inertia: Some(inertia) });
         parent = body.links.len() - 1;
     }
     body
@@ -50,7 +50,7 @@ struct Swing {
 }
 
 impl Swing {
-    fn of(body: Humanoid) -> Self {
+    fn new(body: Humanoid) -> Self {
         let count = body.step_len();
         let pose = body.step(&body.zero_pose(), &numbers(count, 0.6, 0.3));
         Self { rates: numbers(count, 2.0, 1.1), accelerations: numbers(count, 15.0, 2.9), pose, body }
@@ -109,7 +109,7 @@ impl Swing {
 #[test]
 fn every_effort_does_the_work_that_inertia_weight_and_contact_ask_for() {
     for body in [Humanoid::tracker25().unwrap(), Humanoid::actor().unwrap(), body_with_every_kind_of_joint()] {
-        let swing = Swing::of(body);
+        let swing = Swing::new(body);
         let now = swing.frames_at(0.0);
         let external = [1, swing.body.links.len() - 1].map(|link| PointForce {
             link,

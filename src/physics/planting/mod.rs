@@ -10,24 +10,24 @@ mod report;
 use nalgebra::Vector3;
 
 use crate::body::{Humanoid, JointKind, Landmark, LinkFrames, LinkPoint, Motion, Pose};
-use crate::contact::{Clip, ContactError, ContactRule, ContactTrack, GroundContacts, link_frames};
+use crate::contact::{TrackInput, ContactError, ContactRule, ContactTrack, GroundContacts, link_frames};
 use crate::parallel;
 use foot_paths::{planted, planted_in_recorded_stances};
 use out_of_ground::{LinkLifts, lift_whole_body};
 use placing::{Held, Hold, Recorded};
 use report::report;
-pub use report::{FixReport, MostMoved};
+pub use report::{PlantingReport, MostMoved};
 
 /// Largest number of passes that lift sinking links further.
 const PASSES: usize = 3;
 
 /// A motion with planted feet.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fixed {
+pub struct PlantedMotion {
     /// The motion.
     pub motion: Motion,
     /// The changes.
-    pub report: FixReport,
+    pub report: PlantingReport,
 }
 
 /// Plants the feet of a motion on the ground z = 0: feet that stand by `rule`, before or after the change, are planted,
@@ -43,42 +43,42 @@ pub struct Fixed {
 ///
 /// # Errors
 /// As [`GroundContacts::of_motion`].
-pub fn fix(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Fixed, ContactError> {
-    settle(body, motion, rule, planted)
+pub fn plant_feet(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<PlantedMotion, ContactError> {
+    plant_on_paths(body, motion, rule, planted)
 }
 
-/// As [`fix`], with feet held only in the recorded stances: skating around them is left to the simulation that follows,
+/// As [`plant_feet`], with feet held only in the recorded stances: skating around them is left to the simulation that follows,
 /// and feet that are held longer swing faster.
-pub(super) fn fix_in_recorded_stances(
+pub(super) fn plant_feet_in_recorded_stances(
     body: &Humanoid,
     motion: &Motion,
     rule: &ContactRule,
-) -> Result<Fixed, ContactError> {
-    settle(body, motion, rule, planted_in_recorded_stances)
+) -> Result<PlantedMotion, ContactError> {
+    plant_on_paths(body, motion, rule, planted_in_recorded_stances)
 }
 
-fn settle(
+fn plant_on_paths(
     body: &Humanoid,
     motion: &Motion,
     rule: &ContactRule,
-    path: fn(&Clip<'_>, &ContactTrack) -> Vec<Vector3<f64>>,
-) -> Result<Fixed, ContactError> {
+    path: fn(&TrackInput<'_>, &ContactTrack) -> Vec<Vector3<f64>>,
+) -> Result<PlantedMotion, ContactError> {
     let before = GroundContacts::of_motion(body, motion, rule)?;
     let depth = depth_of_feet(&before);
     let raised_m = if depth > rule.enter_gap_m { depth } else { 0.0 };
     let old = raised(motion, raised_m);
     let frames = link_frames(body, &old)?;
     let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, rule)?;
-    let clip = Clip { surface: body, frames: &frames, frames_per_second: motion.frames_per_second, rule };
+    let clip = TrackInput { surface: body, frames: &frames, frames_per_second: motion.frames_per_second, rule };
     let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
-    let mut settled = Settling { body, old: &old, frames: &frames, feet: feet(body), paths }.settled();
+    let mut settled = FeetOnPaths { body, old: &old, frames: &frames, feet: feet(body), paths }.settled();
     let lifts = lift_whole_body(body, &mut settled);
     let report = report(body, [&old, &settled], [&before, &contacts], raised_m, &lifts, rule)?;
-    Ok(Fixed { motion: settled, report })
+    Ok(PlantedMotion { motion: settled, report })
 }
 
 /// A motion whose feet follow planted paths.
-struct Settling<'a> {
+struct FeetOnPaths<'a> {
     body: &'a Humanoid,
     old: &'a Motion,
     frames: &'a [LinkFrames],
@@ -92,7 +92,7 @@ struct Foot {
     by: Hold,
 }
 
-impl Settling<'_> {
+impl FeetOnPaths<'_> {
     /// The motion with its feet on their paths and sinking parts lifted out of the ground as far as the joints allow.
     fn settled(&self) -> Motion {
         let mut lifts = LinkLifts::new(self.body, self.frames.len());
@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn a_statue_that_slides_and_floats_is_planted() {
         let (body, motion) = statue(0.05, 0.012);
-        let fixed = fix(&body, &motion, &ContactRule::default()).unwrap();
+        let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         let (before, after) = (fixed.report.before, fixed.report.after);
         assert!((before.skate_mm_per_s - 50.0).abs() < 1e-6 && (before.float_mm - 12.0).abs() < 1e-6, "{before:?}");
         assert!(after.skate_mm_per_s < 1.0 && after.float_mm < 0.5 && after.penetration_mm < 0.5, "{after:?}");
@@ -237,27 +237,27 @@ mod tests {
     #[test]
     fn what_stands_already_is_left_alone() {
         let (body, motion) = statue(0.0, 0.0);
-        let fixed = fix(&body, &motion, &ContactRule::default()).unwrap();
+        let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         assert!(fixed.report.moved_most.mm < 1e-3, "{}", fixed.report);
     }
 
     #[test]
     fn a_motion_that_is_underground_is_raised_as_a_whole_and_that_is_said() {
         let (body, motion) = statue(0.0, -0.4);
-        let fixed = fix(&body, &motion, &ContactRule::default()).unwrap();
+        let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         assert!((fixed.report.raised_mm - 400.0).abs() < 1e-6, "{}", fixed.report);
         assert!((fixed.report.before.penetration_mm - 400.0).abs() < 1e-6 && fixed.report.after.penetration_mm < 0.5);
         assert!(fixed.report.moved_most.mm < 1e-3, "raised, not bent: {}", fixed.report);
         assert!(fixed.report.to_string().starts_with("the motion was underground and is raised by 400 mm as a whole"));
         // what sinks by millimetres is bent, not raised
         let (_, shallow) = statue(0.0, -0.015);
-        assert_eq!(fix(&body, &shallow, &ContactRule::default()).unwrap().report.raised_mm, 0.0);
+        assert_eq!(plant_feet(&body, &shallow, &ContactRule::default()).unwrap().report.raised_mm, 0.0);
     }
 
     #[test]
     fn a_motion_that_never_comes_near_the_ground_is_left_alone() {
         let (body, motion) = statue(0.3, 1.0);
-        let fixed = fix(&body, &motion, &ContactRule::default()).unwrap();
+        let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         assert_eq!((fixed.report.after.standing, fixed.report.raised_mm), (0.0, 0.0));
         assert!(fixed.report.moved_most.mm < 1e-3 && fixed.report.to_string().contains("no foot ever stands"));
     }
@@ -267,7 +267,7 @@ mod tests {
         let (body, motion) = statue(0.05, 0.012);
         let with_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-            pool.install(|| fix(&body, &motion, &ContactRule::default()).unwrap())
+            pool.install(|| plant_feet(&body, &motion, &ContactRule::default()).unwrap())
         };
         assert_eq!(with_threads(1), with_threads(3));
     }

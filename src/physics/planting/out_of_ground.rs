@@ -24,7 +24,7 @@ pub(super) struct LinkLifts {
 impl LinkLifts {
     /// None yet.
     pub(super) fn new(body: &Humanoid, frames: usize) -> Self {
-        let links = (0..body.links.len()).filter(|&link| !body.links[link].flesh.is_empty()).collect();
+        let links = (0..body.links.len()).filter(|&link| !body.links[link].solids.is_empty()).collect();
         Self { links, lifts: vec![vec![0.0; frames]; body.links.len()] }
     }
 

@@ -81,7 +81,7 @@ fn stay_at(frames: &LinkFrames, link: usize, place: Vector3<f64>, weight: f64, s
 /// The body without geometry, with limits narrowed to the allowed change of `pose`.
 fn bounded(body: &Humanoid, pose: &Pose) -> Humanoid {
     let mut bounded = Humanoid { markers: body.markers, notes: Vec::new(), ..body.clone() };
-    bounded.links.iter_mut().for_each(|link| link.flesh.clear());
+    bounded.links.iter_mut().for_each(|link| link.solids.clear());
     for (limits, angle) in bounded.degrees_of_freedom.iter_mut().zip(pose.joint_angles.iter()) {
         let angle = angle.max(limits.lower).min(limits.upper);
         limits.lower = limits.lower.max(angle - GREATEST_CHANGE);

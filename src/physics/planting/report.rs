@@ -10,7 +10,7 @@ const TOLD: f64 = 0.001;
 
 /// The changes of planting.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FixReport {
+pub struct PlantingReport {
     /// Contact before.
     pub before: GroundQuality,
     /// Contact after, in the stances of the changed motion.
@@ -42,7 +42,7 @@ pub struct MostMoved {
     pub frame: usize,
 }
 
-impl fmt::Display for FixReport {
+impl fmt::Display for PlantingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.raised_mm > 0.0 {
             write!(f, "the motion was underground and is raised by {:.0} mm as a whole; ", self.raised_mm)?;
@@ -78,9 +78,9 @@ pub(super) fn report(
     raised_m: f64,
     lifts: &[f64],
     rule: &ContactRule,
-) -> Result<FixReport, ContactError> {
+) -> Result<PlantingReport, ContactError> {
     let mut after = GroundContacts::of_motion(body, settled, rule)?;
-    let own = GroundQuality::of(&after);
+    let own = GroundQuality::from_contacts(&after);
     for (foot, as_was) in after.feet.iter_mut().zip(&on_ground.feet) {
         foot.frames.iter_mut().zip(&as_was.frames).for_each(|(frame, as_was)| frame.in_contact = as_was.in_contact);
     }
@@ -101,10 +101,10 @@ pub(super) fn report(
             *change = change.max((a - b).abs());
         }
     }
-    Ok(FixReport {
-        before: GroundQuality::of(before),
+    Ok(PlantingReport {
+        before: GroundQuality::from_contacts(before),
         after: own,
-        after_in_old_stances: GroundQuality::of(&after),
+        after_in_old_stances: GroundQuality::from_contacts(&after),
         raised_mm: 1000.0 * raised_m,
         lifted_mm: 1000.0 * lifts.iter().copied().fold(0.0, f64::max),
         lifted_frames: lifts.iter().filter(|lift| **lift > TOLD).count(),

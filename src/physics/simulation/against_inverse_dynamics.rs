@@ -15,7 +15,7 @@ const SOFT: f64 = 1e-3;
 /// The actor without geometry and limits: only joints and inertia.
 fn bones() -> Humanoid {
     let mut body = shipped("actor").unwrap();
-    body.links.iter_mut().for_each(|link| link.flesh.clear());
+    body.links.iter_mut().for_each(|link| link.solids.clear());
     for dof in &mut body.degrees_of_freedom {
         (dof.lower, dof.upper) = (f64::NEG_INFINITY, f64::INFINITY);
     }

@@ -1,10 +1,10 @@
 //! Balance: ground forces that return the body to the motion, and the joint efforts for them.
 
-use super::moving::Moving;
+use super::moving::BodyState;
 use super::wrench::Wrench;
 use crate::body::{Humanoid, ROOT_STEP, rotation_vector};
 use crate::physics::constants::GRAVITY;
-use crate::physics::dynamics::{Ground, support_points};
+use crate::physics::dynamics::{GroundSupport, support_points};
 use crate::physics::inverse_dynamics;
 
 /// Angular frequencies of the root's return to the motion, rad/s, both critically damped: of its position and of its
@@ -49,7 +49,7 @@ impl<'a> Balance<'a> {
     /// Of a body that moves as `now` and should move as `wanted`, with these accelerations and these links on the
     /// ground in the motion. Links high above the ground carry nothing; a foot on the ground carries even if it is not
     /// on the ground in the motion.
-    pub(super) fn at(&self, now: &Moving, wanted: &Moving, accelerations: Vec<f64>, touching: &[usize]) -> Balanced {
+    pub(super) fn at(&self, now: &BodyState, wanted: &BodyState, accelerations: Vec<f64>, touching: &[usize]) -> Balanced {
         let accelerations = returning(now, wanted, accelerations);
         let efforts = |accelerations: &[f64], ground: &[_]| {
             inverse_dynamics(self.body, &now.frames, &now.rates, accelerations, ground)
@@ -61,7 +61,7 @@ impl<'a> Balance<'a> {
         let feet = self.feet.iter().filter(|foot| !touching.contains(foot));
         let carries = touching.iter().chain(feet).map(|&link| (link, 0.0));
         let points = support_points(self.body, &now.frames, carries);
-        let ground = Ground { points: &points, friction: self.friction, weight: self.mass * GRAVITY };
+        let ground = GroundSupport { points: &points, friction: self.friction, weight: self.mass * GRAVITY };
         let share = ground.share(&now.centre, &[needed.root_force, moment]);
         let held =
             self.body.links[0].inertia.as_ref().map_or(root.translation.vector.into(), |i| root * i.centre_of_mass);
@@ -79,7 +79,7 @@ impl<'a> Balance<'a> {
 }
 
 /// The motion's accelerations, plus those that return the root.
-fn returning(now: &Moving, wanted: &Moving, mut accelerations: Vec<f64>) -> Vec<f64> {
+fn returning(now: &BodyState, wanted: &BodyState, mut accelerations: Vec<f64>) -> Vec<f64> {
     for (i, [away, faster]) in deviation(now, wanted).into_iter().enumerate() {
         let frequency = FREQUENCIES[i / 3];
         accelerations[i] += frequency * frequency * away + 2.0 * frequency * faster;
@@ -89,7 +89,7 @@ fn returning(now: &Moving, wanted: &Moving, mut accelerations: Vec<f64>) -> Vec<
 
 /// Accelerations that bring the root back within its margins, as [`Humanoid::difference`] orders them; zero where it
 /// is, and of all joints.
-fn catching(now: &Moving, wanted: &Moving) -> Vec<f64> {
+fn catching(now: &BodyState, wanted: &BodyState) -> Vec<f64> {
     let deviation = deviation(now, wanted);
     let mut accelerations = vec![0.0; now.rates.len()];
     for (kind, margin) in MARGINS.into_iter().enumerate() {
@@ -105,7 +105,7 @@ fn catching(now: &Moving, wanted: &Moving) -> Vec<f64> {
 }
 
 /// The root's position and velocity errors, as [`Humanoid::difference`] orders them.
-fn deviation(now: &Moving, wanted: &Moving) -> [[f64; 2]; ROOT_STEP] {
+fn deviation(now: &BodyState, wanted: &BodyState) -> [[f64; 2]; ROOT_STEP] {
     let (root, to) = (&now.pose.world_from_root, &wanted.pose.world_from_root);
     let apart = to.translation.vector - root.translation.vector;
     let turned = rotation_vector(&(root.rotation.inverse() * to.rotation));

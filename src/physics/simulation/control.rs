@@ -1,7 +1,7 @@
 //! Control of the simulated body: springs in its joints, efforts for balance, and a bounded wrench at its root.
 
 use super::balance::{Balance, Balanced};
-use super::moving::Moving;
+use super::moving::BodyState;
 use super::reference::Reference;
 use super::settings::SimulationSettings;
 use super::simulated_body::SimulatedBody;
@@ -70,8 +70,8 @@ impl<'a> Control<'a> {
         let (pose, rates) = (simulated.pose(), simulated.rates());
         let every = libm::round(reference.steps_per_second() / BALANCE_RATE).max(1.0) as usize;
         if (step - 1).is_multiple_of(every) {
-            let now = Moving::new(self.body, pose.clone(), rates.clone());
-            let wanted = Moving::new(self.body, reference.pose(step).clone(), reference.rate(step));
+            let now = BodyState::new(self.body, pose.clone(), rates.clone());
+            let wanted = BodyState::new(self.body, reference.pose(step).clone(), reference.rate(step));
             let touching = reference.touching(step);
             let seconds = every as f64 / reference.steps_per_second();
             self.stepping.update(&now, &wanted, touching, seconds);

@@ -14,7 +14,7 @@ const HINGE: usize = 3;
 /// Whether a link only marks a position on its parent: rapier does not need it.
 pub(super) fn is_tag(body: &Humanoid, link: usize) -> bool {
     let Some(joint) = link.checked_sub(1).map(|joint| &body.joints[joint]) else { return false };
-    let empty = body.links[link].flesh.is_empty() && body.links[link].inertia.is_none();
+    let empty = body.links[link].solids.is_empty() && body.links[link].inertia.is_none();
     empty && joint.kind == JointKind::Fixed && body.joints.iter().all(|other| other.parent != link)
 }
 

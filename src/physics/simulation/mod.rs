@@ -24,10 +24,10 @@ pub use report::{Simulated, SimulationReport};
 pub use settings::{Push, SimulationSettings};
 
 use reference::Reference;
-use run::Run;
+use run::SimulationRun;
 use slowed::slowed;
 
-use super::planting::fix_in_recorded_stances;
+use super::planting::plant_feet_in_recorded_stances;
 use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
 use crate::contact::{ContactError, ContactRule, GroundContacts, GroundQuality, link_frames, solid_distance};
 use crate::physics::PhysicsError;
@@ -69,13 +69,13 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
     }
     check_props(body, &recorded[0], &settings.props)?;
     let rule = ContactRule { looks_ahead: false, ..ContactRule::default() };
-    let settled = fix_in_recorded_stances(body, motion, &rule)?.motion;
+    let settled = plant_feet_in_recorded_stances(body, motion, &rule)?.motion;
     let frames = link_frames(body, &settled)?;
     let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, &rule)?;
     let cleared = slowed(body, clearance::cleared(body, &settled, &frames, &contacts));
     let reference = Reference::new(body, &cleared, &contacts, LEAST_RATE)
         .ok_or(ContactError::EmptyMotion { poses: motion.poses.len(), frames_per_second: motion.frames_per_second })?;
-    let mut run = Run::new(body, &reference, settings, depth_at_start(&frames))?;
+    let mut run = SimulationRun::new(body, &reference, settings, depth_at_start(&frames))?;
     let mut poses = vec![run.last.clone()];
     for frame in 1..reference.frames() {
         poses.push(run.advance(frame)?);
@@ -102,7 +102,7 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
         moved_mm,
         moved_until_fall_mm,
         moved_most_mm,
-        quality: GroundQuality::of(&contacts),
+        quality: GroundQuality::from_contacts(&contacts),
     };
     Ok(Simulated { motion: simulated.made_continuous(body), report })
 }
@@ -112,7 +112,7 @@ fn check_props(body: &Humanoid, frames: &LinkFrames, props: &[Prop]) -> Result<(
     let links = || body.links.iter().enumerate();
     let depths = props.iter().flat_map(|prop| {
         links().flat_map(move |(index, link)| {
-            link.flesh.iter().map(move |flesh| (-solid_distance(&prop.solid, flesh, &frames[index]), link, prop))
+            link.solids.iter().map(move |solid| (-solid_distance(&prop.solid, solid, &frames[index]), link, prop))
         })
     });
     match depths.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(depth, ..)| *depth > DEEPEST_START) {

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use crate::body::{Humanoid, LinkFrames, Pose};
 
 /// A pose, its rates, and quantities derived from both.
-pub(super) struct Moving {
+pub(super) struct BodyState {
     pub(super) pose: Pose,
     /// As [`Humanoid::difference`] orders them, per second.
     pub(super) rates: Vec<f64>,
@@ -16,7 +16,7 @@ pub(super) struct Moving {
     pub(super) velocity: Vector3<f64>,
 }
 
-impl Moving {
+impl BodyState {
     pub(super) fn new(body: &Humanoid, pose: Pose, rates: Vec<f64>) -> Self {
         /// Finite-difference step, seconds: above round-off, below curvature.
         const INSTANT: f64 = 1e-5;

@@ -11,7 +11,7 @@ use crate::physics::PhysicsError;
 const GREATEST_SPEED: f64 = 100.0;
 
 /// A body that is being simulated.
-pub(super) struct Run<'a> {
+pub(super) struct SimulationRun<'a> {
     body: &'a Humanoid,
     reference: &'a Reference<'a>,
     settings: &'a SimulationSettings,
@@ -23,7 +23,7 @@ pub(super) struct Run<'a> {
     pub(super) last: Pose,
 }
 
-impl<'a> Run<'a> {
+impl<'a> SimulationRun<'a> {
     /// The body in the motion's first pose with its speed, lifted by so many metres.
     pub(super) fn new(
         body: &'a Humanoid,

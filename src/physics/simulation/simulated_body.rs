@@ -73,7 +73,7 @@ impl SimulatedBody {
             let mass = mass(&link.inertia, &centre(index));
             let handle = world.insert_body(builder.can_sleep(false).additional_mass_properties(mass));
             let body_from_link = Pose::from_translation(-vector(&centre(index)));
-            for mut collider in link.flesh.iter().flat_map(|flesh| colliders(flesh, friction, index)) {
+            for mut collider in link.solids.iter().flat_map(|solid| colliders(solid, friction, index)) {
                 collider.set_position(body_from_link * *collider.position());
                 world.insert_collider(collider, Some(handle));
             }

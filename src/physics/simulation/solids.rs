@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
-use crate::body::Flesh;
+use crate::body::Solid;
 use crate::raster::TaperedCapsule;
 
 /// Collision groups: parts that meet the ground, parts that meet other links, and the ground.
@@ -22,13 +22,13 @@ pub(super) fn ground(friction: f64) -> Collider {
 
 /// The colliders of a link's solid, without mass. For the ground, a tapered capsule is its two end spheres, which is
 /// exact; for other links and props it is a chain of capsules. Empty for a mesh without volume.
-pub(super) fn colliders(flesh: &Flesh, friction: f64, link: usize) -> Vec<Collider> {
+pub(super) fn colliders(solid: &Solid, friction: f64, link: usize) -> Vec<Collider> {
     let finish = |shape: SharedShape, pose: Pose, groups: InteractionGroups| {
         let builder = ColliderBuilder::new(shape).position(pose).density(0.0).friction(friction as Real);
         builder.collision_groups(groups).user_data(link as u128).active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS).build()
     };
-    let (ends, skin) = match flesh {
-        Flesh::TaperedCapsule(capsule) => {
+    let (ends, skin) = match solid {
+        Solid::TaperedCapsule(capsule) => {
             let ends = [(capsule.a, capsule.radius_a), (capsule.b, capsule.radius_b)];
             (ends.into_iter().filter(|(_, radius)| *radius > 0.0).collect(), groups(SKIN, SKIN))
         }
@@ -38,11 +38,11 @@ pub(super) fn colliders(flesh: &Flesh, friction: f64, link: usize) -> Vec<Collid
         let place = Pose::from_translation(vector(&centre.coords));
         finish(SharedShape::ball(radius as Real), place, groups(FEET, GROUND))
     });
-    balls.chain(shapes(flesh).into_iter().map(|(shape, pose)| finish(shape, pose, skin))).collect()
+    balls.chain(shapes(solid).into_iter().map(|(shape, pose)| finish(shape, pose, skin))).collect()
 }
 
 /// The colliders of a prop; its solid is in the world frame.
-pub(super) fn prop_colliders(solid: &Flesh, friction: f64) -> Vec<Collider> {
+pub(super) fn prop_colliders(solid: &Solid, friction: f64) -> Vec<Collider> {
     let finish = |(shape, pose): (SharedShape, Pose)| {
         let builder = ColliderBuilder::new(shape).position(pose).friction(friction as Real);
         builder.collision_groups(groups(SKIN, SKIN)).active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS).build()
@@ -51,20 +51,20 @@ pub(super) fn prop_colliders(solid: &Flesh, friction: f64) -> Vec<Collider> {
 }
 
 /// The shapes of a solid with their frames in it.
-fn shapes(solid: &Flesh) -> Vec<(SharedShape, Pose)> {
+fn shapes(solid: &Solid) -> Vec<(SharedShape, Pose)> {
     match solid {
-        Flesh::TaperedCapsule(capsule) => chain(capsule).map(|shape| (shape, Pose::IDENTITY)).collect(),
-        Flesh::Box { link_from_box, half_extents } => {
+        Solid::TaperedCapsule(capsule) => chain(capsule).map(|shape| (shape, Pose::IDENTITY)).collect(),
+        Solid::Box { link_from_box, half_extents } => {
             let [x, y, z] = half_extents.map(|half| half as Real);
             vec![(SharedShape::cuboid(x, y, z), pose(link_from_box))]
         }
-        Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+        Solid::Cylinder { link_from_cylinder, radius, half_length } => {
             // rapier's cylinders stand along y
             let upright = Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
             let shape = SharedShape::cylinder(*half_length as Real, *radius as Real);
             vec![(shape, pose(&(link_from_cylinder * upright)))]
         }
-        Flesh::Mesh { vertices, .. } => {
+        Solid::Mesh { vertices, .. } => {
             let points: Vec<Vector> = vertices.iter().map(|vertex| vector(&vertex.coords)).collect();
             SharedShape::convex_hull(&points).map(|hull| (hull, Pose::IDENTITY)).into_iter().collect()
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3, Vector6};
 
-use super::moving::Moving;
+use super::moving::BodyState;
 use crate::body::{Humanoid, JointKind, LinkFrames, Pose, ROOT_STEP, rotation_vector};
 use crate::physics::constants::GRAVITY;
 
@@ -44,7 +44,7 @@ impl<'a> Stepping<'a> {
     }
 
     /// `seconds` on, of a body that moves as `now` and should move as `wanted` with these links on the ground.
-    pub(super) fn update(&mut self, now: &Moving, wanted: &Moving, touching: &[usize], seconds: f64) {
+    pub(super) fn update(&mut self, now: &BodyState, wanted: &BodyState, touching: &[usize], seconds: f64) {
         let joint_angles = wanted.pose.joint_angles.clone();
         let leaning = Pose { world_from_root: now.pose.world_from_root, joint_angles };
         let leaning_frames = self.body.link_frames(&leaning);
@@ -115,14 +115,14 @@ mod tests {
     fn a_swinging_foot_of_a_leaning_body_is_brought_level_below_it() {
         let (body, motion) = standing(1);
         let still = vec![0.0; body.step_len()];
-        let wanted = Moving::new(&body, motion.poses[0].clone(), still.clone());
+        let wanted = BodyState::new(&body, motion.poses[0].clone(), still.clone());
         let lean = Isometry3::from_parts(
             Vector3::new(0.02, 0.01, 0.0).into(),
             UnitQuaternion::from_euler_angles(0.03, 0.05, 0.0),
         );
         let mut pose = motion.poses[0].clone();
         pose.world_from_root *= lean;
-        let now = Moving::new(&body, pose, still);
+        let now = BodyState::new(&body, pose, still);
         let mut stepping = Stepping::new(&body);
         let [left, right] = body.foot_links();
         (0..20).for_each(|_| stepping.update(&now, &wanted, &right, 0.05));

@@ -5,7 +5,7 @@ use nalgebra::{DVector, Isometry3, Matrix3, Point3, Unit, Vector3};
 
 use super::simulated_body::SimulatedBody;
 use super::*;
-use crate::body::{DegreeOfFreedom, Drive, Flesh, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, shipped};
+use crate::body::{DegreeOfFreedom, Drive, Solid, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, shipped};
 use crate::contact::ContactError;
 use crate::physics::PhysicsError;
 use crate::physics::constants::GRAVITY;
@@ -16,7 +16,7 @@ const RATE: f64 = 480.0;
 fn link(name: &str, mass: f64, centre: [f64; 3], moment: f64) -> Link {
     let centre_of_mass = Point3::from(centre);
     let inertia = Inertia { mass, centre_of_mass, tensor: Matrix3::from_diagonal_element(moment) };
-    Link { name: name.into(), flesh: Vec::new(), inertia: Some(inertia) }
+    Link { name: name.into(), solids: Vec::new(), inertia: Some(inertia) }
 }
 
 fn hinge(parent: usize, name: &str, dof: usize) -> Joint {
@@ -49,7 +49,7 @@ fn body(links: Vec<Link>, joints: Vec<Joint>) -> Humanoid {
 /// A box of 20 kg, 0.4 m wide and 0.2 m high.
 fn crate_of_20_kg() -> Humanoid {
     let mut link = link("box", 20.0, [0.0; 3], 0.4);
-    link.flesh.push(Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [0.2, 0.2, 0.1] });
+    link.solids.push(Solid::Box { link_from_box: Isometry3::identity(), half_extents: [0.2, 0.2, 0.1] });
     body(vec![link], Vec::new())
 }
 
@@ -84,7 +84,7 @@ fn a_sliding_box_brakes_by_friction_times_gravity_and_stops_where_energy_says() 
 /// Hangs 0.5 m below a hinge in the fixed root, through a massless link.
 fn pendulum() -> Humanoid {
     let root = link("root", 1.0, [0.0; 3], 0.1);
-    let massless = Link { name: "massless".into(), flesh: Vec::new(), inertia: None };
+    let massless = Link { name: "massless".into(), solids: Vec::new(), inertia: None };
     let bob = link("bob", 2.0, [0.0, 0.0, -0.5], 0.02);
     let mut pendulum = body(vec![root, massless, bob], vec![hinge(0, "swing", 0), hinge(1, "other", 1)]);
     // the second hinge turns about x and stays at rest
@@ -212,7 +212,7 @@ fn clappers(solid: bool) -> Humanoid {
         let mut rod = link("rod", 1.0, [0.0, 0.0, -0.2], 0.02);
         if solid {
             let [a, b] = [-0.1, -0.4].map(|z| Point3::new(0.0, 0.0, z));
-            rod.flesh.push(Flesh::TaperedCapsule(TaperedCapsule { a, b, radius_a: 0.04, radius_b: 0.04 }));
+            rod.solids.push(Solid::TaperedCapsule(TaperedCapsule { a, b, radius_a: 0.04, radius_b: 0.04 }));
         }
         links.push(rod);
         let mut joint = hinge(0, "swing", index);
@@ -240,7 +240,7 @@ fn limbs_that_would_pass_through_each_other_do_not() {
         (0..960).map(&mut gap).collect()
     };
     let crossed = gaps(false);
-    assert!(crossed[959] < -0.1, "without flesh they cross: {} m", crossed[959]);
+    assert!(crossed[959] < -0.1, "without solid they cross: {} m", crossed[959]);
     // two radii, less the way of the one step in which they meet
     let solid = gaps(true);
     let step = solid.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f64::max);
@@ -269,7 +269,7 @@ fn what_cannot_be_simulated_is_refused_by_name() {
     let mut buried = motion.clone();
     buried.poses[0].world_from_root.translation.z -= 0.5;
     assert!(matches!(refused(&body, &buried, &plain), PhysicsError::Underground { .. }));
-    let block = Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [1.5, 1.5, 1.1] };
+    let block = Solid::Box { link_from_box: Isometry3::identity(), half_extents: [1.5, 1.5, 1.1] };
     let block = crate::body::Prop { name: "block".into(), solid: block };
     let walled_in = SimulationSettings { props: vec![block], ..plain.clone() };
     let message = refused(&body, &motion, &walled_in).to_string();
@@ -315,7 +315,7 @@ fn links_without_inertia_about_an_axis_or_any_are_simulated_as_if_they_had_a_lit
 
 #[test]
 fn a_box_dropped_on_a_prop_lies_on_it_and_one_that_slides_stops_before_it() {
-    let solid = Flesh::Box { link_from_box: Isometry3::translation(0.0, 0.0, 0.25), half_extents: [0.5, 0.5, 0.25] };
+    let solid = Solid::Box { link_from_box: Isometry3::translation(0.0, 0.0, 0.25), half_extents: [0.5, 0.5, 0.25] };
     let stand = [crate::body::Prop { name: "stand".into(), solid }];
     let mut simulated = SimulatedBody::new(&crate_of_20_kg(), 0.8, RATE, false).unwrap();
     simulated.insert_props(&stand, 0.8);

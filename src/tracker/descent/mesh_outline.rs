@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Point3};
 
 use super::outline::Sink;
-use crate::body::Flesh;
+use crate::body::Solid;
 
 /// Sides of the prism that stands for a cylinder; its faces lie within half a percent of the radius of the round.
 const CYLINDER_SIDES: u32 = 32;
@@ -29,18 +29,18 @@ struct Edge {
 
 impl MeshOutline {
     /// The surface of a solid; `None` for a tapered capsule.
-    pub(super) fn of_solid(solid: &Flesh) -> Option<Self> {
+    pub(super) fn of_solid(solid: &Solid) -> Option<Self> {
         match solid {
-            Flesh::TaperedCapsule(_) => None,
-            Flesh::Box { link_from_box, half_extents } => {
+            Solid::TaperedCapsule(_) => None,
+            Solid::Box { link_from_box, half_extents } => {
                 let (vertices, triangles) = box_surface(link_from_box, half_extents);
                 Some(Self::new(vertices, triangles))
             }
-            Flesh::Cylinder { link_from_cylinder, radius, half_length } => {
+            Solid::Cylinder { link_from_cylinder, radius, half_length } => {
                 let (vertices, triangles) = prism(link_from_cylinder, *radius, *half_length);
                 Some(Self::new(vertices, triangles))
             }
-            Flesh::Mesh { vertices, triangles } => Some(Self::new(vertices.clone(), triangles.clone())),
+            Solid::Mesh { vertices, triangles } => Some(Self::new(vertices.clone(), triangles.clone())),
         }
     }
 

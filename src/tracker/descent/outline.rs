@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::mesh_outline::MeshOutline;
-use crate::body::{Flesh, Humanoid, LinkFrames};
+use crate::body::{Solid, Humanoid, LinkFrames};
 use crate::camera::{Camera, Pinhole};
 use crate::raster::TaperedCapsule;
 
@@ -29,10 +29,10 @@ pub(in crate::tracker) struct BodyOutline {
 
 impl BodyOutline {
     pub(in crate::tracker) fn new(body: &Humanoid) -> Self {
-        let of_link = |(link, solids): (usize, &Vec<Flesh>)| {
+        let of_link = |(link, solids): (usize, &Vec<Solid>)| {
             solids.iter().filter_map(move |solid| Some((link, MeshOutline::of_solid(solid)?))).collect::<Vec<_>>()
         };
-        Self { surfaces: body.links.iter().map(|l| &l.flesh).enumerate().flat_map(of_link).collect() }
+        Self { surfaces: body.links.iter().map(|l| &l.solids).enumerate().flat_map(of_link).collect() }
     }
 
     /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane, also where other
@@ -45,10 +45,10 @@ impl BodyOutline {
         spacing: f64,
         samples: &mut Vec<OutlineSample>,
     ) {
-        for (link, solids) in body.links.iter().map(|link| &link.flesh).enumerate() {
+        for (link, solids) in body.links.iter().map(|link| &link.solids).enumerate() {
             let camera_from_link = camera.camera_from_world * frames[link];
             for solid in solids {
-                if let Flesh::TaperedCapsule(capsule) = solid {
+                if let Solid::TaperedCapsule(capsule) = solid {
                     let mut sink = Sink { link, pinhole: &camera.pinhole, samples };
                     sample_capsule(&capsule.transformed(&camera_from_link), spacing, &mut sink);
                 }

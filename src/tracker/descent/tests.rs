@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::body::{Flesh, Link, Pose, draw_silhouette};
+use crate::body::{Solid, Link, Pose, draw_silhouette};
 use crate::camera::{CameraRig, Distortion, RingParameters};
 use crate::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
 use crate::observation::Observation;
@@ -87,19 +87,19 @@ fn off(body: &Humanoid, pose: &Pose, by: f64) -> Pose {
 }
 
 /// tracker25 with boxes, cylinders and meshes in place of most capsules.
-fn of_other_flesh() -> Humanoid {
+fn of_other_solids() -> Humanoid {
     let mut body = Humanoid::tracker25().unwrap();
-    let solids: Vec<&mut Flesh> = body.links.iter_mut().flat_map(|link: &mut Link| &mut link.flesh).collect();
+    let solids: Vec<&mut Solid> = body.links.iter_mut().flat_map(|link: &mut Link| &mut link.solids).collect();
     for (index, solid) in solids.into_iter().enumerate() {
-        let Flesh::TaperedCapsule(TaperedCapsule { a, b, radius_a, radius_b }) = solid.clone() else { continue };
+        let Solid::TaperedCapsule(TaperedCapsule { a, b, radius_a, radius_b }) = solid.clone() else { continue };
         let (along, radius) = (b - a, 0.5 * (radius_a + radius_b));
         let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along).unwrap_or_else(UnitQuaternion::identity);
         let frame = Isometry3::from_parts(nalgebra::center(&a, &b).coords.into(), turn);
         let half = 0.5 * along.norm() + 0.5 * radius;
         *solid = match index % 4 {
             0 => continue,
-            1 => Flesh::Box { link_from_box: frame, half_extents: [radius, 0.8 * radius, half] },
-            2 => Flesh::Cylinder { link_from_cylinder: frame, radius, half_length: half },
+            1 => Solid::Box { link_from_box: frame, half_extents: [radius, 0.8 * radius, half] },
+            2 => Solid::Cylinder { link_from_cylinder: frame, radius, half_length: half },
             _ => octahedron(&frame, [1.3 * radius, radius, 1.2 * half]),
         };
     }
@@ -107,7 +107,7 @@ fn of_other_flesh() -> Humanoid {
 }
 
 /// A closed mesh of eight triangles.
-fn octahedron(frame: &Isometry3<f64>, half: [f64; 3]) -> Flesh {
+fn octahedron(frame: &Isometry3<f64>, half: [f64; 3]) -> Solid {
     let tip = |axis: usize, sign: f64| {
         let mut p = Point3::origin();
         p[axis] = sign * half[axis];
@@ -116,7 +116,7 @@ fn octahedron(frame: &Isometry3<f64>, half: [f64; 3]) -> Flesh {
     let vertices = (0..3).flat_map(|axis| [tip(axis, 1.0), tip(axis, -1.0)]).collect();
     // tips: +x, -x, +y, -y, +z, -z
     let triangles = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
-    Flesh::Mesh { vertices, triangles }
+    Solid::Mesh { vertices, triangles }
 }
 
 /// What is left of the samples of one camera.
@@ -131,8 +131,8 @@ fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>
 }
 
 #[test]
-fn samples_lie_on_the_drawn_contour_and_leave_none_of_it_out_whatever_the_flesh() {
-    for body in [Humanoid::tracker25().unwrap(), crate::body::shipped("actor").unwrap(), of_other_flesh()] {
+fn samples_lie_on_the_drawn_contour_and_leave_none_of_it_out_whatever_the_solids() {
+    for body in [Humanoid::tracker25().unwrap(), crate::body::shipped("actor").unwrap(), of_other_solids()] {
         for camera in &ring(3, [640, 480]).cameras {
             let (samples, drawn) = samples(&body, &standing(&body), camera);
             let edge = contour(&drawn);
@@ -153,7 +153,7 @@ fn samples_lie_on_the_drawn_contour_and_leave_none_of_it_out_whatever_the_flesh(
 
 #[test]
 fn normals_of_samples_point_out_of_the_silhouette() {
-    for body in [Humanoid::tracker25().unwrap(), of_other_flesh()] {
+    for body in [Humanoid::tracker25().unwrap(), of_other_solids()] {
         let camera = &ring(3, [640, 480]).cameras[1];
         let (samples, drawn) = samples(&body, &standing(&body), camera);
         let inward = |s: &&OutlineSample| {
@@ -204,8 +204,8 @@ fn derivatives_of_a_residual_agree_with_finite_differences_for_every_number_of_a
 }
 
 #[test]
-fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_flesh() {
-    for (body, within_mm) in [(Humanoid::tracker25().unwrap(), 4.0), (of_other_flesh(), 6.0)] {
+fn a_pose_that_is_off_by_a_tenth_of_a_radian_is_found_again_whatever_the_solids() {
+    for (body, within_mm) in [(Humanoid::tracker25().unwrap(), 4.0), (of_other_solids(), 6.0)] {
         let (truth, rig) = (standing(&body), ring(4, [320, 240]));
         let mut likelihood = likelihood(&body, &rig);
         likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
@@ -297,7 +297,7 @@ fn pinholes_and_specks_in_the_masks_hardly_move_the_answer() {
 
 #[test]
 fn a_single_solid_is_brought_to_its_place() {
-    let ball = Flesh::TaperedCapsule(TaperedCapsule {
+    let ball = Solid::TaperedCapsule(TaperedCapsule {
         a: Point3::new(0.0, 0.0, -0.3),
         b: Point3::new(0.0, 0.0, 0.4),
         radius_a: 0.2,
@@ -305,7 +305,7 @@ fn a_single_solid_is_brought_to_its_place() {
     });
     let body = Humanoid {
         name: "one".into(),
-        links: vec![Link { name: "one".into(), flesh: vec![ball], inertia: None }],
+        links: vec![Link { name: "one".into(), solids: vec![ball], inertia: None }],
         joints: Vec::new(),
         degrees_of_freedom: Vec::new(),
         markers: [None; 15],

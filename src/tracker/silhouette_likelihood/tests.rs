@@ -197,9 +197,9 @@ fn a_pose_with_a_number_that_is_none_is_invalid() {
 }
 
 #[test]
-fn other_flesh_than_capsules_is_seen() {
+fn other_solids_than_capsules_are_seen() {
     let mut boxed = body();
-    boxed.links[0].flesh.push(Flesh::Box { link_from_box: Isometry3::identity(), half_extents: [0.3, 0.3, 0.1] });
+    boxed.links[0].solids.push(Solid::Box { link_from_box: Isometry3::identity(), half_extents: [0.3, 0.3, 0.1] });
     let settings = SilhouetteSettings::default();
     assert_eq!(energy(&boxed, &rig(), settings, &standing(), &standing()), 0.0);
     let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), settings).unwrap();

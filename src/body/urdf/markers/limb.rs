@@ -122,7 +122,7 @@ fn tip(parts: &RigidParts<'_>, limb: Limb, last: usize, upper: &Place, middle: &
         }
     }
     let above = middle.point - upper.point;
-    let direction = parts.middle(&part.links).and_then(|flesh| (flesh - middle.point).try_normalize(1e-6));
+    let direction = parts.middle(&part.links).and_then(|solid| (solid - middle.point).try_normalize(1e-6));
     let direction = direction.or_else(|| above.try_normalize(1e-6)).unwrap_or(-Vector3::z());
     let wanted = limb.proportion() * above.norm();
     let reach = parts.reach(&part.links, &direction).map(|reach| reach - middle.point.coords.dot(&direction));

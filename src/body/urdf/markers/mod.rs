@@ -37,7 +37,7 @@ pub(super) fn place(
     link: &Link,
     joint: &Joint,
 ) -> Result<LinkPoint, UrdfError> {
-    if !link.flesh.is_empty() || link.inertia.is_some() || joint.kind != JointKind::Fixed {
+    if !link.solids.is_empty() || link.inertia.is_some() || joint.kind != JointKind::Fixed {
         return Err(document.refuse(node, "a marker must be a link without mass and geometry on a fixed joint"));
     }
     Ok(LinkPoint { link: joint.parent, point_in_link: joint.parent_from_joint.translation.vector.into() })

@@ -61,7 +61,7 @@ pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
 
 /// The proposed position of every landmark.
 fn places(body: &Humanoid) -> [Option<Place>; LANDMARKS.len()] {
-    let parts = RigidParts::of(body);
+    let parts = RigidParts::new(body);
     let mut places = [None; LANDMARKS.len()];
     let Some(legs) = limb_ends(&parts, Limb::Leg, None) else { return places };
     let pelvis = parts.meeting(legs[0], legs[1]);

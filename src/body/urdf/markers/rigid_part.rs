@@ -33,7 +33,7 @@ pub(super) struct RigidParts<'a> {
 }
 
 impl<'a> RigidParts<'a> {
-    pub(super) fn of(body: &'a Humanoid) -> Self {
+    pub(super) fn new(body: &'a Humanoid) -> Self {
         let frames = body.link_frames(&body.zero_pose());
         let mut parts: Vec<RigidPart> = Vec::new();
         let mut part_of = Vec::with_capacity(body.links.len());
@@ -107,7 +107,7 @@ impl<'a> RigidParts<'a> {
 
     /// The centre of the geometry of these links, root's frame; `None` without geometry.
     pub(super) fn middle(&self, links: &[usize]) -> Option<Point3<f64>> {
-        let solids = links.iter().flat_map(|&l| self.body.links[l].flesh.iter().map(move |f| (l, f)));
+        let solids = links.iter().flat_map(|&l| self.body.links[l].solids.iter().map(move |f| (l, f)));
         let middles: Vec<Point3<f64>> = solids.filter_map(|(l, f)| Some(self.frames[l] * f.middle()?)).collect();
         let sum = middles.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords);
         (!middles.is_empty()).then(|| (sum / middles.len() as f64).into())

@@ -72,7 +72,7 @@ fn natural_edges_lead_from_the_end_of_a_segment_to_the_next_and_from_nowhere_els
     for segment in 0..graph.segments.len() - 1 {
         let rotations = &graph.segments[segment].rotations;
         let leaves = |row: usize| {
-            let moving = Moving::between(&rotations[row - 1], rotations[row].clone(), graph.frames_per_second);
+            let moving = PoseRate::between(&rotations[row - 1], rotations[row].clone(), graph.frames_per_second);
             let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
             let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
             jump(&graph, &model.jumps, &settings, (segment, row), &moving, &mut rng)
@@ -186,7 +186,7 @@ fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_that_moves_most_alik
     );
     let here = &graph.segments[last].rotations;
     let row = here.len() - 1;
-    let moving = Moving::between(&here[row - 1], here[row].clone(), graph.frames_per_second);
+    let moving = PoseRate::between(&here[row - 1], here[row].clone(), graph.frames_per_second);
     let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
     let [gone, stays] = rules.map(|rule| {
         let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
@@ -248,7 +248,7 @@ fn a_jump_without_offsets_lands_on_the_manifold() {
 fn shared_weights_jump_as_often_however_many_candidates_there_are() {
     let (_, _, graph) = learned();
     let here = &graph.segments[0].rotations;
-    let moving = Moving::between(&here[9], here[10].clone(), graph.frames_per_second);
+    let moving = PoseRate::between(&here[9], here[10].clone(), graph.frames_per_second);
     let jumps = |rule: JumpRule, copies: usize| -> Vec<bool> {
         let mut graph = GpdmGraph::clone(&graph);
         graph.candidates = vec![Candidate { segment: 1, row: 5 }; copies];
@@ -273,8 +273,8 @@ fn shared_weights_jump_as_often_however_many_candidates_there_are() {
 fn distances_below_a_limit_are_those_that_are_measured_in_full() {
     let (_, _, graph) = learned();
     let rotations = &graph.segments[0].rotations;
-    let moving: Vec<Moving> =
-        rotations.windows(2).map(|w| Moving::between(&w[0], w[1].clone(), graph.frames_per_second)).collect();
+    let moving: Vec<PoseRate> =
+        rotations.windows(2).map(|w| PoseRate::between(&w[0], w[1].clone(), graph.frames_per_second)).collect();
     let (mut below, mut above) = (0, 0);
     for (a, b) in moving.iter().flat_map(|a| moving.iter().map(move |b| (a, b))) {
         for (limit, weight) in [(0.1, 0.0), (0.4, 0.0), (0.4, 0.02), (2.0, 0.02)] {
@@ -349,13 +349,13 @@ fn a_jump_moves_no_foothold() {
     let (body, motion, graph) = learned();
     let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
     let particle = follow(&model, &motion, 5).swap_remove(20);
-    let moved = |departure: Departure| {
+    let moved = |departure: TransitionSource| {
         let mut rng = stream(9, Purpose::MotionModel, 0, 0, 0);
-        let journey = Journey { index: 0, state: &particle, departure, rng: &mut rng };
+        let journey = PendingParticle { index: 0, state: &particle, departure, rng: &mut rng };
         let arrived = model.advance(&mut [journey]).swap_remove(0).1;
         arrived.place.footholds.unwrap().places().map(|place| place.translation.vector)
     };
-    let stays = Departure {
+    let stays = TransitionSource {
         segment: particle.segment,
         latent: particle.latent.clone(),
         before: particle.before.clone(),
@@ -380,7 +380,7 @@ fn in_a_joint_model_no_motion_leads_into_the_next() {
     // velocities are those of steps within a motion
     let at = |row: usize| model.jumps.frame(Candidate { segment: 0, row });
     assert_eq!(at(60).velocities, at(61).velocities);
-    let across = Moving::between(&at(59).rotations, at(60).rotations.clone(), 60.0);
+    let across = PoseRate::between(&at(59).rotations, at(60).rotations.clone(), 60.0);
     assert_ne!(at(60).velocities, across.velocities);
     assert_eq!(model.frame_before(Candidate { segment: 0, row: 60 }).row, 60);
     assert_eq!(model.frame_before(Candidate { segment: 0, row: 61 }).row, 60);

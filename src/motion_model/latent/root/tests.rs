@@ -47,7 +47,7 @@ fn followed(
     let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
     let observations = chart.observe(motion);
     let mut pose = motion.poses[0].clone();
-    let mut place = roots.place(body, PlanarRoot::of(&pose), &pose);
+    let mut place = roots.place(body, PlanarRoot::from_pose(&pose), &pose);
     let next = |t: usize| {
         let mut mean: Vec<f64> = observations.row(t).iter().copied().collect();
         let offset = change(t, &mut mean);
@@ -72,7 +72,7 @@ fn a_firm_foot_stays_where_it_is_whatever_the_pose_does_above_it() {
     });
     for (t, (root, pose)) in (1..).zip(&way) {
         assert!((foot(pose) - foot(&motion.poses[0])).norm() < 1e-9, "frame {t}: {:?}", foot(pose));
-        let said = PlanarRoot::of(pose);
+        let said = PlanarRoot::from_pose(pose);
         assert!((said.x - root.x).abs() + (said.y - root.y).abs() + (said.yaw - root.yaw).abs() < 1e-9);
     }
 }
@@ -132,7 +132,7 @@ fn training_on_a_foot_that_stands_teaches_that_low_feet_are_firm() {
 #[test]
 fn estimates_are_weighed_by_the_inverses_of_their_variances() {
     // by hand: 0, 3 and 6 with variances 1, 1/2 and 1/3 have precisions 1, 2, 3: mean 24/6, deviation 1/sqrt(6)
-    let fused = Fused::of(0.0, 1.0, [(3.0, 0.5), (6.0, 1.0 / 3.0)].into_iter());
+    let fused = Fused::new(0.0, 1.0, [(3.0, 0.5), (6.0, 1.0 / 3.0)].into_iter());
     assert!((fused.mean() - 4.0).abs() < 1e-12);
     assert!((fused.deviation(0.0) - 1.0 / 6.0_f64.sqrt()).abs() < 1e-12);
     assert_eq!(fused.deviation(0.5), 0.5);
@@ -148,7 +148,7 @@ fn a_nudge_leaves_a_firm_foot_where_it_is_but_for_its_own_step() {
     let roots = dynamics(rock());
     for t in 1..20 {
         let before = &motion.poses[t];
-        let root = PlanarRoot::of(before);
+        let root = PlanarRoot::from_pose(before);
         let mean: Vec<f64> = observations.row(t).iter().copied().collect();
         let mut offset: Vec<f64> = (0..mean.len() - 3).map(|i| 0.1 * ((t * (i + 3)) as f64).sin()).collect();
         *offset.last_mut().unwrap() = 0.0;
@@ -189,7 +189,7 @@ fn noise_about_a_foothold_does_not_add_up() {
     let last = |particle: u64| {
         let mut rng = stream(3, Purpose::MotionModel, 0, 0, particle);
         let mut pose = still.poses[0].clone();
-        let mut place = roots.place(&body, PlanarRoot::of(&pose), &pose);
+        let mut place = roots.place(&body, PlanarRoot::from_pose(&pose), &pose);
         for _ in 0..frames {
             let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &[] };
             (place, pose) = roots.next(&pose, &place, &at, &mut rng);

@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use assert_cmd::cargo::cargo_bin_cmd;
 
 /// What the program answered.
-pub(crate) struct Answer {
+pub(crate) struct CommandOutput {
     pub(crate) code: i32,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
 }
 
 /// An empty directory; gone when dropped.
-pub(crate) struct Room(tempfile::TempDir);
+pub(crate) struct Sandbox(tempfile::TempDir);
 
-impl Room {
+impl Sandbox {
     pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
@@ -43,7 +43,7 @@ impl Room {
     }
 
     /// Runs the program in this directory.
-    pub(crate) fn skiagraph<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Answer {
+    pub(crate) fn skiagraph<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> CommandOutput {
         let output = cargo_bin_cmd!("skiagraph")
             .args(arguments)
             .current_dir(self.0.path())
@@ -51,11 +51,11 @@ impl Room {
             .output()
             .unwrap();
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        Answer { code: output.status.code().unwrap(), stdout: text(output.stdout), stderr: text(output.stderr) }
+        CommandOutput { code: output.status.code().unwrap(), stdout: text(output.stdout), stderr: text(output.stderr) }
     }
 
     /// As [`Self::skiagraph`], the arguments in one string, and it must succeed.
-    pub(crate) fn succeed(&self, arguments: &str) -> Answer {
+    pub(crate) fn succeed(&self, arguments: &str) -> CommandOutput {
         let answer = self.skiagraph(arguments.split_whitespace());
         assert_eq!(answer.code, 0, "skiagraph {arguments}\n{}", answer.stderr);
         answer

@@ -6,7 +6,7 @@ use crate::raster::TaperedCapsule;
 
 /// One solid on a link, in the link's frame; metres.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Flesh {
+pub enum Solid {
     /// A sphere, a capsule or a tapered capsule.
     TaperedCapsule(TaperedCapsule),
     /// A box.
