@@ -16,7 +16,7 @@ use divan::counter::ItemsCount;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use scene::{filter, ring, seen, tracker25};
-use skiagraph::body::{Solid, Humanoid, LinkFrames, Pose};
+use skiagraph::body::{Humanoid, LinkFrames, Pose, Solid};
 use skiagraph::contact::{Interpenetration, InterpenetrationScratch, SelfCollision};
 use skiagraph::raster::TaperedCapsule;
 use skiagraph::rng::{Purpose, stream};

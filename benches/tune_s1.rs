@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence};
-use skiagraph::body::{Solid, Landmark, LinkFrames, Motion, Pose};
+use skiagraph::body::{Landmark, LinkFrames, Motion, Pose, Solid};
 use skiagraph::evaluation::Sequence;
 use skiagraph::experiment::{Models, Staged, Tracked, Unwatched, draw, track};
 use skiagraph::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS};

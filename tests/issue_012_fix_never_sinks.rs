@@ -1,4 +1,4 @@
-//! `fix` left links under the ground that are no feet, and bodies without ankles under it and torn about: after it
+//! `plant_feet` left links under the ground that are no feet, and bodies without ankles under it and torn about: after it
 //! nothing sinks, in any motion. Depths are measured by parry, which knows nothing of our lowest points.
 
 mod support;
@@ -7,13 +7,13 @@ use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose as Place, Rotation, Vector};
 use parry3d::shape::{Ball, Cuboid, Cylinder, Shape};
 use proptest::prelude::*;
-use skiagraph::body::{Solid, Humanoid, Motion, Pose, shipped};
+use skiagraph::body::{Humanoid, Motion, Pose, Solid, shipped};
 use skiagraph::contact::ContactRule;
 use skiagraph::mocap::{ReadOptions, read};
 use skiagraph::physics::plant_feet;
 use skiagraph::retarget::{RetargetOptions, retarget};
 
-/// What the documentation of `fix` promises, metres; parry's single precision is a hundred times finer.
+/// What the documentation of `plant_feet` promises, metres; parry's single precision is a hundred times finer.
 const TOLERANCE: f64 = 1e-4;
 
 /// Depth of the deepest point of a body in any frame, metres, by the bounding boxes of parry.

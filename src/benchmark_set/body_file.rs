@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SetError;
 use super::rigid::RigidRecord;
-use crate::body::{DegreeOfFreedom, Drive, Solid, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint};
+use crate::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Solid};
 use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
@@ -35,6 +35,8 @@ struct BodyRecord {
 #[serde(deny_unknown_fields)]
 struct LinkRecord {
     name: String,
+    // sets of older versions say `flesh`
+    #[serde(alias = "flesh")]
     solids: Vec<SolidRecord>,
     inertia: Option<InertiaRecord>,
 }
@@ -181,7 +183,7 @@ impl LinkRecord {
             centre_of_mass: inertia.centre_of_mass.into(),
             tensor: inertia.tensor.transpose().into(),
         });
-        Self { name: link.name.clone(), solid: link.solids.iter().map(SolidRecord::new).collect(), inertia }
+        Self { name: link.name.clone(), solids: link.solids.iter().map(SolidRecord::new).collect(), inertia }
     }
 
     fn link(self) -> Result<Link, String> {
@@ -190,8 +192,12 @@ impl LinkRecord {
             centre_of_mass: inertia.centre_of_mass.into(),
             tensor: Matrix3::from(inertia.tensor).transpose(),
         });
-        let solid = self.solids.into_iter().map(SolidRecord::solid).collect::<Result<_, _>>();
-        Ok(Link { solid: solid.map_err(|e| format!("link {:?}: {e}", excerpt(&self.name)))?, name: self.name, inertia })
+        let solids = self.solids.into_iter().map(SolidRecord::solid).collect::<Result<_, _>>();
+        Ok(Link {
+            solids: solids.map_err(|e| format!("link {:?}: {e}", excerpt(&self.name)))?,
+            name: self.name,
+            inertia,
+        })
     }
 }
 

@@ -111,7 +111,8 @@ impl SetFiles {
                 Place::Directory(directory) => {
                     let source = directory.join(path);
                     // a link to a link would lead to the set
-                    source.symlink_metadata().is_ok_and(|found| found.is_file()) && fs::hard_link(&source, &target).is_ok()
+                    source.symlink_metadata().is_ok_and(|found| found.is_file())
+                        && fs::hard_link(&source, &target).is_ok()
                 }
                 Place::Memory(_) => false,
             };

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
 use crate::body::fixture::{person, walk};
 use crate::body::{
-    DegreeOfFreedom, Drive, Solid, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion,
+    DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
 };
 use crate::observation::Observer;
 use crate::raster::TaperedCapsule;
@@ -44,7 +44,7 @@ pub(super) fn every_kind_of_body() -> Humanoid {
         UnitQuaternion::from_euler_angles(0.3, -0.2, third),
     );
     let axis = Unit::new_normalize(Vector3::new(1.0, 2.0, -3.0));
-    let solid = vec![
+    let solids = vec![
         Solid::TaperedCapsule(TaperedCapsule {
             a: Point3::new(third, 0.0, -0.0),
             b: Point3::new(0.1, 0.2, 0.3),
@@ -88,7 +88,7 @@ pub(super) fn every_kind_of_body() -> Humanoid {
     let mut markers = [None; LANDMARKS.len()];
     markers[1] = Some(LinkPoint { link: 2, point_in_link: Point3::new(third, 0.1, 0.0) });
     let mut links: Vec<Link> = ["a", "b", "c", "d", "e", "f"].map(link).into();
-    links[0] = Link { name: "a".to_string(), solid, inertia };
+    links[0] = Link { name: "a".to_string(), solids, inertia };
     Humanoid {
         name: "everything".to_string(),
         links,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SetError;
 use super::body_file::SolidRecord;
-use crate::body::{Solid, Prop};
+use crate::body::{Prop, Solid};
 use crate::input::excerpt;
 
 pub(super) const PATH: &str = "truth/props.json";

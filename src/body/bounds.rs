@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::{Drive, Solid, Humanoid, JointKind};
+use super::{Drive, Humanoid, JointKind, Solid};
 
 /// Links of a body; it has one joint fewer.
 pub(super) const MOST_LINKS: usize = 1_000;

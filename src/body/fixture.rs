@@ -3,7 +3,7 @@
 use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::{
-    DegreeOfFreedom, Drive, Solid, Humanoid, Joint, JointKind, LANDMARKS, Landmark, Link, LinkPoint, Motion, Pose,
+    DegreeOfFreedom, Drive, Humanoid, Joint, JointKind, LANDMARKS, Landmark, Link, LinkPoint, Motion, Pose, Solid,
 };
 use crate::raster::TaperedCapsule;
 

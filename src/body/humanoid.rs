@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
-use super::{Solid, LANDMARKS, LinkPoint};
+use super::{LANDMARKS, LinkPoint, Solid};
 
 /// An articulated body. Invariants: links are in topological order (a link's parent has a smaller index), link 0 is the
 /// root, joint `i` moves link `i + 1`, every axis is unit length, every limit is ordered.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::{Solid, Humanoid, Landmark, LinkFrames};
+use super::{Humanoid, Landmark, LinkFrames, Solid};
 
 impl Solid {
     /// The lowest point of the solid in the world when its link is at `world_from_link`, metres; one of them if there

@@ -6,7 +6,6 @@
 mod bounds;
 #[cfg(test)]
 pub(crate) mod fixture;
-mod solid;
 mod humanoid;
 pub(crate) mod inverse_kinematics;
 mod jacobian;
@@ -23,11 +22,11 @@ mod ray;
 mod shape;
 mod shipped;
 mod silhouette;
+mod solid;
 mod tangent;
 mod upright;
 mod urdf;
 
-pub use solid::Solid;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
 pub(crate) use kinematics::{rotation_about, rotation_from_vector};
@@ -39,6 +38,7 @@ pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
 pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use silhouette::{DepthImage, SilhouettePainter, capsules_in_camera, draw_silhouette};
+pub use solid::Solid;
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;
 pub(crate) use upright::from_axes;

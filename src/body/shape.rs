@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use super::{Solid, Humanoid, Inertia};
+use super::{Humanoid, Inertia, Solid};
 use crate::raster::TaperedCapsule;
 
 /// Scale factors of one link relative to the original humanoid.

@@ -202,8 +202,10 @@ fn in_words(found: &Conformance) -> String {
     let name = found.name.as_deref().unwrap_or("the program");
     let verdict = if found.holds() { "keeps to the protocol" } else { "does not keep to the protocol" };
     let mut lines = vec![format!("{name} {verdict}; {:.1} ms at most for a frame", found.slowest_ms)];
-    lines.extend(found.checks.iter().map(|check| {
-        format!("  {}  {}: {}", if check.holds { "ok    " } else { "FAILED" }, check.what, check.found)
-    }));
+    lines.extend(
+        found.checks.iter().map(|check| {
+            format!("  {}  {}: {}", if check.holds { "ok    " } else { "FAILED" }, check.what, check.found)
+        }),
+    );
     lines.join("\n")
 }

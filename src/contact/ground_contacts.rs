@@ -221,7 +221,7 @@ pub(super) fn material_velocity(
 mod tests {
     use super::*;
     use crate::body::fixture::person;
-    use crate::body::{Solid, Humanoid, Landmark, LinkPoint, Pose};
+    use crate::body::{Humanoid, Landmark, LinkPoint, Pose, Solid};
     use crate::raster::TaperedCapsule;
     use nalgebra::{DVector, Isometry3, UnitQuaternion};
 

@@ -7,7 +7,7 @@ use super::bounds::{Bounds, rounding};
 use super::capsule_distance::{Axis, AxisLength, squared_distance_of_axes};
 use super::self_collision::bounding_ball;
 use super::solid_distance::solid_distance;
-use crate::body::{Solid, Humanoid, LinkFrames};
+use crate::body::{Humanoid, LinkFrames, Solid};
 use crate::raster::TaperedCapsule;
 use crate::simd::{Dispatched, dispatch};
 

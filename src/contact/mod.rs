@@ -20,8 +20,8 @@ mod surface;
 
 pub use capsule_distance::tapered_capsule_distance;
 pub use error::ContactError;
-pub(crate) use ground_contacts::{TrackInput, link_frames};
 pub use ground_contacts::{ContactTrack, GroundContact, GroundContacts, check_feet};
+pub(crate) use ground_contacts::{TrackInput, link_frames};
 pub use ground_quality::GroundQuality;
 pub use interpenetration::{Depths, Interpenetration, InterpenetrationScratch};
 pub use prop_contacts::{PropContact, PropContacts, PropTrack};

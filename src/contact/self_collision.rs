@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3};
 
 use super::solid_distance::solid_distance;
-use crate::body::{Solid, Humanoid, LinkFrames};
+use crate::body::{Humanoid, LinkFrames, Solid};
 
 /// Two links, the lower index first.
 pub type LinkPair = [usize; 2];

@@ -1,7 +1,7 @@
 //! Physical plausibility of a motion: its balance and the forces that it needs.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{Sequence, ContactMeasures};
+use super::sequence::{ContactMeasures, Sequence};
 use crate::physics::{Dynamics, DynamicsFrame};
 
 const DYNAMICS: &str = "poses of the tracker's body (estimate_root and estimate_angles) over at least 1/15 s before and \

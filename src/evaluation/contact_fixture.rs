@@ -9,7 +9,7 @@ use crate::physics::Dynamics;
 
 use super::evaluate::MetricValue;
 use super::fixture::standing;
-use super::{ContactPair, Sequence, ContactMeasures, evaluate};
+use super::{ContactMeasures, ContactPair, Sequence, evaluate};
 
 /// A foot in one frame: whether it stands, its gap and its speed along x in mm and mm/s.
 pub(crate) type Foot = (bool, f64, f64);

@@ -1,7 +1,7 @@
 //! Slip of feet along the ground while the actor's foot stands.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{ContactPair, Sequence, ContactMeasures};
+use super::sequence::{ContactMeasures, ContactPair, Sequence};
 use super::statistics::mean_of;
 
 /// What metrics of stance need.

@@ -2,7 +2,7 @@
 
 use super::foot_skate::{STANCES, TRUE_STANCES};
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{ContactPair, Sequence, ContactMeasures};
+use super::sequence::{ContactMeasures, ContactPair, Sequence};
 use super::statistics::mean_of;
 
 /// Depth below the ground.

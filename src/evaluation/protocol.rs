@@ -31,7 +31,7 @@ mod tests {
         let touching =
             ContactMeasures { ground: &flat, self_depth_m: &[0.0; 3], prop_depth_m: None, dynamics: None, known: None };
         sequence.contacts = Some(ContactPair { truth: touching, estimate: Some(touching) });
-        names.iter().map(|name| of(find_metric(name).unwrap(), &sequence)).collect()
+        names.iter().map(|name| describe(find_metric(name).unwrap(), &sequence)).collect()
     }
 
     #[test]

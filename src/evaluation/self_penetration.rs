@@ -1,7 +1,7 @@
 //! Penetration of parts of a body with each other.
 
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{Sequence, ContactMeasures};
+use super::sequence::{ContactMeasures, Sequence};
 
 /// Of the estimate.
 pub(super) const DEPTH: Metric = Metric {

@@ -204,7 +204,8 @@ mod tests {
     #[test]
     fn several_seeds_give_an_interval_that_holds_the_mean() {
         let runs: Vec<_> = [28.0, 30.0, 29.0, 33.0, 31.0].map(off_by).into();
-        let runs: Vec<_> = runs.iter().zip(0..).map(|(e, seed)| SeedRun { clip: "walk", seed, evaluation: e }).collect();
+        let runs: Vec<_> =
+            runs.iter().zip(0..).map(|(e, seed)| SeedRun { clip: "walk", seed, evaluation: e }).collect();
         let summary = summarise(&runs).unwrap();
         let Interval { low, high } = summary.metrics["humaneva_mm"].ci95.unwrap();
         assert!(low < 30.2 && 30.2 < high);

@@ -99,7 +99,8 @@ pub(super) fn read_part(
         let path = path.ok_or_else(|| scenario_error_at("clip", places.missing(&settings.clip, settings)))?;
         if let Some(name) = &settings.skeleton {
             let skeleton = places.find(Path::new(name), None);
-            options.skeleton = Some(skeleton.ok_or_else(|| scenario_error_at("skeleton", places.missing(name, settings)))?);
+            options.skeleton =
+                Some(skeleton.ok_or_else(|| scenario_error_at("skeleton", places.missing(name, settings)))?);
         }
         let mut clip = mocap::read(&path, &options)?;
         let found = sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
@@ -135,9 +136,14 @@ pub(super) fn read_part(
     }
     if clip.duration() > LONGEST_MOTION_S {
         let found = clip.duration();
-        return Err(scenario_error_at("last_frame", format!("expected a part of at most {LONGEST_MOTION_S} s, found {found} s")));
+        return Err(scenario_error_at(
+            "last_frame",
+            format!("expected a part of at most {LONGEST_MOTION_S} s, found {found} s"),
+        ));
     }
-    let clip = clip.resampled(settings.frames_per_second).map_err(|e| scenario_error_at("frames_per_second", e.to_string()))?;
+    let clip = clip
+        .resampled(settings.frames_per_second)
+        .map_err(|e| scenario_error_at("frames_per_second", e.to_string()))?;
     Ok(Recording { clip, source })
 }
 

@@ -10,7 +10,7 @@ use super::staging::Staged;
 use super::tracking::track;
 use super::{ExperimentError, Unwatched};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
-use crate::body::{Solid, Motion};
+use crate::body::{Motion, Solid};
 use crate::observation::Observer;
 use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;

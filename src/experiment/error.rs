@@ -110,7 +110,9 @@ pub enum ExperimentError {
     /// A program that should track cannot be run.
     #[error(
         "--exec {}: it {}{}; docs/protocol.md describes what it must answer",
-        plain(command), plain(what), said(errors)
+        plain(command),
+        plain(what),
+        said(errors)
     )]
     Program {
         /// The command line.

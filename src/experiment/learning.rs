@@ -215,7 +215,8 @@ pub(super) fn grow_all(
         let mut keep_on = |range: SegmentRange, round: Round| {
             let frames = range.end - range.first;
             let (number, loss) = (round.number, round.loss);
-            watch.set_status(&format!("model {}: {frames} frames, round {number}, -ln posterior {loss:.1}", models + 1));
+            watch
+                .set_status(&format!("model {}: {frames} frames, round {number}, -ln posterior {loss:.1}", models + 1));
             !watch.interrupted()
         };
         if learner.grow(&mut keep_on).map_err(Stopped::Learning)?.is_none() {

@@ -72,12 +72,15 @@ pub use more_seeds::{MoreOf, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
-pub use run::{Destination, RunOutcome, Evaluated, check_program, draw, evaluate_run, render, run, track_set, track_set_with_program};
+pub use run::{
+    Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, run, track_set,
+    track_set_with_program,
+};
 pub use run_place::RunPlace;
 pub use run_reading::{Side, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;
-pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track};
+pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track, track_with};
 pub use unfinished::abandon;
 pub use watch::{Stage, Unwatched, Watch};
 

@@ -30,7 +30,10 @@ pub(super) fn retargeted(
 
 /// Does to the motion what `[actor] contact` says; what came of it. Where the test is simulated, what is only
 /// learned from is fixed.
-pub(super) fn plant_feet_if_asked(mode: ContactMode, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
+pub(super) fn plant_feet_if_asked(
+    mode: ContactMode,
+    performed: &mut Retargeted,
+) -> Result<Option<ContactFacts>, ExperimentError> {
     let rule = ContactRule::default();
     Ok(match mode {
         ContactMode::Off => None,

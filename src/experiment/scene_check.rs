@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::ExperimentError;
 use super::error::scenario_error;
 use super::staging::Staged;
-use crate::body::{Solid, LinkFrames, Ray};
+use crate::body::{LinkFrames, Ray, Solid};
 use crate::camera::Camera;
 use crate::contact::{ContactRule, PropContacts};
 use crate::observation::{Observation, Observer};
@@ -111,7 +111,7 @@ impl CamerasInside {
     }
 }
 
-/// The frames in which a point is inside the actor's solid, each with the link.
+/// The frames in which a point is inside one of the actor's solids, each with the link.
 fn frames_inside(staged: &Staged, point: &Point3<f64>) -> Vec<(usize, usize)> {
     let truth = &staged.ground_truth;
     let within = |index: usize| {

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::error::scenario_error;
-use super::performed::{refit, retargeted, plant_feet_if_asked};
+use super::performed::{plant_feet_if_asked, refit, retargeted};
 use super::placement::place;
 use super::{ExperimentError, clip_file, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};

@@ -46,7 +46,7 @@ const LAYER_COLUMNS: [&str; 6] =
 /// A tracker's estimates and search records.
 #[derive(Clone, Debug)]
 pub struct Tracked {
-    /// Who tracked what; `None` for poses that another program made.
+    /// Who tracked what; `None` for poses that another program made, and for [`track_with`].
     pub record: Option<TrackRecord>,
     /// The answers.
     pub estimates: Estimates,
@@ -117,16 +117,51 @@ pub fn track(
     models: &mut Models,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
-    let workshop = TrackerFactory { set, truth, watch };
+    let factory = TrackerFactory { set, truth, watch };
     let mut trackers = Vec::new();
     for seed in seeds {
-        let mut tracker = workshop.build(settings, models, *seed)?;
-        tracker.start(&set.start.pose);
-        trackers.push(tracker);
+        trackers.push(factory.build(settings, models, *seed)?);
     }
-    watch.begin(Stage::Track, set.frame_count * seeds.len());
+    let (estimates, timing) = follow(set, trackers, watch)?;
+    let record = TrackRecord {
+        schema: "skiagraph.track/1".to_owned(),
+        tracker: settings.clone(),
+        set_hash: set.set_hash.clone(),
+        learned_from: learned_from(set, settings, models),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        timing,
+    };
+    let sources = settings.kind().model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
+    Ok(Tracked { record: Some(record), sources, ..Tracked::new(set, seeds, estimates) })
+}
+
+/// Runs any tracker over a set, blindfolded: `new_tracker` makes one for each seed. [`super::Measures::new`] measures the
+/// result against the truth.
+///
+/// # Errors
+/// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `watch` stops the work.
+pub fn track_with(
+    set: &BlindSet,
+    seeds: &[u64],
+    watch: &dyn Watch,
+    new_tracker: impl FnMut(u64) -> Box<dyn Tracker>,
+) -> Result<Tracked, ExperimentError> {
+    let trackers = seeds.iter().copied().map(new_tracker).collect();
+    let (estimates, _) = follow(set, trackers, watch)?;
+    Ok(Tracked::new(set, seeds, estimates))
+}
+
+/// Starts the trackers and has them follow the set's observations, all of them frame by frame.
+fn follow(
+    set: &BlindSet,
+    mut trackers: Vec<Box<dyn Tracker>>,
+    watch: &dyn Watch,
+) -> Result<(Vec<Vec<Estimate>>, TrackTiming), ExperimentError> {
+    trackers.iter_mut().for_each(|tracker| tracker.start(&set.start.pose));
+    let frames = set.frame_count * trackers.len();
+    watch.begin(Stage::Track, frames);
     let begin = Instant::now();
-    let mut estimates: Vec<Vec<Estimate>> = vec![Vec::new(); seeds.len()];
+    let mut estimates: Vec<Vec<Estimate>> = vec![Vec::new(); trackers.len()];
     for observation in set.observations() {
         let observation = observation?;
         for (tracker, estimates) in trackers.iter_mut().zip(&mut estimates) {
@@ -137,20 +172,11 @@ pub fn track(
     let seconds = begin.elapsed().as_secs_f64();
     let timing = TrackTiming {
         seconds,
-        frames_per_second: (set.frame_count * seeds.len()) as f64 / seconds,
+        frames_per_second: frames as f64 / seconds,
         likelihood_evaluations: estimates.iter().flatten().map(|e| e.evaluations).sum(),
         threads: rayon::current_num_threads(),
     };
-    let record = TrackRecord {
-        schema: "skiagraph.track/1".to_owned(),
-        tracker: settings.clone(),
-        set_hash: set.set_hash.clone(),
-        learned_from: learned_from(set, settings, models),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        timing,
-    };
-    let sources = settings.kind().model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
-    Ok(Tracked { sources, ..Tracked::new(record, set, seeds, estimates) })
+    Ok((estimates, timing))
 }
 
 /// What a tracker learned from, in words, one entry a recording.
@@ -247,7 +273,8 @@ fn filter<L: Likelihood + 'static>(
 }
 
 impl Tracked {
-    fn new(record: TrackRecord, set: &BlindSet, seeds: &[u64], estimates: Vec<Vec<Estimate>>) -> Self {
+    /// Estimates of every seed, of whom is not said.
+    fn new(set: &BlindSet, seeds: &[u64], estimates: Vec<Vec<Estimate>>) -> Self {
         let mut sequences = Vec::new();
         let mut search = Vec::new();
         for of_seed in estimates {
@@ -263,7 +290,7 @@ impl Tracked {
         }
         let estimates =
             Estimates { frames_per_second: set.frames_per_second, seeds: seeds.to_vec(), sequences, notes: Vec::new() };
-        Self { record: Some(record), estimates, search, sources: Vec::new(), program: None }
+        Self { record: None, estimates, search, sources: Vec::new(), program: None }
     }
 
     /// The files of a run that has not been measured yet.

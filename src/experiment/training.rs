@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::scenario_error;
-use super::performed::{markers, refit, retargeted, plant_feet_if_asked};
+use super::performed::{markers, plant_feet_if_asked, refit, retargeted};
 use super::placement::place;
 use super::{ExperimentError, clip_file};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};

@@ -13,5 +13,5 @@ mod simulation;
 pub use constants::GRAVITY;
 pub use dynamics::{Dynamics, DynamicsFrame, DynamicsSummary, Efforts, GROUND_FRICTION, PointForce, inverse_dynamics};
 pub use error::PhysicsError;
-pub use planting::{PlantingReport, PlantedMotion, MostMoved, plant_feet};
+pub use planting::{MostMoved, PlantedMotion, PlantingReport, plant_feet};
 pub use simulation::{Push, Simulated, SimulationReport, SimulationSettings, simulate};

@@ -195,7 +195,7 @@ mod tests {
     use super::*;
     use crate::report::fixture::{Story, told};
 
-    fn new(story: &Story, metric: &str) -> Criterion {
+    fn criterion(story: &Story, metric: &str) -> Criterion {
         told(story, |input| criteria(input).into_iter().find(|criterion| criterion.metric == metric).unwrap())
     }
 
@@ -213,9 +213,10 @@ mod tests {
     #[test]
     fn a_value_on_a_limit_still_has_the_better_grade() {
         // 0.01 mm to either side, the fixture's own error taken off
-        let base = of(&Story { wander: 0.0, beside_m: 0.1, ..Story::default() }, "humaneva_mm");
+        let base = criterion(&Story { wander: 0.0, beside_m: 0.1, ..Story::default() }, "humaneva_mm");
         assert!((base.value - 100.0).abs() < 1e-6, "{}", base.value);
-        let at = |metres: f64| of(&Story { wander: 0.0, beside_m: metres, ..Story::default() }, "humaneva_mm").grade;
+        let at =
+            |metres: f64| criterion(&Story { wander: 0.0, beside_m: metres, ..Story::default() }, "humaneva_mm").grade;
         assert_eq!(
             [0.0499, 0.0501, 0.0999, 0.1001, 0.1499, 0.1501].map(at),
             [Grade::Good, Grade::Usable, Grade::Usable, Grade::Poor, Grade::Poor, Grade::Lost]
@@ -224,8 +225,8 @@ mod tests {
 
     #[test]
     fn losing_the_floor_of_the_error_is_poor_and_of_another_measure_usable() {
-        assert_eq!(of(&Story::default(), "floors").grade, Grade::Good);
-        assert_eq!(of(&Story { beside_m: 9.0, ..Story::default() }, "floors").grade, Grade::Poor);
+        assert_eq!(criterion(&Story::default(), "floors").grade, Grade::Good);
+        assert_eq!(criterion(&Story { beside_m: 9.0, ..Story::default() }, "floors").grade, Grade::Poor);
         let turned = told(&Story::default(), |input| {
             let mut frozen = input.frozen.unwrap().clone();
             frozen.metrics.get_mut("pa_mpjpe_mm").unwrap().mean = 0.0;

@@ -212,7 +212,7 @@ fn worst_rows<'a>(input: &ReportInput<'a>, runs: &[SeedRun<'_>]) -> Result<Vec<W
 }
 
 fn worst_row<'a>(input: &ReportInput<'a>, runs: &[SeedRun<'_>], worst: Shown) -> Result<WorstRow<'a>, ReportError> {
-    let Run { seed, evaluation, .. } = runs[worst.run];
+    let SeedRun { seed, evaluation, .. } = runs[worst.run];
     let frame = worst.frame;
     let at = |metric: &str, unit| Some(number(per_frame(evaluation, metric).get(frame).copied().flatten()?, unit));
     Ok(WorstRow {

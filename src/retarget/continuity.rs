@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::anatomy::SubjectFrame;
 use super::calibration::Calibration;
-use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_afar, hold_angles};
+use super::goals::{FitOptions, hold_angles, marker_distances, marker_goals, priors, solve_from_afar};
 use super::turning::greatest_turn;
 use crate::body::inverse_kinematics::{Goals, Solution, Solver};
 use crate::body::{Humanoid, Markers, Pose};

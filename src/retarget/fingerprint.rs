@@ -181,7 +181,7 @@ mod tests {
         MotionFingerprint::from_clip(&parse_deepmimic(text, "a.txt", &ReadOptions::default()).unwrap()).unwrap()
     }
 
-    fn from_clip(clip: &Clip) -> MotionFingerprint {
+    fn fingerprint(clip: &Clip) -> MotionFingerprint {
         MotionFingerprint::from_clip(clip).unwrap()
     }
 
@@ -191,7 +191,7 @@ mod tests {
         let test = take.clone().crop(1000..1400).unwrap();
         for rate in [24.0, 30.0, 60.0, 97.3, 120.0, 240.0] {
             let copy = take.clone().crop(1300..1800).unwrap().resampled(rate).unwrap();
-            let shared = of(&copy).shared_with(&of(&test));
+            let shared = fingerprint(&copy).shared_with(&fingerprint(&test));
             let shared = shared.unwrap_or_else(|| panic!("{rate} Hz: 0.8 s are shared"));
             assert!(shared.own.0 as f64 <= 0.1 * rate && shared.other.0.abs_diff(300) < 15, "{rate} Hz: {shared:?}");
         }
@@ -200,10 +200,14 @@ mod tests {
     #[test]
     fn a_few_shared_frames_are_enough_where_they_are_as_they_were() {
         let take = jumps();
-        let test = of(&take.clone().crop(1000..1400).unwrap());
-        let shared = of(&take.clone().crop(1395..1800).unwrap()).shared_with(&test).unwrap();
+        let test = fingerprint(&take.clone().crop(1000..1400).unwrap());
+        let shared = fingerprint(&take.clone().crop(1395..1800).unwrap()).shared_with(&test).unwrap();
         assert_eq!(shared, SharedFrames { own: (0, 4), other: (395, 399) });
-        assert_eq!(of(&take.crop(1400..1800).unwrap()).shared_with(&test), None, "the very next frame is another one");
+        assert_eq!(
+            fingerprint(&take.crop(1400..1800).unwrap()).shared_with(&test),
+            None,
+            "the very next frame is another one"
+        );
     }
 
     #[test]
@@ -216,14 +220,14 @@ mod tests {
             frame.iter_mut().for_each(|joint| joint.translation.vector *= 1.07);
         }
         moved.skeleton.joints.iter_mut().filter_map(|j| j.tip.as_mut()).for_each(|tip| *tip *= 1.07);
-        assert!(of(&moved).shared_with(&of(&take)).is_some());
+        assert!(fingerprint(&moved).shared_with(&fingerprint(&take)).is_some());
     }
 
     #[test]
     fn other_motions_and_other_parts_of_the_same_take_share_nothing() {
         let take = jumps();
         let parts: Vec<MotionFingerprint> =
-            (0..5).map(|k| of(&take.clone().crop(50 + 500 * k..550 + 500 * k).unwrap())).collect();
+            (0..5).map(|k| fingerprint(&take.clone().crop(50 + 500 * k..550 + 500 * k).unwrap())).collect();
         let clips = [
             deepmimic(include_str!("../../scenarios/motions/humanoid3d_walk.txt")),
             deepmimic(include_str!("../../scenarios/motions/humanoid3d_run.txt")),

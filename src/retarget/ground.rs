@@ -21,7 +21,7 @@ pub(super) struct Plane {
     height: f64,
 }
 
-/// Height of the lowest point of the feet's solid in every pose, metres; empty where the feet have none.
+/// Height of the lowest point of the feet's solids in every pose, metres; empty where the feet have none.
 pub(super) fn foot_heights(humanoid: &Humanoid, motion: &Motion) -> Vec<f64> {
     let feet = humanoid.foot_links().concat();
     let mut frames = LinkFrames::default();

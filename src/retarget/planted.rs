@@ -126,7 +126,8 @@ fn a_taller_subject_gives_a_taller_body() {
     let motion = motion_of(&subject, 60);
     let found = retarget(&recording_of(&subject, &motion), &template, &unmoved()).unwrap();
     assert!(found.report.mean_residual_mm < 1.0, "{:?}", found.report.landmarks);
-    let (own, planted) = (super::SegmentLengths::from_body(&found.humanoid), super::SegmentLengths::from_body(&subject));
+    let (own, planted) =
+        (super::SegmentLengths::from_body(&found.humanoid), super::SegmentLengths::from_body(&subject));
     for side in 0..2 {
         for (a, b) in [(own.thigh, planted.thigh), (own.upper_arm, planted.upper_arm), (own.shank, planted.shank)] {
             assert!((a[side].unwrap() - b[side].unwrap()).abs() < 1e-6);

@@ -16,7 +16,7 @@ pub struct RetargetReport {
     pub landmarks: Vec<LandmarkResidual>,
     /// Degrees of freedom that reached a limit in some frame.
     pub limit_hits: Vec<LimitHits>,
-    /// Height of the feet after all shifts; `None` where the feet have no solid.
+    /// Height of the feet after all shifts; `None` where the feet have no solids.
     pub foot_height: Option<FootHeight>,
     /// By how much the motion was raised to stand on the ground.
     pub ground_shift_m: f64,

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::body::{Solid, Prop};
+use crate::body::{Prop, Solid};
 use crate::raster::TaperedCapsule;
 
 /// A fixed solid in the world. It belongs to the background and hides what is behind it; contacts of the actor with it

@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use crate::body::{Solid, Humanoid, LANDMARKS, LinkFrames, Markers, Prop, Ray};
+use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Prop, Ray, Solid};
 use crate::camera::Camera;
 
 /// Clears every hidden marker of `visible`. A marker is hidden if the segment from the camera's centre to it meets a
@@ -38,7 +38,7 @@ fn meets(solid: &Solid, sight: &Ray) -> bool {
 #[cfg(test)]
 mod tests {
     use crate::body::fixture::{person, walk};
-    use crate::body::{Solid, Landmark, Prop};
+    use crate::body::{Landmark, Prop, Solid};
     use crate::camera::CameraRig;
     use crate::scene::GroundTruth;
     use crate::scene::fixture::camera_at;

@@ -11,7 +11,7 @@ use crate::raster::{Comparison, DistanceMap, Mask, SilhouetteComparer, Silhouett
 pub(super) enum ObservedView {
     /// For bodies of tapered capsules and one-sided contours.
     Capsules(SilhouetteComparer),
-    /// For any solid: the model is drawn into a mask.
+    /// For any solids: the model is drawn into a mask.
     Masks {
         observed: Mask,
         /// What the contour term needs; `None` where it weighs nothing.

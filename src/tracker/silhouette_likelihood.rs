@@ -10,7 +10,7 @@ use super::placed_body::PlacedBody;
 use super::rectification::Rectification;
 use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
-use crate::body::{Solid, Humanoid, LinkFrames, Pose, capsules_in_camera};
+use crate::body::{Humanoid, LinkFrames, Pose, Solid, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::motion_model::NormalEquations;
 use crate::observation::Observation;
@@ -96,7 +96,7 @@ impl SilhouetteSettings {
 /// that a particle cannot win by leaving the picture.
 ///
 /// Lenses are taken out of the observed masks once a frame (nearest neighbour), and all comparing is done in the ideal
-/// pinhole's image. A body of nothing but tapered capsules takes raster's fast road; other solid is drawn into masks.
+/// pinhole's image. A body of nothing but tapered capsules takes raster's fast road; other solids are drawn into masks.
 #[derive(Debug)]
 pub struct SilhouetteLikelihood {
     body: Humanoid,

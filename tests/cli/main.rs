@@ -9,8 +9,8 @@ mod inspect;
 mod options;
 mod props;
 mod robots;
-mod sandbox;
 mod same_numbers;
+mod sandbox;
 mod scenarios;
 #[path = "../support/mod.rs"]
 mod support;

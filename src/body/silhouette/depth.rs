@@ -4,7 +4,7 @@ use nalgebra::Isometry3;
 
 use super::pixel_rays::PixelRays;
 use super::{SilhouettePainter, solid};
-use crate::body::{Solid, Humanoid, LinkFrames, Prop};
+use crate::body::{Humanoid, LinkFrames, Prop, Solid};
 use crate::raster::Mask;
 
 /// Depth and link at the centre of every pixel, row by row from the top.
@@ -17,7 +17,7 @@ pub struct DepthImage {
     /// Depth along the camera's z axis of the nearest solid at or beyond the near plane, metres; infinite where there
     /// is none.
     pub depth: Vec<f32>,
-    /// Index of the link whose solid that is, plus 1; 0 where there is none.
+    /// Index of the link whose solid it is, plus 1; 0 where there is none.
     pub part: Vec<u32>,
 }
 
@@ -93,7 +93,7 @@ impl DepthImage {
 #[cfg(test)]
 mod tests {
     use crate::body::fixture::{person, walk};
-    use crate::body::{Solid, SilhouettePainter};
+    use crate::body::{SilhouettePainter, Solid};
     use crate::camera::{Camera, Distortion, FieldOfView};
     use nalgebra::{Isometry3, Point3, Vector3};
 

@@ -13,7 +13,7 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::Isometry3;
 
-use super::{Solid, Humanoid, LinkFrames};
+use super::{Humanoid, LinkFrames, Solid};
 use crate::camera::Camera;
 use crate::raster::{CapsulePainter, Mask, TaperedCapsule};
 pub use depth::DepthImage;

@@ -3,10 +3,10 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::pixel_rays::{PixelRays, Reach};
-use crate::body::{Solid, Ray};
+use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 
-/// Calls `visit` with every pixel that sees `flesh` at or beyond z = `near`, and the least depth z at which it does.
+/// Calls `visit` with every pixel that sees `solid` at or beyond z = `near`, and the least depth z at which it does.
 /// Pixels that see several triangles of a mesh are visited for each.
 pub(super) fn each_depth(
     solid: &Solid,
@@ -30,7 +30,7 @@ pub(super) fn each_depth(
     });
 }
 
-/// Sets every pixel that sees `flesh` at or beyond z = `near`.
+/// Sets every pixel that sees `solid` at or beyond z = `near`.
 pub(super) fn paint(solid: &Solid, camera_from_link: &Isometry3<f64>, rays: &PixelRays, near: f64, mask: &mut Mask) {
     match solid {
         Solid::TaperedCapsule(capsule) => {

@@ -9,7 +9,7 @@ use urdf_rs::Geometry;
 use super::document::Document;
 use super::limits::Allowance;
 use super::{UrdfError, isometry, mesh};
-use crate::body::{Solid, Link};
+use crate::body::{Link, Solid};
 use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
@@ -100,30 +100,36 @@ pub(super) fn solids(
 ) -> Result<Vec<Solid>, UrdfError> {
     let nodes = |tag: &'static str| node.children().filter(move |n| n.has_tag_name(tag));
     let visuals = nodes("visual").zip(&link.visual);
-    let visuals: Vec<_> = visuals.map(|(node, v)| GeometryElement::new(node, &v.name, &v.origin, &v.geometry)).collect();
+    let visuals: Vec<_> =
+        visuals.map(|(node, v)| GeometryElement::new(node, &v.name, &v.origin, &v.geometry)).collect();
     let misses = meshes.misses;
-    let solid = joined(document, &visuals, meshes)?;
+    let solids = joined(document, &visuals, meshes)?;
     if !visuals.is_empty() && meshes.misses == misses {
-        return Ok(solid);
+        return Ok(solids);
     }
     let collisions = nodes("collision").zip(&link.collision);
-    let collisions: Vec<_> = collisions.map(|(node, c)| GeometryElement::new(node, &c.name, &c.origin, &c.geometry)).collect();
+    let collisions: Vec<_> =
+        collisions.map(|(node, c)| GeometryElement::new(node, &c.name, &c.origin, &c.geometry)).collect();
     let instead = joined(document, &collisions, meshes)?;
-    Ok(if instead.is_empty() { solid } else { instead })
+    Ok(if instead.is_empty() { solids } else { instead })
 }
 
 /// The geometry of the elements, with the ends of tapered capsules joined.
-fn joined(document: &Document<'_>, solids: &[GeometryElement<'_, '_>], meshes: &mut Meshes<'_>) -> Result<Vec<Solid>, UrdfError> {
-    let mut solid = Vec::with_capacity(solids.len());
+fn joined(
+    document: &Document<'_>,
+    elements: &[GeometryElement<'_, '_>],
+    meshes: &mut Meshes<'_>,
+) -> Result<Vec<Solid>, UrdfError> {
+    let mut solids = Vec::with_capacity(elements.len());
     let mut ends: Vec<End<'_, '_>> = Vec::new();
-    for solid in solids {
-        meshes.allowance.take_solid().map_err(|problem| document.refuse(solid.node, problem))?;
-        match solid.taper_end(document)? {
+    for element in elements {
+        meshes.allowance.take_solid().map_err(|problem| document.refuse(element.node, problem))?;
+        match element.taper_end(document)? {
             Some(end) => match ends.iter().position(|e| e.name == end.name) {
-                Some(other) => solid.push(ends.swap_remove(other).join(document, &end)?),
+                Some(other) => solids.push(ends.swap_remove(other).join(document, &end)?),
                 None => ends.push(end),
             },
-            None => solid.extend(solid.solid(document, meshes)?),
+            None => solids.extend(element.solid(document, meshes)?),
         }
     }
     match ends.first() {
@@ -134,7 +140,7 @@ fn joined(document: &Document<'_>, solids: &[GeometryElement<'_, '_>], meshes: &
                 end.name, end.side
             ),
         )),
-        None => Ok(solid),
+        None => Ok(solids),
     }
 }
 

@@ -61,7 +61,7 @@ impl Humanoid {
             let node = document.link(index);
             let link = Link {
                 name: robot.links[index].name.clone(),
-                solid: geometry::solids(&document, node, &robot.links[index], &mut meshes)?,
+                solids: geometry::solids(&document, node, &robot.links[index], &mut meshes)?,
                 inertia: inertia(&document, node, &robot.links[index].inertial)?,
             };
             if let Some(above) = tree.joint_above[index] {

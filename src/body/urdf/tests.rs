@@ -2,7 +2,7 @@ use std::io;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Solid, Humanoid, JointKind, Landmark, UrdfError};
+use crate::body::{Humanoid, JointKind, Landmark, Solid, UrdfError};
 use crate::test_data;
 
 fn no_meshes(_: &str) -> io::Result<Vec<u8>> {
@@ -182,7 +182,7 @@ fn missing_meshes_are_left_out_with_a_note_and_collision_solids_take_their_place
     ]);
     let body = parse(&text).unwrap();
     let solids: Vec<usize> = body.links.iter().map(|link| link.solids.len()).collect();
-    assert_eq!(solid, [1, 1, 0]);
+    assert_eq!(solids, [1, 1, 0]);
     let note = "2 of the meshes cannot be read and are left out: package://r/gone.dae, other.ply; the body lacks";
     assert!(body.notes.iter().any(|n| n.starts_with(note)), "{:?}", body.notes);
 }

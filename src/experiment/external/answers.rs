@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::protocol::{RepliedPose, Named};
+use super::protocol::{Named, RepliedPose};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::body::LANDMARKS;
 use crate::experiment::ExperimentError;

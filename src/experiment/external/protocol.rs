@@ -203,8 +203,7 @@ pub(super) fn read_ready(line: &str) -> Result<Ready, String> {
     if kind != "ready" {
         return Err(format!("expected {{\"type\": \"ready\"}} after hello, found the type {:?}", excerpt(&kind)));
     }
-    let ready: Ready =
-        serde_json::from_value(Value::Object(object)).map_err(|e| excerpt(&format!("ready: {e}")))?;
+    let ready: Ready = serde_json::from_value(Value::Object(object)).map_err(|e| excerpt(&format!("ready: {e}")))?;
     match &ready.protocol {
         Some(other) if other != PROTOCOL => {
             Err(format!("it speaks the protocol {:?}, expected {PROTOCOL:?}", excerpt(other)))
@@ -253,10 +252,9 @@ fn pose(object: &Map<String, Value>, body: &Humanoid) -> Result<RepliedPose, Str
             Ok(RepliedPose::Markers(points("markers", markers, &known)?))
         }
         (None, Some(found), None, None) => Ok(RepliedPose::Joints(points("joints", found, &joints())?)),
-        (None, None, Some(root), Some(angles)) => Ok(RepliedPose::Angles {
-            root: root_of(root)?,
-            angles: angles_of(angles, body)?,
-        }),
+        (None, None, Some(root), Some(angles)) => {
+            Ok(RepliedPose::Angles { root: root_of(root)?, angles: angles_of(angles, body)? })
+        }
         _ => Err("expected \"markers\", \"joints\", or \"root\" with \"angles\", one of the three".to_owned()),
     }
 }
@@ -324,13 +322,15 @@ mod tests {
 
     #[test]
     fn markers_joints_and_angles_are_read_and_null_is_left_out() {
-        let markers = answer(r#"{"type":"pose","frame":3,"markers":{"pelvis":[0,1,2.5],"head":null},"confidence":0.5,"x":1}"#);
+        let markers =
+            answer(r#"{"type":"pose","frame":3,"markers":{"pelvis":[0,1,2.5],"head":null},"confidence":0.5,"x":1}"#);
         let markers = markers.unwrap();
         assert_eq!((markers.frame, markers.confidence), (3, Some(0.5)));
         assert_eq!(markers.pose, Some(RepliedPose::Markers(Named::from([("pelvis".to_owned(), [0.0, 1.0, 2.5])]))));
         assert_eq!(answer(r#"{"type":"lost","frame":0}"#).unwrap().pose, None);
         let angles = vec![0.25; person().degrees_of_freedom.len()];
-        let told = answer(&format!(r#"{{"type":"pose","frame":0,"root":[0,0,1,1,0,0,0],"angles":{angles:?}}}"#)).unwrap();
+        let told =
+            answer(&format!(r#"{{"type":"pose","frame":0,"root":[0,0,1,1,0,0,0],"angles":{angles:?}}}"#)).unwrap();
         assert_eq!(told.pose, Some(RepliedPose::Angles { root: [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], angles }));
     }
 

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::answers::{Poses, estimates};
 use super::program::{Heard, Program, Silence};
-use super::protocol::{Reply, RepliedPose, FrameMessage, Hello, Ready, Told, read_answer, read_ready};
+use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Told, read_answer, read_ready};
 use super::record::{AnswerCount, ExternalRecord, Incident};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::experiment::watch::{Stage, Watch, advance};
@@ -231,9 +231,7 @@ impl<'a> Session<'a> {
             Ok(Heard::TooLong) => Err("printed a line of more than 1 MiB".to_owned()),
             Ok(Heard::End) => Err("ended before it was ready".to_owned()),
             Err(Silence::Interrupted) => return Err(ExperimentError::Interrupted),
-            Err(Silence::TimeLimit) => {
-                Err(format!("was not ready within {:?}", self.settings.start_limit))
-            }
+            Err(Silence::TimeLimit) => Err(format!("was not ready within {:?}", self.settings.start_limit)),
         };
         match ready {
             Ok(ready) => {

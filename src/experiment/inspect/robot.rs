@@ -18,7 +18,7 @@ pub struct RobotSummary {
     pub name: String,
     /// Where it was read from.
     pub from: String,
-    /// Links with solid over all links.
+    /// Links with solids over all links.
     pub links: [usize; 2],
     /// Joints that move over all joints.
     pub joints: [usize; 2],
@@ -26,7 +26,7 @@ pub struct RobotSummary {
     pub degrees_of_freedom: Vec<DegreeSummary>,
     /// Mass of all links.
     pub mass_kg: f64,
-    /// Height of the box around all links' origins in the zero pose; solid not counted.
+    /// Height of the box around all links' origins in the zero pose; solids are not counted.
     pub height_m: f64,
     /// Body markers that it has no place for.
     pub missing_markers: Vec<&'static str>,

@@ -127,7 +127,8 @@ impl PoseChart {
         let rows: Vec<Vec<f64>> = (0..poses.len())
             .map(|t| {
                 let last = t.max(1).min(poses.len().saturating_sub(1));
-                let step = PlanarRoot::from_pose(&poses[last.saturating_sub(1)]).step_to(&PlanarRoot::from_pose(&poses[last]));
+                let step =
+                    PlanarRoot::from_pose(&poses[last.saturating_sub(1)]).step_to(&PlanarRoot::from_pose(&poses[last]));
                 self.observe_pose(&poses[t], &step)
             })
             .collect();

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 
-use crate::body::{Solid, Humanoid, LinkFrames};
+use crate::body::{Humanoid, LinkFrames, Solid};
 
 /// Points of a link up to this height above the ground, or above its lowest point if all of it is higher (recordings
 /// float), carry the body, metres: soft tissue yields.

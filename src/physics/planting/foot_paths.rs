@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::body::LinkFrames;
-use crate::contact::{TrackInput, ContactTrack, Stance, stances};
+use crate::contact::{ContactTrack, Stance, TrackInput, stances};
 
 /// Time in which the rate of a foot's offset decays after lift-off, seconds.
 const RATES_DIE_OUT_S: f64 = 0.05;

@@ -10,13 +10,13 @@ mod report;
 use nalgebra::Vector3;
 
 use crate::body::{Humanoid, JointKind, Landmark, LinkFrames, LinkPoint, Motion, Pose};
-use crate::contact::{TrackInput, ContactError, ContactRule, ContactTrack, GroundContacts, link_frames};
+use crate::contact::{ContactError, ContactRule, ContactTrack, GroundContacts, TrackInput, link_frames};
 use crate::parallel;
 use foot_paths::{planted, planted_in_recorded_stances};
 use out_of_ground::{LinkLifts, lift_whole_body};
 use placing::{Held, Hold, Recorded};
 use report::report;
-pub use report::{PlantingReport, MostMoved};
+pub use report::{MostMoved, PlantingReport};
 
 /// Largest number of passes that lift sinking links further.
 const PASSES: usize = 3;

@@ -49,7 +49,13 @@ impl<'a> Balance<'a> {
     /// Of a body that moves as `now` and should move as `wanted`, with these accelerations and these links on the
     /// ground in the motion. Links high above the ground carry nothing; a foot on the ground carries even if it is not
     /// on the ground in the motion.
-    pub(super) fn at(&self, now: &BodyState, wanted: &BodyState, accelerations: Vec<f64>, touching: &[usize]) -> Balanced {
+    pub(super) fn at(
+        &self,
+        now: &BodyState,
+        wanted: &BodyState,
+        accelerations: Vec<f64>,
+        touching: &[usize],
+    ) -> Balanced {
         let accelerations = returning(now, wanted, accelerations);
         let efforts = |accelerations: &[f64], ground: &[_]| {
             inverse_dynamics(self.body, &now.frames, &now.rates, accelerations, ground)

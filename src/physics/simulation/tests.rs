@@ -5,7 +5,7 @@ use nalgebra::{DVector, Isometry3, Matrix3, Point3, Unit, Vector3};
 
 use super::simulated_body::SimulatedBody;
 use super::*;
-use crate::body::{DegreeOfFreedom, Drive, Solid, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, shipped};
+use crate::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, Solid, shipped};
 use crate::contact::ContactError;
 use crate::physics::PhysicsError;
 use crate::physics::constants::GRAVITY;

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::mesh_outline::MeshOutline;
-use crate::body::{Solid, Humanoid, LinkFrames};
+use crate::body::{Humanoid, LinkFrames, Solid};
 use crate::camera::{Camera, Pinhole};
 use crate::raster::TaperedCapsule;
 

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::body::{Solid, Link, Pose, draw_silhouette};
+use crate::body::{Link, Pose, Solid, draw_silhouette};
 use crate::camera::{CameraRig, Distortion, RingParameters};
 use crate::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
 use crate::observation::Observation;

@@ -93,12 +93,12 @@ fn the_true_pose_has_no_energy_and_every_other_has_more_the_farther_it_is() {
 #[test]
 fn areas_are_compared_as_the_fractions_say() {
     let overlap = Overlap { both: 30, only_model: 10, only_observed: 20 };
-    assert_eq!(SilhouetteTerm::Overlap.of(&overlap), Some(0.5));
-    assert_eq!(SilhouetteTerm::Bidirectional.of(&overlap), Some(0.5 * (0.25 + 0.4)));
+    assert_eq!(SilhouetteTerm::Overlap.value(&overlap), Some(0.5));
+    assert_eq!(SilhouetteTerm::Bidirectional.value(&overlap), Some(0.5 * (0.25 + 0.4)));
     let missed = Overlap { both: 0, only_model: 0, only_observed: 20 };
-    assert_eq!(SilhouetteTerm::Overlap.of(&missed), Some(1.0));
-    assert_eq!(SilhouetteTerm::Bidirectional.of(&missed), Some(1.0));
-    assert_eq!(SilhouetteTerm::Overlap.of(&Overlap::default()), None);
+    assert_eq!(SilhouetteTerm::Overlap.value(&missed), Some(1.0));
+    assert_eq!(SilhouetteTerm::Bidirectional.value(&missed), Some(1.0));
+    assert_eq!(SilhouetteTerm::Overlap.value(&Overlap::default()), None);
 }
 
 #[test]

@@ -188,7 +188,7 @@ fn urdf(style: &Style, build: &Build, name: &dyn Fn(&str) -> String) -> String {
             let mut parent = root.clone();
             for (i, ((at, axis), pattern)) in joints.iter().zip(names).enumerate() {
                 let link = own(pattern);
-                // solid along the bone below the joint, and on hands and feet
+                // a solid along the bone below the joint, and on hands and feet
                 let shape = match i {
                     3 if i + 1 == joints.len() => Some((ball(0.05), [0.0, 0.0, -0.25])),
                     3 => Some((ball(0.04), [0.0, 0.0, -0.12])),

@@ -1,0 +1,50 @@
+//! Makes a benchmark set: what two cameras see of a walk, and the exact truth beside it.
+//!
+//! ```sh
+//! cargo run --release --example make_a_set -- sets/walk
+//! ```
+//!
+//! Without a folder the set is made in memory only, and this program prints what is in it.
+
+use std::error::Error;
+use std::path::Path;
+
+use skiagraph::experiment::{Destination, Unwatched, draw, render};
+use skiagraph::scenario::ScenarioFile;
+
+/// The walk that comes with this program, seen by two small cameras.
+const SCENARIO: &str = r#"
+schema = "skiagraph.scenario/1"
+name = "two-cameras"
+
+[motion]
+clip = "embedded:walk"
+last_frame = 24
+
+[rig.ring]
+count = 2
+radius_m = 3.5
+size_px = [160, 120]
+
+[tracker.frozen]
+"#;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let scenario = ScenarioFile::parse(SCENARIO, "in this example", ".".into(), &[])?;
+    let (set, notes) = match std::env::args_os().nth(1) {
+        None => draw(&scenario, None, &Unwatched)?,
+        Some(folder) => render(&scenario, None, Destination { path: Path::new(&folder), force: false }, &Unwatched)?,
+    };
+    notes.iter().for_each(|note| println!("note: {note}"));
+    println!("{} frames of {} cameras", set.blind.frame_count, set.blind.rig.cameras.len());
+
+    // what a tracker may see: silhouettes, one mask a camera
+    let first = set.blind.observation(0)?;
+    for (camera, mask) in set.blind.rig.cameras.iter().zip(&first.silhouettes) {
+        println!("{}: {} pixels of the body in frame 0", camera.name, mask.count());
+    }
+    // what only the evaluation may see
+    let truth = &set.truth.ground_truth.frames[0];
+    println!("the root is at {:.3?} m", truth.pose.world_from_root.translation.vector.as_slice());
+    Ok(())
+}

@@ -1,0 +1,84 @@
+//! Runs a tracker of your own over a set, blindfolded, and measures it.
+//!
+//! ```sh
+//! cargo run --release --example own_tracker
+//! ```
+//!
+//! The tracker here is a plain coordinate search: it moves one coordinate of the pose at a time and keeps what lowers the
+//! energy of the silhouettes. Anything that implements [`Tracker`] can stand in its place.
+
+use std::error::Error;
+
+use skiagraph::body::{Humanoid, Pose};
+use skiagraph::experiment::{Measures, Unwatched, draw, track_with};
+use skiagraph::observation::Observation;
+use skiagraph::scenario::ScenarioFile;
+use skiagraph::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
+
+/// Sizes of the steps, metres and radians, tried one after the other.
+const STEPS: [f64; 3] = [0.06, 0.02, 0.007];
+
+/// Searches along every coordinate of the pose.
+struct CoordinateSearch {
+    body: Humanoid,
+    likelihood: SilhouetteLikelihood,
+    pose: Pose,
+}
+
+impl Tracker for CoordinateSearch {
+    fn name(&self) -> &str {
+        "coordinate_search"
+    }
+
+    fn start(&mut self, start: &Pose) {
+        self.pose = start.clone();
+    }
+
+    fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError> {
+        self.likelihood.prepare(observation)?;
+        let mut scratch = self.likelihood.scratch();
+        let mut energy = self.likelihood.energy(&self.pose, &mut scratch);
+        let mut evaluations = 1;
+        // position and orientation of the root, then the joint angles
+        let coordinates = 6 + self.body.degrees_of_freedom.len();
+        for size in STEPS {
+            for coordinate in 0..coordinates {
+                for sign in [1.0, -1.0] {
+                    let mut step = vec![0.0; coordinates];
+                    step[coordinate] = sign * size;
+                    let candidate = self.body.step(&self.pose, &step);
+                    let found = self.likelihood.energy(&candidate, &mut scratch);
+                    evaluations += 1;
+                    if found < energy {
+                        (self.pose, energy) = (candidate, found);
+                    }
+                }
+            }
+        }
+        let answer = Estimate::without_search(observation.frame, self.pose.clone());
+        Ok(Estimate { energy: Some(energy), evaluations, ..answer })
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let short = ["motion.loop_to_s=1.0", "rig.ring.size_px=[160, 120]"].map(str::to_owned);
+    let scenario = ScenarioFile::built_in(&short)?;
+    let (set, _) = draw(&scenario, None, &Unwatched)?;
+
+    // the tracker's body, cameras and start pose are all that it is told
+    let (body, start) = (&set.blind.start.body, &set.blind.start.pose);
+    let likelihood = || SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default());
+    likelihood()?;
+    let tracked = track_with(&set.blind, &[0], &Unwatched, |_seed| {
+        let likelihood = likelihood().expect("it was made above");
+        Box::new(CoordinateSearch { body: body.clone(), likelihood, pose: start.clone() })
+    })?;
+
+    let measures = Measures::new(&set, &tracked, &Unwatched)?;
+    for name in ["humaneva_mm", "body_orientation_deg", "silhouette_iou"] {
+        let own = &measures.summary.metrics[name];
+        let frozen = &measures.frozen.metrics[name];
+        println!("{name}: {:.2} (a tracker that never moves: {:.2})", own.mean, frozen.mean);
+    }
+    Ok(())
+}
