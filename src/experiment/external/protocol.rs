@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn run_lengths_begin_with_the_empty_pixels_and_fill_the_image() {
         let mut mask = Mask::new(4, 2);
-        [(0, 0), (1, 0), (3, 1)].into_iter().for_each(|(x, y)| mask.set(x, y));
+        [(0, 0), (1, 0), (3, 1)].into_iter().for_each(|(x, y)| mask.set(x, y, true));
         assert_eq!(run_lengths(&mask), [0, 2, 5, 1]);
         assert_eq!(run_lengths(&Mask::new(4, 2)), [8]);
     }
