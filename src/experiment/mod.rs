@@ -38,6 +38,7 @@ mod per_frame;
 mod performed;
 mod place;
 mod placement;
+mod poses_file;
 mod results;
 mod run;
 mod run_place;
@@ -71,6 +72,7 @@ pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use more_seeds::{MoreOf, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
+pub use poses_file::PosesDeclared;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 pub use run::{
     Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, run, track_set,

@@ -14,6 +14,7 @@ use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::place::write_synced;
+use super::poses_file::{PosesDeclared, check_scale, read_poses};
 use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
@@ -213,7 +214,7 @@ pub struct Evaluated {
 }
 
 /// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's
-/// folder with a `poses.npz`, or an `.npz` file. The results of a run of this program go into its folder unless `out`
+/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.bvh`) of which a user may declare units, axes and names. The results of a run of this program go into its folder unless `out`
 /// says otherwise; nothing else there is changed. Results of another program's estimate go beside it, into
 /// `NAME-evaluation` or `out`, never into it.
 ///
@@ -222,6 +223,7 @@ pub struct Evaluated {
 pub fn evaluate_run(
     set: &Path,
     run: &Path,
+    declared: &PosesDeclared,
     out: Option<&Path>,
     force: bool,
     watch: &dyn Watch,
@@ -240,7 +242,7 @@ pub fn evaluate_run(
     let mut tracked = match is_ours {
         true if is_tracked => Tracked::read(run, body)?,
         true => Tracked::read_program(run, body)?,
-        false => Tracked::of_others(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, body)?,
+        false => read_poses(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, &whole, declared)?,
     };
     if !is_ours && run.join(TRACK_FILE).exists() {
         tracked.estimates.notes.push(format!(
@@ -254,6 +256,10 @@ pub fn evaluate_run(
         set: set.to_owned(),
         detail,
     })?;
+    if !is_tracked {
+        check_scale(&whole.blind, &tracked.estimates)
+            .map_err(|detail| ExperimentError::Malformed { path: run.to_owned(), detail })?;
+    }
     check_sources(&whole, &tracked, run, watch)?;
     if is_ours && out.is_none() {
         let results = measure(&whole, &tracked, watch)?;

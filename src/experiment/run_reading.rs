@@ -37,6 +37,8 @@ struct StoredRun {
     scenario: String,
     tracker: String,
     settings: Option<Value>,
+    #[serde(default)]
+    program: Option<Value>,
     set_hash: String,
     version: String,
     frames: usize,
@@ -175,6 +177,12 @@ pub(super) fn run_folders(path: &Path) -> Vec<PathBuf> {
     folders.map(Path::to_owned).collect()
 }
 
+/// What a program is known by: its command, name and version.
+fn identity(program: &Value) -> Value {
+    let of = |key: &str| (key.to_owned(), program.get(key).cloned().unwrap_or_default());
+    Value::Object(["command", "name", "version"].map(of).into_iter().collect())
+}
+
 /// The clip of one `run.json`, with its name.
 fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
@@ -196,7 +204,7 @@ fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
         frames: run.frames,
         frames_per_second: run.frames_per_second,
         tracker: run.tracker,
-        settings: run.settings,
+        settings: run.settings.or(run.program.as_ref().map(identity)),
         version: run.version,
         seeds: Vec::new(),
         metrics: Default::default(),

@@ -7,6 +7,8 @@ mod contact;
 mod gate;
 mod inspect;
 mod options;
+mod poses;
+mod program;
 mod props;
 mod robots;
 mod same_numbers;
