@@ -14,7 +14,6 @@ use std::path::{Path, PathBuf};
 use nalgebra::Point3;
 
 use super::ExperimentError;
-use super::error::read_file;
 use super::tracking::Tracked;
 use crate::benchmark_set::{BenchmarkSet, Estimates};
 use crate::input::{self, limits};
