@@ -101,6 +101,16 @@ impl BlindSet {
         self.files.hand_out(folder, |path| !path.starts_with("truth/"))
     }
 
+    /// Writes a set without its truth into a folder: the same set for [`Self::read`], by its hash too, since the list of
+    /// files is the same.
+    ///
+    /// # Errors
+    /// [`SetError`] if a file cannot be written.
+    pub fn write_without_truth(&self, folder: &Path) -> Result<(), SetError> {
+        self.hand_out(folder)?;
+        self.files.write_listing(folder)
+    }
+
     pub(super) fn files(&self) -> &SetFiles {
         &self.files
     }

@@ -123,6 +123,12 @@ impl SetFiles {
         Ok(())
     }
 
+    /// Writes the list of all files, those that are not there too.
+    pub(super) fn write_listing(&self, folder: &Path) -> Result<(), SetError> {
+        let text: String = self.digests.iter().map(listing_line).collect();
+        fs::write(folder.join(LISTING), text).map_err(SetError::io(&folder.join(LISTING), "write"))
+    }
+
     /// The same error with the file's path on disk.
     pub(super) fn locate(&self, error: SetError) -> SetError {
         match &self.place {

@@ -10,12 +10,13 @@ use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::render;
+use crate::experiment::render_apart;
 
 /// Make a benchmark set on disk
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
-                        skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8")]
+                        skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
+                        skiagraph render scenarios/walk.toml --out public/walk --truth secret/walk")]
 pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
@@ -23,6 +24,10 @@ pub(super) struct Arguments {
     /// Output directory of the set; an existing set is replaced only with --force
     #[arg(long, value_name = "SET")]
     out: PathBuf,
+
+    /// Keep the truth apart: write the complete set here, for skiagraph evaluate, and --out without its truth
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
 
     #[command(flatten)]
     output: OutputArguments,
@@ -32,7 +37,8 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let file = arguments.scenario.open()?;
     let progress = Progress::new(volume);
     let to = arguments.output.destination(&arguments.out);
-    let (set, notes) = render(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
+    let mocap = arguments.scenario.mocap_directory();
+    let (set, notes) = render_apart(&file, mocap.as_deref(), to, arguments.truth.as_deref(), &progress)
         .map_err(|e| e.about(&file.origin))?;
     drop(progress);
     volume.notes(&notes);

@@ -75,7 +75,7 @@ pub use partial_file::put_file;
 pub use poses_file::PosesDeclared;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 pub use run::{
-    Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, run, track_set,
+    Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
     track_set_with_program,
 };
 pub use run_place::RunPlace;

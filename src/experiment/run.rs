@@ -99,14 +99,36 @@ pub fn render(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
+    render_apart(file, mocap_directory, to, None, watch)
+}
+
+/// As [`render`]; with `whole` the set goes there, and to its own place without the truth: for a public challenge.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_apart(
+    file: &ScenarioFile,
+    mocap_directory: Option<&Path>,
+    to: Destination<'_>,
+    whole: Option<&Path>,
+    watch: &dyn Watch,
+) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     // A run takes minutes to repeat; the runs that were made from a set are worth nothing without it.
-    if is_set(to.path) && !to.force {
-        return Err(ExperimentError::SetThere { path: to.path.to_owned() });
+    if let Some(path) = [Some(to.path), whole].into_iter().flatten().find(|path| is_set(path) && !to.force) {
+        return Err(ExperimentError::SetThere { path: path.to_owned() });
     }
-    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
+    let inputs = Inputs::of_scenario(file, mocap_directory);
+    inputs.keep_from(to.path)?;
+    whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
+    let apart = whole.map(|path| PartialDirectory::begin(path, Kind::Set, to.force)).transpose()?;
     let directory = PartialDirectory::begin(to.path, Kind::Set, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
-    set.write_unless(directory.folder(), &file.scenario.layers, &|| watch.interrupted())?;
+    let complete = apart.as_ref().unwrap_or(&directory);
+    set.write_unless(complete.folder(), &file.scenario.layers, &|| watch.interrupted())?;
+    if let Some(apart) = apart {
+        set.blind.write_without_truth(directory.folder())?;
+        apart.finish()?;
+    }
     directory.finish()?;
     Ok((set, notes))
 }

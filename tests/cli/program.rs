@@ -165,3 +165,18 @@ fn a_program_is_handed_no_truth() {
     assert!(seen.contains("cameras.json") && seen.contains("000003.png"), "{seen}");
     assert!(!seen.contains("truth") && !seen.contains("sha256") && !seen.contains("/set/"), "{seen}");
 }
+
+#[test]
+fn a_set_without_its_truth_is_tracked_and_measured_where_the_truth_is() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out public --truth secret");
+    assert!(!room.path("public/truth").exists() && room.path("secret/truth/truth.npz").exists());
+    room.succeed("track public --tracker frozen --out run");
+    let refused = room.skiagraph(["evaluate", "public", "run"]);
+    assert!(refused.code == 2 && refused.stderr.contains("truth/"), "{}", refused.stderr);
+    room.succeed("evaluate secret run");
+    let again = room.skiagraph(["render", "tiny.toml", "--out", "other", "--truth", "secret"]);
+    assert!(again.code == 2 && again.stderr.contains("secret"), "{}", again.stderr);
+    assert!(!room.path("other").exists());
+}
