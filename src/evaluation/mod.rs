@@ -18,6 +18,8 @@
 mod balance;
 mod bootstrap;
 mod comparison;
+#[cfg(test)]
+mod conformance;
 mod contact_f1;
 #[cfg(test)]
 mod contact_fixture;
@@ -29,6 +31,7 @@ mod evaluate;
 pub(crate) mod fixture;
 mod foot_skate;
 mod gate;
+mod global_mpjpe;
 mod ground_gap;
 mod humaneva;
 mod interval;
@@ -39,11 +42,13 @@ mod metric;
 mod mpjpe;
 mod orientation;
 mod pck;
+mod pck_3dpw;
 mod per_frame;
 mod procrustes;
 mod prop_penetration;
 mod protocol;
 mod registry;
+mod scaled_mpjpe;
 mod self_penetration;
 mod sequence;
 mod silhouette;
