@@ -265,7 +265,7 @@ mod tests {
         let document = roxmltree::Document::parse(&junit).unwrap();
         let suite = document.descendants().find(|node| node.has_tag_name("testsuite")).unwrap();
         assert_eq!(suite.attribute("name"), Some("skiagraph gate: a\"<b>& against x::error::y"));
-        assert_eq!(document.descendants().filter(|node| node.has_tag_name("testcase")).count(), 2);
+        assert_eq!(document.descendants().filter(|node| node.has_tag_name("testcase")).count(), 3);
         assert_eq!(escaped("50%\n::x", false), "50%25%0A::x");
         assert_eq!(escaped("a:b,c", true), "a%3Ab%2Cc");
     }

@@ -87,7 +87,7 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     room.write("cm.csv", csv(&truth, &names(), |place| place.map(|v| 100.0 * v)));
     refused("--poses cm.csv", &["100 times as large", "--units cm"]);
     room.write("short.csv", csv(&truth[..3], &names(), |place| place));
-    refused("--poses short.csv", &["it has 3 frames, the set 4"]);
+    refused("--poses short.csv", &["it has 3 frames, the set 5"]);
     let unknown: Vec<String> = (0..15).map(|i| format!("point{i}")).collect();
     let unknown: Vec<&str> = unknown.iter().map(String::as_str).collect();
     room.write("unknown.csv", csv(&truth, &unknown, |place| place));

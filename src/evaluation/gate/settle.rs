@@ -95,12 +95,12 @@ mod tests {
     #[test]
     fn so_many_more_seeds_do_settle_it() {
         let few = clip(5, 0.0, 100);
-        let Some(MoreSeeds::OfRun(more)) = seeds_to_settle(std::slice::from_ref(&few), false, 2.7) else {
+        let Some(MoreSeeds::OfRun(more)) = seeds_to_settle(std::slice::from_ref(&few), false, 3.0) else {
             panic!("the run alone suffices")
         };
         let [base, run] = [Part::of(&few.base).unwrap(), Part::of(&few.other).unwrap()];
         let half = |more| half_width(&[base, run.with(more)], 1).unwrap();
-        assert!(half(more) < 2.7 && half(more - 1) >= 2.7, "{more}: {}", half(more));
+        assert!(half(more) < 3.0 && half(more - 1) >= 3.0, "{more}: {}", half(more));
         let now = difference(&[few]).unwrap();
         let ends = now.ci95.unwrap();
         assert!((half(0) - 0.5 * (ends.high - ends.low)).abs() < 1e-9, "the same width as the interval itself");

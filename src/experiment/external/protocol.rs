@@ -322,8 +322,9 @@ mod tests {
 
     #[test]
     fn markers_joints_and_angles_are_read_and_null_is_left_out() {
-        let markers =
-            answer(r#"{"type":"pose","frame":3,"markers":{"pelvis":[0,1,2.5],"head":null},"confidence":0.5,"x":1}"#);
+        let markers = answer(
+            r#"{"type":"pose","frame":3,"markers":{"pelvis":[0,1,2.5],"head_top":null},"confidence":0.5,"x":1}"#,
+        );
         let markers = markers.unwrap();
         assert_eq!((markers.frame, markers.confidence), (3, Some(0.5)));
         assert_eq!(markers.pose, Some(RepliedPose::Markers(Named::from([("pelvis".to_owned(), [0.0, 1.0, 2.5])]))));

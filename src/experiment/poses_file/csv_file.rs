@@ -24,6 +24,17 @@ pub(super) fn parse(text: &str) -> Result<PointFile, String> {
     }
 }
 
+/// An error of the table with its line.
+fn in_words(error: csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            format!("line {line}: expected {expected_len} fields as in line 1, found {len}")
+        }
+        _ => error.to_string(),
+    }
+}
+
 type Reader<'a> = csv::Reader<&'a [u8]>;
 
 /// A number, or `None` for an empty field or NaN.
@@ -81,7 +92,7 @@ fn wide(reader: &mut Reader<'_>, headers: &[String], frame_column: Option<usize>
     }
     let mut frames: Vec<Vec<Option<[f64; 3]>>> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|e| e.to_string())?;
+        let record = record.map_err(in_words)?;
         let line = record.position().map_or(0, csv::Position::line);
         let frame = match frame_column {
             Some(column) => frame_number(record.get(column), line)?,
@@ -108,7 +119,7 @@ fn rows(reader: &mut Reader<'_>, name: usize, frame: usize, axes: [usize; 3]) ->
     let mut known: BTreeMap<String, usize> = BTreeMap::new();
     let mut found: Vec<Vec<Option<[f64; 3]>>> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|e| e.to_string())?;
+        let record = record.map_err(in_words)?;
         let line = record.position().map_or(0, csv::Position::line);
         let at = frame_number(record.get(frame), line)?;
         let called = record.get(name).unwrap_or_default().to_owned();
