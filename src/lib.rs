@@ -114,6 +114,7 @@ pub mod camera;
 #[doc(hidden)]
 pub mod cli;
 pub mod contact;
+pub mod editing;
 pub mod evaluation;
 pub mod experiment;
 mod input;

@@ -39,6 +39,10 @@ pub enum Purpose {
     MotionModel = 9,
     /// Poses that a refinement tries.
     Refinement = 10,
+    /// Slow drifts of a motion's tempo, amplitude and posture.
+    MotionVariation = 11,
+    /// A body drawn from a population.
+    BodyShape = 12,
 }
 
 /// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera, a bootstrap replicate).

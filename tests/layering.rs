@@ -23,6 +23,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("body", &["raster", "camera", "rng", "input"]),
     ("retarget", &["body", "mocap", "input"]),
     ("contact", &["body", "raster", "simd", "parallel", "input"]),
+    ("editing", &["contact", "body", "rng", "input"]),
     ("physics", &["contact", "body", "raster", "parallel", "input"]),
     ("scene", &["body", "camera", "parallel", "input"]),
     ("observation", &["scene", "body", "camera", "raster", "parallel"]),

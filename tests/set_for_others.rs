@@ -57,7 +57,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
         ground_truth: &truth,
         refitted: Some(&motion),
         facts: &facts,
-        recording: None,
+        recordings: &[],
     };
     let observer = Observer::new(&truth, &rig);
     let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();

@@ -29,7 +29,7 @@ pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
         ground_truth: &truth,
         refitted: Some(motion),
         facts: &facts,
-        recording: None,
+        recordings: &[],
     };
     let rig = rig();
     let observer = Observer::new(&truth, &rig);

@@ -1,4 +1,4 @@
-//! `truth/recording.npz`: the recording that the actor performs, and the fingerprint that identifies its frames in any
+//! `truth/recording.npz`: the recordings that the actor performs, and the fingerprints that identify their frames in any
 //! other file.
 //!
 //! It is on the truth's side: with the fingerprint of a frame a guessed pose can be confirmed, even if it is hashed,
@@ -84,7 +84,7 @@ pub fn recordings_to_npz(file: &str, recordings: &[SourceRecording]) -> Result<V
     Ok(npz.to_bytes(file)?)
 }
 
-pub(super) use self::recordings_to_npz as to_npz;
+pub(super) use self::{recordings_from_npz as from_npz, recordings_to_npz as to_npz};
 
 /// The recordings of such a file.
 ///
@@ -120,11 +120,6 @@ pub fn recordings_from_npz(file: &str, bytes: &[u8]) -> Result<Vec<SourceRecordi
         })
     });
     recordings.collect()
-}
-
-/// The one recording of a set; `None` of a file without any.
-pub(super) fn one_from_npz(bytes: &[u8]) -> Result<Option<SourceRecording>, SetError> {
-    Ok(recordings_from_npz(PATH, bytes)?.into_iter().next())
 }
 
 /// Adds `fingerprint`, `fingerprint_rows` and `fingerprint_version`, one after another.

@@ -52,8 +52,8 @@ pub struct TruthSet {
     pub refitted: Option<Motion>,
     /// What is known beyond the numbers.
     pub facts: TruthFacts,
-    /// The recording that the actor performs, to detect models that learned from it; `None` in sets without it.
-    pub recording: Option<SourceRecording>,
+    /// The recordings that the actor performs, to detect models that learned from them; none in sets without them.
+    pub recordings: Vec<SourceRecording>,
 }
 
 /// The parts of a set.
@@ -71,8 +71,8 @@ pub struct SetParts<'a> {
     pub refitted: Option<&'a Motion>,
     /// Facts for reports.
     pub facts: &'a TruthFacts,
-    /// The recording that the actor performs, where it is known.
-    pub recording: Option<&'a SourceRecording>,
+    /// The recordings that the actor performs, where they are known.
+    pub recordings: &'a [SourceRecording],
 }
 
 impl TruthSet {
@@ -101,11 +101,11 @@ impl TruthSet {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
         }
-        let recording = match files.has(recording_file::PATH) {
-            true => recording_file::one_from_npz(&files.read(recording_file::PATH)?)?,
-            false => None,
+        let recordings = match files.has(recording_file::PATH) {
+            true => recording_file::from_npz(recording_file::PATH, &files.read(recording_file::PATH)?)?,
+            false => Vec::new(),
         };
-        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recording })
+        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recordings })
     }
 }
 
@@ -158,8 +158,8 @@ impl BenchmarkSet {
         ] {
             files.insert(path.to_string(), bytes);
         }
-        if let Some(recording) = parts.recording {
-            let bytes = recording_file::to_npz(recording_file::PATH, std::slice::from_ref(recording))?;
+        if !parts.recordings.is_empty() {
+            let bytes = recording_file::to_npz(recording_file::PATH, parts.recordings)?;
             files.insert(recording_file::PATH.to_string(), bytes);
         }
         if !truth.props.is_empty() {
@@ -479,7 +479,7 @@ mod tests {
             ground_truth: &truth.ground_truth,
             refitted: None,
             facts: &truth.facts,
-            recording: None,
+            recordings: &[],
         };
         let refused = |parts: &SetParts<'_>| {
             BenchmarkSet::assemble(parts, |frame| blind.observation(frame).unwrap()).unwrap_err().to_string()

@@ -56,6 +56,13 @@ impl Motion {
         Some(Self { frames_per_second, poses })
     }
 
+    /// The pose at a fractional frame number, between frames as in [`Self::resampled`], beyond the ends the first or
+    /// last one; `None` in an empty motion. The motion must be continuous.
+    pub fn at_frame(&self, humanoid: &Humanoid, position: f64) -> Option<Pose> {
+        let vectors: Vec<usize> = humanoid.rotation_vectors().collect();
+        self.pose_at(position.max(0.0), &vectors)
+    }
+
     /// The pose at a fractional frame number; `None` in an empty motion.
     fn pose_at(&self, position: f64, vectors: &[usize]) -> Option<Pose> {
         let index = (libm::floor(position + 1e-9) as usize).min(self.poses.len().checked_sub(1)?);
@@ -65,6 +72,15 @@ impl Motion {
             Some(next) if share > 1e-9 => Some(between(here, next, share, vectors)),
             _ => Some(here.clone()),
         }
+    }
+}
+
+impl Pose {
+    /// From this pose (share 0) to another (share 1) of the same humanoid: translations and angles linearly, rotations
+    /// (the root's and those of spherical joints) along the shorter arc. A rotation vector is the one nearest to this
+    /// pose's.
+    pub fn blended(&self, to: &Self, share: f64, humanoid: &Humanoid) -> Self {
+        between(self, to, share, &humanoid.rotation_vectors().collect::<Vec<_>>())
     }
 }
 

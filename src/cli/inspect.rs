@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::inspect_words::in_words;
 use super::volume::Volume;
-use super::{CommandError, inspect_contacts, output};
-use crate::experiment::{Destination, Inspected, inspect};
+use super::{CommandError, inspect_contacts, inspect_scenario, output};
+use crate::experiment::{Destination, ExperimentError, Inspected, inspect};
 
 /// Describe a model, a recording, a robot or a benchmark set
 #[derive(Args, Debug)]
@@ -16,16 +16,26 @@ use crate::experiment::{Destination, Inspected, inspect};
                         skiagraph inspect graph.model --against single.model --out graph.html\n  \
                         skiagraph inspect 01_01.bvh\n  skiagraph inspect tracker25 --json\n  \
                         skiagraph inspect sets/walk\n  \
-                        skiagraph inspect embedded:walk --contacts --out walk.svg")]
+                        skiagraph inspect embedded:walk --contacts --out walk.svg\n  \
+                        skiagraph inspect scenarios/long_walk.toml --out strip.png")]
 pub(super) struct Arguments {
     /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt or .json, embedded:NAME); a robot (.urdf, or
-    /// a built-in one); the directory of a benchmark set
-    #[arg(value_name = "MODEL|CLIP|ROBOT|SET")]
-    what: PathBuf,
+    /// a built-in one); a scenario (.toml), for the motion that it makes of its recordings; the directory of a benchmark
+    /// set
+    #[arg(value_name = "MODEL|CLIP|ROBOT|SCENARIO|SET")]
+    pub(super) what: PathBuf,
+
+    /// Overrides of the scenario's keys
+    #[arg(value_name = "KEY=VALUE")]
+    pub(super) overrides: Vec<String>,
+
+    /// Directory that is searched, with its subdirectories, for clips of the scenario [default: $SKIAGRAPH_MOCAP]
+    #[arg(long, value_name = "DIR")]
+    pub(super) mocap_dir: Option<PathBuf>,
 
     /// Another model of the same motions, to compare reconstruction errors with
     #[arg(long, value_name = "MODEL")]
-    against: Option<PathBuf>,
+    pub(super) against: Option<PathBuf>,
 
     /// Analyse ground contact of a recording, retargeted to the robot `actor`, or of a set's ground truth: stances,
     /// slips, gaps, worst frames
@@ -33,24 +43,36 @@ pub(super) struct Arguments {
     contacts: bool,
 
     /// Write an HTML page about the model: latent spaces, errors over frames, distances between frames; with --contacts
-    /// a chart, .svg or .html
+    /// a chart, .svg or .html; of a scenario a strip of its motion with stances and seams, .png
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
     /// Length of the recording's unit in metres, if the format does not define it and it cannot be guessed
     #[arg(long, value_name = "M")]
-    metres_per_unit: Option<f64>,
+    pub(super) metres_per_unit: Option<f64>,
     /// Rename an existing file at --out that skiagraph did not write to NAME~
     #[arg(long, requires = "out")]
     force: bool,
 
     /// Print one JSON object
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let to = arguments.out.as_deref().map(|path| Destination { path, force: arguments.force });
+    let is_scenario = arguments.what.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    if is_scenario && !arguments.contacts {
+        return inspect_scenario::run(arguments, to, volume);
+    }
+    for (argument, given) in
+        [("KEY=VALUE", !arguments.overrides.is_empty()), ("--mocap-dir", arguments.mocap_dir.is_some())]
+    {
+        if given {
+            let detail = format!("is for scenarios only, and {} is not one", arguments.what.display());
+            return Err(ExperimentError::Argument { argument, detail }.into());
+        }
+    }
     if arguments.contacts {
         let unit = arguments.metres_per_unit;
         inspect_contacts::run(&arguments.what, unit, to, arguments.json, volume)?;

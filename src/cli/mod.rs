@@ -11,6 +11,7 @@ mod evaluate;
 mod gate;
 mod inspect;
 mod inspect_contacts;
+mod inspect_scenario;
 mod inspect_words;
 mod interrupt;
 mod manual;
@@ -24,6 +25,7 @@ mod schema;
 mod summary;
 mod track;
 mod train;
+mod verify;
 mod volume;
 
 use std::process::ExitCode;
@@ -71,6 +73,7 @@ enum Command {
     Baseline(baseline::Arguments),
     Train(train::Arguments),
     Inspect(inspect::Arguments),
+    Verify(verify::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
 }
@@ -125,6 +128,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Baseline(arguments) => baseline::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
+        Command::Verify(arguments) => verify::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => manual::run(&arguments, line.volume),
     }

@@ -138,7 +138,7 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
 
 /// What is wrong with the models of files for this body, rate and test.
 fn unfit_models(file: &ScenarioFile, staged: &Staged) -> Vec<ExperimentError> {
-    let mut models = Models::new(file, Some(&staged.source));
+    let mut models = Models::new(file, &staged.sources);
     let (body, rate) = (&staged.start.body, staged.ground_truth.frames_per_second);
     let trackers = file.scenario.trackers();
     trackers.iter().filter_map(|(_, tracker)| models.check_file(tracker, body, rate, &Unwatched).err()).collect()

@@ -24,7 +24,7 @@ const LONGEST_MOTION_S: f64 = 3600.0;
 /// Below a folder of recordings no path is this deep, unless links make a circle.
 const GREATEST_DEPTH: usize = 12;
 
-/// Statures that a body may have whose unit is not guessed but said, by the format or by whoever uses it, metres. What
+/// Statures that a body may have whose unit is not guessed but said, by the format or by the user, metres. What
 /// a guess may lead to is narrower (`mocap`).
 const STATURES: std::ops::RangeInclusive<f64> = 0.5..=3.0;
 
@@ -34,6 +34,8 @@ pub(super) struct Recording {
     pub(super) clip: Clip,
     /// Which frames of which file it is, as they were recorded.
     pub(super) source: SourceRecording,
+    /// Whether it was one cycle of a motion meant to repeat, and has been repeated as often as asked for.
+    pub(super) was_cyclic: bool,
 }
 
 /// Reads the recording of `[motion]` or `[[training.clips]]` (`table`), then cuts, repeats and resamples it.
@@ -48,9 +50,19 @@ pub(super) fn load(
     })
 }
 
-/// What is wrong with the names of a recording that [`load`] reads: neither it nor its skeleton need be sound, but
-/// there.
+/// What is wrong with the names of the recordings of a motion and its takes that [`load`] reads: neither they nor their
+/// skeletons need be sound, but there.
 pub(super) fn missing(
+    file: &ScenarioFile,
+    table: &str,
+    settings: &MotionSettings,
+    mocap_directory: Option<&Path>,
+) -> Vec<ExperimentError> {
+    let takes = settings.takes(table);
+    takes.iter().flat_map(|(table, take)| missing_of_one(file, table, take, mocap_directory)).collect()
+}
+
+fn missing_of_one(
     file: &ScenarioFile,
     table: &str,
     settings: &MotionSettings,
@@ -131,7 +143,13 @@ pub(super) fn read_part(
         last_frame: last,
         fingerprint: Some(MotionFingerprint::from_clip(&clip)?),
     };
-    if let Some(duration) = settings.loop_to_s {
+    let was_cyclic = clip.cyclic;
+    if settings.mirror {
+        clip = clip.mirrored().map_err(|e| scenario_error_at("mirror", e.to_string()))?;
+    }
+    clip = clip.at_speed(settings.speed.unwrap_or(1.0));
+    // what is no cycle is repeated on the body, by a transition
+    if let Some(duration) = settings.loop_to_s.filter(|_| was_cyclic) {
         clip = clip.looped(duration).map_err(|e| scenario_error_at("loop_to_s", e.to_string()))?;
     }
     if clip.duration() > LONGEST_MOTION_S {
@@ -144,7 +162,7 @@ pub(super) fn read_part(
     let clip = clip
         .resampled(settings.frames_per_second)
         .map_err(|e| scenario_error_at("frames_per_second", e.to_string()))?;
-    Ok(Recording { clip, source })
+    Ok(Recording { clip, source, was_cyclic })
 }
 
 /// Refuses a body that no unit can be meant to make.

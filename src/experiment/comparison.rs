@@ -97,7 +97,7 @@ pub fn compare(
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
-    let mut models = Models::new(file, set.truth.recording.as_ref());
+    let mut models = Models::new(file, &set.truth.recordings);
     let mut compared =
         Compared { comparison: empty(scenario, &set.blind, set.truth.facts.matched), methods: Vec::new(), notes };
     for (name, settings) in &scenario.methods {

@@ -171,7 +171,7 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
         ground_truth: &ground_truth,
         refitted: Some(&refitted),
         facts: &staged.facts,
-        recording: Some(&staged.source),
+        recordings: &staged.sources,
     };
     let observer = Observer::new(&ground_truth, &staged.rig);
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)

@@ -28,9 +28,9 @@ impl Inputs {
     pub(super) fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Self {
         let scenario = &file.scenario;
         let training = scenario.training.iter().flat_map(|training| &training.clips);
-        let recordings = training.chain([&scenario.motion]);
-        let recordings =
-            recordings.flat_map(|clip| clip_file::paths_of(&file.folder, Path::new(&clip.clip), clip, mocap_directory));
+        let recordings = training.chain([&scenario.motion]).flat_map(|motion| motion.takes("motion"));
+        let recordings = recordings
+            .flat_map(|(_, take)| clip_file::paths_of(&file.folder, Path::new(&take.clip), &take, mocap_directory));
         let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].map(|robot| file.folder.join(robot));
         let trackers = scenario.trackers();
         let models =

@@ -20,8 +20,8 @@ const FAR_START: f64 = 0.25;
 pub struct Models {
     /// Folder that the paths of model files are relative to; empty for the working directory.
     folder: PathBuf,
-    /// The test's recording, where it is known: no model may have been learned from it.
-    test: Option<SourceRecording>,
+    /// The test's recordings, where they are known: no model may have been learned from them.
+    test: Vec<SourceRecording>,
     learned: Vec<(GraphSettings, Arc<GpdmGraph>)>,
     read: Vec<ReadModel>,
     /// Whether the user was told that the start is far from the training.
@@ -40,9 +40,9 @@ struct ReadModel {
 
 impl Models {
     /// Models for the trackers of a scenario, whose paths are relative to its folder. None may have learned from
-    /// `test`, the recording of the truth.
-    pub fn new(file: &ScenarioFile, test: Option<&SourceRecording>) -> Self {
-        Self { folder: file.folder.clone(), test: test.cloned(), ..Self::default() }
+    /// `test`, the recordings of the truth.
+    pub fn new(file: &ScenarioFile, test: &[SourceRecording]) -> Self {
+        Self { folder: file.folder.clone(), test: test.to_vec(), ..Self::default() }
     }
 
     /// What the model of this file, once it was asked for, learned from.
@@ -115,7 +115,7 @@ impl Models {
                 {wanted}"
             ));
         }
-        let of_test = |from: &SourceRecording| self.test.as_ref().and_then(|test| from.shared_frames(test));
+        let of_test = |from: &SourceRecording| self.test.iter().find_map(|test| from.shared_frames(test));
         if let Some((from, (first, last))) = sources.iter().find_map(|from| of_test(from).map(|frames| (from, frames)))
         {
             return unfit(format!(
@@ -188,7 +188,7 @@ impl Models {
 
 /// Why learning stopped early.
 pub(super) enum Stopped {
-    /// Nothing can be learned, or whoever looked on wanted no more.
+    /// Nothing can be learned, or the observer stopped the work.
     Learning(GraphError),
     /// What is learned cannot be kept.
     Keeping(ExperimentError),

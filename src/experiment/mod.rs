@@ -35,6 +35,7 @@ mod ownership;
 mod partial_directory;
 mod partial_file;
 mod per_frame;
+mod performance;
 mod performed;
 mod place;
 mod placement;
@@ -48,6 +49,7 @@ mod staging;
 mod tracking;
 mod training;
 mod unfinished;
+mod verification;
 mod watch;
 
 pub use baseline::{BASELINES, Baseline, Saved};
@@ -62,8 +64,9 @@ pub use external::{
 };
 pub use gating::{GATE_FILE, gate_run, read_rules};
 pub use inspect::{
-    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, Inspected, ModelSummary, OneModel,
-    RobotSummary, SetSummary, Spread, StanceSummary, WorstContact, inspect, inspect_contacts,
+    Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
+    Inspected, ModelSummary, OneModel, RobotSummary, SeamSummary, SetSummary, Spread, StanceSummary, WorstContact,
+    inspect, inspect_contacts, inspect_scenario,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
@@ -84,6 +87,7 @@ pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track, track_with};
 pub use unfinished::abandon;
+pub use verification::verify_set;
 pub use watch::{Stage, Unwatched, Watch};
 
 /// Named bytes, in the order in which they are written.

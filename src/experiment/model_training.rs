@@ -113,7 +113,7 @@ impl TrainingInput {
                 "clip" => in_arguments(key, message),
                 _ => in_arguments(key, format!("{}: {message}", settings.clip)),
             };
-            let clip_file::Recording { clip: recording, source } =
+            let clip_file::Recording { clip: recording, source, .. } =
                 clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &scenario_error_at)?;
             let performed = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
                 RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),

@@ -68,7 +68,7 @@ pub fn draw(
         ground_truth: &staged.ground_truth,
         refitted: Some(&staged.refitted),
         facts: &staged.facts,
-        recording: Some(&staged.source),
+        recordings: &staged.sources,
     };
     let observer = Observer::new(&staged.ground_truth, &staged.rig);
     let seen = AtomicBool::new(false);
@@ -314,14 +314,15 @@ fn check_sources(set: &BenchmarkSet, tracked: &Tracked, run: &Path, watch: &dyn 
     if tracked.sources.is_empty() {
         return Ok(());
     }
-    let Some(test) = &set.truth.recording else {
+    let tests = &set.truth.recordings;
+    if tests.is_empty() {
         watch.note(
             "the set does not record its source recording, so it is unknown whether the run's model learned from it",
         );
         return Ok(());
-    };
+    }
     for source in &tracked.sources {
-        if let Some((first, last)) = source.shared_frames(test) {
+        if let Some((first, last)) = tests.iter().find_map(|test| source.shared_frames(test)) {
             let (run, clip) = (run.to_owned(), source.clip.clone());
             return Err(ExperimentError::LearnedFromTest { run, clip, first, last });
         }
@@ -350,7 +351,7 @@ pub fn run(
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
-    let record = attempt.run(&mut Models::new(file, set.truth.recording.as_ref()), watch)?.record;
+    let record = attempt.run(&mut Models::new(file, &set.truth.recordings), watch)?.record;
     directory.finish()?;
     Ok(RunOutcome { record, notes })
 }

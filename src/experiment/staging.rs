@@ -5,19 +5,21 @@ use std::path::Path;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::error::scenario_error;
-use super::performed::{plant_feet_if_asked, refit, retargeted};
-use super::placement::place;
-use super::{ExperimentError, clip_file, training};
+use super::performance::{Performance, Recordings};
+use super::performed::{plant_feet_if_asked, refit};
+use super::{ExperimentError, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraRig, DEFAULT_NEAR, RingParameters};
 use crate::contact::check_feet;
+use crate::editing::Seam;
 use crate::input::excerpt;
 use crate::motion_model::{Prediction, ProposalScales};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
-    CameraSettings, ContactMode, Mismatch, PropSettings, PushSettings, RingSettings, ScenarioFile, did_you_mean,
+    CameraSettings, ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings, RingSettings, ScenarioFile,
+    VariationSettings, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -33,8 +35,10 @@ pub struct Staged {
     pub rig: CameraRig,
     /// The truth, frame by frame.
     pub ground_truth: GroundTruth,
-    /// Which frames of which file the actor performs.
-    pub source: SourceRecording,
+    /// Which frames of which files the actor performs.
+    pub sources: Vec<SourceRecording>,
+    /// Where takes were joined.
+    pub seams: Vec<Seam>,
     /// The same of every training motion.
     pub training_sources: Vec<SourceRecording>,
     /// What the tracker is told.
@@ -56,31 +60,24 @@ impl Staged {
     /// [`ExperimentError`] that names the file, line or key.
     pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let scenario = &file.scenario;
-        let clip_file::Recording { clip, source } = clip_file::load(file, "motion", &scenario.motion, mocap_directory)?;
+        let recordings = Recordings::load(file, "motion", &scenario.motion, mocap_directory)?;
         let actor_template = robot(file, "actor.robot", &scenario.actor.robot)?;
-        let recording = ("motion.clip", scenario.motion.clip.as_str());
         let tracker_template = match scenario.actor.robot == scenario.tracker_body.robot {
             true => actor_template.clone(),
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
         let same_robot = actor_template.is_same_body(&tracker_template);
-        let mut performed =
-            retargeted(file, recording, ("actor.robot", &scenario.actor.robot), &clip, &actor_template)?;
-        place(&mut performed.motion, &scenario.motion).map_err(|e| scenario_error(file, "motion.heading_deg", e))?;
+        let Performance { retargeted: mut performed, seams } =
+            recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         let contact = apply_contact(file, &mut performed)?;
         let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
-        let learned = training::load(file, mocap_directory, &actor_template, &body, &source)?;
+        let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
             None if same_robot => (spread(&body, &performed.motion)?, Vec::new()),
             None => {
-                let mut own = retargeted(
-                    file,
-                    recording,
-                    ("tracker_body.robot", &scenario.tracker_body.robot),
-                    &clip,
-                    &tracker_template,
-                )?;
+                let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
+                let mut own = recordings.performed_by(file, robot, &tracker_template)?.retargeted;
                 if check_feet(&own.humanoid).is_ok() {
                     plant_feet_if_asked(scenario.actor.contact, &mut own)?;
                 }
@@ -117,10 +114,11 @@ impl Staged {
             ));
         }
         Ok(Self {
-            clip: clip.name,
+            clip: recordings.name(),
             rig,
             start: Start { body, pose, training },
-            source,
+            sources: recordings.sources(),
+            seams,
             training_sources,
             refitted,
             report: performed.report,
@@ -321,8 +319,34 @@ fn motion_in_words(file: &ScenarioFile) -> String {
         }
     };
     let repeated = motion.loop_to_s.map(|s| format!(", repeated to {s} s")).unwrap_or_default();
+    let edits = edits_in_words(motion);
     let source = if motion.source.is_empty() { String::new() } else { format!(" ({})", motion.source) };
-    format!("{}{frames}{repeated}{source}", motion.clip)
+    format!("{}{frames}{repeated}{edits}{source}", motion.clip)
+}
+
+/// What was done to a recording beyond cutting and repeating it.
+fn edits_in_words(motion: &MotionSettings) -> String {
+    let mut words = String::new();
+    if motion.mirror {
+        words += ", mirrored";
+    }
+    if let Some(speed) = motion.speed {
+        words += &format!(", {speed} times as fast");
+    }
+    for take in &motion.then {
+        words += &format!(", then {}", take.clip);
+    }
+    if let Some(v) = &motion.variation {
+        let VariationSettings { seed, tempo_percent, amplitude_percent, posture_deg } = v;
+        words += &format!(
+            ", varied (seed {seed}: tempo {tempo_percent} %, amplitude {amplitude_percent} %, posture {posture_deg} \
+             degrees)"
+        );
+    }
+    if !motion.path_m.is_empty() {
+        words += &format!(", along {} waypoints", motion.path_m.len());
+    }
+    words
 }
 
 fn mismatch_in_words(file: &ScenarioFile) -> String {

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use super::ExperimentError;
 use super::error::scenario_error;
-use super::performed::{markers, plant_feet_if_asked, refit, retargeted};
-use super::placement::place;
-use super::{ExperimentError, clip_file};
+use super::performance::Recordings;
+use super::performed::{markers, plant_feet_if_asked, refit};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
 use crate::body::Humanoid;
 use crate::scenario::ScenarioFile;
@@ -18,7 +18,7 @@ pub(super) struct Learned {
 }
 
 /// The recordings of `[training]` as motions of `body`, which is the tracker's. As for the test, a recording is first
-/// given to the actor's robot and settled as `[actor] contact` says, and the tracker's body is then fitted to the
+/// retargeted to the actor's robot and treated as `[actor] contact` says, and the tracker's body is then fitted to the
 /// markers: what differs between training and test is the motion alone. `None` where the scenario has no training.
 ///
 /// # Errors
@@ -28,7 +28,7 @@ pub(super) fn load(
     mocap_directory: Option<&Path>,
     actor_template: &Humanoid,
     body: &Humanoid,
-    test: &SourceRecording,
+    test: &[SourceRecording],
 ) -> Result<Option<Learned>, ExperimentError> {
     let Some(settings) = &file.scenario.training else { return Ok(None) };
     let rate = file.scenario.motion.frames_per_second;
@@ -45,8 +45,9 @@ pub(super) fn load(
             );
             return Err(scenario_error_at("frames_per_second", message));
         }
-        let clip_file::Recording { clip: recording, source } = clip_file::load(file, &table, clip, mocap_directory)?;
-        if let Some((first, last)) = source.shared_frames(test) {
+        let recordings = Recordings::load(file, &table, clip, mocap_directory)?;
+        let sources = recordings.sources();
+        if let Some((source, test, (first, last))) = shared(&sources, test) {
             let message = format!(
                 "frames {first} to {last} (of the file, from 1) of `{}` are also frames of [motion] (`{}`); learn from \
                 frames that are not in the test",
@@ -55,9 +56,8 @@ pub(super) fn load(
             );
             return Err(scenario_error_at("clip", message));
         }
-        let (clip_key, robot) = (format!("{table}.clip"), ("actor.robot", file.scenario.actor.robot.as_str()));
-        let mut performed = retargeted(file, (&clip_key, &clip.clip), robot, &recording, actor_template)?;
-        place(&mut performed.motion, clip).map_err(|e| scenario_error_at("heading_deg", e))?;
+        let robot = ("actor.robot", file.scenario.actor.robot.as_str());
+        let mut performed = recordings.performed_by(file, robot, actor_template)?.retargeted;
         plant_feet_if_asked(file.scenario.actor.contact, &mut performed)?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {
@@ -65,8 +65,18 @@ pub(super) fn load(
             return Err(scenario_error_at("clip", message));
         }
         learned.training.motions.push(motion);
-        learned.training.sources.push(source.in_words());
-        learned.sources.push(source);
+        let words: Vec<String> = sources.iter().map(SourceRecording::in_words).collect();
+        learned.training.sources.push(words.join(", then "));
+        learned.sources.extend(sources);
     }
     Ok(Some(learned))
+}
+
+/// The first of some recordings that shares frames with the test, and which of its frames.
+fn shared<'a>(
+    sources: &'a [SourceRecording],
+    test: &'a [SourceRecording],
+) -> Option<(&'a SourceRecording, &'a SourceRecording, (usize, usize))> {
+    let pairs = sources.iter().flat_map(|source| test.iter().map(move |test| (source, test)));
+    pairs.into_iter().find_map(|(source, test)| Some((source, test, source.shared_frames(test)?)))
 }

@@ -1,4 +1,4 @@
-//! Cutting a clip and changing its rate.
+//! Cutting a clip, changing its speed and its rate.
 
 use std::ops::Range;
 
@@ -23,6 +23,13 @@ impl Clip {
         self.frames.truncate(frames.end);
         self.frames.drain(..frames.start);
         Ok(self)
+    }
+
+    /// The same motion `factor` times as fast: its frames follow each other at a higher rate.
+    #[must_use]
+    pub fn at_speed(mut self, factor: f64) -> Self {
+        self.frames_per_second *= factor;
+        self
     }
 
     /// The same motion at another rate: rotations by slerp, positions linearly; frames at times of both rates are kept
@@ -148,6 +155,15 @@ mod tests {
         for rate in [0.0, -1.0, f64::NAN, f64::INFINITY, 1.9, 1e9] {
             assert!(clip(11).resampled(rate).is_err(), "{rate}");
         }
+    }
+
+    #[test]
+    fn a_motion_of_twice_the_speed_takes_half_the_time_and_passes_the_same_poses() {
+        let clip = clip(11);
+        let fast = clip.clone().at_speed(2.0);
+        assert_eq!((fast.duration(), clip.duration()), (0.25, 0.5));
+        let resampled = fast.resampled(20.0).unwrap();
+        assert_eq!(resampled.frames[..], clip.frames.iter().step_by(2).cloned().collect::<Vec<_>>()[..]);
     }
 
     #[test]

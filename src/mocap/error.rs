@@ -101,4 +101,12 @@ pub enum MocapError {
         /// The clip's name.
         clip: String,
     },
+    /// A clip whose joints do not pair left and right.
+    #[error("clip `{}` cannot be mirrored: {}", plain(clip), plain(detail))]
+    NotSymmetric {
+        /// The clip's name.
+        clip: String,
+        /// Which joint, and what is wrong with it.
+        detail: String,
+    },
 }

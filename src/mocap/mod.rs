@@ -20,6 +20,7 @@ mod deepmimic;
 mod editing;
 mod error;
 mod looping;
+mod mirror;
 mod options;
 mod read;
 mod recording;

@@ -4,6 +4,15 @@
 //! [`difference_page`] shows how runs differ,
 //! [`model_page`] shows what a motion model has learned. Its parts serve others too: [`overlay`] draws
 //! skeletons through a camera, [`contact_sheet`] puts views and frames into one picture, [`plots`] makes SVG.
+//!
+//! ```
+//! use skiagraph::body::shipped;
+//! use skiagraph::report::overlay::link_bones;
+//! let body = shipped("tracker25")?;
+//! let bones = link_bones(&body, &body.link_frames(&body.zero_pose()));
+//! assert!(!bones.is_empty(), "to be drawn through a camera");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod base64;
 mod cell;
@@ -25,6 +34,7 @@ mod model_distances;
 mod model_figures;
 mod model_input;
 mod model_page;
+mod motion_strip;
 pub mod overlay;
 mod page;
 pub mod plots;
@@ -45,5 +55,6 @@ pub use input::{
 pub use model_distances::{CandidateFrame, FrameDistances};
 pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};
 pub use model_page::model_page;
+pub use motion_strip::MotionStrip;
 pub use page::render;
 pub use verdict::{Verdict, verdict};

@@ -23,8 +23,9 @@ pub struct MotionSettings {
     /// Frame rate of the set, Hz; the clip is resampled. Default: 60.
     #[serde(default = "default_frames_per_second")]
     pub frames_per_second: f64,
-    /// Repeat the clip, each cycle continuing the previous one, until it lasts this long. Seconds. Default: the clip is
-    /// played once.
+    /// Repeat the clip, each cycle continuing the previous one, until it lasts this long. Seconds. A clip that is one
+    /// cycle is repeated as such; any other by a transition from its second half back into its first, where its poses
+    /// are most alike. Default: the clip is played once.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loop_to_s: Option<f64>,
     /// Length of the file's unit in metres. Default: defined by the format (CMU's Acclaim: 0.0254 / 0.45); for BVH
@@ -45,6 +46,32 @@ pub struct MotionSettings {
     /// Frame rate of a file that does not define it, Hz. Default: 120 for `.amc`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_hz: Option<f64>,
+    /// Exchange left and right: the recording in a mirror. Default: false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub mirror: bool,
+    /// Play the recording this many times as fast. Default: 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
+    /// Further takes, performed one after another behind the clip by the same body: each is turned and moved over the
+    /// ground and blended in where its poses are nearest to those of the take before, which is left in its second half
+    /// and entered in its first. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub then: Vec<TakeSettings>,
+    /// How takes are joined.
+    #[serde(default, skip_serializing_if = "JoinKeys::is_default")]
+    pub join: JoinKeys,
+    /// Waypoints `[[x, y], ...]` on the ground that the motion is led along, from the first on, by a smooth curve; the
+    /// body faces along it as it faced along its recorded way, and goes straight on after the last. Metres. Default:
+    /// the recorded way.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub path_m: Vec<[f64; 2]>,
+    /// Slow random drifts of tempo, amplitude and posture. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variation: Option<VariationSettings>,
+    /// Number of frames of the motion, after all editing: what is longer is cut at its end, what is shorter is refused.
+    /// Default: all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames: Option<usize>,
     /// SHA-256 of the clip's file in hexadecimal; another file of that name is used, with a note. Default: not
     /// checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,6 +79,90 @@ pub struct MotionSettings {
     /// Where the file can be obtained; part of the message when it is missing. Default: empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub source: String,
+}
+
+/// A further take: a recording and the used part of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TakeSettings {
+    /// As `motion.clip`.
+    pub clip: String,
+    /// As `motion.skeleton`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skeleton: Option<String>,
+    /// First frame used, as the file counts, from 1. Default: 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_frame: Option<usize>,
+    /// Last frame used, inclusive, as the file counts. Default: the clip's last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_frame: Option<usize>,
+    /// As `motion.loop_to_s`, of this take alone. Seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loop_to_s: Option<f64>,
+    /// As `motion.metres_per_unit`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metres_per_unit: Option<f64>,
+    /// As `motion.up`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<Axis>,
+    /// As `motion.source_hz`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source_hz: Option<f64>,
+    /// Exchange left and right. Default: false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub mirror: bool,
+    /// Play the recording this many times as fast. Default: 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
+    /// As `motion.sha256`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
+    /// As `motion.source`.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub source: String,
+}
+
+/// How takes are joined.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct JoinKeys {
+    /// Duration of a blend, seconds. Default: 0.3.
+    pub blend_s: f64,
+    /// The greatest distance of two poses that are blended: root mean square over the landmarks during the blend, after
+    /// the best turn and shift over the ground. Millimetres. Default: 120.
+    pub within_mm: f64,
+}
+
+impl Default for JoinKeys {
+    fn default() -> Self {
+        Self { blend_s: 0.3, within_mm: 120.0 }
+    }
+}
+
+impl JoinKeys {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Slow random drifts: the same person another time. All are standard deviations over time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct VariationSettings {
+    /// Which drifts. Default: 1.
+    pub seed: u32,
+    /// Of the speed at which the motion passes, %. Default: 2.5.
+    pub tempo_percent: f64,
+    /// Of how far joints and root move about their mean, %. Default: 3.
+    pub amplitude_percent: f64,
+    /// Of every angle of trunk, head and arms, degrees. Default: 1.5.
+    pub posture_deg: f64,
+}
+
+impl Default for VariationSettings {
+    fn default() -> Self {
+        Self { seed: 1, tempo_percent: 2.5, amplitude_percent: 3.0, posture_deg: 1.5 }
+    }
 }
 
 /// The recordings that proposals and motion models are learned from. No frame of them may be a frame of the test.
@@ -87,8 +198,54 @@ impl MotionSettings {
             start_m: None,
             heading_deg: None,
             source_hz: None,
+            mirror: false,
+            speed: None,
+            then: Vec::new(),
+            join: JoinKeys::default(),
+            path_m: Vec::new(),
+            variation: None,
+            frames: None,
             sha256: None,
             source: String::new(),
+        }
+    }
+
+    /// Every take with its key, the clip itself first, as settings of their own at the motion's rate.
+    pub fn takes(&self, table: &str) -> Vec<(String, Self)> {
+        let own = Self {
+            then: Vec::new(),
+            join: JoinKeys::default(),
+            path_m: Vec::new(),
+            variation: None,
+            frames: None,
+            start_m: None,
+            heading_deg: None,
+            ..self.clone()
+        };
+        let rate = self.frames_per_second;
+        let further = self.then.iter().enumerate();
+        let further = further.map(|(index, take)| (format!("{table}.then[{index}]"), take.at_rate(rate)));
+        std::iter::once((table.to_owned(), own)).chain(further).collect()
+    }
+}
+
+impl TakeSettings {
+    fn at_rate(&self, frames_per_second: f64) -> MotionSettings {
+        let take = self.clone();
+        MotionSettings {
+            skeleton: take.skeleton,
+            first_frame: take.first_frame,
+            last_frame: take.last_frame,
+            frames_per_second,
+            loop_to_s: take.loop_to_s,
+            metres_per_unit: take.metres_per_unit,
+            up: take.up,
+            source_hz: take.source_hz,
+            mirror: take.mirror,
+            speed: take.speed,
+            sha256: take.sha256,
+            source: take.source,
+            ..MotionSettings::of_clip(&take.clip)
         }
     }
 }

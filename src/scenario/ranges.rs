@@ -31,6 +31,8 @@ const MOST_SEEDS: u32 = 100_000;
 const MOST_CLIPS: usize = 1_000;
 const MOST_PROPS: usize = 1_000;
 const MOST_CAMERAS: usize = 64;
+const MOST_TAKES: usize = 200;
+const MOST_WAYPOINTS: usize = 10_000;
 const MOST_METHODS: usize = 64;
 /// Greatest coordinate, metres.
 const FARTHEST: f64 = 1e4;
@@ -56,6 +58,9 @@ impl Scenario {
             at_most("training.clips", training.clips.len(), MOST_CLIPS, "recordings")?;
             for (i, clip) in training.clips.iter().enumerate() {
                 motion(&format!("training.clips[{i}]"), clip)?;
+                let alone = clip.then.is_empty();
+                let expected = "none: give every recording as [[training.clips]] of its own";
+                require(&format!("training.clips[{i}].then"), alone, expected, "some")?;
             }
         }
         actor(&self.actor)?;
@@ -98,6 +103,39 @@ impl Scenario {
 }
 
 fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
+    at_most(&format!("{table}.then"), m.then.len(), MOST_TAKES, "takes")?;
+    for (table, take) in m.takes(table) {
+        self::take(&table, &take)?;
+    }
+    within(&format!("{table}.join.blend_s"), m.join.blend_s, 0.02..=5.0)?;
+    within(&format!("{table}.join.within_mm"), m.join.within_mm, 0.0..=10_000.0)?;
+    for coordinate in m.start_m.into_iter().flatten() {
+        within(&format!("{table}.start_m"), coordinate, -1000.0..=1000.0)?;
+    }
+    if let Some(heading) = m.heading_deg {
+        within(&format!("{table}.heading_deg"), heading, -360.0..=360.0)?;
+    }
+    at_most(&format!("{table}.path_m"), m.path_m.len(), MOST_WAYPOINTS, "waypoints")?;
+    for coordinate in m.path_m.iter().flatten() {
+        within(&format!("{table}.path_m"), *coordinate, -1000.0..=1000.0)?;
+    }
+    for (key, given) in [("start_m", m.start_m.is_some()), ("heading_deg", m.heading_deg.is_some())] {
+        let placed = given && !m.path_m.is_empty();
+        require(&format!("{table}.{key}"), !placed, "none beside path_m, which begins at its first waypoint", "both")?;
+    }
+    if let Some(v) = &m.variation {
+        within(&format!("{table}.variation.tempo_percent"), v.tempo_percent, 0.0..=20.0)?;
+        within(&format!("{table}.variation.amplitude_percent"), v.amplitude_percent, 0.0..=30.0)?;
+        within(&format!("{table}.variation.posture_deg"), v.posture_deg, 0.0..=20.0)?;
+    }
+    match m.frames {
+        Some(frames) => within(&format!("{table}.frames"), frames, 2..=3_600_000),
+        None => Ok(()),
+    }
+}
+
+/// One recording and the used part of it.
+fn take(table: &str, m: &MotionSettings) -> RangeCheck {
     require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
     if let Some(first) = m.first_frame {
         require(&format!("{table}.first_frame"), first >= 1, "a frame number from 1", first)?;
@@ -111,16 +149,11 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
         ("loop_to_s", m.loop_to_s, 0.01..=3600.0),
         ("metres_per_unit", m.metres_per_unit, 1e-6..=1e3),
         ("source_hz", m.source_hz, 1.0..=10_000.0),
+        ("speed", m.speed, 0.05..=20.0),
     ] {
         if let Some(value) = value {
             within(&format!("{table}.{key}"), value, range)?;
         }
-    }
-    for coordinate in m.start_m.into_iter().flatten() {
-        within(&format!("{table}.start_m"), coordinate, -1000.0..=1000.0)?;
-    }
-    if let Some(heading) = m.heading_deg {
-        within(&format!("{table}.heading_deg"), heading, -360.0..=360.0)?;
     }
     if let Some(hash) = &m.sha256 {
         let sound = hash.len() == 64 && hash.chars().all(|c| c.is_ascii_hexdigit());

@@ -17,3 +17,4 @@ mod scenarios;
 #[path = "../support/mod.rs"]
 mod support;
 mod train;
+mod verify;

@@ -2,6 +2,7 @@
 
 mod clip;
 mod contacts;
+mod edited;
 mod model;
 mod model_page;
 mod robot;
@@ -19,6 +20,7 @@ use crate::input::{self, limits};
 
 pub use clip::ClipSummary;
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
+pub use edited::{EditedContact, EditedSummary, FastestAngle, SeamSummary, inspect_scenario};
 pub use model::{Against, ModelSummary, OneModel, Spread};
 pub use robot::{DegreeSummary, RobotSummary};
 pub use set::{CameraSummary, SetSummary};
@@ -122,8 +124,8 @@ fn kind_of(path: &Path) -> Result<Kind, ExperimentError> {
     let clips = EMBEDDED_CLIPS.map(|(name, _)| format!("embedded:{name}")).join(", ");
     let robots = SHIPPED_ROBOTS.map(|(name, _)| name).join(", ");
     let detail = format!(
-        "expected a model of skiagraph train, a recording (.bvh, .amc, DeepMimic .txt or .json, {clips}), a robot (.urdf, {robots}) or a \
-         benchmark set's directory"
+        "expected a model of skiagraph train, a recording (.bvh, .amc, DeepMimic .txt or .json, {clips}), a robot (.urdf, {robots}), a scenario \
+         (.toml) or a benchmark set's directory"
     );
     Err(ExperimentError::Malformed { path: path.to_owned(), detail })
 }

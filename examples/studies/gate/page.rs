@@ -9,7 +9,7 @@ pub(crate) fn render(study: &Study) -> String {
     let s = &study.simulated;
     write!(
         page,
-        "Made by `cargo bench --bench study_gate`; all digits are in `gate.json`.\n\n## Simulated runs\n\nRuns whose true \
+        "Made by `cargo run --release --example studies -- gate`; all digits are in `gate.json`.\n\n## Simulated runs\n\nRuns whose true \
          difference is known: every seed has an error of its own (standard deviation {} mm), every run {} frames with \
          {} mm about it, correlated from frame to frame by {}. {} repetitions a row, so a share of 5 % is known to within \
          a point. *Paired*: both sides have the same seeds; their own errors are correlated by the number behind it. The \

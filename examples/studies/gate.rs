@@ -1,6 +1,6 @@
 //! How far the regression gate can be trusted: regenerates `results/gate.md` and `results/gate.json`.
 //!
-//! `cargo bench --bench study_gate`. The first part draws runs whose true difference is known (`simulated.rs`), the
+//! `cargo run --release --example studies -- gate`. The first part draws runs whose true difference is known (`simulated.rs`), the
 //! second gates real runs of the default tracker with known defects (`real.rs`); `SKIAGRAPH_GATE=simulated` leaves the
 //! second part as `results/gate.json` has it.
 
@@ -14,12 +14,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 #[derive(Serialize, Deserialize)]
-struct Study {
-    simulated: simulated::Simulated,
-    real: Option<real::Real>,
+pub(crate) struct Study {
+    pub(crate) simulated: simulated::Simulated,
+    pub(crate) real: Option<real::Real>,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// Both parts.
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let json = folder.join("gate.json");
     let simulated = simulated::run();

@@ -1,0 +1,88 @@
+//! Errors of editing.
+
+use crate::contact::ContactError;
+use crate::input::plain;
+
+/// Why a motion cannot be edited as asked.
+#[derive(Debug, thiserror::Error)]
+pub enum EditError {
+    /// Two takes are nowhere alike.
+    #[error(
+        "`{}` cannot follow `{}`: their closest poses, at {leaves_s:.2} s of `{}` and {enters_s:.2} s of `{}`, are \
+         {closest_mm:.0} mm apart, and at most {limit_mm:.0} mm are joined; use takes, or parts of them, that are more \
+         alike, put one between them, or raise `join.within_mm`",
+        plain(to),
+        plain(from),
+        plain(from),
+        plain(to)
+    )]
+    Apart {
+        /// The take that is left.
+        from: String,
+        /// The take that should follow.
+        to: String,
+        /// The least distance between their poses, mm.
+        closest_mm: f64,
+        /// Where that is in the take that is left, seconds from its beginning.
+        leaves_s: f64,
+        /// Where that is in the take that follows, seconds from its beginning.
+        enters_s: f64,
+        /// The greatest distance that is joined, mm.
+        limit_mm: f64,
+    },
+    /// A take that a blend does not fit into.
+    #[error(
+        "`{}` is too short to be joined: expected at least {needed} frames, twice the time of a blend, found {frames}; \
+         use more of it, or a shorter `join.blend_s`",
+        plain(take)
+    )]
+    Short {
+        /// The take.
+        take: String,
+        /// Its frames.
+        frames: usize,
+        /// The least number of frames.
+        needed: usize,
+    },
+    /// A path that feet cannot follow.
+    #[error(
+        "the path turns faster than feet can follow: by {turn_deg:.0} degrees at ({x:.2}, {y:.2}) m while the {foot} \
+         stands from {from_s:.2} s to {to_s:.2} s, and a hip allows {limit_deg:.0} degrees; widen the curve there, or \
+         lower `speed`"
+    )]
+    TurnsTooFast {
+        /// The turn during the stance, degrees.
+        turn_deg: f64,
+        /// The greatest turn, degrees.
+        limit_deg: f64,
+        /// Where, metres.
+        x: f64,
+        /// Where, metres.
+        y: f64,
+        /// Which foot stands.
+        foot: &'static str,
+        /// When its stance begins, seconds.
+        from_s: f64,
+        /// When it ends, seconds.
+        to_s: f64,
+    },
+    /// A motion that does not get anywhere.
+    #[error("a path needs a motion that travels; this one travels {travelled_m:.2} m, expected at least {least_m} m")]
+    StaysInPlace {
+        /// How far it travels, metres.
+        travelled_m: f64,
+        /// The least distance, metres.
+        least_m: f64,
+    },
+    /// Waypoints that are no path.
+    #[error("expected at least two waypoints, each at least {least_m} m from the one before, found {found}")]
+    Waypoints {
+        /// What is wrong with them.
+        found: String,
+        /// The least distance, metres.
+        least_m: f64,
+    },
+    /// Where feet stand cannot be told.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+}

@@ -1,0 +1,25 @@
+//! Motions edited on a body: takes joined where their poses are alike, motions repeated, led along a path, varied.
+//!
+//! A [`Take`] is a motion of one robot that was scaled to one subject. [`carried_over`] gives it to the same robot of
+//! another size, [`joined`] finds the instants at which takes can follow each other and blends them there, [`repeated`]
+//! does the same with one take and itself, [`along_path`] turns a motion along waypoints, [`varied`] lets tempo,
+//! amplitude and posture drift slowly, as those of people do.
+//!
+//! Feet slide a little through a blend and on a bent path: plant them afterwards (`physics::fix`).
+
+mod blending;
+mod curve;
+mod drift;
+mod error;
+mod joining;
+mod path;
+mod pose_distance;
+mod transfer;
+mod variation;
+
+pub use error::EditError;
+pub use joining::{JoinSettings, Joined, Seam, Take, joined, repeated};
+pub use path::{GREATEST_TURN_IN_A_STANCE, along_path};
+pub use pose_distance::{Closest, PoseClouds};
+pub use transfer::carried_over;
+pub use variation::{Variation, varied};

@@ -1,0 +1,208 @@
+//! A motion led along a path: every step is turned to where the path leads.
+//!
+//! The way that the root takes over the ground, without the sway of single steps, is laid along the curve by arc
+//! length, and every frame is turned by the difference of their headings. Standing frames stay where they are.
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
+
+use super::EditError;
+use super::curve::{Curve, unwrap};
+use crate::body::{Humanoid, Motion, Pose};
+use crate::contact::{ContactRule, FOOT_NAMES, GroundContacts};
+
+/// The body may turn by at most this about a standing foot, radians: 45 degrees, the range of a hip's rotation to
+/// either side (`[Norkin 2009]`).
+pub const GREATEST_TURN_IN_A_STANCE: f64 = core::f64::consts::FRAC_PI_4;
+
+/// Shorter ways are no travel, metres.
+const LEAST_TRAVEL: f64 = 0.5;
+
+/// Standard deviation of the window that takes the sway of steps out of the root's way, seconds.
+const SWAY_S: f64 = 0.35;
+
+/// Slower than this the way has no heading, m/s.
+const SLOW: f64 = 0.15;
+
+/// `motion`, continuous, along the path through `waypoints` (metres, on the ground), from the first on; a longer motion
+/// goes straight on after the last one.
+///
+/// # Errors
+/// [`EditError`] for waypoints that are no path, a motion that stays in place, and a path that turns by more than
+/// [`GREATEST_TURN_IN_A_STANCE`] while a foot stands.
+pub fn along_path(body: &Humanoid, motion: &Motion, waypoints: &[[f64; 2]]) -> Result<Motion, EditError> {
+    let curve = Curve::through(waypoints)?;
+    let way = Way::of(motion);
+    let travelled_m = way.lengths.last().copied().unwrap_or(0.0);
+    if travelled_m < LEAST_TRAVEL {
+        return Err(EditError::StaysInPlace { travelled_m, least_m: LEAST_TRAVEL });
+    }
+    let turns: Vec<f64> = way.lengths.iter().zip(&way.headings).map(|(l, heading)| curve.at(*l).1 - heading).collect();
+    check_turns(body, motion, &turns, |frame| curve.at(way.lengths[frame]).0)?;
+    let led = |(frame, pose): (usize, &Pose)| {
+        let (there, _) = curve.at(way.lengths[frame]);
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turns[frame]);
+        let root = pose.world_from_root.translation.vector;
+        let sway = turn * Vector3::new(root.x - way.points[frame].x, root.y - way.points[frame].y, 0.0);
+        let place = Vector3::new(there.x + sway.x, there.y + sway.y, root.z);
+        let world_from_root = Isometry3::from_parts(place.into(), turn * pose.world_from_root.rotation);
+        Pose { world_from_root, joint_angles: pose.joint_angles.clone() }
+    };
+    let poses = motion.poses.iter().enumerate().map(led).collect();
+    Ok(Motion { frames_per_second: motion.frames_per_second, poses }.made_continuous(body))
+}
+
+/// Refuses turns that a standing foot cannot follow.
+fn check_turns(
+    body: &Humanoid,
+    motion: &Motion,
+    turns: &[f64],
+    place: impl Fn(usize) -> Vector2<f64>,
+) -> Result<(), EditError> {
+    let contacts = GroundContacts::of_motion(body, motion, &ContactRule::default())?;
+    for (foot, track) in FOOT_NAMES.into_iter().zip(&contacts.feet) {
+        for stance in track.stances() {
+            let turned: f64 = turns[stance.clone()].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+            if turned > GREATEST_TURN_IN_A_STANCE {
+                let middle = place(stance.start + stance.len() / 2);
+                return Err(EditError::TurnsTooFast {
+                    turn_deg: turned.to_degrees(),
+                    limit_deg: GREATEST_TURN_IN_A_STANCE.to_degrees(),
+                    x: middle.x,
+                    y: middle.y,
+                    foot,
+                    from_s: stance.start as f64 / motion.frames_per_second,
+                    to_s: (stance.end - 1) as f64 / motion.frames_per_second,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The way of the root over the ground, without sway.
+struct Way {
+    points: Vec<Vector2<f64>>,
+    /// Arc length from the first frame.
+    lengths: Vec<f64>,
+    /// Heading, without jumps; where it is slow, that of the nearest frame that is not.
+    headings: Vec<f64>,
+}
+
+impl Way {
+    fn of(motion: &Motion) -> Self {
+        let roots: Vec<Vector2<f64>> = motion.poses.iter().map(|p| p.world_from_root.translation.vector.xy()).collect();
+        let points = smoothed(&roots, SWAY_S * motion.frames_per_second);
+        let mut lengths = vec![0.0; points.len()];
+        for index in 1..points.len() {
+            lengths[index] = lengths[index - 1] + (points[index] - points[index - 1]).norm();
+        }
+        let headings = headings(&points, motion);
+        Self { points, lengths, headings }
+    }
+}
+
+/// The points under a Gaussian window, continued beyond the ends by reflection through them, so the ends stay.
+fn smoothed(points: &[Vector2<f64>], deviation: f64) -> Vec<Vector2<f64>> {
+    let reach = libm::ceil(3.0 * deviation) as isize;
+    let weights: Vec<f64> =
+        (-reach..=reach).map(|k| libm::exp(-0.5 * (k as f64 / deviation) * (k as f64 / deviation))).collect();
+    let total: f64 = weights.iter().sum();
+    let last = points.len().cast_signed() - 1;
+    let at = |index: isize| -> Vector2<f64> {
+        let inside = |index: isize| points[index.clamp(0, last).unsigned_abs()];
+        match index {
+            i if i < 0 => 2.0 * points[0] - inside(-i),
+            i if i > last => 2.0 * inside(last) - inside(2 * last - i),
+            i => inside(i),
+        }
+    };
+    let of = |frame: isize| {
+        let sum: Vector2<f64> = (-reach..=reach).zip(&weights).map(|(k, weight)| at(frame + k) * *weight).sum();
+        sum / total
+    };
+    (0..=last).map(of).collect()
+}
+
+fn headings(points: &[Vector2<f64>], motion: &Motion) -> Vec<f64> {
+    let rate = motion.frames_per_second;
+    let speed = |frame: usize| {
+        let (before, after) = (frame.saturating_sub(1), (frame + 1).min(points.len() - 1));
+        (points[after] - points[before]) * (rate / (after - before).max(1) as f64)
+    };
+    let known: Vec<Option<f64>> =
+        (0..points.len()).map(speed).map(|v| (v.norm() > SLOW).then(|| libm::atan2(v.y, v.x))).collect();
+    let first = known.iter().flatten().next().copied();
+    let mut last = first.or_else(|| motion.poses.first()?.heading()).unwrap_or(0.0);
+    let mut headings: Vec<f64> = known
+        .iter()
+        .map(|known| {
+            last = known.unwrap_or(last);
+            last
+        })
+        .collect();
+    unwrap(&mut headings);
+    headings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+    use nalgebra::Isometry3;
+
+    /// The actor slides along x at a speed, on the ground or above it.
+    fn glide(speed: f64, height: f64, seconds: f64) -> (Humanoid, Motion) {
+        let body = shipped("actor").unwrap();
+        let links: Vec<usize> = (0..body.links.len()).collect();
+        let lowest = body.lowest_point(&body.link_frames(&body.zero_pose()), &links).unwrap().z;
+        let pose = |frame: usize| Pose {
+            world_from_root: Isometry3::translation(speed * frame as f64 / 60.0, 0.3, height - lowest),
+            ..body.zero_pose()
+        };
+        let poses = (0..(60.0 * seconds) as usize).map(pose).collect();
+        (body, Motion { frames_per_second: 60.0, poses })
+    }
+
+    #[test]
+    fn a_straight_path_of_the_same_heading_only_moves_the_motion() {
+        let (body, motion) = glide(1.0, 0.1, 3.0);
+        let led = along_path(&body, &motion, &[[1.0, 1.0], [9.0, 1.0]]).unwrap();
+        for (was, is) in motion.poses.iter().zip(&led.poses) {
+            let moved = is.world_from_root.translation.vector - was.world_from_root.translation.vector;
+            assert!((moved - Vector3::new(1.0, 0.7, 0.0)).norm() < 1e-9, "{moved}");
+            assert!(is.world_from_root.rotation.angle() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_bent_path_is_followed_at_the_motions_own_speed_facing_along_it() {
+        let (body, motion) = glide(1.2, 0.5, 6.0);
+        let led = along_path(&body, &motion, &[[0.0, 0.0], [2.0, 0.0], [4.0, 2.0], [4.0, 4.0]]).unwrap();
+        let places: Vec<_> = led.poses.iter().map(|p| p.world_from_root.translation.vector).collect();
+        for pair in places.windows(2) {
+            assert!(((pair[1] - pair[0]).norm() * 60.0 - 1.2).abs() < 0.03, "{}", (pair[1] - pair[0]).norm() * 60.0);
+        }
+        for (frame, pair) in places.windows(3).enumerate() {
+            let along = (pair[2] - pair[0]).normalize();
+            let [x, y, _] = led.poses[frame + 1].forward().unwrap();
+            assert!(along.x * x + along.y * y > 0.995);
+        }
+        assert!((led.poses.last().unwrap().heading().unwrap() - core::f64::consts::FRAC_PI_2).abs() < 0.1);
+    }
+
+    #[test]
+    fn a_corner_within_one_stance_is_refused_with_its_place() {
+        let (body, mut motion) = glide(0.2, 0.0, 8.0);
+        // slow enough to stand all the time
+        motion.frames_per_second = 60.0;
+        let error = along_path(&body, &motion, &[[0.0, 0.0], [0.5, 0.0], [0.5, 0.6]]).unwrap_err().to_string();
+        assert!(error.contains("turns faster than feet can follow") && error.contains("allows 45 degrees"), "{error}");
+    }
+
+    #[test]
+    fn a_motion_that_stays_in_place_is_refused() {
+        let (body, motion) = glide(0.01, 0.0, 2.0);
+        let error = along_path(&body, &motion, &[[0.0, 0.0], [5.0, 0.0]]).unwrap_err().to_string();
+        assert!(error.contains("travels 0.02 m"), "{error}");
+    }
+}

@@ -1,0 +1,162 @@
+//! How far poses are apart, wherever they are on the ground and whichever way they face.
+//!
+//! A pose is compared with the poses that follow it over the time of a blend: the landmarks of several of these frames
+//! are one cloud of points, and the distance of two clouds is the root mean square distance of corresponding points
+//! after the turn about the vertical and the shift over the ground that make it least (`[Kovar 2002]`, section 3.1). So
+//! speeds count as well as positions.
+
+use nalgebra::{Complex, Isometry3, UnitQuaternion, Vector3};
+
+use crate::body::{Humanoid, LinkFrames, Markers, Motion};
+
+/// Frames of a cloud, spread over the time of a blend.
+const SAMPLES: usize = 5;
+
+/// The clouds of a motion, one for every frame that is followed by enough others.
+pub struct PoseClouds {
+    clouds: Vec<Cloud>,
+}
+
+/// Landmarks over the time of a blend. The ground's plane is the complex plane.
+struct Cloud {
+    centre: Complex<f64>,
+    /// Relative to the centre.
+    on_ground: Vec<Complex<f64>>,
+    heights: Vec<f64>,
+    /// Sum of squared distances from the centre on the ground.
+    spread: f64,
+}
+
+/// The nearest pair of frames of two motions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// Frame of the first motion at which it is left.
+    pub leaves: usize,
+    /// Frame of the second at which it is entered.
+    pub enters: usize,
+    /// Their distance, metres.
+    pub distance_m: f64,
+}
+
+impl PoseClouds {
+    /// The clouds of `motion` for blends of `blend` frames (at least 1). Frame `i` reaches to `i + blend`.
+    pub fn new(body: &Humanoid, motion: &Motion, blend: usize) -> Self {
+        let mut frames = LinkFrames::default();
+        let of = |pose| {
+            body.link_frames_into(pose, &mut frames);
+            body.markers(&frames)
+        };
+        let markers: Vec<Markers> = motion.poses.iter().map(of).collect();
+        let cloud = |first: usize| {
+            let samples = (0..SAMPLES).map(|k| first + k * blend / (SAMPLES - 1));
+            Cloud::of(samples.flat_map(|frame| markers[frame].iter().flatten().map(|p| p.coords)))
+        };
+        Self { clouds: (0..markers.len().saturating_sub(blend)).map(cloud).collect() }
+    }
+
+    /// Number of frames that have a cloud.
+    pub fn len(&self) -> usize {
+        self.clouds.len()
+    }
+
+    /// Whether the motion is too short for any cloud.
+    pub fn is_empty(&self) -> bool {
+        self.clouds.is_empty()
+    }
+
+    /// The distance of frame `own` from frame `others` of another motion of the same body, metres.
+    pub fn distance_m(&self, own: usize, other: &Self, others: usize) -> f64 {
+        self.clouds[own].distance(&other.clouds[others])
+    }
+
+    /// The turn and shift over the ground that bring frame `others` of another motion nearest to frame `own`.
+    pub fn alignment(&self, own: usize, other: &Self, others: usize) -> Isometry3<f64> {
+        let (a, b) = (&self.clouds[own], &other.clouds[others]);
+        let turn = a.correlation(b);
+        let heading = if turn.norm_sqr() > 0.0 { libm::atan2(turn.im, turn.re) } else { 0.0 };
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
+        let shift = a.centre - b.centre * Complex::new(libm::cos(heading), libm::sin(heading));
+        Isometry3::from_parts(Vector3::new(shift.re, shift.im, 0.0).into(), rotation)
+    }
+}
+
+impl Cloud {
+    fn of(points: impl Iterator<Item = Vector3<f64>>) -> Self {
+        let points: Vec<Vector3<f64>> = points.collect();
+        let on_ground: Vec<Complex<f64>> = points.iter().map(|p| Complex::new(p.x, p.y)).collect();
+        let centre = on_ground.iter().sum::<Complex<f64>>() / on_ground.len().max(1) as f64;
+        let on_ground: Vec<_> = on_ground.iter().map(|p| p - centre).collect();
+        let spread = on_ground.iter().map(Complex::norm_sqr).sum();
+        Self { centre, on_ground, heights: points.iter().map(|p| p.z).collect(), spread }
+    }
+
+    /// Its argument is the turn that brings `other` nearest to this cloud.
+    fn correlation(&self, other: &Self) -> Complex<f64> {
+        self.on_ground.iter().zip(&other.on_ground).map(|(p, q)| p * q.conj()).sum()
+    }
+
+    /// Root mean square distance after the best alignment: `sum |p - e^(i t) q|^2` is least where `t` is the argument
+    /// of the correlation, and then `sum |p|^2 + sum |q|^2 - 2 |correlation|`.
+    fn distance(&self, other: &Self) -> f64 {
+        let climb: f64 = self.heights.iter().zip(&other.heights).map(|(a, b)| (a - b) * (a - b)).sum();
+        let correlation = self.correlation(other);
+        let apart = self.spread + other.spread - 2.0 * libm::hypot(correlation.re, correlation.im);
+        libm::sqrt((apart.max(0.0) + climb) / self.heights.len().max(1) as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::{person, walk};
+
+    fn moved(motion: &Motion, by: &Isometry3<f64>) -> Motion {
+        let mut moved = motion.clone();
+        moved.poses.iter_mut().for_each(|pose| pose.world_from_root = by * pose.world_from_root);
+        moved
+    }
+
+    #[test]
+    fn a_motion_elsewhere_on_the_ground_is_at_distance_0_and_the_alignment_brings_it_back() {
+        let (body, motion) = (person(), walk(30));
+        let there = Isometry3::new(Vector3::new(2.0, -3.0, 0.0), Vector3::z() * 2.1);
+        let other = PoseClouds::new(&body, &moved(&motion, &there), 8);
+        let own = PoseClouds::new(&body, &motion, 8);
+        assert_eq!((own.len(), own.is_empty()), (22, false));
+        assert!(own.distance_m(5, &other, 5) < 1e-7, "{}", own.distance_m(5, &other, 5));
+        assert!(own.distance_m(5, &other, 12) > 1e-3);
+        let back = own.alignment(5, &other, 5) * there;
+        assert!(back.translation.vector.norm() < 1e-9 && back.rotation.angle() < 1e-9);
+    }
+
+    #[test]
+    fn the_closed_form_is_the_least_over_turns_and_shifts() {
+        let (body, motion) = (person(), walk(40));
+        let clouds = PoseClouds::new(&body, &motion, 4);
+        let (a, b) = (3, 17);
+        let least = clouds.distance_m(a, &clouds, b);
+        let found = clouds.alignment(a, &clouds, b);
+        let distance = |by: &Isometry3<f64>| {
+            let markers = |frame: usize, by: &Isometry3<f64>| -> Vec<Vector3<f64>> {
+                let pose = crate::body::Pose {
+                    world_from_root: by * motion.poses[frame].world_from_root,
+                    ..motion.poses[frame].clone()
+                };
+                body.markers(&body.link_frames(&pose)).iter().flatten().map(|p| p.coords).collect()
+            };
+            let pairs: Vec<f64> = (0..SAMPLES)
+                .flat_map(|k| {
+                    let (own, other) = (markers(a + k, &Isometry3::identity()), markers(b + k, by));
+                    own.iter().zip(&other).map(|(p, q)| (p - q).norm_squared()).collect::<Vec<_>>()
+                })
+                .collect();
+            (pairs.iter().sum::<f64>() / pairs.len() as f64).sqrt()
+        };
+        assert!((distance(&found) - least).abs() < 1e-12);
+        for nudge in [Vector3::<f64>::x(), -Vector3::x(), Vector3::y(), -Vector3::y()] {
+            assert!(distance(&(Isometry3::translation(0.01 * nudge.x, 0.01 * nudge.y, 0.0) * found)) > least);
+            let turn = Isometry3::rotation(Vector3::z() * 0.02 * nudge.x);
+            assert!(nudge.x == 0.0 || distance(&(found * turn)) > least);
+        }
+    }
+}

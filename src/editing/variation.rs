@@ -1,0 +1,164 @@
+//! A motion as the same person would perform it another time: tempo, amplitude and posture drift slowly.
+
+use crate::body::{Humanoid, JointKind, Motion, Pose};
+
+use super::drift::Drift;
+
+/// How much a motion drifts; all standard deviations over time. The defaults are of the size of a healthy adult's
+/// variation from stride to stride: 2 to 3 % of the stride's time (`[Hausdorff 1996]`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variation {
+    /// Which drifts.
+    pub seed: u64,
+    /// Of the speed at which the motion passes, a share.
+    pub tempo: f64,
+    /// Of how far joints and root move about their mean, a share.
+    pub amplitude: f64,
+    /// Of every angle of trunk, head and arms, radians.
+    pub posture: f64,
+}
+
+impl Default for Variation {
+    fn default() -> Self {
+        Self { seed: 0, tempo: 0.025, amplitude: 0.03, posture: 1.5 * core::f64::consts::PI / 180.0 }
+    }
+}
+
+/// The slowest that a drift makes a motion, a share of its tempo.
+const SLOWEST: f64 = 0.3;
+
+/// `motion`, continuous, varied. It lasts a little longer or shorter. Angles stay within the joint limits, or as far
+/// beyond as they were.
+pub fn varied(body: &Humanoid, motion: &Motion, variation: &Variation) -> Motion {
+    let timed = with_tempo(body, motion, variation);
+    let swung = with_amplitude(body, &timed, variation);
+    with_posture(body, swung, variation).made_continuous(body)
+}
+
+fn with_tempo(body: &Humanoid, motion: &Motion, variation: &Variation) -> Motion {
+    let drift = Drift::new(variation.seed, 0);
+    let last = motion.poses.len().saturating_sub(1) as f64;
+    let (mut poses, mut position, mut seconds) = (Vec::with_capacity(motion.poses.len()), 0.0, 0.0);
+    while position <= last {
+        poses.extend(motion.at_frame(body, position));
+        position += (1.0 + variation.tempo * drift.at(seconds)).max(SLOWEST);
+        seconds += 1.0 / motion.frames_per_second;
+    }
+    Motion { frames_per_second: motion.frames_per_second, poses }
+}
+
+fn with_amplitude(body: &Humanoid, motion: &Motion, variation: &Variation) -> Motion {
+    let drift = Drift::new(variation.seed, 1);
+    let growth = |frame: usize| 1.0 + variation.amplitude * drift.at(frame as f64 / motion.frames_per_second);
+    let count = motion.poses.len().max(1) as f64;
+    let angles = body.degrees_of_freedom.len();
+    let sum = motion.poses.iter().fold(nalgebra::DVector::zeros(angles), |sum, pose| sum + &pose.joint_angles);
+    let mean = sum / count;
+    let mut place = motion.poses.first().map_or(nalgebra::Vector3::zeros(), |p| p.world_from_root.translation.vector);
+    let grown = |(frame, pose): (usize, &Pose)| {
+        let before = &motion.poses[frame.saturating_sub(1)].world_from_root.translation.vector;
+        let step = (pose.world_from_root.translation.vector - before) * growth(frame);
+        place += nalgebra::Vector3::new(step.x, step.y, 0.0);
+        place.z = pose.world_from_root.translation.z;
+        let mut grown = pose.clone();
+        grown.world_from_root.translation.vector = place;
+        grown.joint_angles = &mean + (&pose.joint_angles - &mean) * growth(frame);
+        keep_limits(body, pose, &mut grown);
+        grown
+    };
+    let poses = motion.poses.iter().enumerate().map(grown).collect();
+    Motion { frames_per_second: motion.frames_per_second, poses }
+}
+
+fn with_posture(body: &Humanoid, mut motion: Motion, variation: &Variation) -> Motion {
+    let drifts: Vec<(usize, Drift)> =
+        above_legs(body).into_iter().map(|index| (index, Drift::new(variation.seed, 2 + index as u64))).collect();
+    let rate = motion.frames_per_second;
+    for (frame, pose) in motion.poses.iter_mut().enumerate() {
+        let was = pose.clone();
+        for (index, drift) in &drifts {
+            pose.joint_angles[*index] += variation.posture * drift.at(frame as f64 / rate);
+        }
+        keep_limits(body, &was, pose);
+    }
+    motion
+}
+
+/// Angles come back to their limits, but not beyond where they were.
+fn keep_limits(body: &Humanoid, was: &Pose, pose: &mut Pose) {
+    for (index, limits) in body.degrees_of_freedom.iter().enumerate() {
+        let old = was.joint_angles[index];
+        pose.joint_angles[index] = pose.joint_angles[index].clamp(limits.lower.min(old), limits.upper.max(old));
+    }
+}
+
+/// The degrees of freedom that move nothing of the legs.
+fn above_legs(body: &Humanoid) -> Vec<usize> {
+    let mut of_legs = vec![false; body.degrees_of_freedom.len()];
+    for foot in body.foot_links().into_iter().flatten() {
+        let mut link = foot;
+        while let Some(parent) = body.parent(link) {
+            let driven = match &body.joints[link - 1].kind {
+                JointKind::Fixed => 0..0,
+                JointKind::Revolute { drive, .. } | JointKind::Prismatic { drive, .. } => {
+                    drive.degree_of_freedom..drive.degree_of_freedom + 1
+                }
+                JointKind::Spherical { first } => *first..first + 3,
+                JointKind::Floating { first } => *first..first + 6,
+            };
+            of_legs[driven].fill(true);
+            link = parent;
+        }
+    }
+    (0..of_legs.len()).filter(|&index| !of_legs[index]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::{person, walk};
+    use crate::body::shipped;
+
+    #[test]
+    fn without_drift_nothing_changes() {
+        let (body, motion) = (person(), walk(90).made_continuous(&person()));
+        let none = Variation { seed: 1, tempo: 0.0, amplitude: 0.0, posture: 0.0 };
+        let same = varied(&body, &motion, &none);
+        assert_eq!(same.poses.len(), motion.poses.len());
+        for (a, b) in same.poses.iter().zip(&motion.poses) {
+            assert!((&a.joint_angles - &b.joint_angles).amax() < 1e-12);
+            assert!((a.world_from_root.translation.vector - b.world_from_root.translation.vector).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn seeds_differ_are_repeated_bit_for_bit_and_keep_the_limits() {
+        let body = shipped("actor").unwrap();
+        let knee = body.find_degree_of_freedom("left_knee_flexion").unwrap();
+        let pose = |frame: usize| {
+            let mut pose = body.zero_pose();
+            pose.joint_angles[knee] = 0.6 - 0.6 * libm::cos(0.1 * frame as f64);
+            pose
+        };
+        let motion = Motion { frames_per_second: 60.0, poses: (0..300).map(pose).collect() };
+        let with = |seed| varied(&body, &motion, &Variation { seed, ..Variation::default() });
+        assert_eq!(with(3), with(3));
+        assert_ne!(with(3), with(4));
+        for pose in &with(3).poses {
+            for (angle, limits) in pose.joint_angles.iter().zip(&body.degrees_of_freedom) {
+                assert!((limits.lower..=limits.upper).contains(angle), "{}: {angle}", limits.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_slower_tempo_takes_longer_and_legs_keep_their_posture() {
+        let body = shipped("actor").unwrap();
+        let still = Motion { frames_per_second: 60.0, poses: vec![body.zero_pose(); 200] };
+        let moved = varied(&body, &still, &Variation { seed: 5, ..Variation::default() });
+        let arm = body.find_degree_of_freedom("left_elbow_flexion").unwrap();
+        let knee = body.find_degree_of_freedom("left_knee_flexion").unwrap();
+        assert!(moved.poses.iter().any(|pose| pose.joint_angles[arm] > 0.005));
+        assert!(moved.poses.iter().all(|pose| pose.joint_angles[knee] == 0.0));
+    }
+}

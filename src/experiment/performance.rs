@@ -1,0 +1,178 @@
+//! `[motion]` and `[[training.clips]]` on a robot: every take retargeted, then edited as the settings say.
+
+use std::path::Path;
+
+use super::clip_file;
+use super::error::scenario_error;
+use super::performed::retargeted;
+use super::placement::place;
+use super::{ExperimentError, clip_file::Recording};
+use crate::benchmark_set::SourceRecording;
+use crate::body::{Humanoid, Motion};
+use crate::editing::{
+    EditError, JoinSettings, Joined, Seam, Take, Variation, along_path, carried_over, joined, repeated, varied,
+};
+use crate::retarget::Retargeted;
+use crate::scenario::{MotionSettings, ScenarioFile};
+
+/// The recordings of a motion, read, cut and at the motion's rate: the clip and what follows it.
+pub(super) struct Recordings<'a> {
+    settings: &'a MotionSettings,
+    table: String,
+    takes: Vec<(String, MotionSettings, Recording)>,
+}
+
+/// A motion of a robot, edited.
+pub(super) struct Performance {
+    /// With the body of the first take's subject.
+    pub(super) retargeted: Retargeted,
+    /// Where takes were joined.
+    pub(super) seams: Vec<Seam>,
+}
+
+impl<'a> Recordings<'a> {
+    /// Reads them.
+    pub(super) fn load(
+        file: &ScenarioFile,
+        table: &str,
+        settings: &'a MotionSettings,
+        mocap_directory: Option<&Path>,
+    ) -> Result<Self, ExperimentError> {
+        let read = |(table, take): (String, MotionSettings)| {
+            let recording = clip_file::load(file, &table, &take, mocap_directory)?;
+            Ok((table, take, recording))
+        };
+        let takes = settings.takes(table).into_iter().map(read).collect::<Result<_, ExperimentError>>()?;
+        Ok(Self { settings, table: table.to_owned(), takes })
+    }
+
+    /// Which frames of which files they are.
+    pub(super) fn sources(&self) -> Vec<SourceRecording> {
+        self.takes.iter().map(|(.., recording)| recording.source.clone()).collect()
+    }
+
+    /// Their name.
+    pub(super) fn name(&self) -> String {
+        let names: Vec<&str> = self.takes.iter().map(|(.., recording)| recording.clip.name.as_str()).collect();
+        names.join(" + ")
+    }
+
+    /// Performed by `template`, scaled to the first take's subject. `robot` is the key and name of its setting.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] that names the key.
+    pub(super) fn performed_by(
+        &self,
+        file: &ScenarioFile,
+        robot: (&str, &str),
+        template: &Humanoid,
+    ) -> Result<Performance, ExperimentError> {
+        let mut first: Option<Retargeted> = None;
+        let (mut takes, mut seams) = (Vec::new(), Vec::new());
+        for (table, settings, recording) in &self.takes {
+            let key = format!("{table}.clip");
+            let mut own = retargeted(file, (&key, &settings.clip), robot, &recording.clip, template)?;
+            let body = first.as_ref().map_or(&own.humanoid, |first| &first.humanoid);
+            let motion = match &first {
+                None => std::mem::replace(&mut own.motion, Motion { frames_per_second: 1.0, poses: Vec::new() }),
+                Some(_) => carried_over(&own.humanoid, body, &own.motion),
+            };
+            let mut take = Take { name: recording.clip.name.clone(), motion };
+            if let Some(duration) = settings.loop_to_s.filter(|_| !recording.was_cyclic) {
+                let longer = repeated(body, &take, duration, &self.join()).map_err(at(file, table, "loop_to_s"))?;
+                take.motion = longer.motion;
+                if takes.is_empty() {
+                    seams = longer.seams;
+                }
+            }
+            takes.push(take);
+            match &mut first {
+                None => first = Some(own),
+                Some(first) => first.report.notes.extend(own.report.notes.iter().map(|note| format!("{key}: {note}"))),
+            }
+        }
+        let Some(retargeted) = first else {
+            return Err(scenario_error(file, &self.table, "expected a recording, found none".to_owned()));
+        };
+        let mut made = joined(&retargeted.humanoid, &takes, &self.join()).map_err(at(file, &self.table, "then"))?;
+        // seams of the first take's repetitions that its transition to the next has left in
+        let kept = made.seams.first().map_or(usize::MAX, |seam| seam.first);
+        seams.retain(|seam| seam.end <= kept);
+        seams.append(&mut made.seams);
+        made.seams = seams;
+        self.edit(file, retargeted, made)
+    }
+
+    /// Variation, path, place and length.
+    fn edit(
+        &self,
+        file: &ScenarioFile,
+        mut retargeted: Retargeted,
+        mut made: Joined,
+    ) -> Result<Performance, ExperimentError> {
+        let settings = self.settings;
+        if let Some(v) = &settings.variation {
+            let before = made.motion.poses.len();
+            let variation = Variation {
+                seed: u64::from(v.seed),
+                tempo: v.tempo_percent / 100.0,
+                amplitude: v.amplitude_percent / 100.0,
+                posture: v.posture_deg.to_radians(),
+            };
+            made.motion = varied(&retargeted.humanoid, &made.motion, &variation);
+            let growth = made.motion.poses.len() as f64 / before.max(1) as f64;
+            made.seams.iter_mut().for_each(|seam| move_in_time(seam, growth));
+        }
+        if let Some(frames) = settings.frames {
+            let found = made.motion.poses.len();
+            if found < frames {
+                let message = format!(
+                    "expected at most the {found} frames that the edited motion has at {} Hz, found {frames}; add takes \
+                     or loop_to_s",
+                    settings.frames_per_second
+                );
+                return Err(scenario_error(file, &format!("{}.frames", self.table), message));
+            }
+            made.cut(frames);
+        }
+        if !settings.path_m.is_empty() {
+            made.motion = along_path(&retargeted.humanoid, &made.motion, &settings.path_m).map_err(at(
+                file,
+                &self.table,
+                "path_m",
+            ))?;
+        }
+        place(&mut made.motion, settings)
+            .map_err(|e| scenario_error(file, &format!("{}.heading_deg", self.table), e))?;
+        retargeted.motion = made.motion;
+        retargeted.report.notes.extend(made.seams.iter().map(in_words));
+        Ok(Performance { retargeted, seams: made.seams })
+    }
+
+    fn join(&self) -> JoinSettings {
+        let keys = &self.settings.join;
+        JoinSettings { blend_s: keys.blend_s, within_m: keys.within_mm / 1000.0 }
+    }
+}
+
+/// A seam where the tempo has drifted: about where it now is.
+fn move_in_time(seam: &mut Seam, growth: f64) {
+    let moved = |frame: usize| libm::round(frame as f64 * growth) as usize;
+    (seam.first, seam.end) = (moved(seam.first), moved(seam.end));
+}
+
+fn at<'a>(file: &'a ScenarioFile, table: &'a str, key: &'static str) -> impl Fn(EditError) -> ExperimentError + 'a {
+    move |error| scenario_error(file, &format!("{table}.{key}"), error.to_string())
+}
+
+/// A seam as a note.
+fn in_words(seam: &Seam) -> String {
+    let Seam { first, end, distance_m, from, to } = seam;
+    format!(
+        "`{}` goes over into `{}` in frames {first} to {}: the poses are {:.0} mm apart",
+        from.0,
+        to.0,
+        end - 1,
+        1000.0 * distance_m
+    )
+}
