@@ -75,8 +75,8 @@ pub(super) struct Arguments {
     mocap_dir: Option<PathBuf>,
 
     /// Exit code of an inconclusive gate: 3, or that of pass or fail
-    #[arg(long, value_name = "AS", value_enum, default_value_t = Inconclusive::Inconclusive)]
-    inconclusive: Inconclusive,
+    #[arg(long, value_name = "AS", value_enum, default_value_t = InconclusiveAs::Itself)]
+    inconclusive: InconclusiveAs,
 
     /// Also write JUnit XML
     #[arg(long, value_name = "FILE")]
@@ -100,10 +100,11 @@ pub(super) struct Arguments {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Inconclusive {
+enum InconclusiveAs {
     Pass,
     Fail,
-    Inconclusive,
+    #[value(name = "inconclusive")]
+    Itself,
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
@@ -165,9 +166,9 @@ impl Arguments {
 
     fn exit_code(&self, verdict: GateVerdict) -> u8 {
         match (verdict, self.inconclusive) {
-            (GateVerdict::Pass, _) | (GateVerdict::Inconclusive, Inconclusive::Pass) => 0,
-            (GateVerdict::Fail, _) | (GateVerdict::Inconclusive, Inconclusive::Fail) => 1,
-            (GateVerdict::Inconclusive, Inconclusive::Inconclusive) => 3,
+            (GateVerdict::Pass, _) | (GateVerdict::Inconclusive, InconclusiveAs::Pass) => 0,
+            (GateVerdict::Fail, _) | (GateVerdict::Inconclusive, InconclusiveAs::Fail) => 1,
+            (GateVerdict::Inconclusive, InconclusiveAs::Itself) => 3,
         }
     }
 }

@@ -27,8 +27,10 @@ fn every_marker(change: impl Fn(usize, usize, Point3<f64>) -> Point3<f64>) -> Ve
     (0..5).map(of).collect()
 }
 
-/// Case, estimate, and the value of every convention.
-fn cases() -> Vec<(&'static str, Vec<Markers>, Vec<(&'static str, f64)>)> {
+/// What is wrong, the estimate, and the value of every convention.
+type Case = (&'static str, Vec<Markers>, Vec<(&'static str, f64)>);
+
+fn cases() -> Vec<Case> {
     let wrist = Landmark::LeftWrist as usize;
     vec![
         (

@@ -52,7 +52,7 @@ mod unfinished;
 mod verification;
 mod watch;
 
-pub use baseline::{BASELINES, Baseline, Saved};
+pub use baseline::{BASELINES, Baseline, Listed, Saved};
 pub use check::{Soundness, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};

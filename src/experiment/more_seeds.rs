@@ -120,6 +120,6 @@ fn set_of(
             detail: "this version of skiagraph, or other input files, draw another set; run all seeds again".to_owned(),
         });
     }
-    let models = Models::new(&file, set.truth.recording.as_ref());
+    let models = Models::new(&file, &set.truth.recordings);
     Ok((set, models))
 }

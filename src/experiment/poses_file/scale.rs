@@ -33,14 +33,12 @@ pub(in crate::experiment) fn check_scale(set: &BlindSet, estimates: &Estimates) 
 
 /// Size of the estimate relative to that of the start, by the markers that both have; `None` for fewer than three.
 fn ratio(estimate: &Markers, start: &Markers) -> Option<f64> {
-    let pairs: Vec<_> = estimate.iter().zip(start).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
-    if pairs.len() < 3 {
+    let pairs = estimate.iter().zip(start).filter_map(|(a, b)| Some(((*a)?, (*b)?)));
+    let (estimate, start): (Vec<_>, Vec<_>) = pairs.unzip();
+    if estimate.len() < 3 {
         return None;
     }
-    let extent = |of: &dyn Fn(&(nalgebra::Point3<f64>, nalgebra::Point3<f64>)) -> nalgebra::Point3<f64>| {
-        let first = of(&pairs[0]);
-        pairs.iter().map(|pair| distance(of(pair), first)).fold(0.0, f64::max)
-    };
-    let (estimate, start) = (extent(&|pair| pair.0), extent(&|pair| pair.1));
+    let extent = |points: &[nalgebra::Point3<f64>]| points.iter().map(|p| distance(*p, points[0])).fold(0.0, f64::max);
+    let (estimate, start) = (extent(&estimate), extent(&start));
     (start > 0.0).then(|| estimate / start)
 }
