@@ -17,12 +17,16 @@ mod interrupt;
 mod manual;
 mod output;
 mod output_arguments;
+mod parameters;
 mod progress;
 mod render;
+mod report;
 mod run;
 mod scenario_arguments;
 mod schema;
+mod segment;
 mod summary;
+mod sweep;
 mod track;
 mod train;
 mod verify;
@@ -71,7 +75,10 @@ enum Command {
     Compare(compare::Arguments),
     Gate(gate::Arguments),
     Baseline(baseline::Arguments),
+    Segment(segment::Arguments),
     Train(train::Arguments),
+    Sweep(sweep::Arguments),
+    Report(report::Arguments),
     Inspect(inspect::Arguments),
     Verify(verify::Arguments),
     Completions(completions::Arguments),
@@ -126,7 +133,10 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Compare(arguments) => compare::run(&arguments, line.volume),
         Command::Gate(arguments) => gate::run(&arguments, line.volume),
         Command::Baseline(arguments) => baseline::run(&arguments, line.volume),
+        Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
+        Command::Sweep(arguments) => sweep::run(&arguments, line.volume),
+        Command::Report(arguments) => report::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
         Command::Verify(arguments) => verify::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),

@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::{
-    Conformance, ExternalRecord, ProgramSettings, check_program, track_set, track_set_with_program,
+    Conformance, ExternalRecord, ProgramSettings, check_program, track_set_calibrating, track_set_with_program,
 };
 use crate::scenario::{ScenarioError, TrackerSettings};
 
@@ -26,6 +26,7 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \
+                        skiagraph track sets/walk --tracker annealed_particle_filter --calibrate --out runs/fitted\n  \
                         skiagraph track sets/walk --exec \"python my_tracker.py\" --dry-run\n  \
                         skiagraph track sets/walk --exec \"python my_tracker.py\" --seeds 5 --out runs/mine")]
 pub(super) struct Arguments {
@@ -73,6 +74,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: u32,
 
+    /// Calibrate the tracker's body on the first frames, or do not [default: what the set says]
+    ///
+    /// Lengths, girths, places of joints and one inflation of all radii are solved together with the poses of the first
+    /// 20 frames, a fifteenth of a second apart. A gate decides whether the body that was found is kept.
+    #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
+    calibrate: Option<bool>,
+
     /// Output directory of the run; an existing skiagraph run is replaced
     #[arg(long, value_name = "RUN", required_unless_present = "dry_run", conflicts_with = "dry_run")]
     out: Option<PathBuf>,
@@ -107,7 +115,8 @@ fn run_tracker(
         .map_err(ScenarioError::from)?;
     let progress = Progress::new(volume);
     let to = arguments.output.destination(out);
-    let tracked = track_set(&arguments.set, &settings, seeds, to, &progress).map_err(|e| e.about(&arguments.set))?;
+    let tracked = track_set_calibrating(&arguments.set, &settings, seeds, arguments.calibrate, to, &progress)
+        .map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     volume.written(out);
     if arguments.output.json {

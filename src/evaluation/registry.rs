@@ -2,8 +2,8 @@
 
 use super::metric::Metric;
 use super::{
-    balance, contact_f1, coverage, derivatives, energy_gap, foot_skate, global_mpjpe, ground_gap, humaneva, lag,
-    limb_swaps, mpjpe, orientation, pck, pck_3dpw, procrustes, prop_penetration, scaled_mpjpe, self_penetration,
+    balance, contact_f1, coverage, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe, ground_gap, humaneva,
+    lag, limb_swaps, mpjpe, orientation, pck, pck_3dpw, procrustes, prop_penetration, scaled_mpjpe, self_penetration,
     silhouette, track_loss,
 };
 
@@ -32,6 +32,8 @@ pub const METRICS: &[Metric] = &[
     coverage::COVERAGE,
     coverage::LOST_FRAMES,
     energy_gap::GAP,
+    ellipsoids::HALF,
+    ellipsoids::NINE_TENTHS,
     derivatives::VELOCITY,
     derivatives::ACCELERATION,
     derivatives::JITTER,

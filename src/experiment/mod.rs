@@ -14,6 +14,7 @@
 
 mod baseline;
 mod body_contacts;
+mod calibrating;
 mod check;
 mod clip_file;
 mod comparison;
@@ -29,6 +30,7 @@ mod model_file;
 mod model_training;
 mod more_seeds;
 mod nearest_training_pose;
+mod observing;
 mod oracle;
 mod ours;
 mod ownership;
@@ -37,6 +39,7 @@ mod partial_file;
 mod per_frame;
 mod performance;
 mod performed;
+mod pictures;
 mod place;
 mod placement;
 mod poses_file;
@@ -45,7 +48,9 @@ mod run;
 mod run_place;
 mod run_reading;
 mod scene_check;
+mod segmenting;
 mod staging;
+pub mod sweep;
 mod tracking;
 mod training;
 mod unfinished;
@@ -79,11 +84,12 @@ pub use poses_file::PosesDeclared;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
 pub use run::{
     Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
-    track_set_with_program,
+    track_set_calibrating, track_set_with_program,
 };
 pub use run_place::RunPlace;
 pub use run_reading::{Side, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
+pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track, track_with};
 pub use unfinished::abandon;

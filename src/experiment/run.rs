@@ -10,6 +10,7 @@ use super::external::{
 };
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
+use super::observing::Observing;
 use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
@@ -18,12 +19,11 @@ use super::poses_file::{PosesDeclared, check_scale, read_poses};
 use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
-use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::unfinished;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
-use crate::observation::Observer;
+use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetParts, TruthSet, is_set};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
@@ -60,6 +60,8 @@ pub fn draw(
     if let Some(refused) = inside.refused.into_iter().next() {
         return Err(refused);
     }
+    let settings = &file.scenario.observation;
+    let facts = (!settings.is_exact()).then(|| settings.facts());
     watch.begin(Stage::Render, staged.frames());
     let parts = SetParts {
         name: &file.scenario.name,
@@ -69,8 +71,9 @@ pub fn draw(
         refitted: Some(&staged.refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
+        observed: Observed { facts: facts.as_ref(), told_rig: staged.told_rig.as_ref() },
     };
-    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let observer = Observing::new(&staged.ground_truth, &staged.rig, settings)?;
     let seen = AtomicBool::new(false);
     let set = BenchmarkSet::assemble_unless(&parts, &|| watch.interrupted(), |frame| {
         watch.advance();
@@ -145,9 +148,25 @@ pub fn track_set(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
+    track_set_calibrating(set, settings, seeds, None, to, watch)
+}
+
+/// As [`track_set`]; `calibrate` says whether the tracker calibrates its body, whatever the set says of it.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn track_set_calibrating(
+    set: &Path,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    calibrate: Option<bool>,
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<Tracked, ExperimentError> {
     Inputs::of_set(set, settings).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
-    let blind = BlindSet::read(set)?;
+    let mut blind = BlindSet::read(set)?;
+    blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
     let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
@@ -253,7 +272,8 @@ pub fn evaluate_run(
     let whole = BenchmarkSet::read(set)?;
     let listing = Listing::read(run);
     let holds = |names: &[&str]| names.iter().all(|name| listing.holds(run, name));
-    let is_tracked = holds(&[TRACK_FILE, POSES_FILE, SEARCH_FILE]);
+    let bodies = !run.join(BODIES_FILE).exists() || listing.holds(run, BODIES_FILE);
+    let is_tracked = holds(&[TRACK_FILE, POSES_FILE, SEARCH_FILE]) && bodies;
     let is_ours = is_tracked || holds(&[EXTERNAL_FILE, POSES_FILE]);
     let place = match out {
         Some(out) => out.to_owned(),

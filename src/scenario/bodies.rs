@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActorSettings {
-    /// `actor`, `tracker25`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
+    /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
     /// recorded subject. Default: `actor`.
     pub robot: String,
     /// Treatment of ground contact. `"off"`: none. `"measure"`: the motion is unchanged; notes report how much it
@@ -67,14 +67,22 @@ pub enum ContactMode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrackerBodySettings {
-    /// `tracker25`, `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
-    /// recorded subject before the mismatch. Default: `tracker25`.
+    /// `tracker25` (rigid trunk, no wrists or ankles), `tracker40` (a spine that bends, clavicles, wrists and ankles),
+    /// `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded subject
+    /// before the mismatch. Default: `tracker25`.
     pub robot: String,
     /// Mismatch of the tracker's body: `"none"`, `"standard"` or `{ percent = { length = 3.0, girth = 10.0 } }`.
     /// Default: `"standard"`.
     pub mismatch: Mismatch,
     /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
     pub seed: u32,
+    /// Whether the tracker calibrates its body before it tracks: lengths, girths, places of joints and one inflation of
+    /// all radii are solved together with the poses of the first 20 frames, a fifteenth of a second apart, on the
+    /// outlines that the cameras saw, seed by seed. A gate decides whether the body that was found is kept; the run says
+    /// what was decided and found. For the annealed particle filter; other trackers keep the body as it is. Default:
+    /// false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub calibrate: bool,
 }
 
 /// Mismatch of the tracker's body.
@@ -115,6 +123,6 @@ impl Default for ActorSettings {
 
 impl Default for TrackerBodySettings {
     fn default() -> Self {
-        Self { robot: "tracker25".to_owned(), mismatch: Mismatch::Standard, seed: 1 }
+        Self { robot: "tracker25".to_owned(), mismatch: Mismatch::Standard, seed: 1, calibrate: false }
     }
 }

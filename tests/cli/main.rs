@@ -1,9 +1,11 @@
 //! The command line as its users meet it.
 
 mod bad_input;
+mod calibration;
 mod check;
 mod compare;
 mod contact;
+mod corruption;
 mod gate;
 mod inspect;
 mod options;
@@ -14,7 +16,9 @@ mod robots;
 mod same_numbers;
 mod sandbox;
 mod scenarios;
+mod segment;
 #[path = "../support/mod.rs"]
 mod support;
+mod sweep;
 mod train;
 mod verify;
