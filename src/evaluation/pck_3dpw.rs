@@ -7,6 +7,8 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 
 const THRESHOLD_MM: f64 = 50.0;
+/// Rounding of positions, far below what anybody measures.
+const ROUNDING_MM: f64 = 1e-9;
 /// Thresholds of the area: 0, 1, ... 199 mm.
 const LAST_MM: u32 = 199;
 
@@ -57,7 +59,8 @@ fn at_threshold(sequence: &Sequence<'_>) -> Option<Measurement> {
 /// The area of one joint's step: 1 from the first whole threshold that is not below the distance.
 fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
     per_frame(sequence, |distance| {
-        let first = libm::ceil(distance);
+        // a distance that is a whole number but for rounding is met by that threshold
+        let first = libm::ceil(distance - ROUNDING_MM).max(0.0);
         let last = f64::from(LAST_MM);
         match first {
             0.0 => 1.0,
