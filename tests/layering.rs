@@ -65,7 +65,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
-    ("rustix", &["experiment/place.rs", "experiment/sweep/processor_time.rs"]),
+    ("rustix", &["experiment/place.rs", "experiment/external/program.rs", "experiment/sweep/processor_time.rs"]),
     (
         "std::fs",
         &[

@@ -3,10 +3,14 @@
 mod bad_input;
 mod calibration;
 mod check;
+mod compare;
 mod contact;
 mod corruption;
+mod gate;
 mod inspect;
 mod options;
+mod poses;
+mod program;
 mod props;
 mod robots;
 mod same_numbers;
