@@ -11,6 +11,7 @@
 mod apf;
 mod background;
 mod degradation;
+mod gate;
 mod intervals;
 mod plausibility;
 mod s1;
@@ -24,10 +25,11 @@ use std::process::ExitCode;
 type Study = fn() -> Result<(), Box<dyn Error>>;
 
 /// Name, what it measures, and the study.
-const STUDIES: [(&str, &str, Study); 9] = [
+const STUDIES: [(&str, &str, Study); 10] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
     ("background", "segmentation beside OpenCV's: results/background.md", background::study),
     ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
+    ("gate", "how far the regression gate can be trusted: results/gate.md", gate::study),
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
     ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
     ("s1", "learned motion models with one camera: results/s1.md", s1::study),

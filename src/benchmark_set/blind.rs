@@ -90,6 +90,30 @@ impl BlindSet {
         (0..self.frame_count).map(|frame| self.observation(frame))
     }
 
+    /// Where the silhouette of a camera and frame is, below the set.
+    pub fn silhouette_path(camera: usize, frame: usize) -> String {
+        silhouette_path(camera, frame)
+    }
+
+    /// Puts the blind side into a folder, for a program that shall not see the truth: hard links where the file system
+    /// allows them, copies elsewhere. The list of files stays out: hashes of the truth would confirm a guess.
+    ///
+    /// # Errors
+    /// [`SetError`] if a file is missing or cannot be written.
+    pub fn hand_out(&self, folder: &Path) -> Result<(), SetError> {
+        self.files.hand_out(folder, |path| !path.starts_with("truth/"))
+    }
+
+    /// Writes a set without its truth into a folder: the same set for [`Self::read`], by its hash too, since the list of
+    /// files is the same.
+    ///
+    /// # Errors
+    /// [`SetError`] if a file cannot be written.
+    pub fn write_without_truth(&self, folder: &Path) -> Result<(), SetError> {
+        self.hand_out(folder)?;
+        self.files.write_listing(folder)
+    }
+
     pub(super) fn files(&self) -> &SetFiles {
         &self.files
     }

@@ -100,6 +100,35 @@ impl SetFiles {
         }
     }
 
+    /// Puts the files that are `wanted` into a folder: hard links, or copies where there can be none.
+    pub(super) fn hand_out(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
+        for path in self.digests.keys().filter(|path| wanted(path)) {
+            let target = folder.join(path);
+            if let Some(parent) = target.parent() {
+                fs::create_dir_all(parent).map_err(SetError::io(parent, "create"))?;
+            }
+            let linked = match &self.place {
+                Place::Directory(directory) => {
+                    let source = directory.join(path);
+                    // a link to a link would lead to the set
+                    source.symlink_metadata().is_ok_and(|found| found.is_file())
+                        && fs::hard_link(&source, &target).is_ok()
+                }
+                Place::Memory(_) => false,
+            };
+            if !linked {
+                fs::write(&target, &*self.read(path)?).map_err(SetError::io(&target, "write"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the list of all files, those that are not there too.
+    pub(super) fn write_listing(&self, folder: &Path) -> Result<(), SetError> {
+        let text: String = self.digests.iter().map(listing_line).collect();
+        fs::write(folder.join(LISTING), text).map_err(SetError::io(&folder.join(LISTING), "write"))
+    }
+
     /// The same error with the file's path on disk.
     pub(super) fn locate(&self, error: SetError) -> SetError {
         match &self.place {

@@ -3,34 +3,58 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
-use crate::experiment::{REPORT_FILE, evaluate_run};
+use crate::experiment::{PosesDeclared, REPORT_FILE, evaluate_run};
+use crate::mocap::UpAxis;
 
 /// Measure a run against the ground truth of its set
 ///
-/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or an .npz file. Results
+/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a file: .npz, .csv, .trc
+/// or .bvh. Results
 /// of a skiagraph run go into its directory. Results of another program's estimate go beside it, into NAME-evaluation;
 /// files that skiagraph did not write are never changed.
 ///
-/// Another program's file needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
+/// CSV has columns as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are HumanEva's
+/// markers or joints of the set's body, or are mapped by --joint-map: a TOML file with lines as "LKnee" = "left_knee".
+/// Units and axes are metres, Z up, unless the file or --units and --up declare others; TRC declares its units and is Y
+/// up. A body of an impossible size is refused: its units are wrong.
+///
+/// Another program's .npz needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an
 /// estimate.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph evaluate sets/walk runs/walk\n  \
                         skiagraph evaluate sets/walk runs/walk --json\n  \
-                        skiagraph evaluate sets/walk mine.npz --out results/mine")]
+                        skiagraph evaluate sets/walk mine.npz --out results/mine\n  \
+                        skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// Directory of the run, or an .npz file
-    #[arg(value_name = "RUN")]
-    run: PathBuf,
+    /// Directory of the run, or a file of poses
+    #[arg(value_name = "RUN", required_unless_present = "poses", conflicts_with = "poses")]
+    run: Option<PathBuf>,
+
+    /// File of poses: .npz, .csv, .trc or .bvh
+    #[arg(long, value_name = "FILE")]
+    poses: Option<PathBuf>,
+
+    /// Units of a .csv, .trc or .bvh file [default: as the file declares, else m]
+    #[arg(long, value_enum, value_name = "UNITS")]
+    units: Option<Units>,
+
+    /// Vertical axis of a .csv, .trc or .bvh file [default: z; of .trc y; of .bvh guessed]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    up: Option<Up>,
+
+    /// TOML file of joint names, lines as "theirs" = "ours"
+    #[arg(long, value_name = "FILE")]
+    joint_map: Option<PathBuf>,
 
     /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation]
     #[arg(long, value_name = "DIR")]
@@ -45,11 +69,44 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Units {
+    M,
+    Cm,
+    Mm,
+    In,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Up {
+    Y,
+    Z,
+}
+
+impl Arguments {
+    fn declared(&self) -> PosesDeclared {
+        PosesDeclared {
+            metres_per_unit: self.units.map(|units| match units {
+                Units::M => 1.0,
+                Units::Cm => 0.01,
+                Units::Mm => 0.001,
+                Units::In => 0.0254,
+            }),
+            up: self.up.map(|up| match up {
+                Up::Y => UpAxis::Y,
+                Up::Z => UpAxis::Z,
+            }),
+            joint_map: self.joint_map.clone(),
+        }
+    }
+}
+
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(volume);
     let (out, force) = (arguments.out.as_deref(), arguments.force);
+    let run = arguments.run.as_ref().or(arguments.poses.as_ref()).cloned().unwrap_or_default();
     let done =
-        evaluate_run(&arguments.set, &arguments.run, out, force, &progress).map_err(|e| e.about(&arguments.run))?;
+        evaluate_run(&arguments.set, &run, &arguments.declared(), out, force, &progress).map_err(|e| e.about(&run))?;
     drop(progress);
     volume.notes(&done.notes);
     volume.written(&done.place);

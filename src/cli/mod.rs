@@ -3,10 +3,13 @@
 //! Results go to stdout, progress and notes to stderr. Exit codes: 0 done; 1 check failed; 2 usage or bad input; 3
 //! inconclusive; 75 try again later; 101 internal error; 130 interrupted.
 
+mod baseline;
 mod check;
+mod compare;
 mod completions;
 mod evaluate;
 mod export;
+mod gate;
 mod inspect;
 mod inspect_contacts;
 mod inspect_scenario;
@@ -70,6 +73,9 @@ enum Command {
     Render(render::Arguments),
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
+    Compare(compare::Arguments),
+    Gate(gate::Arguments),
+    Baseline(baseline::Arguments),
     Segment(segment::Arguments),
     Train(train::Arguments),
     Sweep(sweep::Arguments),
@@ -126,6 +132,9 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Render(arguments) => render::run(&arguments, line.volume),
         Command::Track(arguments) => track::run(&arguments, line.volume),
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
+        Command::Compare(arguments) => compare::run(&arguments, line.volume),
+        Command::Gate(arguments) => gate::run(&arguments, line.volume),
+        Command::Baseline(arguments) => baseline::run(&arguments, line.volume),
         Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Sweep(arguments) => sweep::run(&arguments, line.volume),

@@ -13,7 +13,7 @@ use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::{BenchmarkSet, is_set};
-use crate::experiment::{ExperimentError, render};
+use crate::experiment::{ExperimentError, render_apart};
 use crate::observation::{AXES, Axis};
 use crate::scenario::ScenarioFile;
 
@@ -21,6 +21,7 @@ use crate::scenario::ScenarioFile;
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
+                        skiagraph render scenarios/walk.toml --out public/walk --truth secret/walk\n  \
                         skiagraph render scenarios/walk.toml observation.silhouette=corrupted boundary_px=2 --out sets/rough\n  \
                         skiagraph render scenarios/walk.toml --ladder boundary_px --levels 0,1,2,4 --out sets/ladder")]
 pub(super) struct Arguments {
@@ -30,6 +31,10 @@ pub(super) struct Arguments {
     /// Output directory of the set; an existing set is replaced only with --force
     #[arg(long, value_name = "SET")]
     out: PathBuf,
+
+    /// Keep the truth apart: write the complete set here, for skiagraph evaluate, and --out without its truth
+    #[arg(long, value_name = "DIR", conflicts_with = "ladder")]
+    truth: Option<PathBuf>,
 
     /// Make one set per level of a corruption, SET/AXIS-LEVEL
     #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(AXES.map(|axis| axis.name)))]
@@ -88,7 +93,7 @@ fn one_set(arguments: &Arguments, file: &ScenarioFile, place: &Path, volume: Vol
     let progress = Progress::new(volume);
     let to = arguments.output.destination(place);
     let (BenchmarkSet { blind, .. }, notes) =
-        render(file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
+        render_apart(file, arguments.scenario.mocap_directory().as_deref(), to, arguments.truth.as_deref(), &progress)
             .map_err(|e| e.about(&file.origin))?;
     drop(progress);
     volume.notes(&notes);

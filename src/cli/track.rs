@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Args;
 
@@ -9,28 +10,61 @@ use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::track_set_calibrating;
+use crate::experiment::{
+    Conformance, ExternalRecord, ProgramSettings, check_program, track_set_calibrating, track_set_with_program,
+};
 use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Run one tracker on a set, without access to the ground truth
 ///
 /// Reads the set's cameras, observations and start pose. Only oracle trackers read the ground truth.
+///
+/// With --exec any program tracks: it reads JSON lines from standard input and answers on standard output
+/// (docs/protocol.md). It is handed a folder that holds the blind side of the set alone, and started once a seed. A frame
+/// without an answer in time, or with one that makes no sense, is lost; after a crash the program is started again.
+/// --dry-run asks for five frames and says whether the program keeps to the protocol.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \
-                        skiagraph track sets/walk --tracker annealed_particle_filter --calibrate --out runs/fitted")]
+                        skiagraph track sets/walk --tracker annealed_particle_filter --calibrate --out runs/fitted\n  \
+                        skiagraph track sets/walk --exec \"python my_tracker.py\" --dry-run\n  \
+                        skiagraph track sets/walk --exec \"python my_tracker.py\" --seeds 5 --out runs/mine")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
     #[arg(value_name = "SET")]
     set: PathBuf,
 
     /// Overrides of the tracker's settings
-    #[arg(value_name = "KEY=VALUE")]
+    #[arg(value_name = "KEY=VALUE", conflicts_with = "exec")]
     overrides: Vec<String>,
 
     /// Tracker: annealed_particle_filter, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or oracle
-    #[arg(long, value_name = "NAME")]
-    tracker: String,
+    #[arg(long, value_name = "NAME", required_unless_present = "exec", conflicts_with = "exec")]
+    tracker: Option<String>,
+
+    /// Program that tracks, a command line for the shell
+    #[arg(long, value_name = "COMMAND")]
+    exec: Option<String>,
+
+    /// Ask the program for five frames and say whether it keeps to the protocol; writes nothing
+    #[arg(long, requires = "exec")]
+    dry_run: bool,
+
+    /// Seconds that the program may take for a frame
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = seconds)]
+    frame_limit: f64,
+
+    /// Seconds that the program may take until it is ready
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    start_limit: f64,
+
+    /// How often the program is started again after a crash or a time limit, for each seed
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    restarts: u32,
+
+    /// Send silhouettes within the messages (run lengths) instead of their paths
+    #[arg(long, requires = "exec")]
+    inline: bool,
 
     /// First random seed
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -44,36 +78,54 @@ pub(super) struct Arguments {
     ///
     /// Lengths, girths, places of joints and one inflation of all radii are solved together with the poses of the first
     /// 20 frames, a fifteenth of a second apart. A gate decides whether the body that was found is kept.
-    #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true")]
+    #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
     calibrate: Option<bool>,
 
     /// Output directory of the run; an existing skiagraph run is replaced
-    #[arg(long, value_name = "RUN")]
-    out: PathBuf,
+    #[arg(long, value_name = "RUN", required_unless_present = "dry_run", conflicts_with = "dry_run")]
+    out: Option<PathBuf>,
 
     #[command(flatten)]
     output: OutputArguments,
 }
 
+fn seconds(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|seconds: &f64| (0.01..=86_400.0).contains(seconds));
+    found.ok_or_else(|| "expected a number of seconds from 0.01 to 86400".to_owned())
+}
+
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    let settings = TrackerSettings::named(&arguments.tracker)
-        .and_then(|settings| settings.overridden(&arguments.overrides))
-        .map_err(ScenarioError::from)?;
     let first = u64::from(arguments.seed);
     let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
+    match (&arguments.exec, &arguments.out) {
+        (Some(command), None) => run_dry(arguments, command, volume),
+        (Some(command), Some(out)) => run_program(arguments, command, &seeds, out, volume),
+        (None, out) => run_tracker(arguments, &seeds, out.as_deref().unwrap_or(&PathBuf::new()), volume),
+    }
+}
+
+fn run_tracker(
+    arguments: &Arguments,
+    seeds: &[u64],
+    out: &std::path::Path,
+    volume: Volume,
+) -> Result<ExitCode, CommandError> {
+    let settings = TrackerSettings::named(arguments.tracker.as_deref().unwrap_or_default())
+        .and_then(|settings| settings.overridden(&arguments.overrides))
+        .map_err(ScenarioError::from)?;
     let progress = Progress::new(volume);
-    let to = arguments.output.destination(&arguments.out);
-    let tracked = track_set_calibrating(&arguments.set, &settings, &seeds, arguments.calibrate, to, &progress)
+    let to = arguments.output.destination(out);
+    let tracked = track_set_calibrating(&arguments.set, &settings, seeds, arguments.calibrate, to, &progress)
         .map_err(|e| e.about(&arguments.set))?;
     drop(progress);
-    volume.written(&arguments.out);
+    volume.written(out);
     if arguments.output.json {
         output::print_json(&tracked.record)?;
     } else if let Some(record) = &tracked.record {
         let frames = tracked.estimates.frames();
         output::print(&format!(
             "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second{}\n  measure it: skiagraph evaluate {} {}",
-            arguments.out.display(),
+            out.display(),
             settings.name(),
             seeds.len(),
             record.timing.frames_per_second,
@@ -82,8 +134,87 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
                 false => format!("\n  learned from: {}", record.learned_from.join("; ")),
             },
             arguments.set.display(),
-            arguments.out.display(),
+            out.display(),
         ))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+impl Arguments {
+    fn program(&self, command: &str) -> ProgramSettings {
+        ProgramSettings {
+            command: command.to_owned(),
+            start_limit: Duration::from_secs_f64(self.start_limit),
+            frame_limit: Duration::from_secs_f64(self.frame_limit),
+            restarts: self.restarts as usize,
+            inline: self.inline,
+        }
+    }
+}
+
+fn run_program(
+    arguments: &Arguments,
+    command: &str,
+    seeds: &[u64],
+    out: &std::path::Path,
+    volume: Volume,
+) -> Result<ExitCode, CommandError> {
+    let progress = Progress::new(volume);
+    let to = arguments.output.destination(out);
+    let record = track_set_with_program(&arguments.set, &arguments.program(command), seeds, to, &progress)
+        .map_err(|e| e.about(&arguments.set))?;
+    drop(progress);
+    volume.written(out);
+    if arguments.output.json {
+        output::print_json(&record)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    output::print(&told(&record, seeds.len(), out))?;
+    output::print(&format!("  measure it: skiagraph evaluate {} {}", arguments.set.display(), out.display()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Incidents that are printed; `program.json` has more.
+const SHOWN_INCIDENTS: usize = 5;
+
+fn told(record: &ExternalRecord, seeds: usize, out: &std::path::Path) -> String {
+    let name = record.name.as_deref().unwrap_or(&record.command);
+    let count = record.answers;
+    let mut lines = vec![format!(
+        "{}: {name}, {seeds} seed(s): {} frames with a pose, {} lost, {} failed, {:.1} frames a second",
+        out.display(),
+        count.poses,
+        count.lost,
+        count.failed,
+        record.timing.frames_per_second
+    )];
+    lines.extend(record.incidents.iter().take(SHOWN_INCIDENTS).map(|incident| format!("  {}", incident.in_words())));
+    let more = record.incidents.len().saturating_sub(SHOWN_INCIDENTS);
+    lines.extend((more > 0).then(|| format!("  and {more} more in program.json")));
+    lines.join("\n")
+}
+
+fn run_dry(arguments: &Arguments, command: &str, volume: Volume) -> Result<ExitCode, CommandError> {
+    let progress = Progress::new(volume);
+    let found =
+        check_program(&arguments.set, &arguments.program(command), &progress).map_err(|e| e.about(&arguments.set))?;
+    drop(progress);
+    if arguments.output.json {
+        output::print_json(&found)?;
+    } else {
+        output::print(&in_words(&found))?;
+    }
+    Ok(ExitCode::from(u8::from(!found.holds())))
+}
+
+fn in_words(found: &Conformance) -> String {
+    let name = found.name.as_deref().unwrap_or("the program");
+    let verdict = if found.holds() { "keeps to the protocol" } else { "does not keep to the protocol" };
+    let mut lines = vec![format!("{name} {verdict}; {:.1} ms at most for a frame", found.slowest_ms)];
+    lines.extend(
+        found.checks.iter().map(|check| {
+            format!("  {}  {}: {}", if check.holds { "ok    " } else { "FAILED" }, check.what, check.found)
+        }),
+    );
+    lines.join("\n")
 }

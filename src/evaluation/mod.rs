@@ -17,6 +17,9 @@
 
 mod balance;
 mod bootstrap;
+mod comparison;
+#[cfg(test)]
+mod conformance;
 mod contact_f1;
 #[cfg(test)]
 mod contact_fixture;
@@ -28,6 +31,8 @@ mod evaluate;
 #[cfg(test)]
 pub(crate) mod fixture;
 mod foot_skate;
+mod gate;
+mod global_mpjpe;
 mod ground_gap;
 mod humaneva;
 mod interval;
@@ -38,11 +43,13 @@ mod metric;
 mod mpjpe;
 mod orientation;
 mod pck;
+mod pck_3dpw;
 mod per_frame;
 mod procrustes;
 mod prop_penetration;
 mod protocol;
 mod registry;
+mod scaled_mpjpe;
 mod segmentation;
 mod self_penetration;
 mod sequence;
@@ -52,7 +59,16 @@ mod student;
 mod summary;
 mod track_loss;
 
+pub use comparison::{
+    AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, JointDifference, LostTracks,
+    MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference, RunComparison,
+    SideFacts, compare_runs, difference, holm, independent_difference, lost_tracks, seeds_in_words, shown_once,
+};
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
+pub use gate::{
+    Budget, Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
+    MoreSeeds, gate, seeds_to_settle,
+};
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
 pub use metric::{Direction, Measurement, Metric, Unit};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};

@@ -2,8 +2,9 @@
 
 use super::metric::Metric;
 use super::{
-    balance, contact_f1, coverage, derivatives, ellipsoids, energy_gap, foot_skate, ground_gap, humaneva, lag,
-    limb_swaps, mpjpe, orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
+    balance, contact_f1, coverage, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe, ground_gap, humaneva,
+    lag, limb_swaps, mpjpe, orientation, pck, pck_3dpw, procrustes, prop_penetration, scaled_mpjpe, self_penetration,
+    silhouette, track_loss,
 };
 
 /// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the
@@ -13,13 +14,18 @@ pub const METRICS: &[Metric] = &[
     humaneva::RELATIVE,
     mpjpe::ABSOLUTE,
     mpjpe::ROOT_RELATIVE,
+    scaled_mpjpe::NORMALISED,
     procrustes::ALIGNED,
+    global_mpjpe::FIRST_FRAMES,
+    global_mpjpe::WHOLE,
     orientation::BODY,
     orientation::HEADING,
     silhouette::ALL_VIEWS,
     silhouette::WORST_VIEW,
     pck::PCK,
     pck::AUC,
+    pck_3dpw::PCK,
+    pck_3dpw::AUC,
     track_loss::FRACTION,
     track_loss::TIME_TO_LOSS,
     track_loss::RECOVERY,

@@ -85,6 +85,9 @@ pub struct JointSummary {
     pub ci95: Option<Interval>,
     /// Share of the scored frames of all runs in which it was compared.
     pub coverage: f64,
+    /// Mean distance of every run, in the order of [`Summary::runs`]; `None` where a run lacks the marker.
+    #[serde(default)]
+    pub per_run: Vec<Option<f64>>,
 }
 
 /// Brings runs together. Intervals speak of clip x seed, never of frames ([`super::mean_interval`]).
@@ -141,14 +144,15 @@ fn mean_spread(values: &[&MetricValue]) -> Option<Spread> {
 
 fn joint_summary(runs: &[SeedRun<'_>], joint: &str) -> Option<JointSummary> {
     let of_run = |run: &SeedRun<'_>| Some(run.evaluation.per_joint.iter().find(|j| j.joint == joint)?.mean);
-    let clips = by_clip(runs, &runs.iter().map(of_run).collect::<Vec<_>>());
+    let per_run: Vec<Option<f64>> = runs.iter().map(of_run).collect();
+    let clips = by_clip(runs, &per_run);
     let ci95 = mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends);
     let share = |run: &SeedRun<'_>| {
         let compared = run.evaluation.per_joint.iter().find(|j| j.joint == joint).map_or(0, |j| j.frames);
         compared as f64 / (run.evaluation.frames - run.evaluation.first_scored).max(1) as f64
     };
     let coverage = mean(&runs.iter().map(share).collect::<Vec<_>>())?;
-    Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_of_means(&clips)?, ci95, coverage })
+    Some(JointSummary { joint: joint.to_owned(), mean_mm: mean_of_means(&clips)?, ci95, coverage, per_run })
 }
 
 /// How many frames of all runs have no estimate, to follow a protocol; nothing where all have one.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::benchmark_set::SetError;
 use crate::body::UrdfError;
 use crate::contact::ContactError;
-use crate::evaluation::EvaluationError;
+use crate::evaluation::{EvaluationError, GateRefusal, NotComparable};
 use crate::input::{self, plain};
 use crate::mocap::MocapError;
 use crate::motion_model::MotionModelError;
@@ -103,6 +103,27 @@ pub enum ExperimentError {
         set: PathBuf,
         /// The difference.
         detail: String,
+    },
+    /// Runs cannot be compared.
+    #[error("{}", plain(.0))]
+    NotComparable(Box<NotComparable>),
+    /// A run cannot be held against a baseline.
+    #[error("{}", plain(.0))]
+    Gate(Box<GateRefusal>),
+    /// A program that should track cannot be run.
+    #[error(
+        "--exec {}: it {}{}; docs/protocol.md describes what it must answer",
+        plain(command),
+        plain(what),
+        said(errors)
+    )]
+    Program {
+        /// The command line.
+        command: String,
+        /// What went wrong.
+        what: String,
+        /// Its last lines on standard error.
+        errors: Vec<String>,
     },
     /// A set would be overwritten.
     #[error(
@@ -287,6 +308,7 @@ impl ExperimentError {
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
             Self::OtherPlan { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,
+            Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
             Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
         }
     }
@@ -305,6 +327,11 @@ impl From<SetError> for ExperimentError {
             other => Self::Set(other),
         }
     }
+}
+
+/// The last lines of a program, to follow what went wrong.
+fn said(errors: &[String]) -> String {
+    if errors.is_empty() { String::new() } else { format!("; its last lines: {}", plain(errors.join(" / "))) }
 }
 
 /// What is wrong with a scenario, at one of its keys.

@@ -268,8 +268,10 @@ impl Painters {
 
 /// Refuses estimates that do not belong to this set.
 pub(super) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
-    if let Some(record) = tracked.record.as_ref().filter(|record| record.set_hash != set.blind.set_hash) {
-        return Err(format!("the run's set has hash {}, this set has {}", record.set_hash, set.blind.set_hash));
+    let of_program = tracked.program.as_ref().map(|program| &program.set_hash);
+    let of_run = tracked.record.as_ref().map(|record| &record.set_hash).or(of_program);
+    if let Some(hash) = of_run.filter(|hash| **hash != set.blind.set_hash) {
+        return Err(format!("the run's set has hash {hash}, this set has {}", set.blind.set_hash));
     }
     let estimates = &tracked.estimates;
     let (rate, expected) = (estimates.frames_per_second, set.blind.frames_per_second);

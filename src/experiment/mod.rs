@@ -12,6 +12,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod baseline;
 mod body_contacts;
 mod calibrating;
 mod check;
@@ -20,12 +21,15 @@ mod comparison;
 mod cost;
 mod error;
 mod export;
+mod external;
+mod gating;
 mod inputs;
 mod inspect;
 mod learning;
 mod measuring;
 mod model_file;
 mod model_training;
+mod more_seeds;
 mod nearest_training_pose;
 mod observing;
 mod oracle;
@@ -39,9 +43,11 @@ mod performed;
 mod pictures;
 mod place;
 mod placement;
+mod poses_file;
 mod results;
 mod run;
 mod run_place;
+mod run_reading;
 mod scene_check;
 mod segmenting;
 mod staging;
@@ -52,12 +58,18 @@ mod unfinished;
 mod verification;
 mod watch;
 
+pub use baseline::{BASELINES, Baseline, Listed, Saved};
 pub use check::{Soundness, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
 pub use cost::Cost;
 pub use error::ExperimentError;
 pub use export::{ExportTo, export_set};
+pub use external::{
+    AnswerCount, Conformance, ExternalRecord, Incident, ProgramSettings, Programmed, ProtocolCheck, dry_run,
+    track_with_program,
+};
+pub use gating::{GATE_FILE, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
     Inspected, ModelSummary, OneModel, RobotSummary, SeamSummary, SetSummary, Spread, StanceSummary, WorstContact,
@@ -67,11 +79,17 @@ pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 pub use model_training::{ClipOptions, Trained, TrainingInput, train};
+pub use more_seeds::{MoreOf, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
+pub use poses_file::PosesDeclared;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
-pub use run::{Destination, Evaluated, RunOutcome, draw, evaluate_run, render, run, track_set, track_set_calibrating};
+pub use run::{
+    Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
+    track_set_calibrating, track_set_with_program,
+};
 pub use run_place::RunPlace;
+pub use run_reading::{Side, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
 pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};
 pub use staging::Staged;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::external::ExternalRecord;
 use super::measuring::{Measures, Painters};
 use super::tracking::{POSES_FILE, TrackTiming, Tracked};
 use super::{ExperimentError, Files, per_frame, to_json};
@@ -81,6 +82,9 @@ pub struct RunRecord {
     pub report: String,
     /// What differs from run to run; absent for poses that another program made.
     pub timing: Option<TrackTiming>,
+    /// The program that tracked, where one did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub program: Option<ExternalRecord>,
 }
 
 /// Everything that a measured run leaves on disk.
@@ -185,7 +189,8 @@ fn record(
         per_frame: PER_FRAME_FILE.to_owned(),
         poses: POSES_FILE.to_owned(),
         report: REPORT_FILE.to_owned(),
-        timing: track.map(|t| t.timing),
+        timing: track.map(|t| t.timing).or(tracked.program.as_ref().map(|program| program.timing)),
+        program: tracked.program.clone(),
     }
 }
 
@@ -224,7 +229,14 @@ fn sheet<'a>(
 
 pub(super) fn tracker_in_words(tracked: &Tracked) -> String {
     match tracked.record.as_ref().map(|record| &record.tracker) {
-        None => "poses of another program".to_owned(),
+        None => match &tracked.program {
+            Some(program) => {
+                let name = program.name.as_deref().unwrap_or("another program");
+                let version = program.version.as_ref().map(|version| format!(" {version}")).unwrap_or_default();
+                format!("{name}{version}: {}", program.command)
+            }
+            None => "poses of another program".to_owned(),
+        },
         Some(settings) => settings.kind().in_words(),
     }
 }

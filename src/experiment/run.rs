@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::output;
+use super::external::{
+    ANSWERS_FILE, Conformance, EXTERNAL_FILE, ExternalRecord, ProgramSettings, dry_run, track_with_program,
+};
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::observing::Observing;
@@ -12,10 +15,12 @@ use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::place::write_synced;
+use super::poses_file::{PosesDeclared, check_scale, read_poses};
 use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::unfinished;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetParts, TruthSet, is_set};
@@ -97,14 +102,36 @@ pub fn render(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
+    render_apart(file, mocap_directory, to, None, watch)
+}
+
+/// As [`render`]; with `whole` the set goes there, and to its own place without the truth: for a public challenge.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_apart(
+    file: &ScenarioFile,
+    mocap_directory: Option<&Path>,
+    to: Destination<'_>,
+    whole: Option<&Path>,
+    watch: &dyn Watch,
+) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     // A run takes minutes to repeat; the runs that were made from a set are worth nothing without it.
-    if is_set(to.path) && !to.force {
-        return Err(ExperimentError::SetThere { path: to.path.to_owned() });
+    if let Some(path) = [Some(to.path), whole].into_iter().flatten().find(|path| is_set(path) && !to.force) {
+        return Err(ExperimentError::SetThere { path: path.to_owned() });
     }
-    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
+    let inputs = Inputs::of_scenario(file, mocap_directory);
+    inputs.keep_from(to.path)?;
+    whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
+    let apart = whole.map(|path| PartialDirectory::begin(path, Kind::Set, to.force)).transpose()?;
     let directory = PartialDirectory::begin(to.path, Kind::Set, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
-    set.write_unless(directory.folder(), &file.scenario.layers, &|| watch.interrupted())?;
+    let complete = apart.as_ref().unwrap_or(&directory);
+    set.write_unless(complete.folder(), &file.scenario.layers, &|| watch.interrupted())?;
+    if let Some(apart) = apart {
+        set.blind.write_without_truth(directory.folder())?;
+        apart.finish()?;
+    }
     directory.finish()?;
     Ok((set, notes))
 }
@@ -147,6 +174,75 @@ pub fn track_set_calibrating(
     Ok(tracked)
 }
 
+/// `skiagraph track --exec`: runs a program over a set, handed a folder that holds the blind side alone.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn track_set_with_program(
+    set: &Path,
+    settings: &ProgramSettings,
+    seeds: &[u64],
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<ExternalRecord, ExperimentError> {
+    Inputs::new([set.to_owned()]).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
+    let blind = BlindSet::read(set)?;
+    let handed = HandedOut::new(&blind, directory.folder())?;
+    let done = track_with_program(&blind, &handed.folder, settings, seeds, watch)?;
+    drop(handed);
+    let tracked = Tracked {
+        record: None,
+        estimates: done.estimates,
+        search: Vec::new(),
+        sources: Vec::new(),
+        program: Some(done.record.clone()),
+    };
+    write_all(&directory, &tracked.files(&blind)?)?;
+    directory.write(ANSWERS_FILE, &done.answers)?;
+    directory.finish()?;
+    Ok(done.record)
+}
+
+/// `skiagraph track --exec --dry-run`: whether a program keeps to the protocol.
+///
+/// # Errors
+/// [`ExperimentError`] if the program never becomes ready, or the set cannot be read.
+pub fn check_program(
+    set: &Path,
+    settings: &ProgramSettings,
+    watch: &dyn Watch,
+) -> Result<Conformance, ExperimentError> {
+    let blind = BlindSet::read(set)?;
+    let beside = std::env::temp_dir().join(format!("skiagraph-dry-run-{}", std::process::id()));
+    fs::create_dir_all(&beside).map_err(output(&beside, "create the directory"))?;
+    unfinished::begin(&beside);
+    let found = HandedOut::new(&blind, &beside).and_then(|handed| dry_run(&blind, &handed.folder, settings, watch));
+    fs::remove_dir_all(&beside).ok();
+    unfinished::end(&beside);
+    found
+}
+
+/// The blind side of a set in a folder of its own; gone when dropped.
+struct HandedOut {
+    folder: PathBuf,
+}
+
+impl HandedOut {
+    fn new(set: &BlindSet, below: &Path) -> Result<Self, ExperimentError> {
+        let folder = fs::canonicalize(below).unwrap_or_else(|_| below.to_owned()).join("handed-out");
+        let handed = Self { folder };
+        set.hand_out(&handed.folder)?;
+        Ok(handed)
+    }
+}
+
+impl Drop for HandedOut {
+    fn drop(&mut self) {
+        fs::remove_dir_all(&self.folder).ok();
+    }
+}
+
 /// An evaluation that is done.
 #[derive(Clone, Debug)]
 pub struct Evaluated {
@@ -159,7 +255,7 @@ pub struct Evaluated {
 }
 
 /// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's
-/// folder with a `poses.npz`, or an `.npz` file. The results of a run of this program go into its folder unless `out`
+/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.bvh`) of which a user may declare units, axes and names. The results of a run of this program go into its folder unless `out`
 /// says otherwise; nothing else there is changed. Results of another program's estimate go beside it, into
 /// `NAME-evaluation` or `out`, never into it.
 ///
@@ -168,15 +264,17 @@ pub struct Evaluated {
 pub fn evaluate_run(
     set: &Path,
     run: &Path,
+    declared: &PosesDeclared,
     out: Option<&Path>,
     force: bool,
     watch: &dyn Watch,
 ) -> Result<Evaluated, ExperimentError> {
     let whole = BenchmarkSet::read(set)?;
     let listing = Listing::read(run);
-    let bodies = run.join(BODIES_FILE).exists().then_some(BODIES_FILE);
-    let ours = [TRACK_FILE, POSES_FILE, SEARCH_FILE].into_iter().chain(bodies);
-    let is_ours = ours.into_iter().all(|name| listing.holds(run, name));
+    let holds = |names: &[&str]| names.iter().all(|name| listing.holds(run, name));
+    let bodies = !run.join(BODIES_FILE).exists() || listing.holds(run, BODIES_FILE);
+    let is_tracked = holds(&[TRACK_FILE, POSES_FILE, SEARCH_FILE]) && bodies;
+    let is_ours = is_tracked || holds(&[EXTERNAL_FILE, POSES_FILE]);
     let place = match out {
         Some(out) => out.to_owned(),
         None if is_ours => run.to_owned(),
@@ -184,8 +282,9 @@ pub fn evaluate_run(
     };
     let body = &whole.blind.start.body;
     let mut tracked = match is_ours {
-        true => Tracked::read(run, body)?,
-        false => Tracked::of_others(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, body)?,
+        true if is_tracked => Tracked::read(run, body)?,
+        true => Tracked::read_program(run, body)?,
+        false => read_poses(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, &whole, declared)?,
     };
     if !is_ours && run.join(TRACK_FILE).exists() {
         tracked.estimates.notes.push(format!(
@@ -199,6 +298,10 @@ pub fn evaluate_run(
         set: set.to_owned(),
         detail,
     })?;
+    if !is_tracked {
+        check_scale(&whole.blind, &tracked.estimates)
+            .map_err(|detail| ExperimentError::Malformed { path: run.to_owned(), detail })?;
+    }
     check_sources(&whole, &tracked, run, watch)?;
     if is_ours && out.is_none() {
         let results = measure(&whole, &tracked, watch)?;
@@ -323,7 +426,7 @@ impl MethodRun<'_> {
     }
 }
 
-fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Results, ExperimentError> {
+pub(super) fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Results, ExperimentError> {
     let measures = Measures::new(set, tracked, watch)?;
     Results::new(set, tracked, &measures)
 }
@@ -335,7 +438,7 @@ pub(super) fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentErr
     toml::to_string(&tree).map_err(|e| malformed(e.to_string()))
 }
 
-fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), ExperimentError> {
+pub(super) fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), ExperimentError> {
     files.iter().try_for_each(|(name, bytes)| directory.write(name, bytes))
 }
 

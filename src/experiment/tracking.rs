@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use super::calibrating::{self, Beginning};
 use super::error::read_file;
+use super::external::{EXTERNAL_FILE, ExternalRecord};
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use super::watch::{Stage, Watch, advance};
@@ -58,6 +59,8 @@ pub struct Tracked {
     pub search: Vec<Vec<SearchRecord>>,
     /// Which recordings a model from a file learned from; empty without such a model.
     pub sources: Vec<SourceRecording>,
+    /// Which program tracked, where one did.
+    pub program: Option<ExternalRecord>,
 }
 
 /// Who tracked what: `track.json`.
@@ -370,7 +373,7 @@ impl Tracked {
         }
         let (frames_per_second, seeds) = (set.frames_per_second, seeds.to_vec());
         let estimates = Estimates { frames_per_second, seeds, sequences, bodies, notes: Vec::new() };
-        Self { record: None, estimates, search, sources: Vec::new() }
+        Self { record: None, estimates, search, sources: Vec::new(), program: None }
     }
 
     /// The files of a run that has not been measured yet.
@@ -382,6 +385,9 @@ impl Tracked {
         if let Some(record) = &self.record {
             files.push((TRACK_FILE, super::to_json(record)?));
             files.push((SEARCH_FILE, search_to_npz(&self.search).to_bytes(SEARCH_FILE)?));
+        }
+        if let Some(program) = &self.program {
+            files.push((EXTERNAL_FILE, super::to_json(program)?));
         }
         if !self.estimates.bodies.is_empty() {
             files.push((BODIES_FILE, bodies_to_json(BODIES_FILE, &self.estimates.bodies)?));
@@ -420,7 +426,18 @@ impl Tracked {
             false => Vec::new(),
             true => recordings_from_npz(&path.display().to_string(), &read_file(&path, limits::ARRAYS)?)?,
         };
-        Ok(Self { record: Some(record), estimates, search, sources })
+        Ok(Self { record: Some(record), estimates, search, sources, program: None })
+    }
+
+    /// Reads what a program estimated in a run of `skiagraph track --exec`.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] naming the file that is missing or not what it should be.
+    pub fn read_program(folder: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
+        let path = folder.join(EXTERNAL_FILE);
+        let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
+        let program = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
+        Ok(Self { program: Some(program), ..Self::of_others(&folder.join(POSES_FILE), body)? })
     }
 
     /// Reads a `poses.npz` alone, by any program, for the tracker's body.
@@ -429,7 +446,7 @@ impl Tracked {
     /// [`ExperimentError`] if it cannot be read or is not what it should be.
     pub fn of_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file, limits::ARRAYS)?, body)?;
-        Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new() })
+        Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Pictures, plots and self-contained HTML pages.
 //!
 //! [`render`] turns a [`ReportInput`] into a page that needs no network, [`comparison_page`] puts methods side by side,
+//! [`difference_page`] shows how runs differ,
 //! [`model_page`] shows what a motion model has learned. Its parts serve others too: [`overlay`] draws
 //! skeletons through a camera, [`contact_sheet`] puts views and frames into one picture, [`plots`] makes SVG.
 //!
@@ -19,9 +20,13 @@ mod cell;
 mod comparison;
 mod contact_chart;
 mod contact_sheet;
+mod difference_page;
+mod difference_rows;
+mod difference_text;
 mod figures;
 #[cfg(test)]
 mod fixture;
+mod gate_text;
 mod grading;
 mod html;
 mod input;
@@ -42,6 +47,9 @@ pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
 pub use contact_chart::{ContactChart, FootCourse};
 pub use contact_sheet::contact_sheet;
+pub use difference_page::difference_page;
+pub use difference_text::{comparison_markdown, comparison_text};
+pub use gate_text::GateReport;
 pub use grading::{Criterion, Grade};
 pub use input::{
     FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run,

@@ -3,11 +3,15 @@
 mod bad_input;
 mod calibration;
 mod check;
+mod compare;
 mod contact;
 mod corruption;
 mod export;
+mod gate;
 mod inspect;
 mod options;
+mod poses;
+mod program;
 mod props;
 mod robots;
 mod same_numbers;

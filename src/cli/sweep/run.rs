@@ -104,7 +104,7 @@ fn work(root: &Path, how: &How, volume: Volume) -> Result<ExitCode, CommandError
     let progress = SweepProgress::new(volume, &sweep.plan.objective);
     let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: how.retry_failed }, &progress);
     drop(progress);
-    let ran = ran.map_err(|error| resumable(error, root, volume))?;
+    let ran = ran.map_err(|error| resumable(error, root))?;
     gather(&sweep, false)?;
     let summary = SweepSummary::of(&sweep)?;
     if how.json {
@@ -140,10 +140,10 @@ fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
     )
 }
 
-/// An interruption leaves more here than elsewhere.
-fn resumable(error: ExperimentError, root: &Path, volume: Volume) -> ExperimentError {
-    if matches!(error, ExperimentError::Interrupted) {
-        volume.notes(&[format!("finished cells are kept; resume with skiagraph sweep run {}", root.display())]);
+/// An interruption leaves more here than elsewhere: finished cells are kept.
+fn resumable(error: ExperimentError, root: &Path) -> ExperimentError {
+    match error {
+        ExperimentError::Interrupted => ExperimentError::TrainingInterrupted { partial: root.to_owned() },
+        error => error,
     }
-    error
 }

@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""Moves the start pose with the centre of the silhouettes: a tracker in forty lines, as a start for one's own.
+
+    skiagraph track SET --exec "python examples/external/centroid.py" --inline --out runs/centroid
+"""
+import json
+import sys
+
+import numpy as np
+
+
+def centre_of(view, camera):
+    """The centre of a silhouette, pixels; None where the body is not seen."""
+    lengths = np.array(view["rle"])
+    mask = np.repeat(np.arange(len(lengths)) % 2 == 1, lengths).reshape(camera["height"], camera["width"])
+    rows, columns = np.nonzero(mask)
+    return (columns.mean(), rows.mean()) if len(rows) else None
+
+
+def triangulate(views, cameras):
+    """The point nearest to the rays through all centres (direct linear transform; lens distortion is left out)."""
+    equations = []
+    for view in views:
+        camera = cameras[view["camera"]]
+        centre = centre_of(view, camera)
+        if centre is None:
+            continue
+        projection = np.array(camera["K"]) @ np.column_stack([camera["R"], camera["t"]])
+        equations += [centre[0] * projection[2] - projection[0], centre[1] * projection[2] - projection[1]]
+    if len(equations) < 4:
+        return None
+    point = np.linalg.svd(np.array(equations))[2][-1]
+    return point[:3] / point[3]
+
+
+def answer(message):
+    print(json.dumps(message), flush=True)
+
+
+cameras, markers, first = {}, {}, None
+for line in sys.stdin:
+    told = json.loads(line)
+    if told["type"] == "hello":
+        cameras = {camera["name"]: camera for camera in told["cameras"]}
+        markers = {name: np.array(place) for name, place in told["start"]["markers"].items() if place}
+        answer({"type": "ready", "name": "centroid", "version": "1"})
+    elif told["type"] == "frame":
+        centre = triangulate(told["views"], cameras)
+        if centre is None:
+            answer({"type": "lost", "frame": told["frame"]})
+            continue
+        first = centre if first is None else first
+        moved = {name: (place + centre - first).tolist() for name, place in markers.items()}
+        answer({"type": "pose", "frame": told["frame"], "markers": moved})
+    elif told["type"] == "end":
+        break

@@ -1,0 +1,136 @@
+//! Real runs: the default tracker against itself with known defects, ten repetitions each.
+
+use std::error::Error;
+
+use serde::{Deserialize, Serialize};
+use skiagraph::benchmark_set::BenchmarkSet;
+use skiagraph::body::BodyShape;
+use skiagraph::evaluation::{GateRules, GateVerdict, MeasuredClip, MeasuredRuns, gate};
+use skiagraph::experiment::{Measures, Models, Unwatched, draw, track};
+use skiagraph::scenario::{ScenarioFile, TrackerSettings};
+
+const REPETITIONS: u64 = 10;
+const SEEDS: u64 = 10;
+const MARGIN: &str = "2mm";
+/// A second and a half of the default walk, in small images, so that four hundred runs take minutes.
+const OVERRIDES: [&str; 2] = ["motion.last_frame=90", "rig.ring.size_px=[160, 120]"];
+/// Links whose lengths the defect of the body changes, by how much.
+const LIMB: [&str; 2] = ["thigh", "shank"];
+const LIMB_FACTOR: f64 = 1.03;
+
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Real {
+    pub(crate) repetitions: u64,
+    pub(crate) seeds: u64,
+    pub(crate) margin: String,
+    pub(crate) overrides: Vec<String>,
+    pub(crate) rows: Vec<Row>,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Row {
+    pub(crate) tracker: String,
+    pub(crate) change: String,
+    /// Verdict and worsening of every repetition, mm.
+    pub(crate) verdicts: Vec<(String, f64)>,
+    pub(crate) mean_error_mm: f64,
+}
+
+pub(crate) fn run() -> Result<Real, Box<dyn Error>> {
+    let mut rows = Vec::new();
+    for (name, particles, settings) in [
+        ("annealed particle filter with refinement (default)", 60, &["particles=60"][..]),
+        ("annealed particle filter as printed (`paper = true`)", 200, &["paper=true", "particles=200"][..]),
+    ] {
+        rows.extend(of_tracker(name, particles, settings)?);
+    }
+    Ok(Real {
+        repetitions: REPETITIONS,
+        seeds: SEEDS,
+        margin: MARGIN.to_owned(),
+        overrides: OVERRIDES.map(str::to_owned).to_vec(),
+        rows,
+    })
+}
+
+fn of_tracker(name: &str, particles: u32, settings: &[&str]) -> Result<Vec<Row>, Box<dyn Error>> {
+    let file = ScenarioFile::built_in(&OVERRIDES.map(str::to_owned))?;
+    let (set, _) = draw(&file, None, &Unwatched)?;
+    let with = |more: &[&str]| -> Result<TrackerSettings, Box<dyn Error>> {
+        let own: Vec<String> = settings.iter().chain(more).map(|s| (*s).to_owned()).collect();
+        Ok(TrackerSettings::named("annealed_particle_filter")?.overridden(&own)?)
+    };
+    let half = format!("particles={}", particles / 2);
+    let quarter = format!("particles={}", particles / 4);
+    let wrong = with_wrong_limb(&set);
+    let changes: [(&str, &BenchmarkSet, TrackerSettings, u64); 5] = [
+        ("nothing, the same seeds", &set, with(&[])?, 0),
+        ("nothing, other seeds", &set, with(&[])?, 5000),
+        ("half the particles", &set, with(&[&half])?, 0),
+        ("a quarter of the particles", &set, with(&[&quarter])?, 0),
+        ("thighs and shanks 3 % too long", &wrong, with(&[])?, 0),
+    ];
+    let mut rows: Vec<Row> = changes
+        .iter()
+        .map(|(change, ..)| Row {
+            tracker: name.to_owned(),
+            change: (*change).to_owned(),
+            verdicts: Vec::new(),
+            mean_error_mm: 0.0,
+        })
+        .collect();
+    let rules = GateRules { other_seeds: true, ..GateRules::of_metric("humaneva_mm", MARGIN.parse()?) };
+    for repetition in 0..REPETITIONS {
+        let first = repetition * SEEDS;
+        let baseline = measured(&set, &with(&[])?, first)?;
+        for (row, (_, set, settings, offset)) in rows.iter_mut().zip(&changes) {
+            let run = measured(set, settings, first + offset)?;
+            let outcome = gate(&baseline, &run, &rules)?;
+            let check = &outcome.checks[0];
+            let verdict = match outcome.verdict {
+                GateVerdict::Pass => "PASS",
+                GateVerdict::Fail => "FAIL",
+                GateVerdict::Inconclusive => "INCONCLUSIVE",
+            };
+            row.verdicts.push((verdict.to_owned(), check.worse_by.unwrap_or(f64::NAN)));
+            let error = check.difference.as_ref().map_or(f64::NAN, |found| found.other);
+            row.mean_error_mm += error / REPETITIONS as f64;
+            eprintln!("{name}, {}, repetition {repetition}: {verdict} {:?}", row.change, check.worse_by);
+        }
+    }
+    Ok(rows)
+}
+
+/// The same set, whose tracker believes in another body: a defect of the tracker, not of the set.
+fn with_wrong_limb(set: &BenchmarkSet) -> BenchmarkSet {
+    let mut wrong = set.clone();
+    let body = &set.blind.start.body;
+    let mut shape = BodyShape::identity(body);
+    for (link, change) in body.links.iter().zip(&mut shape.links) {
+        if LIMB.iter().any(|limb| link.name.contains(limb)) {
+            change.length *= LIMB_FACTOR;
+        }
+    }
+    wrong.blind.start.body = body.reshaped(&shape);
+    wrong
+}
+
+fn measured(set: &BenchmarkSet, settings: &TrackerSettings, first: u64) -> Result<MeasuredRuns, Box<dyn Error>> {
+    let seeds: Vec<u64> = (first..first + SEEDS).collect();
+    let tracked = track(&set.blind, settings, &seeds, None, &mut Models::default(), &Unwatched)?;
+    let measures = Measures::new(set, &tracked, &Unwatched)?;
+    let clip = MeasuredClip {
+        set_hash: set.blind.set_hash.clone(),
+        frames: set.blind.frame_count,
+        frames_per_second: set.blind.frames_per_second,
+        tracker: settings.name().to_owned(),
+        settings: None,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seeds: Vec::new(),
+        metrics: Default::default(),
+        joints: Default::default(),
+    };
+    let mut runs = MeasuredRuns::default();
+    runs.add(&set.blind.name, clip.with_values(&measures.summary))?;
+    Ok(runs)
+}

@@ -1,0 +1,137 @@
+//! `skiagraph baseline`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+
+use super::volume::Volume;
+use super::{CommandError, output};
+use crate::evaluation::{METRICS, MeasuredRuns, mean, seeds_in_words};
+use crate::experiment::{BASELINES, Baseline};
+
+/// Save, list and show baselines, against which skiagraph gate holds runs
+///
+/// A baseline is a small file to be committed: the values of every metric per clip and seed, with set hashes, protocols,
+/// settings and versions.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline list\n  \
+                        skiagraph baseline show walk\n  skiagraph baseline show walk --json")]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+
+    /// Directory of baselines
+    #[arg(long, global = true, value_name = "DIR", default_value = BASELINES)]
+    baselines: PathBuf,
+}
+
+#[derive(Subcommand, Debug)]
+enum Action {
+    /// Save measured runs as a baseline; one of that name is replaced
+    #[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline save all runs")]
+    Save {
+        /// Name of the baseline: letters, digits, -, _ and .
+        #[arg(value_name = "NAME")]
+        name: String,
+        /// Directory of a run, or of runs (one a clip), with at least 5 seeds
+        #[arg(value_name = "RUN")]
+        run: PathBuf,
+        /// Rename an existing file that skiagraph did not write to NAME.json~
+        #[arg(long)]
+        force: bool,
+    },
+    /// List all baselines
+    #[command(after_help = "Examples:\n  skiagraph baseline list")]
+    List {
+        /// Print one JSON object instead of a table
+        #[arg(long)]
+        json: bool,
+    },
+    /// Show the values of a baseline
+    #[command(after_help = "Examples:\n  skiagraph baseline show walk")]
+    Show {
+        /// Name of the baseline, or its .json file
+        #[arg(value_name = "NAME")]
+        name: String,
+        /// Print the baseline itself
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let folder = &arguments.baselines;
+    match &arguments.action {
+        Action::Save { name, run, force } => {
+            let saved = Baseline::save(name, run, folder, *force)?;
+            volume.written(&saved.path);
+            let before = saved.replaced.as_ref().and_then(|old| error_of(&old.runs));
+            let before = before.map(|error| format!(" (was {error:.1})")).unwrap_or_default();
+            output::print(&format!("{}: {}{before}", saved.path.display(), line(&saved.baseline)))?;
+        }
+        Action::List { json } => list(folder, *json)?,
+        Action::Show { name, json: true } => output::print_json(&Baseline::read(name, folder)?)?,
+        Action::Show { name, json: false } => output::print(&shown(&Baseline::read(name, folder)?))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn list(folder: &std::path::Path, json: bool) -> Result<(), CommandError> {
+    let all = Baseline::list(folder)?;
+    if json {
+        let readable: Vec<Baseline> = all.into_iter().filter_map(|(_, baseline)| baseline.ok()).collect();
+        return Ok(output::print_json(&serde_json::json!({
+            "schema": "skiagraph.baselines/1", "baselines": readable,
+        }))?);
+    }
+    if all.is_empty() {
+        return Ok(output::print(&format!("no baselines in {}", folder.display()))?);
+    }
+    for (name, baseline) in all {
+        match baseline {
+            Ok(baseline) => output::print(&format!("{name:<24} {}", line(&baseline)))?,
+            Err(error) => output::print(&format!("{name:<24} cannot be read: {error}"))?,
+        }
+    }
+    Ok(())
+}
+
+/// `walk (seeds 0 to 9), annealed_particle_filter, version 0.1.0, 31.2 mm`
+fn line(baseline: &Baseline) -> String {
+    let clips = baseline.runs.clips.iter();
+    let clips: Vec<String> =
+        clips.map(|(name, clip)| format!("{name} (seeds {})", seeds_in_words(&clip.seeds))).collect();
+    let mut trackers: Vec<&str> = baseline.runs.clips.values().map(|clip| clip.tracker.as_str()).collect();
+    trackers.dedup();
+    let error = error_of(&baseline.runs).map(|error| format!(", {error:.1} mm")).unwrap_or_default();
+    format!("{}, {}, version {}{error}", clips.join(", "), trackers.join(", "), baseline.version)
+}
+
+/// HumanEva's error, mm: mean over clips of their means over seeds.
+fn error_of(runs: &MeasuredRuns) -> Option<f64> {
+    let of_clip = |clip: &crate::evaluation::MeasuredClip| {
+        mean(&clip.values("humaneva_mm").into_iter().map(|(_, value)| value).collect::<Vec<_>>())
+    };
+    mean(&runs.clips.values().filter_map(of_clip).collect::<Vec<_>>())
+}
+
+fn shown(baseline: &Baseline) -> String {
+    let mut lines = vec![format!("{}: {}", baseline.name, line(baseline))];
+    for (name, clip) in &baseline.runs.clips {
+        lines.push(format!("\n{name}: {} frames at {} Hz, set {}", clip.frames, clip.frames_per_second, clip.set_hash));
+        lines.push(format!("  {:<32} {:>12} {:>12} {:>12}  seeds", "", "mean", "least", "greatest"));
+        for metric in METRICS {
+            let values: Vec<f64> = clip.values(metric.name).into_iter().map(|(_, value)| value).collect();
+            let Some(average) = mean(&values) else { continue };
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let greatest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            lines.push(format!(
+                "  {:<32} {average:>12.4} {least:>12.4} {greatest:>12.4}  {}",
+                metric.name,
+                values.len()
+            ));
+        }
+    }
+    lines.join("\n")
+}

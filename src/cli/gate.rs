@@ -1,0 +1,174 @@
+//! `skiagraph gate`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+
+use super::progress::Progress;
+use super::volume::Volume;
+use super::{CommandError, output};
+use crate::evaluation::{GateRules, GateVerdict, Margin};
+use crate::experiment::{
+    BASELINES, Baseline, Destination, ExperimentError, GATE_FILE, MoreOf, add_seeds, gate_run, put_file, read_rules,
+};
+use crate::report::GateReport;
+
+/// Hold a run against a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
+///
+/// A metric passes if the 95 % interval of its worsening lies below the margin, fails if it lies above, and is
+/// inconclusive in between; then it is told how many more seeds would settle it. The unit is the run (clip x seed), never
+/// the frame. Run and baseline need at least 5 seeds; 10 are usual. Runs of the baseline's own seeds are paired.
+///
+/// Metrics of the truth must not change at all. Coverage must not fall by more than 0.01, and not more runs may lose the
+/// body than chance explains, since errors leave out what has no estimate. A gate.toml holds budgets of several metrics
+/// and clips; scenarios/README.md lists its keys.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph gate runs/walk --baseline walk --margin 2mm\n  \
+                        skiagraph gate runs/walk --baseline walk --margin 2mm --add-seeds 10\n  \
+                        skiagraph gate runs/walk --baseline walk --metric pck150 --margin 1%\n  \
+                        skiagraph gate runs --baseline all --rules gate.toml --junit gate.xml --github\n  \
+                        skiagraph gate runs/walk --baseline walk --margin 2mm --markdown >> $GITHUB_STEP_SUMMARY")]
+pub(super) struct Arguments {
+    /// Directory of a run, or of runs (one a clip)
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+
+    /// The baseline: its name, or its .json file
+    #[arg(long, value_name = "NAME")]
+    baseline: String,
+
+    /// Directory of baselines
+    #[arg(long, value_name = "DIR", default_value = BASELINES)]
+    baselines: PathBuf,
+
+    /// By how much the metric may worsen: 2mm, 1.5deg, 0.02, or 5% of the baseline
+    #[arg(long, value_name = "MARGIN")]
+    margin: Option<Margin>,
+
+    /// The metric of --margin
+    #[arg(long, value_name = "NAME", default_value = "humaneva_mm", requires = "margin")]
+    metric: String,
+
+    /// File of budgets [default: gate.toml, if it is there and no --margin is given]
+    #[arg(long, value_name = "FILE")]
+    rules: Option<PathBuf>,
+
+    /// Accept seeds other than the baseline's; they are not paired
+    #[arg(long)]
+    other_seeds: bool,
+
+    /// If the gate is inconclusive, run so many further seeds of the same tracker on the same set, and ask again
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    add_seeds: Option<u32>,
+
+    /// The run's set, for --add-seeds [default: drawn again from the scenario.toml of the run]
+    #[arg(long, value_name = "SET", requires = "add_seeds")]
+    set: Vec<PathBuf>,
+
+    /// Directory that the paths in the run's scenario.toml are relative to, for --add-seeds
+    #[arg(long, value_name = "DIR", requires = "add_seeds")]
+    scenario_dir: Option<PathBuf>,
+
+    /// Directory that is searched for clips, for --add-seeds [default: $SKIAGRAPH_MOCAP]
+    #[arg(long, value_name = "DIR", requires = "add_seeds")]
+    mocap_dir: Option<PathBuf>,
+
+    /// Exit code of an inconclusive gate: 3, or that of pass or fail
+    #[arg(long, value_name = "AS", value_enum, default_value_t = InconclusiveAs::Itself)]
+    inconclusive: InconclusiveAs,
+
+    /// Also write JUnit XML
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+
+    /// Print annotations for GitHub Actions after the result
+    #[arg(long)]
+    github: bool,
+
+    /// Print one JSON object instead of text
+    #[arg(long, conflicts_with_all = ["markdown", "github"])]
+    json: bool,
+
+    /// Print Markdown instead of text
+    #[arg(long)]
+    markdown: bool,
+
+    /// Rename an existing JUnit FILE that skiagraph did not write to FILE~
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum InconclusiveAs {
+    Pass,
+    Fail,
+    #[value(name = "inconclusive")]
+    Itself,
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let rules = arguments.rules()?;
+    let baseline = Baseline::read(&arguments.baseline, &arguments.baselines)?;
+    let mut outcome = gate_run(&arguments.run, &baseline, &rules)?;
+    if let Some(count) = arguments.add_seeds.filter(|_| outcome.verdict == GateVerdict::Inconclusive) {
+        let progress = Progress::new(volume);
+        let environment = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
+        let from = MoreOf {
+            sets: &arguments.set,
+            scenario_folder: arguments.scenario_dir.as_deref(),
+            mocap_directory: arguments.mocap_dir.as_deref().or(environment.as_deref()),
+        };
+        let written = add_seeds(&arguments.run, count, from, &progress)?;
+        drop(progress);
+        written.iter().for_each(|folder| volume.written(folder));
+        outcome = gate_run(&arguments.run, &baseline, &rules)?;
+    }
+    let run = arguments.run.display().to_string();
+    let report = GateReport { run: &run, baseline: &baseline.name, outcome: &outcome };
+    if let Some(path) = &arguments.junit {
+        let text = report.junit().map_err(ExperimentError::from)?;
+        put_file(Destination { path, force: arguments.force }, text.as_bytes())?;
+        volume.written(path);
+    }
+    match () {
+        () if arguments.json => output::print_json(&outcome)?,
+        () if arguments.markdown => output::print(&report.markdown())?,
+        () => output::print(&report.text())?,
+    }
+    if arguments.github {
+        output::print(&report.annotations())?;
+    }
+    Ok(ExitCode::from(arguments.exit_code(outcome.verdict)))
+}
+
+impl Arguments {
+    /// Budgets of the file and of the command line.
+    fn rules(&self) -> Result<GateRules, ExperimentError> {
+        let found = Path::new(GATE_FILE).is_file() && self.margin.is_none();
+        let file = self.rules.as_deref().or(found.then_some(Path::new(GATE_FILE)));
+        let of_margin = self.margin.map(|margin| GateRules::of_metric(&self.metric, margin));
+        let mut rules = match (file.map(read_rules).transpose()?, of_margin) {
+            (Some(rules), None) if !rules.budgets.is_empty() => rules,
+            (Some(mut rules), Some(more)) => {
+                rules.budgets.extend(more.budgets);
+                rules
+            }
+            (None, Some(rules)) => rules,
+            _ => {
+                let detail = format!("give one, as in --margin 2mm, or budgets in {GATE_FILE}");
+                return Err(ExperimentError::Argument { argument: "--margin", detail });
+            }
+        };
+        rules.other_seeds |= self.other_seeds;
+        Ok(rules)
+    }
+
+    fn exit_code(&self, verdict: GateVerdict) -> u8 {
+        match (verdict, self.inconclusive) {
+            (GateVerdict::Pass, _) | (GateVerdict::Inconclusive, InconclusiveAs::Pass) => 0,
+            (GateVerdict::Fail, _) | (GateVerdict::Inconclusive, InconclusiveAs::Fail) => 1,
+            (GateVerdict::Inconclusive, InconclusiveAs::Itself) => 3,
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Golden vectors: errors of known size, and what every convention makes of them, worked by hand. `docs/metrics.md` has
+//! the same table.
+
+use nalgebra::{Point3, Vector3};
+
+use super::fixture::evaluate_markers;
+use crate::body::{Landmark, Markers};
+
+/// Pelvis at the origin, all others half a metre away: along x, -x, y, -y, z in turn.
+fn star() -> Markers {
+    let directions = [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y(), Vector3::z()];
+    std::array::from_fn(|index| match index {
+        index if index == Landmark::Pelvis as usize => Some(Point3::origin()),
+        // hips on both sides, so that their middle is the pelvis
+        index if index == Landmark::LeftHip as usize => Some(Point3::new(0.0, 0.5, 0.0)),
+        index if index == Landmark::RightHip as usize => Some(Point3::new(0.0, -0.5, 0.0)),
+        index => Some(Point3::from(0.5 * directions[index % 5])),
+    })
+}
+
+fn every_marker(change: impl Fn(usize, usize, Point3<f64>) -> Point3<f64>) -> Vec<Markers> {
+    let of = |frame: usize| {
+        let mut markers = star();
+        markers.iter_mut().enumerate().for_each(|(index, m)| *m = m.map(|place| change(frame, index, place)));
+        markers
+    };
+    (0..5).map(of).collect()
+}
+
+/// What is wrong, the estimate, and the value of every convention.
+type Case = (&'static str, Vec<Markers>, Vec<(&'static str, f64)>);
+
+fn cases() -> Vec<Case> {
+    let wrist = Landmark::LeftWrist as usize;
+    vec![
+        (
+            "every marker 51 mm away, in one direction",
+            every_marker(|_, _, place| place + Vector3::new(0.024, 0.0, 0.045)),
+            vec![
+                ("humaneva_mm", 51.0),
+                ("mpjpe_mm", 51.0),
+                ("humaneva_relative_mm", 0.0),
+                ("mpjpe_root_mm", 0.0),
+                ("n_mpjpe_mm", 0.0),
+                ("pa_mpjpe_mm", 0.0),
+                ("w_mpjpe100_mm", 0.0),
+                ("wa_mpjpe100_mm", 0.0),
+                ("pck150", 1.0),
+                // thresholds 55, 60, ... 150 of 0, 5, ... 150
+                ("auc150", 20.0 / 31.0),
+                ("pck50_3dpw", 1.0),
+                ("auc200_3dpw", 1.0),
+                ("coverage", 1.0),
+            ],
+        ),
+        (
+            "5 % too large about the pelvis: 14 markers 25 mm away, the pelvis right",
+            every_marker(|_, _, place| Point3::from(1.05 * place.coords)),
+            vec![
+                ("humaneva_mm", 25.0 * 14.0 / 15.0),
+                ("mpjpe_mm", 25.0 * 14.0 / 15.0),
+                ("humaneva_relative_mm", 25.0),
+                ("mpjpe_root_mm", 25.0 * 14.0 / 15.0),
+                ("n_mpjpe_mm", 0.0),
+                ("pa_mpjpe_mm", 0.0),
+                ("pck50_3dpw", 1.0),
+                // a step at 25 mm: 199 - 25 + 1/2 of 199
+                ("auc200_3dpw", 174.5 / 199.0),
+            ],
+        ),
+        (
+            "the left wrist 160 mm away, all others right",
+            every_marker(|_, index, place| if index == wrist { place + Vector3::new(0.0, 0.0, 0.16) } else { place }),
+            vec![
+                ("humaneva_mm", 160.0 / 15.0),
+                ("mpjpe_root_mm", 160.0 / 15.0),
+                ("humaneva_relative_mm", 160.0 / 14.0),
+                ("pck150", 14.0 / 15.0),
+                ("auc150", 14.0 / 15.0),
+                ("pck50_3dpw", 11.0 / 12.0),
+                // eleven joints of 1, one with a step at 160 mm
+                ("auc200_3dpw", (11.0 + 39.5 / 199.0) / 12.0),
+            ],
+        ),
+        (
+            "drift: frame f is f mm away",
+            every_marker(|frame, _, place| place + Vector3::new(0.001 * frame as f64, 0.0, 0.0)),
+            vec![
+                // frames 1 to 4
+                ("humaneva_mm", 2.5),
+                ("pa_mpjpe_mm", 0.0),
+                // aligned with frames 1 and 2, by 1.5 mm: 0.5, 0.5, 1.5, 2.5
+                ("w_mpjpe100_mm", 1.25),
+                // aligned with all, by 2.5 mm: 1.5, 0.5, 0.5, 1.5
+                ("wa_mpjpe100_mm", 1.0),
+            ],
+        ),
+    ]
+}
+
+#[test]
+fn every_convention_gives_the_value_worked_by_hand() {
+    let truth = vec![star(); 5];
+    for (case, estimate, expected) in cases() {
+        let metrics = evaluate_markers(&truth, &estimate).metrics;
+        for (name, value) in expected {
+            let found = metrics[name].mean;
+            // of the drift a little is taken for a scale: (0.5 mm / 0.5 m)^2
+            assert!((found - value).abs() < 1e-3, "{case}: {name} is {found}, by hand {value}");
+        }
+    }
+}
+
+#[test]
+fn the_table_of_the_docs_has_the_same_values() {
+    let page = include_str!("../../docs/metrics.md");
+    for (case, _, expected) in cases() {
+        assert!(page.contains(case), "{case}");
+        for (name, value) in expected {
+            let row = format!("| `{name}` | {value:.4} |");
+            let section = page.split("### ").find(|section| section.starts_with(case)).unwrap_or_default();
+            assert!(section.contains(&row), "{case}: {row}");
+        }
+    }
+}
+
+#[test]
+fn a_mirrored_pose_is_not_aligned_away() {
+    let truth = vec![star(); 5];
+    let mut mirrored = star();
+    mirrored.iter_mut().enumerate().for_each(|(index, marker)| {
+        *marker = marker.map(|p| Point3::new(-p.x, p.y + 0.01 * index as f64, p.z));
+    });
+    assert!(evaluate_markers(&truth, &vec![mirrored; 5]).metrics["pa_mpjpe_mm"].mean > 10.0);
+}

@@ -1,0 +1,168 @@
+//! By how much a metric may worsen.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::evaluation::Unit;
+
+/// By how much a metric may worsen: a number with its unit (`2mm`, `1.5deg`, `0.02`), or a share of the baseline's mean
+/// (`5%`; of a metric that is itself a share, percentage points).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "String")]
+pub struct Margin {
+    value: f64,
+    unit: Given,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Given {
+    None,
+    Percent,
+    Unit(Unit),
+}
+
+/// As files have it.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Written {
+    Number(f64),
+    Text(String),
+}
+
+/// Why a margin cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MarginError {
+    /// It is not a number with a unit.
+    #[error("margin `{0}`: expected a number of 0 or more with its unit, as in 2mm, 1.5deg, 0.02 or 5%")]
+    Malformed(String),
+    /// Its unit is not the metric's.
+    #[error("margin {margin} of {metric}: expected {expected}")]
+    Unit {
+        /// The margin.
+        margin: String,
+        /// The metric.
+        metric: String,
+        /// What it should be.
+        expected: String,
+    },
+}
+
+/// Units as they are written, with their factor to the metric's own.
+const UNITS: [(&str, Unit, f64); 11] = [
+    ("mm", Unit::Millimetre, 1.0),
+    ("cm", Unit::Millimetre, 10.0),
+    ("m", Unit::Millimetre, 1000.0),
+    ("deg", Unit::Degree, 1.0),
+    ("°", Unit::Degree, 1.0),
+    ("mm/s", Unit::MillimetrePerSecond, 1.0),
+    ("m/s", Unit::MillimetrePerSecond, 1000.0),
+    ("m/s^2", Unit::MetrePerSecondSquared, 1.0),
+    ("m/s^3", Unit::MetrePerSecondCubed, 1.0),
+    ("s", Unit::Second, 1.0),
+    ("ms", Unit::Millisecond, 1.0),
+];
+
+impl FromStr for Margin {
+    type Err = MarginError;
+
+    fn from_str(text: &str) -> Result<Self, MarginError> {
+        let malformed = || MarginError::Malformed(text.chars().take(40).collect());
+        let trimmed = text.trim();
+        let end = trimmed.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(trimmed.len());
+        let (number, unit) = (&trimmed[..end], trimmed[end..].trim());
+        let value: f64 = number.parse().map_err(|_| malformed())?;
+        let (factor, unit) = match unit {
+            "" => (1.0, Given::None),
+            "%" => (0.01, Given::Percent),
+            name => {
+                let known = UNITS.iter().find(|(known, ..)| *known == name);
+                known.map(|(_, unit, factor)| (*factor, Given::Unit(*unit))).ok_or_else(malformed)?
+            }
+        };
+        let value = value * factor;
+        if value.is_finite() { Ok(Self { value, unit }) } else { Err(malformed()) }
+    }
+}
+
+impl TryFrom<Written> for Margin {
+    type Error = MarginError;
+
+    fn try_from(written: Written) -> Result<Self, MarginError> {
+        match written {
+            Written::Text(text) => text.parse(),
+            Written::Number(value) if value.is_finite() && value >= 0.0 => Ok(Self { value, unit: Given::None }),
+            Written::Number(value) => Err(MarginError::Malformed(value.to_string())),
+        }
+    }
+}
+
+impl From<Margin> for String {
+    fn from(margin: Margin) -> Self {
+        margin.to_string()
+    }
+}
+
+impl fmt::Display for Margin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.unit {
+            Given::None => write!(f, "{}", self.value),
+            Given::Percent => write!(f, "{} %", 100.0 * self.value),
+            Given::Unit(unit) => write!(f, "{} {}", self.value, unit.symbol()),
+        }
+    }
+}
+
+impl Margin {
+    /// A number in the metric's own unit.
+    pub(super) const fn of_number(value: f64) -> Self {
+        Self { value, unit: Given::None }
+    }
+
+    /// In the metric's unit; `base` is the baseline's mean.
+    ///
+    /// # Errors
+    /// [`MarginError::Unit`] if it is given in another unit.
+    pub fn of(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
+        match self.unit {
+            Given::None => Ok(self.value),
+            Given::Percent if unit == Unit::Fraction => Ok(self.value),
+            Given::Percent => Ok(self.value * base.abs()),
+            Given::Unit(given) if given == unit => Ok(self.value),
+            Given::Unit(_) => {
+                let symbol = if unit.symbol().is_empty() { "a number without a unit" } else { unit.symbol() };
+                let (margin, metric) = (self.to_string(), metric.to_owned());
+                Err(MarginError::Unit { margin, metric, expected: format!("{symbol}, or a percentage") })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn margin(text: &str, unit: Unit, base: f64) -> f64 {
+        text.parse::<Margin>().unwrap().of("x", unit, base).unwrap()
+    }
+
+    #[test]
+    fn margins_have_units_and_are_shares_of_the_baseline_only_where_the_metric_is_no_share() {
+        assert_eq!(margin("2mm", Unit::Millimetre, 30.0), 2.0);
+        assert_eq!(margin("0.2 cm", Unit::Millimetre, 30.0), 2.0);
+        assert_eq!(margin("2", Unit::Degree, 30.0), 2.0);
+        assert_eq!(margin("5%", Unit::Millimetre, 30.0), 1.5);
+        assert_eq!(margin("5%", Unit::Fraction, 0.9), 0.05);
+        assert_eq!(margin("0mm", Unit::Millimetre, 30.0), 0.0);
+    }
+
+    #[test]
+    fn what_is_no_margin_is_refused() {
+        for text in ["", "mm", "-2mm", "2 parsecs", "1e999", "NaN", "2px", "infmm", "1..2"] {
+            assert!(text.parse::<Margin>().is_err(), "{text}");
+        }
+        let other = "2deg".parse::<Margin>().unwrap().of("humaneva_mm", Unit::Millimetre, 30.0).unwrap_err();
+        assert_eq!(other.to_string(), "margin 2 ° of humaneva_mm: expected mm, or a percentage");
+    }
+}

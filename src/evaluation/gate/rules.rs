@@ -1,0 +1,75 @@
+//! What a gate checks.
+
+use serde::{Deserialize, Serialize};
+
+use super::Margin;
+
+/// A gate refuses fewer seeds a clip than these.
+pub const FEWEST_SEEDS: usize = 5;
+
+/// What a gate checks: the content of `gate.toml`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GateRules {
+    /// Fewest seeds a clip of run and baseline; at least [`FEWEST_SEEDS`].
+    #[serde(default = "fewest")]
+    pub seeds: usize,
+    /// Metrics with their margins; at least one.
+    #[serde(default, rename = "budget")]
+    pub budgets: Vec<Budget>,
+    /// Metrics whose values must not change at all, seed by seed.
+    #[serde(default)]
+    pub exact: Vec<String>,
+    /// Whether the metrics of the truth (`truth_...`) must not change at all.
+    #[serde(default = "yes")]
+    pub exact_truth: bool,
+    /// By how much the coverage may fall: errors leave out what has no estimate.
+    #[serde(default = "coverage")]
+    pub coverage: Margin,
+    /// Whether more lost tracks fail.
+    #[serde(default = "yes")]
+    pub lost_tracks: bool,
+    /// Whether the run may have seeds other than the baseline's.
+    #[serde(default)]
+    pub other_seeds: bool,
+}
+
+/// One metric with its margin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    /// [`crate::evaluation::Metric::name`].
+    pub metric: String,
+    /// By how much it may worsen.
+    pub margin: Margin,
+    /// In this clip alone; all clips together without one.
+    #[serde(default)]
+    pub clip: Option<String>,
+}
+
+fn fewest() -> usize {
+    FEWEST_SEEDS
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn coverage() -> Margin {
+    Margin::of_number(0.01)
+}
+
+impl GateRules {
+    /// One metric over all clips, and the defaults for all else.
+    pub fn of_metric(metric: &str, margin: Margin) -> Self {
+        Self {
+            seeds: FEWEST_SEEDS,
+            budgets: vec![Budget { metric: metric.to_owned(), margin, clip: None }],
+            exact: Vec::new(),
+            exact_truth: true,
+            coverage: coverage(),
+            lost_tracks: true,
+            other_seeds: false,
+        }
+    }
+}

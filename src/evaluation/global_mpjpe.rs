@@ -1,0 +1,66 @@
+//! MPJPE in the world after one similarity transform for a whole segment: drift counts, where the world begins does not.
+
+use nalgebra::Point3;
+
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::{Sequence, Similarity, mpjpe};
+
+/// Frames of a segment (`[Ye 2023]`).
+const SEGMENT: usize = 100;
+/// Frames that W-MPJPE aligns.
+const FIRST: usize = 2;
+
+/// WA-MPJPE: each segment is aligned with all its frames.
+pub(super) const WHOLE: Metric = Metric {
+    name: "wa_mpjpe100_mm",
+    title: "WA-MPJPE, segments aligned",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    needs: "three markers that are in both truth and estimate",
+    protocol: "mean distance of the 15 virtual markers after one similarity transform (rotation, translation, scale) for \
+               each segment of 100 frames, fitted to all its frames; pooled over all markers of all frames, markers \
+               missing in truth or estimate skipped",
+    measure: whole,
+};
+
+/// W-MPJPE: each segment is aligned with its first two frames.
+pub(super) const FIRST_FRAMES: Metric = Metric {
+    name: "w_mpjpe100_mm",
+    title: "W-MPJPE, first frames aligned",
+    unit: Unit::Millimetre,
+    direction: Direction::LowerIsBetter,
+    needs: "three markers that are in both truth and estimate",
+    protocol: "mean distance of the 15 virtual markers after one similarity transform (rotation, translation, scale) for \
+               each segment of 100 frames, fitted to its first two frames with an estimate; pooled over all markers of all \
+               frames, markers missing in truth or estimate skipped",
+    measure: first_frames,
+};
+
+type Pairs = Vec<(Point3<f64>, Point3<f64>)>;
+
+fn whole(sequence: &Sequence<'_>) -> Option<Measurement> {
+    aligned(sequence, usize::MAX)
+}
+
+fn first_frames(sequence: &Sequence<'_>) -> Option<Measurement> {
+    aligned(sequence, FIRST)
+}
+
+/// Distances after every segment's transform, which is fitted to its first `fitted` frames with an estimate.
+fn aligned(sequence: &Sequence<'_>, fitted: usize) -> Option<Measurement> {
+    let pairs =
+        |frame: usize| -> Pairs { sequence.pairs(frame).map(|(_, truth, estimate)| (estimate, truth)).collect() };
+    let scored: Vec<usize> = sequence.scored().collect();
+    let transforms: Vec<Option<Similarity>> = scored
+        .chunks(SEGMENT)
+        .map(|segment| {
+            let given = segment.iter().map(|frame| pairs(*frame)).filter(|pairs| !pairs.is_empty());
+            Similarity::fit(&given.take(fitted).flatten().collect::<Pairs>())
+        })
+        .collect();
+    let transform = |frame: usize| transforms[(frame - sequence.first_scored) / SEGMENT];
+    mpjpe::pooled(sequence, |frame| {
+        let Some(similarity) = transform(frame) else { return Vec::new() };
+        pairs(frame).iter().map(|(estimate, truth)| 1000.0 * (similarity.apply(estimate) - truth).norm()).collect()
+    })
+}

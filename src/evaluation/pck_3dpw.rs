@@ -1,0 +1,90 @@
+//! PCK and its area as 3DPW's challenge computes them: twelve joints of the limbs, relative to the middle of the hips.
+
+use crate::body::Landmark;
+
+use super::Sequence;
+use super::metric::{Direction, Measurement, Metric, Unit};
+use super::statistics::mean_of;
+
+const THRESHOLD_MM: f64 = 50.0;
+/// Rounding of positions, far below what anybody measures.
+const ROUNDING_MM: f64 = 1e-9;
+/// Thresholds of the area: 0, 1, ... 199 mm.
+const LAST_MM: u32 = 199;
+
+const LIMBS: [Landmark; 12] = [
+    Landmark::LeftShoulder,
+    Landmark::LeftElbow,
+    Landmark::LeftWrist,
+    Landmark::RightShoulder,
+    Landmark::RightElbow,
+    Landmark::RightWrist,
+    Landmark::LeftHip,
+    Landmark::LeftKnee,
+    Landmark::LeftAnkle,
+    Landmark::RightHip,
+    Landmark::RightKnee,
+    Landmark::RightAnkle,
+];
+
+/// PCK at 50 mm.
+pub(super) const PCK: Metric = Metric {
+    name: "pck50_3dpw",
+    title: "Limb joints within 50 mm (3DPW's PCK)",
+    unit: Unit::Fraction,
+    direction: Direction::HigherIsBetter,
+    needs: "both hips and a joint of a limb in truth and estimate",
+    protocol: "share of the 12 joints of the limbs at most 50 mm from the truth, relative to the middle of each skeleton's own \
+               hips, as 3DPW's code computes it; a joint missing in the estimate counts as wrong; mean of frame means",
+    measure: at_threshold,
+};
+
+/// Area under PCK up to 199 mm.
+pub(super) const AUC: Metric = Metric {
+    name: "auc200_3dpw",
+    title: "Area under 3DPW's PCK curve",
+    unit: Unit::Fraction,
+    direction: Direction::HigherIsBetter,
+    needs: "both hips and a joint of a limb in truth and estimate",
+    protocol: "area under PCK over thresholds of 0 to 199 mm in steps of 1 mm (trapezoids, divided by 199), 12 joints of the \
+               limbs relative to the middle of each skeleton's own hips; a joint missing in the estimate counts as wrong; \
+               mean of frame means",
+    measure: area,
+};
+
+fn at_threshold(sequence: &Sequence<'_>) -> Option<Measurement> {
+    per_frame(sequence, |distance| f64::from(u8::from(distance <= THRESHOLD_MM)))
+}
+
+/// The area of one joint's step: 1 from the first whole threshold that is not below the distance.
+fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
+    per_frame(sequence, |distance| {
+        // a distance that is a whole number but for rounding is met by that threshold
+        let first = libm::ceil(distance - ROUNDING_MM).max(0.0);
+        let last = f64::from(LAST_MM);
+        match first {
+            0.0 => 1.0,
+            first if first > last => 0.0,
+            first => (last - first + 0.5) / last,
+        }
+    })
+}
+
+/// Mean over frames of the mean over joints of `score(distance)`; 0 for a joint that the estimate lacks.
+fn per_frame(sequence: &Sequence<'_>, score: impl Fn(f64) -> f64) -> Option<Measurement> {
+    let measured = sequence.per_scored_frame(|frame| {
+        let (truth, estimate) = (&sequence.truth_markers[frame], &sequence.estimate_markers[frame]);
+        let middle = |markers: &crate::body::Markers| {
+            let [left, right] = [Landmark::LeftHip, Landmark::RightHip].map(|hip| markers[hip as usize]);
+            Some(nalgebra::center(&left?, &right?))
+        };
+        let of_truth = middle(truth)?;
+        let of_estimate = middle(estimate);
+        mean_of(LIMBS.iter().filter_map(|joint| {
+            let place = truth[*joint as usize]?;
+            let found = of_estimate.zip(estimate[*joint as usize]);
+            Some(found.map_or(0.0, |(root, found)| score(1000.0 * ((found - root) - (place - of_truth)).norm())))
+        }))
+    });
+    Some(Measurement::PerFrame(measured))
+}

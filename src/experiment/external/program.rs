@@ -1,0 +1,249 @@
+//! A child process that is spoken to in lines, with time limits, bounded memory, and an end that it cannot escape.
+
+use std::collections::VecDeque;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::experiment::watch::Watch;
+use crate::input::excerpt;
+
+/// Longest line that a program may print, bytes.
+const LONGEST_LINE: u64 = 1 << 20;
+/// Lines that may wait to be read; further ones block the program.
+const WAITING_LINES: usize = 16;
+/// Lines of standard error that are kept.
+const KEPT_ERRORS: usize = 12;
+/// How often a wait looks whether the user wants to stop.
+const PULSE: Duration = Duration::from_millis(100);
+/// How long a program may take to end by itself.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// What comes out of a program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Heard {
+    Line(String),
+    /// A line beyond the limit.
+    TooLong,
+    /// Standard output is closed.
+    End,
+}
+
+/// Why nothing was heard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Silence {
+    TimeLimit,
+    Interrupted,
+}
+
+/// A running program; killed with all its children when dropped.
+pub(super) struct Program {
+    child: Child,
+    to_program: Option<Sender<Vec<u8>>>,
+    from_program: Receiver<Heard>,
+    errors: Arc<Mutex<VecDeque<String>>>,
+}
+
+impl Program {
+    /// Starts a command line through the shell.
+    pub(super) fn start(command: &str) -> std::io::Result<Self> {
+        let mut shell = shell(command);
+        let mut child = shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
+        let (to_program, lines) = channel();
+        let (heard, from_program) = sync_channel(WAITING_LINES);
+        let errors = Arc::new(Mutex::new(VecDeque::new()));
+        if let Some(stdin) = child.stdin.take() {
+            thread::spawn(move || write_lines(stdin, &lines));
+        }
+        if let Some(stdout) = child.stdout.take() {
+            thread::spawn(move || read_lines(stdout, &heard));
+        }
+        if let Some(stderr) = child.stderr.take() {
+            let kept = errors.clone();
+            thread::spawn(move || keep_last_lines(stderr, &kept));
+        }
+        Ok(Self { child, to_program: Some(to_program), from_program, errors })
+    }
+
+    /// Sends one line; whether anybody reads it shows in the answer.
+    pub(super) fn send(&self, mut line: Vec<u8>) {
+        line.push(b'\n');
+        if let Some(to_program) = &self.to_program {
+            to_program.send(line).ok();
+        }
+    }
+
+    /// The next line, waiting until `deadline` for it.
+    pub(super) fn hear(&self, deadline: Instant, watch: &dyn Watch) -> Result<Heard, Silence> {
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            match self.from_program.recv_timeout(left.min(PULSE)) {
+                Ok(heard) => return Ok(heard),
+                Err(RecvTimeoutError::Disconnected) => return Ok(Heard::End),
+                Err(RecvTimeoutError::Timeout) if watch.interrupted() => return Err(Silence::Interrupted),
+                Err(RecvTimeoutError::Timeout) if left.is_zero() => return Err(Silence::TimeLimit),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+
+    /// Closes its input and waits a little for its end; tells how it ended, `None` if it had to be killed.
+    pub(super) fn finish(mut self) -> Option<String> {
+        self.to_program.take();
+        self.ended_within(PATIENCE)
+    }
+
+    /// How it ended, if it has.
+    pub(super) fn ended_within(&mut self, patience: Duration) -> Option<String> {
+        let begin = Instant::now();
+        loop {
+            if let Ok(Some(status)) = self.child.try_wait() {
+                return Some(status.to_string());
+            }
+            if begin.elapsed() >= patience {
+                return None;
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// The last lines that it printed to standard error.
+    pub(super) fn last_errors(&self) -> Vec<String> {
+        self.errors.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        kill_with_children(&mut self.child);
+        self.child.wait().ok();
+    }
+}
+
+#[cfg(unix)]
+fn shell(command: &str) -> Command {
+    use std::os::unix::process::CommandExt;
+    let mut shell = Command::new("sh");
+    // a group of its own, so that what it starts ends with it
+    shell.arg("-c").arg(command).process_group(0);
+    shell
+}
+
+#[cfg(not(unix))]
+fn shell(command: &str) -> Command {
+    let mut shell = Command::new("cmd");
+    shell.arg("/C").arg(command);
+    shell
+}
+
+#[cfg(unix)]
+fn kill_with_children(child: &mut Child) {
+    use rustix::process::{Pid, Signal, kill_process_group};
+    // also where the shell itself has ended: its group may live on
+    if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
+        kill_process_group(group, Signal::KILL).ok();
+    }
+    child.kill().ok();
+}
+
+#[cfg(not(unix))]
+fn kill_with_children(child: &mut Child) {
+    child.kill().ok();
+}
+
+fn write_lines(mut stdin: ChildStdin, lines: &Receiver<Vec<u8>>) {
+    while let Ok(line) = lines.recv() {
+        if stdin.write_all(&line).and_then(|()| stdin.flush()).is_err() {
+            return;
+        }
+    }
+}
+
+fn read_lines(stdout: impl Read, heard: &SyncSender<Heard>) {
+    let mut reader = BufReader::new(stdout);
+    loop {
+        let mut line = Vec::new();
+        let said = match reader.by_ref().take(LONGEST_LINE + 1).read_until(b'\n', &mut line) {
+            Ok(0) | Err(_) => Heard::End,
+            Ok(_) if line.len() as u64 > LONGEST_LINE => Heard::TooLong,
+            Ok(_) => Heard::Line(String::from_utf8_lossy(&line).trim().to_owned()),
+        };
+        let is_last = !matches!(said, Heard::Line(_));
+        let is_empty = matches!(&said, Heard::Line(line) if line.is_empty());
+        if !is_empty && heard.send(said).is_err() || is_last {
+            return;
+        }
+    }
+}
+
+fn keep_last_lines(stderr: impl Read, kept: &Mutex<VecDeque<String>>) {
+    let mut reader = BufReader::new(stderr);
+    loop {
+        let mut line = Vec::new();
+        match reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line) {
+            Ok(0) | Err(_) => return,
+            Ok(_) => {
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                if kept.len() == KEPT_ERRORS {
+                    kept.pop_front();
+                }
+                kept.push_back(excerpt(String::from_utf8_lossy(&line).trim_end()));
+            }
+        }
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use crate::experiment::Unwatched;
+
+    fn hear(program: &Program, milliseconds: u64) -> Result<Heard, Silence> {
+        program.hear(Instant::now() + Duration::from_millis(milliseconds), &Unwatched)
+    }
+
+    #[test]
+    fn lines_go_in_and_come_out_and_the_end_is_told() {
+        let program = Program::start("while read line; do echo \"got $line\"; done; echo bye >&2").unwrap();
+        program.send(b"one".to_vec());
+        assert_eq!(hear(&program, 5000), Ok(Heard::Line("got one".to_owned())));
+        assert_eq!(program.finish(), Some("exit status: 0".to_owned()));
+    }
+
+    #[test]
+    fn the_time_limit_holds_and_what_the_program_started_dies_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("alive");
+        let command = format!("(sleep 1; echo > {}) & sleep 60", file.display());
+        let begin = Instant::now();
+        let program = Program::start(&command).unwrap();
+        assert_eq!(hear(&program, 200), Err(Silence::TimeLimit));
+        drop(program);
+        assert!(begin.elapsed() < Duration::from_secs(1));
+        thread::sleep(Duration::from_millis(1300));
+        assert!(!file.exists(), "the grandchild was killed too");
+    }
+
+    #[test]
+    fn a_line_without_end_and_a_flood_of_lines_take_no_memory() {
+        let endless = Program::start("cat /dev/zero").unwrap();
+        assert_eq!(hear(&endless, 5000), Ok(Heard::TooLong));
+        let flood = Program::start("yes").unwrap();
+        assert_eq!(hear(&flood, 5000), Ok(Heard::Line("y".to_owned())));
+        thread::sleep(Duration::from_millis(100));
+        drop(flood);
+    }
+
+    #[test]
+    fn the_last_lines_of_standard_error_are_kept() {
+        let mut program = Program::start("for i in $(seq 1 30); do echo line $i >&2; done; exit 7").unwrap();
+        assert_eq!(hear(&program, 5000), Ok(Heard::End));
+        assert_eq!(program.ended_within(PATIENCE), Some("exit status: 7".to_owned()));
+        thread::sleep(Duration::from_millis(100));
+        let errors = program.last_errors();
+        assert_eq!((errors.len(), errors.last().map(String::as_str)), (KEPT_ERRORS, Some("line 30")));
+    }
+}

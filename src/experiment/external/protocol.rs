@@ -1,0 +1,371 @@
+//! The messages: what a program is told, and what it may answer.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::benchmark_set::BlindSet;
+use crate::body::{Humanoid, LANDMARKS};
+use crate::input::excerpt;
+use crate::observation::Observation;
+use crate::raster::Mask;
+
+/// Name and version of the protocol; a program that speaks another one says so in `ready`.
+pub(super) const PROTOCOL: &str = "skiagraph.tracker/1";
+/// No coordinate is farther from the origin, metres.
+const FARTHEST_M: f64 = 1e6;
+/// How far the length of a quaternion may be from 1.
+const QUATERNION_TOLERANCE: f64 = 1e-3;
+
+/// A point by its name.
+pub(super) type Named = BTreeMap<String, [f64; 3]>;
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub(super) enum Told<'a> {
+    Hello(Box<Hello<'a>>),
+    Frame(FrameMessage<'a>),
+    End {},
+}
+
+#[derive(Serialize)]
+pub(super) struct Hello<'a> {
+    pub(super) protocol: &'static str,
+    pub(super) seed: u64,
+    pub(super) frames: usize,
+    pub(super) fps: f64,
+    /// The blind side of the set.
+    pub(super) folder: &'a Path,
+    pub(super) cameras: Vec<CameraMessage<'a>>,
+    pub(super) markers: Vec<&'static str>,
+    pub(super) joints: Vec<&'a str>,
+    pub(super) angles: Vec<&'a str>,
+    pub(super) start: StartMessage,
+    pub(super) time_limit_s: f64,
+    /// The first frame that will be asked for: above 0 after the program was started again.
+    pub(super) first_frame: usize,
+    /// Its own last answer, after it was started again.
+    pub(super) last_answer: Option<&'a Value>,
+}
+
+#[derive(Serialize)]
+pub(super) struct CameraMessage<'a> {
+    name: &'a str,
+    width: u32,
+    height: u32,
+    #[serde(rename = "K")]
+    k: [[f64; 3]; 3],
+    #[serde(rename = "R")]
+    r: [[f64; 3]; 3],
+    t: [f64; 3],
+    distortion: [f64; 5],
+}
+
+#[derive(Serialize)]
+pub(super) struct StartMessage {
+    root: [f64; 7],
+    angles: Vec<f64>,
+    markers: BTreeMap<&'static str, Option<[f64; 3]>>,
+    joints: BTreeMap<String, [f64; 3]>,
+}
+
+#[derive(Serialize)]
+pub(super) struct FrameMessage<'a> {
+    frame: usize,
+    time_s: f64,
+    views: Vec<ViewMessage<'a>>,
+}
+
+#[derive(Serialize)]
+struct ViewMessage<'a> {
+    camera: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mask: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rle: Option<Vec<u32>>,
+}
+
+impl<'a> Hello<'a> {
+    pub(super) fn new(set: &'a BlindSet, folder: &'a Path, seed: u64, time_limit_s: f64) -> Self {
+        let body = &set.start.body;
+        let camera = |camera: &'a crate::camera::Camera| CameraMessage {
+            name: &camera.name,
+            width: camera.pinhole.width,
+            height: camera.pinhole.height,
+            k: camera.opencv_matrix(),
+            r: camera.opencv_rotation(),
+            t: camera.opencv_translation(),
+            distortion: camera.distortion.coefficients(),
+        };
+        Self {
+            protocol: PROTOCOL,
+            seed,
+            frames: set.frame_count,
+            fps: set.frames_per_second,
+            folder,
+            cameras: set.rig.cameras.iter().map(camera).collect(),
+            markers: LANDMARKS.map(|landmark| landmark.name()).to_vec(),
+            joints: body.joints.iter().map(|joint| joint.name.as_str()).collect(),
+            angles: body.degrees_of_freedom.iter().map(|degree| degree.name.as_str()).collect(),
+            start: StartMessage::new(set),
+            time_limit_s,
+            first_frame: 0,
+            last_answer: None,
+        }
+    }
+}
+
+impl StartMessage {
+    fn new(set: &BlindSet) -> Self {
+        let (body, pose) = (&set.start.body, &set.start.pose);
+        let (frames, root) = (body.link_frames(pose), &pose.world_from_root);
+        let (place, turn) = (root.translation.vector, root.rotation);
+        let markers = LANDMARKS.iter().zip(body.markers(&frames));
+        let links = frames.0.iter().skip(1).map(|frame| frame.translation.vector.into());
+        Self {
+            root: [place.x, place.y, place.z, turn.w, turn.i, turn.j, turn.k],
+            angles: pose.joint_angles.iter().copied().collect(),
+            markers: markers.map(|(landmark, place)| (landmark.name(), place.map(|p| p.coords.into()))).collect(),
+            joints: body.joints.iter().map(|joint| joint.name.clone()).zip(links).collect(),
+        }
+    }
+}
+
+impl<'a> FrameMessage<'a> {
+    /// With the silhouettes' paths below `folder`, or inline.
+    pub(super) fn new(set: &'a BlindSet, folder: &Path, observation: &Observation, inline: bool) -> Self {
+        let frame = observation.frame;
+        let view = |(index, camera): (usize, &'a crate::camera::Camera)| ViewMessage {
+            camera: &camera.name,
+            mask: (!inline).then(|| folder.join(BlindSet::silhouette_path(index, frame)).display().to_string()),
+            rle: inline.then(|| run_lengths(&observation.silhouettes[index])),
+        };
+        Self { frame, time_s: observation.time_s, views: set.rig.cameras.iter().enumerate().map(view).collect() }
+    }
+}
+
+/// Lengths of runs of equal pixels, row by row from the top left: of empty ones first, so the first may be 0.
+fn run_lengths(mask: &Mask) -> Vec<u32> {
+    let (mut lengths, mut current, mut length) = (Vec::new(), false, 0);
+    for (x, y) in (0..mask.height()).flat_map(|y| (0..mask.width()).map(move |x| (x, y))) {
+        if mask.get(x, y) != current {
+            lengths.push(length);
+            (current, length) = (!current, 0);
+        }
+        length += 1;
+    }
+    lengths.push(length);
+    lengths
+}
+
+/// What a program says when it is ready.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default)]
+pub(super) struct Ready {
+    pub(super) protocol: Option<String>,
+    pub(super) name: Option<String>,
+    pub(super) version: Option<String>,
+}
+
+/// What a program says about a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Reply {
+    pub(super) frame: usize,
+    /// `None`: lost.
+    pub(super) pose: Option<RepliedPose>,
+    /// 0 to 1.
+    pub(super) confidence: Option<f64>,
+}
+
+/// One of three ways to say where the body is.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum RepliedPose {
+    Markers(Named),
+    Joints(Named),
+    Angles { root: [f64; 7], angles: Vec<f64> },
+}
+
+impl RepliedPose {
+    pub(super) fn kind(&self) -> &'static str {
+        match self {
+            Self::Markers(_) => "markers",
+            Self::Joints(_) => "joints",
+            Self::Angles { .. } => "angles",
+        }
+    }
+}
+
+/// Reads the answer to `hello`.
+pub(super) fn read_ready(line: &str) -> Result<Ready, String> {
+    let (kind, object) = message(line)?;
+    if kind != "ready" {
+        return Err(format!("expected {{\"type\": \"ready\"}} after hello, found the type {:?}", excerpt(&kind)));
+    }
+    let ready: Ready = serde_json::from_value(Value::Object(object)).map_err(|e| excerpt(&format!("ready: {e}")))?;
+    match &ready.protocol {
+        Some(other) if other != PROTOCOL => {
+            Err(format!("it speaks the protocol {:?}, expected {PROTOCOL:?}", excerpt(other)))
+        }
+        _ => Ok(ready),
+    }
+}
+
+/// Reads the answer to a frame.
+pub(super) fn read_answer(line: &str, body: &Humanoid) -> Result<Reply, String> {
+    let (kind, object) = message(line)?;
+    let frame = object.get("frame").and_then(Value::as_u64);
+    let frame = frame.ok_or("expected \"frame\": the number of the frame that it answers")?;
+    let frame = usize::try_from(frame).map_err(|_| "frame: too large a number")?;
+    let confidence = match object.get("confidence") {
+        None | Some(Value::Null) => None,
+        Some(value) => match value.as_f64() {
+            Some(share) if (0.0..=1.0).contains(&share) => Some(share),
+            _ => return Err("confidence: expected a number from 0 to 1".to_owned()),
+        },
+    };
+    let pose = match kind.as_str() {
+        "lost" => None,
+        "pose" => Some(pose(&object, body)?),
+        other => return Err(format!("expected the type \"pose\" or \"lost\", found {:?}", excerpt(other))),
+    };
+    Ok(Reply { frame, pose, confidence })
+}
+
+fn message(line: &str) -> Result<(String, Map<String, Value>), String> {
+    let value: Value = serde_json::from_str(line).map_err(|_| {
+        format!("expected one JSON object a line, found {:?}; print messages to standard error", excerpt(line))
+    })?;
+    let Value::Object(object) = value else { return Err(format!("expected a JSON object, found {:?}", excerpt(line))) };
+    match object.get("type").and_then(Value::as_str) {
+        Some(kind) => Ok((kind.to_owned(), object)),
+        None => Err("expected \"type\": \"pose\" or \"lost\"".to_owned()),
+    }
+}
+
+fn pose(object: &Map<String, Value>, body: &Humanoid) -> Result<RepliedPose, String> {
+    let joints = || body.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>();
+    match (object.get("markers"), object.get("joints"), object.get("root"), object.get("angles")) {
+        (Some(markers), None, None, None) => {
+            let known = LANDMARKS.map(|landmark| landmark.name());
+            Ok(RepliedPose::Markers(points("markers", markers, &known)?))
+        }
+        (None, Some(found), None, None) => Ok(RepliedPose::Joints(points("joints", found, &joints())?)),
+        (None, None, Some(root), Some(angles)) => {
+            Ok(RepliedPose::Angles { root: root_of(root)?, angles: angles_of(angles, body)? })
+        }
+        _ => Err("expected \"markers\", \"joints\", or \"root\" with \"angles\", one of the three".to_owned()),
+    }
+}
+
+/// Points by their names; null or left out: not estimated.
+fn points(what: &str, value: &Value, known: &[&str]) -> Result<Named, String> {
+    let Value::Object(entries) = value else {
+        return Err(format!("{what}: expected an object of names with [x, y, z] in metres"));
+    };
+    let mut found = Named::new();
+    for (name, value) in entries {
+        if !known.contains(&name.as_str()) {
+            return Err(format!("{what}: {:?} is unknown; hello lists the names", excerpt(name)));
+        }
+        if !value.is_null() {
+            let numbers = numbers::<3>(value).ok_or_else(|| format!("{what}: {name}: expected [x, y, z] in metres"))?;
+            found.insert(name.clone(), numbers);
+        }
+    }
+    if found.is_empty() { Err(format!("{what}: none is given; answer \"lost\" instead")) } else { Ok(found) }
+}
+
+fn root_of(value: &Value) -> Result<[f64; 7], String> {
+    let root = numbers::<7>(value).ok_or("root: expected [x, y, z, qw, qx, qy, qz]")?;
+    let length = root[3..].iter().map(|q| q * q).sum::<f64>().sqrt();
+    match (length - 1.0).abs() <= QUATERNION_TOLERANCE {
+        true => Ok(root),
+        false => Err(format!("root: the quaternion has the length {length:.3}, expected 1")),
+    }
+}
+
+/// Angles in the order of hello, or by their names.
+fn angles_of(value: &Value, body: &Humanoid) -> Result<Vec<f64>, String> {
+    let degrees = &body.degrees_of_freedom;
+    let number = |value: &Value| value.as_f64().filter(|angle| angle.is_finite() && angle.abs() < FARTHEST_M);
+    let found: Option<Vec<f64>> = match value {
+        Value::Array(list) if list.len() == degrees.len() => list.iter().map(number).collect(),
+        Value::Object(entries) if entries.len() == degrees.len() => {
+            degrees.iter().map(|degree| number(entries.get(&degree.name)?)).collect()
+        }
+        _ => None,
+    };
+    found.ok_or_else(|| {
+        format!("angles: expected {} numbers in radians, in the order of hello or by their names", degrees.len())
+    })
+}
+
+fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let list = value.as_array().filter(|list| list.len() == N)?;
+    let mut found = [0.0; N];
+    for (number, value) in found.iter_mut().zip(list) {
+        *number = value.as_f64().filter(|n| n.is_finite() && n.abs() <= FARTHEST_M)?;
+    }
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::person;
+
+    fn answer(line: &str) -> Result<Reply, String> {
+        read_answer(line, &person())
+    }
+
+    #[test]
+    fn markers_joints_and_angles_are_read_and_null_is_left_out() {
+        let markers = answer(
+            r#"{"type":"pose","frame":3,"markers":{"pelvis":[0,1,2.5],"head_top":null},"confidence":0.5,"x":1}"#,
+        );
+        let markers = markers.unwrap();
+        assert_eq!((markers.frame, markers.confidence), (3, Some(0.5)));
+        assert_eq!(markers.pose, Some(RepliedPose::Markers(Named::from([("pelvis".to_owned(), [0.0, 1.0, 2.5])]))));
+        assert_eq!(answer(r#"{"type":"lost","frame":0}"#).unwrap().pose, None);
+        let angles = vec![0.25; person().degrees_of_freedom.len()];
+        let told =
+            answer(&format!(r#"{{"type":"pose","frame":0,"root":[0,0,1,1,0,0,0],"angles":{angles:?}}}"#)).unwrap();
+        assert_eq!(told.pose, Some(RepliedPose::Angles { root: [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], angles }));
+    }
+
+    #[test]
+    fn nonsense_is_told_in_words() {
+        for (line, part) in [
+            ("loading weights...", "print messages to standard error"),
+            ("[1,2]", "JSON object"),
+            ("{\"frame\":1}", "\"type\""),
+            ("{\"type\":\"pose\"}", "\"frame\""),
+            ("{\"type\":\"pose\",\"frame\":-1}", "\"frame\""),
+            ("{\"type\":\"pose\",\"frame\":0}", "one of the three"),
+            ("{\"type\":\"dance\",\"frame\":0}", "\"dance\""),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"nose\":[0,0,0]}}", "\"nose\" is unknown"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0]}}", "[x, y, z]"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0,1e300]}}", "[x, y, z]"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{\"pelvis\":[0,0,NaN]}}", "JSON object a line"),
+            ("{\"type\":\"pose\",\"frame\":0,\"markers\":{}}", "answer \"lost\""),
+            ("{\"type\":\"pose\",\"frame\":0,\"root\":[0,0,0,0,0,0,0],\"angles\":[]}", "length 0.000"),
+            ("{\"type\":\"pose\",\"frame\":0,\"root\":[0,0,0,1,0,0,0],\"angles\":[1]}", "angles: expected"),
+            ("{\"type\":\"lost\",\"frame\":0,\"confidence\":7}", "confidence"),
+        ] {
+            let told = answer(line).unwrap_err();
+            assert!(told.contains(part), "{line}: {told}");
+        }
+        assert!(read_ready("{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/9\"}").is_err());
+        assert_eq!(read_ready("{\"type\":\"ready\",\"name\":\"mine\"}").unwrap().name.as_deref(), Some("mine"));
+    }
+
+    #[test]
+    fn run_lengths_begin_with_the_empty_pixels_and_fill_the_image() {
+        let mut mask = Mask::new(4, 2);
+        [(0, 0), (1, 0), (3, 1)].into_iter().for_each(|(x, y)| mask.set(x, y, true));
+        assert_eq!(run_lengths(&mask), [0, 2, 5, 1]);
+        assert_eq!(run_lengths(&Mask::new(4, 2)), [8]);
+    }
+}

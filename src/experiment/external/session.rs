@@ -1,0 +1,337 @@
+//! A program over a whole set: a process a seed, started again after a crash, a few times.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use super::answers::{Poses, estimates};
+use super::program::{Heard, Program, Silence};
+use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Told, read_answer, read_ready};
+use super::record::{AnswerCount, ExternalRecord, Incident};
+use crate::benchmark_set::{BlindSet, Estimates};
+use crate::experiment::watch::{Stage, Watch, advance};
+use crate::experiment::{ExperimentError, TrackTiming};
+use crate::observation::Observation;
+
+/// Answers in a row that make no sense, after which a program is started again.
+const MOST_NONSENSE: usize = 10;
+/// Answers for earlier frames that are passed over while one frame is waited for.
+const MOST_STALE: usize = 1000;
+/// Incidents that are kept.
+const KEPT_INCIDENTS: usize = 100;
+
+/// How a program is run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramSettings {
+    /// The command line, for the shell.
+    pub command: String,
+    /// How long it may take until it is ready.
+    pub start_limit: Duration,
+    /// How long it may take for a frame.
+    pub frame_limit: Duration,
+    /// How often it is started again after a crash or a time limit, a seed.
+    pub restarts: usize,
+    /// Silhouettes within the messages instead of paths.
+    pub inline: bool,
+}
+
+/// A program's estimates and the record of its run.
+#[derive(Clone, Debug)]
+pub struct Programmed {
+    /// The estimates.
+    pub estimates: Estimates,
+    /// The record.
+    pub record: ExternalRecord,
+    /// A row for every frame of every seed, CSV.
+    pub answers: Vec<u8>,
+}
+
+/// Runs a program with every seed over a set; `folder` holds the blind side of the set alone.
+///
+/// # Errors
+/// [`ExperimentError::Program`] if it cannot be started or never becomes ready; [`ExperimentError`] if the set cannot be
+/// read.
+pub fn track_with_program(
+    set: &BlindSet,
+    folder: &Path,
+    settings: &ProgramSettings,
+    seeds: &[u64],
+    watch: &dyn Watch,
+) -> Result<Programmed, ExperimentError> {
+    watch.begin(Stage::Track, set.frame_count * seeds.len());
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let failed = |e: csv::Error| ExperimentError::Malformed { path: "answers.csv".into(), detail: e.to_string() };
+    table.write_record(["seed", "frame", "answer", "milliseconds", "confidence"]).map_err(failed)?;
+    let (mut poses, mut incidents, mut seconds) = (Poses::new(), Vec::new(), 0.0);
+    let (mut ready, mut count, mut kind) = (None, AnswerCount::default(), None);
+    for seed in seeds {
+        let mut session = Session::new(set, folder, settings, *seed, watch);
+        session.kind = kind;
+        let frames = session.run()?;
+        for (frame, asked) in frames.iter().enumerate() {
+            let word = match (&asked.answer, asked.failed) {
+                (_, true) => "failed",
+                (Some(Reply { pose: Some(_), .. }), _) => "pose",
+                _ => "lost",
+            };
+            match word {
+                "failed" => count.failed += 1,
+                "pose" => count.poses += 1,
+                _ => count.lost += 1,
+            }
+            seconds += asked.seconds;
+            let confidence = asked.answer.as_ref().and_then(|answer| answer.confidence);
+            let confidence = confidence.map(|share| share.to_string()).unwrap_or_default();
+            let milliseconds = format!("{:.3}", 1000.0 * asked.seconds);
+            let row = [seed.to_string(), frame.to_string(), word.to_owned(), milliseconds, confidence];
+            table.write_record(row).map_err(failed)?;
+        }
+        poses.push(frames.into_iter().map(|asked| asked.answer.and_then(|answer| answer.pose)).collect());
+        kind = session.kind;
+        ready = ready.or(session.ready);
+        incidents.extend(session.incidents);
+    }
+    incidents.truncate(KEPT_INCIDENTS);
+    let ready = ready.unwrap_or_default();
+    let frames = (set.frame_count * seeds.len()) as f64;
+    let record = ExternalRecord {
+        schema: "skiagraph.program/1".to_owned(),
+        command: settings.command.clone(),
+        name: ready.name,
+        version: ready.version,
+        set_hash: set.set_hash.clone(),
+        skiagraph: env!("CARGO_PKG_VERSION").to_owned(),
+        answers: count,
+        incidents,
+        timing: TrackTiming {
+            seconds,
+            frames_per_second: frames / seconds.max(f64::MIN_POSITIVE),
+            likelihood_evaluations: 0,
+            threads: rayon::current_num_threads(),
+        },
+    };
+    let answers = table.into_inner().map_err(|e| failed(e.into_error().into()))?;
+    Ok(Programmed { estimates: estimates(set, seeds, &poses)?, record, answers })
+}
+
+/// What came of asking for one frame.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Asked {
+    pub(super) answer: Option<Reply>,
+    /// No answer in time, or none that makes sense.
+    pub(super) failed: bool,
+    /// From question to answer.
+    pub(super) seconds: f64,
+}
+
+/// One seed.
+pub(super) struct Session<'a> {
+    set: &'a BlindSet,
+    folder: &'a Path,
+    settings: &'a ProgramSettings,
+    seed: u64,
+    watch: &'a dyn Watch,
+    program: Option<Program>,
+    starts: usize,
+    nonsense: usize,
+    last_answer: Option<Value>,
+    /// What kind of answers the program gives: all must be alike.
+    kind: Option<&'static str>,
+    pub(super) ready: Option<Ready>,
+    pub(super) incidents: Vec<Incident>,
+}
+
+impl<'a> Session<'a> {
+    pub(super) fn new(
+        set: &'a BlindSet,
+        folder: &'a Path,
+        settings: &'a ProgramSettings,
+        seed: u64,
+        watch: &'a dyn Watch,
+    ) -> Self {
+        Self {
+            set,
+            folder,
+            settings,
+            seed,
+            watch,
+            program: None,
+            starts: 0,
+            nonsense: 0,
+            last_answer: None,
+            kind: None,
+            ready: None,
+            incidents: Vec::new(),
+        }
+    }
+
+    fn run(&mut self) -> Result<Vec<Asked>, ExperimentError> {
+        let mut frames = Vec::with_capacity(self.set.frame_count);
+        for observation in self.set.observations() {
+            frames.push(self.frame(&observation?)?);
+            advance(self.watch)?;
+        }
+        self.end();
+        Ok(frames)
+    }
+
+    /// Asks for one frame; starts the program first where it does not run.
+    pub(super) fn frame(&mut self, observation: &Observation) -> Result<Asked, ExperimentError> {
+        let failed = Asked { failed: true, ..Asked::default() };
+        if self.program.is_none() && !self.start(observation.frame)? {
+            return Ok(failed);
+        }
+        let begin = Instant::now();
+        let message = FrameMessage::new(self.set, self.folder, observation, self.settings.inline);
+        self.send(&Told::Frame(message))?;
+        let answer = self.answer(observation.frame, begin)?;
+        let seconds = begin.elapsed().as_secs_f64();
+        Ok(match answer {
+            Some(answer) => Asked { answer: Some(answer), failed: false, seconds },
+            None => Asked { seconds, ..failed },
+        })
+    }
+
+    /// Tells the program that nothing follows.
+    pub(super) fn end(&mut self) {
+        let Some(program) = self.program.take() else { return };
+        if let Ok(line) = serde_json::to_vec(&Told::End {}) {
+            program.send(line);
+        }
+        program.finish();
+    }
+
+    fn send(&self, message: &Told<'_>) -> Result<(), ExperimentError> {
+        let line = serde_json::to_vec(message)
+            .map_err(|e| ExperimentError::Malformed { path: "JSON".into(), detail: e.to_string() })?;
+        self.program.iter().for_each(|program| program.send(line.clone()));
+        Ok(())
+    }
+
+    /// Starts the program, unless it was started too often; whether it is ready.
+    pub(super) fn start(&mut self, frame: usize) -> Result<bool, ExperimentError> {
+        if self.starts > self.settings.restarts {
+            return Ok(false);
+        }
+        self.starts += 1;
+        self.nonsense = 0;
+        let begin = Instant::now();
+        let program = Program::start(&self.settings.command)
+            .map_err(|e| self.never_ready(format!("cannot be started: {e}"), Vec::new()))?;
+        let last_answer = self.last_answer.clone();
+        let limit = self.settings.frame_limit.as_secs_f64();
+        let mut hello = Hello::new(self.set, self.folder, self.seed, limit);
+        (hello.first_frame, hello.last_answer) = (frame, last_answer.as_ref());
+        self.program = Some(program);
+        self.send(&Told::Hello(Box::new(hello)))?;
+        let heard = self.hear(begin + self.settings.start_limit);
+        let ready = match heard {
+            Ok(Heard::Line(line)) => read_ready(&line),
+            Ok(Heard::TooLong) => Err("printed a line of more than 1 MiB".to_owned()),
+            Ok(Heard::End) => Err("ended before it was ready".to_owned()),
+            Err(Silence::Interrupted) => return Err(ExperimentError::Interrupted),
+            Err(Silence::TimeLimit) => Err(format!("was not ready within {:?}", self.settings.start_limit)),
+        };
+        match ready {
+            Ok(ready) => {
+                self.ready = Some(ready);
+                Ok(true)
+            }
+            Err(what) => {
+                let (what, errors) = self.stop(what);
+                if self.ready.is_none() {
+                    // it never worked: a mistake in the command, not in a frame
+                    return Err(self.never_ready(what, errors));
+                }
+                self.tell(Some(frame), what, errors);
+                Ok(false)
+            }
+        }
+    }
+
+    fn hear(&self, deadline: Instant) -> Result<Heard, Silence> {
+        self.program.as_ref().map_or(Ok(Heard::End), |program| program.hear(deadline, self.watch))
+    }
+
+    /// The answer for a frame; `None`, with an incident, where there is none that makes sense.
+    fn answer(&mut self, frame: usize, begin: Instant) -> Result<Option<Reply>, ExperimentError> {
+        let deadline = begin + self.settings.frame_limit;
+        for _ in 0..MOST_STALE {
+            let line = match self.hear(deadline) {
+                Ok(Heard::Line(line)) => line,
+                Ok(Heard::TooLong) => return Ok(self.gone(frame, "printed a line of more than 1 MiB".to_owned())),
+                Ok(Heard::End) => return Ok(self.gone(frame, "ended".to_owned())),
+                Err(Silence::Interrupted) => return Err(ExperimentError::Interrupted),
+                Err(Silence::TimeLimit) => {
+                    let what = format!("no answer within {:?}", self.settings.frame_limit);
+                    return Ok(self.gone(frame, what));
+                }
+            };
+            match read_answer(&line, &self.set.start.body) {
+                // an answer for an earlier frame, which failed: passed over
+                Ok(answer) if answer.frame < frame => {}
+                Ok(answer) if answer.frame > frame => {
+                    let what = format!("answered frame {} when frame {frame} was asked for", answer.frame);
+                    return Ok(self.nonsense(frame, what));
+                }
+                Ok(answer) => return Ok(self.of_one_kind(answer, &line)),
+                Err(what) => return Ok(self.nonsense(frame, what)),
+            }
+        }
+        Ok(self.gone(frame, "answered a thousand earlier frames".to_owned()))
+    }
+
+    fn of_one_kind(&mut self, answer: Reply, line: &str) -> Option<Reply> {
+        let kind = answer.pose.as_ref().map(RepliedPose::kind);
+        if let (Some(kind), Some(before)) = (kind, self.kind)
+            && kind != before
+        {
+            return self.nonsense(answer.frame, format!("answered with {kind} after {before}"));
+        }
+        self.kind = self.kind.or(kind);
+        self.nonsense = 0;
+        self.last_answer = serde_json::from_str(line).ok();
+        Some(answer)
+    }
+
+    /// An answer that makes no sense costs its frame; many in a row are the program's end.
+    fn nonsense(&mut self, frame: usize, what: String) -> Option<Reply> {
+        self.nonsense += 1;
+        if self.nonsense >= MOST_NONSENSE {
+            return self.gone(frame, format!("{what}; {MOST_NONSENSE} answers in a row make no sense"));
+        }
+        let errors = self.program.as_ref().map(Program::last_errors).unwrap_or_default();
+        self.tell(Some(frame), what, errors);
+        None
+    }
+
+    /// The program is stopped; it is started again with the next frame.
+    fn gone(&mut self, frame: usize, what: String) -> Option<Reply> {
+        let (what, errors) = self.stop(what);
+        let what = match self.starts > self.settings.restarts {
+            true => format!("{what}; started {} times, not again: all further frames are lost", self.starts),
+            false => format!("{what}; started again"),
+        };
+        self.tell(Some(frame), what, errors);
+        None
+    }
+
+    /// Ends the program; what happened, with its exit status, and its last lines.
+    fn stop(&mut self, what: String) -> (String, Vec<String>) {
+        let Some(mut program) = self.program.take() else { return (what, Vec::new()) };
+        let status = program.ended_within(Duration::from_millis(200));
+        let errors = program.last_errors();
+        (status.map_or(what.clone(), |status| format!("{what} ({status})")), errors)
+    }
+
+    fn tell(&mut self, frame: Option<usize>, what: String, standard_error: Vec<String>) {
+        if self.incidents.len() < KEPT_INCIDENTS {
+            self.incidents.push(Incident { seed: self.seed, frame, what, standard_error });
+        }
+    }
+
+    fn never_ready(&self, what: String, errors: Vec<String>) -> ExperimentError {
+        ExperimentError::Program { command: self.settings.command.clone(), what, errors }
+    }
+}

@@ -1,0 +1,97 @@
+//! `skiagraph gate`: a run against a baseline, by the rules of a `gate.toml`.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::{Baseline, ExperimentError, read_runs};
+use crate::evaluation::{GateOutcome, GateRefusal, GateRules, gate};
+use crate::input::{self, foreign, limits};
+use crate::scenario::json_tree;
+
+/// The file of rules in the working directory.
+pub const GATE_FILE: &str = "gate.toml";
+
+const SCHEMA: &str = "skiagraph.gate/1";
+
+impl From<GateRefusal> for ExperimentError {
+    fn from(refusal: GateRefusal) -> Self {
+        Self::Gate(Box::new(refusal))
+    }
+}
+
+/// Holds the runs at a path against a baseline.
+///
+/// # Errors
+/// [`ExperimentError`] if the runs cannot be read, or cannot be held against this baseline.
+pub fn gate_run(run: &Path, baseline: &Baseline, rules: &GateRules) -> Result<GateOutcome, ExperimentError> {
+    let mut outcome = gate(&baseline.runs, &read_runs(run)?, rules)?;
+    if is_newer(&baseline.version) {
+        let ours = env!("CARGO_PKG_VERSION");
+        outcome.notes.push(format!("the baseline was saved by version {}, newer than this {ours}", baseline.version));
+    }
+    Ok(outcome)
+}
+
+fn is_newer(version: &str) -> bool {
+    let parts = |version: &str| version.split('.').map(|part| part.parse().unwrap_or(0)).collect::<Vec<u64>>();
+    parts(version) > parts(env!("CARGO_PKG_VERSION"))
+}
+
+/// Reads a `gate.toml`.
+///
+/// # Errors
+/// [`ExperimentError`] with file and key.
+pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let text = input::read_to_string(path, limits::SETTINGS)
+        .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })?;
+    let table: toml::Table = toml::from_str(&text).map_err(|e| malformed(foreign(e)))?;
+    let mut tree = serde_json::to_value(table).map_err(|e| malformed(foreign(e)))?;
+    let schema = tree.as_object_mut().and_then(|table| table.shift_remove("schema"));
+    if schema.as_ref().and_then(Value::as_str) != Some(SCHEMA) {
+        return Err(malformed(format!("expected schema = \"{SCHEMA}\"")));
+    }
+    json_tree::value(tree).map_err(|e| malformed(foreign(e)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rules(text: &str) -> Result<GateRules, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(GATE_FILE);
+        std::fs::write(&path, text).unwrap();
+        read_rules(&path).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn rules_have_budgets_per_metric_and_clip_and_defaults_for_the_rest() {
+        let text = "schema = \"skiagraph.gate/1\"\nseeds = 10\n[[budget]]\nmetric = \"humaneva_mm\"\nmargin = \"2mm\"\n\
+                    [[budget]]\nmetric = \"pck150\"\nmargin = 0.02\nclip = \"walk\"\n";
+        let found = rules(text).unwrap();
+        assert_eq!((found.seeds, found.budgets.len(), found.exact_truth, found.lost_tracks), (10, 2, true, true));
+        assert_eq!(found.budgets[1].clip.as_deref(), Some("walk"));
+    }
+
+    #[test]
+    fn mistakes_are_told_with_file_and_key() {
+        let head = "schema = \"skiagraph.gate/1\"\n";
+        for (text, part) in [
+            ("seeds = 5", "expected schema"),
+            (&format!("{head}sedes = 5"), "sedes"),
+            (&format!("{head}[[budget]]\nmetric = \"humaneva_mm\"\nmargin = \"2 parsecs\""), "2 parsecs"),
+            (&format!("{head}seeds = -1"), "seeds"),
+            (&format!("{head}seeds ="), "gate.toml"),
+        ] {
+            let told = rules(text).unwrap_err();
+            assert!(told.contains(part) && told.contains("gate.toml"), "{part}: {told}");
+        }
+    }
+
+    #[test]
+    fn versions_are_compared_by_their_numbers() {
+        assert!(is_newer("99.0.0") && !is_newer("0.0.9") && !is_newer(env!("CARGO_PKG_VERSION")));
+    }
+}

@@ -1,0 +1,184 @@
+//! CSV: a column a coordinate (`pelvis_x, pelvis_y, pelvis_z, ...`), or a row a point (`frame, name, x, y, z`).
+
+use std::collections::BTreeMap;
+
+use super::{MOST_POINTS, PointFile};
+use crate::input::excerpt;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+pub(super) fn parse(text: &str) -> Result<PointFile, String> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let headers: Vec<String> = reader
+        .headers()
+        .map_err(|e| e.to_string())?
+        .iter()
+        .map(|name| name.trim_start_matches('\u{feff}').to_owned())
+        .collect();
+    let at = |name: &str| headers.iter().position(|header| header.eq_ignore_ascii_case(name));
+    let name_column = ["name", "marker", "joint"].into_iter().find_map(at);
+    match (name_column, AXES.map(at), at("frame")) {
+        (Some(name), [Some(x), Some(y), Some(z)], Some(frame)) => rows(&mut reader, name, frame, [x, y, z]),
+        (Some(_), ..) => Err("line 1: a table with a row a point needs the columns frame, name, x, y and z".to_owned()),
+        _ => wide(&mut reader, &headers, at("frame")),
+    }
+}
+
+/// An error of the table with its line.
+fn in_words(error: csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            format!("line {line}: expected {expected_len} fields as in line 1, found {len}")
+        }
+        _ => error.to_string(),
+    }
+}
+
+type Reader<'a> = csv::Reader<&'a [u8]>;
+
+/// A number, or `None` for an empty field or NaN.
+fn number(field: Option<&str>, line: u64, what: &str) -> Result<Option<f64>, String> {
+    let field = field.unwrap_or_default();
+    if field.is_empty() || field.eq_ignore_ascii_case("nan") {
+        return Ok(None);
+    }
+    match field.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(Some(value)),
+        _ => Err(format!("line {line}: {what}: expected a number, found {:?}", excerpt(field))),
+    }
+}
+
+fn frame_number(field: Option<&str>, line: u64) -> Result<usize, String> {
+    let frame = number(field, line, "frame")?.filter(|frame| *frame >= 0.0 && frame.fract() == 0.0 && *frame < 1e9);
+    frame.map(|frame| frame as usize).ok_or_else(|| format!("line {line}: frame: expected a whole number from 0"))
+}
+
+/// A point of three fields: all of them or none.
+fn point(fields: [Option<f64>; 3], line: u64, name: &str) -> Result<Option<[f64; 3]>, String> {
+    match fields {
+        [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
+        [None, None, None] => Ok(None),
+        _ => Err(format!("line {line}: {}: expected three numbers or none", excerpt(name))),
+    }
+}
+
+fn room_for(frames: usize, names: usize) -> Result<(), String> {
+    match frames.checked_mul(names.max(1)) {
+        Some(points) if points <= MOST_POINTS => Ok(()),
+        _ => Err(format!("it has {frames} frames of {names} points, expected at most {MOST_POINTS} points")),
+    }
+}
+
+fn wide(reader: &mut Reader<'_>, headers: &[String], frame_column: Option<usize>) -> Result<PointFile, String> {
+    let mut columns: BTreeMap<String, [Option<usize>; 3]> = BTreeMap::new();
+    let mut order = Vec::new();
+    for (index, header) in headers.iter().enumerate() {
+        let Some((name, axis)) = header.rsplit_once(['_', '.', ':', ' ']) else { continue };
+        let Some(axis) = AXES.iter().position(|known| axis.eq_ignore_ascii_case(known)) else { continue };
+        let entry = columns.entry(name.to_owned()).or_insert_with(|| {
+            order.push(name.to_owned());
+            [None; 3]
+        });
+        if entry[axis].replace(index).is_some() {
+            return Err(format!("line 1: two columns {:?}", excerpt(header)));
+        }
+    }
+    if order.is_empty() {
+        return Err("line 1: expected columns as pelvis_x, pelvis_y, pelvis_z, or frame, name, x, y, z".to_owned());
+    }
+    if let Some((name, _)) = columns.iter().find(|(_, axes)| axes.contains(&None)) {
+        return Err(format!("line 1: {:?} needs three columns, for x, y and z", excerpt(name)));
+    }
+    let mut frames: Vec<Vec<Option<[f64; 3]>>> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(in_words)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let frame = match frame_column {
+            Some(column) => frame_number(record.get(column), line)?,
+            None => frames.len(),
+        };
+        if frame < frames.len() {
+            return Err(format!("line {line}: frame {frame} comes after frame {}", frames.len() - 1));
+        }
+        room_for(frame + 1, order.len())?;
+        // frames that are left out have no estimate
+        frames.resize(frame, vec![None; order.len()]);
+        let mut row = Vec::with_capacity(order.len());
+        for name in &order {
+            let of = |axis: usize| number(record.get(columns[name][axis].unwrap_or_default()), line, name);
+            row.push(point([of(0)?, of(1)?, of(2)?], line, name)?);
+        }
+        frames.push(row);
+    }
+    Ok(PointFile { names: order, frames, ..PointFile::default() })
+}
+
+fn rows(reader: &mut Reader<'_>, name: usize, frame: usize, axes: [usize; 3]) -> Result<PointFile, String> {
+    let mut names: Vec<String> = Vec::new();
+    let mut known: BTreeMap<String, usize> = BTreeMap::new();
+    let mut found: Vec<Vec<Option<[f64; 3]>>> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(in_words)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let at = frame_number(record.get(frame), line)?;
+        let called = record.get(name).unwrap_or_default().to_owned();
+        let column = *known.entry(called.clone()).or_insert_with(|| {
+            names.push(called.clone());
+            names.len() - 1
+        });
+        room_for(at + 1, names.len())?;
+        if found.len() <= at {
+            found.resize(at + 1, Vec::new());
+        }
+        if found[at].len() <= column {
+            found[at].resize(column + 1, None);
+        }
+        let of = |axis: usize| number(record.get(axes[axis]), line, AXES[axis]);
+        let place = point([of(0)?, of(1)?, of(2)?], line, &called)?;
+        if found[at][column].is_some() {
+            return Err(format!("line {line}: {:?} is there twice in frame {at}", excerpt(&called)));
+        }
+        found[at][column] = place;
+    }
+    found.iter_mut().for_each(|row| row.resize(names.len(), None));
+    Ok(PointFile { names, frames: found, ..PointFile::default() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_a_coordinate_and_a_row_a_point_say_the_same() {
+        let wide =
+            parse("frame,time,pelvis_x,pelvis_y,pelvis_z,head_X,head_Y,head_Z\n0,0,1,2,3,4,5,6\n2,0.2,,,,7,8,9\n")
+                .unwrap();
+        assert_eq!(wide.names, ["pelvis", "head"]);
+        let gap = vec![None, None];
+        assert_eq!(
+            wide.frames,
+            [vec![Some([1.0, 2.0, 3.0]), Some([4.0, 5.0, 6.0])], gap, vec![None, Some([7.0, 8.0, 9.0])]]
+        );
+        let rows = parse("frame,name,x,y,z\n0,pelvis,1,2,3\n0,head,4,5,6\n2,head,7,8,9\n").unwrap();
+        assert_eq!((rows.names, rows.frames), (wide.names, wide.frames));
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_line() {
+        for (text, part) in [
+            ("a,b\n1,2\n", "line 1: expected columns"),
+            ("p_x,p_y\n1,2\n", "needs three columns"),
+            ("p_x,p_y,p_z\n1,2,three\n", "line 2: p: expected a number, found \"three\""),
+            ("p_x,p_y,p_z\n1,,3\n", "line 2: p: expected three numbers or none"),
+            ("frame,p_x,p_y,p_z\n1,1,1,1\n0,1,1,1\n", "line 3: frame 0 comes after frame 1"),
+            ("frame,p_x,p_y,p_z\n999999999,1,1,1\n", "at most"),
+            ("frame,p_x,p_y,p_z\n-1,1,1,1\n", "whole number"),
+            ("frame,name,x,y,z\n0,p,1,2,3\n0,p,1,2,3\n", "line 3: \"p\" is there twice"),
+            ("p_x,p_y,p_z\n1,2\n", "line 2"),
+        ] {
+            let told = parse(text).unwrap_err();
+            assert!(told.contains(part), "{text}: {told}");
+        }
+    }
+}

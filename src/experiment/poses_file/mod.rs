@@ -1,0 +1,147 @@
+//! Estimates of other programs in the formats that they write: CSV, TRC and BVH besides NumPy's.
+//!
+//! A file gives points by names. Units and axes are those that the file declares, unless the user declares others; names
+//! are markers of HumanEva or joints of the tracker's body, as they are or through a joint map. A body whose size is not
+//! that of the start pose is refused: its units are wrong.
+
+mod csv_file;
+mod names;
+mod scale;
+mod trc;
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Point3;
+
+use super::ExperimentError;
+use super::tracking::Tracked;
+use crate::benchmark_set::{BenchmarkSet, Estimates};
+use crate::input::{self, limits};
+use crate::mocap::{ReadOptions, UpAxis, read};
+use crate::npz::{Array, Npz};
+
+pub(super) use scale::check_scale;
+
+/// Points times frames that a file may have.
+const MOST_POINTS: usize = 50_000_000;
+
+/// What a user declares about a file of poses.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PosesDeclared {
+    /// Metres per unit of length.
+    pub metres_per_unit: Option<f64>,
+    /// The vertical axis.
+    pub up: Option<UpAxis>,
+    /// A TOML file of names: `"theirs" = "ours"`.
+    pub joint_map: Option<PathBuf>,
+}
+
+/// Points by names, frame by frame, as a file has them.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct PointFile {
+    names: Vec<String>,
+    frames_per_second: Option<f64>,
+    /// As the file declares it.
+    metres_per_unit: Option<f64>,
+    up: Option<UpAxis>,
+    /// One entry a frame, one a name.
+    frames: Vec<Vec<Option<[f64; 3]>>>,
+    notes: Vec<String>,
+}
+
+/// Reads the estimates of a file by the end of its name, for the tracker's body of a set.
+///
+/// # Errors
+/// [`ExperimentError`] with file, line or name.
+pub(super) fn read_poses(
+    path: &Path,
+    set: &BenchmarkSet,
+    declared: &PosesDeclared,
+) -> Result<Tracked, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let text = || {
+        input::read_to_string(path, limits::ARRAYS)
+            .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
+    };
+    let points = match extension.as_str() {
+        "npz" if *declared == PosesDeclared::default() => return Tracked::of_others(path, &set.blind.start.body),
+        "npz" => {
+            let detail = "units, axes and names of an .npz file are those of this program: metres, Z up; leave out \
+                --units, --up and --joint-map";
+            return Err(malformed(detail.to_owned()));
+        }
+        "csv" => csv_file::parse(&text()?).map_err(malformed)?,
+        "trc" => trc::parse(&text()?).map_err(malformed)?,
+        "bvh" => from_bvh(path, declared)?,
+        other => {
+            return Err(malformed(format!("expected a file that ends in .npz, .csv, .trc or .bvh, found {other:?}")));
+        }
+    };
+    let estimates = points.into_estimates(path, set, declared)?;
+    Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
+}
+
+/// Joint positions of a BVH file; the reader turns them to metres, Z up.
+fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, ExperimentError> {
+    let options = ReadOptions { metres_per_unit: declared.metres_per_unit, up: declared.up, ..ReadOptions::default() };
+    let clip = read(path, &options)?;
+    let frame = |frame: usize| clip.joint_positions(frame).iter().map(|place| Some(place.coords.into())).collect();
+    Ok(PointFile {
+        names: clip.skeleton.joints.iter().map(|joint| joint.name.clone()).collect(),
+        frames_per_second: Some(clip.frames_per_second),
+        metres_per_unit: Some(1.0),
+        up: Some(UpAxis::Z),
+        frames: (0..clip.frames.len()).map(frame).collect(),
+        notes: clip.notes.clone(),
+    })
+}
+
+impl PointFile {
+    fn into_estimates(
+        self,
+        path: &Path,
+        set: &BenchmarkSet,
+        declared: &PosesDeclared,
+    ) -> Result<Estimates, ExperimentError> {
+        let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+        let body = &set.blind.start.body;
+        let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+        let columns = names::columns(&self.names, map.as_ref(), body).map_err(malformed)?;
+        // the reader of BVH has applied what is declared
+        let is_done = self.metres_per_unit == Some(1.0) && self.up == Some(UpAxis::Z);
+        let metres = if is_done { 1.0 } else { declared.metres_per_unit.or(self.metres_per_unit).unwrap_or(1.0) };
+        let up = if is_done { UpAxis::Z } else { declared.up.or(self.up).unwrap_or(UpAxis::Z) };
+        let place = |[x, y, z]: [f64; 3]| match up {
+            UpAxis::Z => [metres * x, metres * y, metres * z],
+            UpAxis::Y => [metres * x, -metres * z, metres * y],
+        };
+        let frames = self.frames.len();
+        let rate = self.frames_per_second.unwrap_or(set.blind.frames_per_second);
+        let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![rate])), ("seeds", Array::new(&[1], vec![0_i64]))]);
+        for (array, names_array, kind) in [
+            ("estimate_markers", "marker_names", &columns.markers),
+            ("estimate_joints", "estimate_joint_names", &columns.joints),
+        ] {
+            if kind.is_empty() {
+                continue;
+            }
+            let numbers = self
+                .frames
+                .iter()
+                .flat_map(|frame| kind.iter().flat_map(|(column, _)| frame[*column].map_or([f64::NAN; 3], place)));
+            npz.push(array, Array::new(&[1, frames, kind.len(), 3], numbers.collect::<Vec<f64>>()));
+            npz.push(names_array, Array::names(kind.iter().map(|(_, name)| name.as_str())));
+        }
+        let file = path.display().to_string();
+        let mut estimates = Estimates::from_bytes(&file, &npz.to_bytes(&file)?, body)?;
+        estimates.notes.extend(self.notes);
+        estimates.notes.extend(columns.note.map(|note| format!("{file} {note}")));
+        Ok(estimates)
+    }
+}
+
+/// A point's distance from another, metres.
+fn distance(a: Point3<f64>, b: Point3<f64>) -> f64 {
+    (a - b).norm()
+}

@@ -1,0 +1,124 @@
+//! Which column of a file is which marker or joint.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::body::{Humanoid, LANDMARKS};
+use crate::experiment::ExperimentError;
+use crate::input::{self, excerpt, foreign, limits};
+
+/// Columns with the names that they have here.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Columns {
+    pub(super) markers: Vec<(usize, String)>,
+    pub(super) joints: Vec<(usize, String)>,
+    /// What was left out.
+    pub(super) note: Option<String>,
+}
+
+/// Reads a joint map: TOML, `"theirs" = "ours"`.
+pub(super) fn read_map(path: &Path) -> Result<BTreeMap<String, String>, ExperimentError> {
+    let text = input::read_to_string(path, limits::SETTINGS)
+        .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })?;
+    toml::from_str(&text).map_err(|e| ExperimentError::Malformed {
+        path: path.to_owned(),
+        detail: format!("expected lines as \"LHip\" = \"left_hip\": {}", foreign(e)),
+    })
+}
+
+/// The columns of a file. Without a map a name counts as ours whatever its case and whatever divides its words.
+pub(super) fn columns(
+    names: &[String],
+    map: Option<&BTreeMap<String, String>>,
+    body: &Humanoid,
+) -> Result<Columns, String> {
+    let markers = LANDMARKS.map(|landmark| landmark.name());
+    let joints: Vec<&str> = body.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let mut found = Columns::default();
+    let mut left_out = Vec::new();
+    if let Some((theirs, _)) = map.into_iter().flatten().find(|(theirs, _)| !names.contains(theirs)) {
+        return Err(format!(
+            "the joint map names {:?}, which the file has not; it has {}",
+            excerpt(theirs),
+            listed(names)
+        ));
+    }
+    for (column, name) in names.iter().enumerate() {
+        let ours = match map {
+            Some(map) => map.get(name).map(String::as_str),
+            None => Some(name.as_str()),
+        };
+        let Some(ours) = ours else {
+            left_out.push(name.clone());
+            continue;
+        };
+        let is = |known: &&&str| plain(known) == plain(ours);
+        let (kind, known) = match (markers.iter().find(is), joints.iter().find(is)) {
+            (Some(marker), _) => (&mut found.markers, *marker),
+            (None, Some(joint)) => (&mut found.joints, *joint),
+            (None, None) if map.is_some() => {
+                return Err(format!(
+                    "the joint map gives {:?}, which is neither a marker nor a joint here",
+                    excerpt(ours)
+                ));
+            }
+            (None, None) => {
+                left_out.push(name.clone());
+                continue;
+            }
+        };
+        if kind.iter().any(|(_, there)| there == known) {
+            return Err(format!("two columns are `{known}`: {:?} is the second", excerpt(name)));
+        }
+        kind.push((column, known.to_owned()));
+    }
+    if found.markers.is_empty() && found.joints.is_empty() {
+        return Err(format!(
+            "none of its names is known: {}; expected markers ({}) or joints of start/body.json, or a --joint-map",
+            listed(names),
+            markers.join(", ")
+        ));
+    }
+    found.note = (!left_out.is_empty()).then(|| format!("has names that were left out: {}", listed(&left_out)));
+    Ok(found)
+}
+
+fn plain(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
+fn listed(names: &[String]) -> String {
+    let shown: Vec<String> = names.iter().take(20).map(|name| excerpt(name)).collect();
+    format!("{}{}", shown.join(", "), if names.len() > 20 { ", ..." } else { "" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::person;
+
+    fn names(names: &[&str]) -> Vec<String> {
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    #[test]
+    fn names_are_known_whatever_their_case_and_others_are_left_out_and_told() {
+        let found = columns(&names(&["Pelvis", "Left Knee", "Nose"]), None, &person()).unwrap();
+        let known: Vec<&str> = found.markers.iter().map(|(_, name)| name.as_str()).collect();
+        assert_eq!(known, ["pelvis", "left_knee"]);
+        assert_eq!(found.note.as_deref(), Some("has names that were left out: Nose"));
+        let none = columns(&names(&["a", "b"]), None, &person()).unwrap_err();
+        assert!(none.contains("a, b") && none.contains("--joint-map"), "{none}");
+        let twice = columns(&names(&["pelvis", "PELVIS"]), None, &person()).unwrap_err();
+        assert!(twice.contains("two columns"), "{twice}");
+    }
+
+    #[test]
+    fn a_map_must_name_columns_and_markers() {
+        let map = |theirs: &str, ours: &str| BTreeMap::from([(theirs.to_owned(), ours.to_owned())]);
+        let columns = |map| columns(&names(&["LKnee", "x"]), Some(&map), &person());
+        assert_eq!(columns(map("LKnee", "left_knee")).unwrap().markers, [(0, "left_knee".to_owned())]);
+        assert!(columns(map("RKnee", "left_knee")).unwrap_err().contains("\"RKnee\""));
+        assert!(columns(map("LKnee", "nose")).unwrap_err().contains("\"nose\""));
+    }
+}

@@ -1,0 +1,107 @@
+//! TRC, the marker format of OpenSim and Pose2Sim: a header of five lines, then a row a frame; Y up.
+
+use super::{MOST_POINTS, PointFile};
+use crate::input::excerpt;
+use crate::mocap::UpAxis;
+
+pub(super) fn parse(text: &str) -> Result<PointFile, String> {
+    let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim_end_matches('\r')));
+    let mut line = |what: &str| lines.next().ok_or_else(|| format!("it ends before {what}"));
+    let (_, kind) = line("its first line")?;
+    if !kind.starts_with("PathFileType") {
+        return Err(format!("line 1: expected PathFileType, found {:?}", excerpt(kind)));
+    }
+    let (_, keys) = line("the names of its facts")?;
+    let (at, values) = line("its facts")?;
+    let facts: Vec<(&str, &str)> = keys.split('\t').map(str::trim).zip(values.split('\t').map(str::trim)).collect();
+    let fact = |name: &str| facts.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
+    let rate =
+        fact("DataRate").and_then(|rate| rate.parse::<f64>().ok()).filter(|rate| rate.is_finite() && *rate > 0.0);
+    let rate = rate.ok_or_else(|| format!("line {at}: DataRate: expected frames a second"))?;
+    let metres_per_unit = match fact("Units").unwrap_or_default().to_ascii_lowercase().as_str() {
+        "m" => 1.0,
+        "cm" => 0.01,
+        "mm" => 0.001,
+        other => return Err(format!("line {at}: Units: expected m, cm or mm, found {:?}", excerpt(other))),
+    };
+    let (_, header) = line("the names of its markers")?;
+    // names stand at every third column; the cells between are empty
+    let names: Vec<String> =
+        header.split('\t').skip(2).map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect();
+    if names.is_empty() {
+        return Err("line 4: expected Frame#, Time and names of markers, divided by tabs".to_owned());
+    }
+    line("the names of its coordinates")?;
+    let mut frames = Vec::new();
+    for (at, row) in lines.filter(|(_, row)| !row.trim().is_empty()) {
+        if (frames.len() + 1).saturating_mul(names.len()) > MOST_POINTS {
+            return Err(format!("line {at}: more than {MOST_POINTS} points"));
+        }
+        frames.push(frame(at, row, &names)?);
+    }
+    Ok(PointFile {
+        names,
+        frames_per_second: Some(rate),
+        metres_per_unit: Some(metres_per_unit),
+        up: Some(UpAxis::Y),
+        frames,
+        notes: Vec::new(),
+    })
+}
+
+/// Frame number, time, and three numbers a marker; empty where a marker is missing.
+fn frame(at: usize, row: &str, names: &[String]) -> Result<Vec<Option<[f64; 3]>>, String> {
+    let fields: Vec<&str> = row.split('\t').skip(2).map(str::trim).collect();
+    let number = |index: usize, name: &str| match fields.get(index).copied().unwrap_or_default() {
+        "" => Ok(None),
+        text if text.eq_ignore_ascii_case("nan") => Ok(None),
+        text => match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Some(value)),
+            _ => Err(format!("line {at}: {}: expected a number, found {:?}", excerpt(name), excerpt(text))),
+        },
+    };
+    let point = |(index, name): (usize, &String)| match [
+        number(3 * index, name)?,
+        number(3 * index + 1, name)?,
+        number(3 * index + 2, name)?,
+    ] {
+        [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
+        [None, None, None] => Ok(None),
+        _ => Err(format!("line {at}: {}: expected three numbers or none", excerpt(name))),
+    };
+    names.iter().enumerate().map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "PathFileType\t4\t(X/Y/Z)\twalk.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t2\t2\tmm\n\
+                        Frame#\tTime\tpelvis\t\t\thead\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n1\t0.0\t1\t2\t3\t4\t5\t6\n2\t0.1\t\t\t\t7\t8\t9\n";
+
+    #[test]
+    fn a_file_as_opensim_writes_it_is_read() {
+        let found = parse(FILE).unwrap();
+        assert_eq!(
+            (found.names.as_slice(), found.frames_per_second),
+            (&["pelvis".to_owned(), "head".to_owned()][..], Some(60.0))
+        );
+        assert_eq!((found.metres_per_unit, found.up), (Some(0.001), Some(UpAxis::Y)));
+        assert_eq!(found.frames[1], [None, Some([7.0, 8.0, 9.0])]);
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_line() {
+        for (text, part) in [
+            (FILE.replace("PathFileType", "Type"), "line 1"),
+            (FILE.replace("mm", "ft"), "found \"ft\""),
+            (FILE.replace("\n60\t", "\nfast\t"), "DataRate"),
+            (FILE.replace("1\t2\t3", "1\ttwo\t3"), "line 7: pelvis: expected a number, found \"two\""),
+            (FILE.replace("1\t2\t3", "1\t\t3"), "three numbers or none"),
+            ("PathFileType\n".to_owned(), "ends before"),
+        ] {
+            let told = parse(&text).unwrap_err();
+            assert!(told.contains(part), "{part}: {told}");
+        }
+    }
+}

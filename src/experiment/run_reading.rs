@@ -1,0 +1,220 @@
+//! Reads measured runs back: `run.json` of a run's folder, or of all runs below a folder.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::error::read_file;
+use super::tracking::TRACK_FILE;
+use super::{COMPARISON_FILE, ExperimentError, RUN_FILE};
+use crate::evaluation::{MeasuredClip, MeasuredRuns, NotComparable, RunComparison, Summary, compare_runs};
+use crate::input::{foreign, limits};
+use crate::scenario::json_tree;
+
+/// What `run.json` begins with.
+const SCHEMA: &str = "skiagraph.run/1";
+/// How deep below a folder runs are looked for.
+const DEPTH: usize = 3;
+/// Runs of one side at most.
+const MOST_RUNS: usize = 10_000;
+/// What the names of folders with further seeds of a run begin with; they lie in the run's folder.
+pub(super) const MORE_SEEDS: &str = "seeds-";
+
+/// The runs of one side of a comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Side {
+    /// The folder's name, or its whole path where names are the same.
+    pub name: String,
+    /// The runs.
+    pub runs: MeasuredRuns,
+}
+
+/// What is read of `run.json`.
+#[derive(Deserialize)]
+struct StoredRun {
+    scenario: String,
+    tracker: String,
+    settings: Option<Value>,
+    #[serde(default)]
+    program: Option<Value>,
+    set_hash: String,
+    version: String,
+    frames: usize,
+    frames_per_second: f64,
+    #[serde(flatten)]
+    summary: Summary,
+}
+
+/// `skiagraph compare`: the first side against the others. A single folder with several runs gives one side a run.
+///
+/// # Errors
+/// [`ExperimentError`] naming the file, or the difference that makes sides incomparable.
+pub fn compare_sides(paths: &[PathBuf], across_sets: bool) -> Result<RunComparison, ExperimentError> {
+    let sides = read_sides(paths)?;
+    let [base, others @ ..] = sides.as_slice() else { return Err(too_few(paths)) };
+    if others.is_empty() {
+        return Err(too_few(paths));
+    }
+    let others: Vec<_> = others.iter().map(|side| (side.name.as_str(), &side.runs)).collect();
+    Ok(compare_runs((&base.name, &base.runs), &others, across_sets)?)
+}
+
+impl From<NotComparable> for ExperimentError {
+    fn from(error: NotComparable) -> Self {
+        Self::NotComparable(Box::new(error))
+    }
+}
+
+fn too_few(paths: &[PathBuf]) -> ExperimentError {
+    let given = paths.first().map(|path| format!(" in {}", path.display())).unwrap_or_default();
+    ExperimentError::Argument {
+        argument: "RUN",
+        detail: format!("expected two runs or more, found one{given}; name the runs to compare it with"),
+    }
+}
+
+fn read_sides(paths: &[PathBuf]) -> Result<Vec<Side>, ExperimentError> {
+    let expanded = match paths {
+        [folder] if !folder.join(RUN_FILE).is_file() => folders_with_runs(folder),
+        several => several.to_vec(),
+    };
+    let names = names(&expanded);
+    expanded.iter().zip(names).map(|(path, name)| Ok(Side { name, runs: read_runs(path)? })).collect()
+}
+
+/// The folders directly in this one that hold runs: methods of a comparison, cells of a sweep.
+fn folders_with_runs(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut found: Vec<PathBuf> =
+        entries.map(|entry| entry.path()).filter(|path| !run_files(path, DEPTH).is_empty()).collect();
+    found.sort();
+    if found.is_empty() { vec![folder.to_owned()] } else { found }
+}
+
+/// Names of folders; whole paths where two have the same.
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let short = |path: &PathBuf| {
+        let resolved = fs::canonicalize(path).unwrap_or_else(|_| path.clone());
+        let named = if resolved.is_file() { resolved.parent().map(Path::to_owned) } else { Some(resolved) };
+        named.and_then(|p| Some(p.file_name()?.to_string_lossy().into_owned())).unwrap_or_default()
+    };
+    let all: Vec<String> = paths.iter().map(short).collect();
+    let unique = |name: &String| !name.is_empty() && all.iter().filter(|other| *other == name).count() == 1;
+    paths.iter().zip(&all).map(|(path, n)| if unique(n) { n.clone() } else { path.display().to_string() }).collect()
+}
+
+/// All runs at a path: a `run.json`, a folder that holds one, or a folder with such folders below it.
+///
+/// # Errors
+/// [`ExperimentError`] naming the file that is missing, damaged, or of another tracker or set than the others.
+pub fn read_runs(path: &Path) -> Result<MeasuredRuns, ExperimentError> {
+    let files = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
+    let malformed = |path: &Path, detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    if files.is_empty() {
+        return Err(malformed(path, nothing_here(path)));
+    }
+    if files.len() > MOST_RUNS {
+        return Err(malformed(path, format!("holds {} runs, expected at most {MOST_RUNS}", files.len())));
+    }
+    let mut runs = MeasuredRuns::default();
+    for file in files {
+        let (name, clip) = read_run(&file)?;
+        runs.add(&name, clip).map_err(|error| malformed(&file, error.to_string()))?;
+    }
+    Ok(runs)
+}
+
+fn nothing_here(path: &Path) -> String {
+    match () {
+        () if !path.exists() => "there is no such file or folder; expected a run's folder".to_owned(),
+        () if path.join(TRACK_FILE).is_file() => {
+            format!("this run was tracked but not measured; run skiagraph evaluate SET {}", path.display())
+        }
+        () if path.join(COMPARISON_FILE).is_file() => {
+            format!("the folders of the methods in {COMPARISON_FILE} are missing")
+        }
+        () => format!("expected a {RUN_FILE}, as skiagraph run and skiagraph evaluate write it, or folders with one"),
+    }
+}
+
+/// Files `run.json` in a folder with those of its further seeds, or else below it, in the order of their paths. Hidden
+/// folders and links are left out.
+fn run_files(folder: &Path, depth: usize) -> Vec<PathBuf> {
+    let file = folder.join(RUN_FILE);
+    if file.is_file() {
+        let more =
+            folders_in(folder).into_iter().filter(|below| is_more_seeds(below)).map(|below| below.join(RUN_FILE));
+        return [file].into_iter().chain(more.filter(|file| file.is_file())).collect();
+    }
+    if depth == 0 {
+        return Vec::new();
+    }
+    folders_in(folder).iter().flat_map(|below| run_files(below, depth - 1)).collect()
+}
+
+fn folders_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut folders: Vec<PathBuf> = entries
+        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
+        .filter(|entry| !entry.file_name().to_string_lossy().starts_with('.'))
+        .map(|entry| entry.path())
+        .collect();
+    folders.sort();
+    folders
+}
+
+/// Whether a folder holds further seeds of the run that it lies in.
+fn is_more_seeds(folder: &Path) -> bool {
+    folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with(MORE_SEEDS))
+}
+
+/// The folders of runs at a path, without those of further seeds.
+pub(super) fn run_folders(path: &Path) -> Vec<PathBuf> {
+    let files = run_files(path, DEPTH);
+    let folders = files.iter().filter_map(|file| file.parent()).filter(|folder| !is_more_seeds(folder));
+    folders.map(Path::to_owned).collect()
+}
+
+/// What a program is known by: its command, name and version.
+fn identity(program: &Value) -> Value {
+    let of = |key: &str| (key.to_owned(), program.get(key).cloned().unwrap_or_default());
+    Value::Object(["command", "name", "version"].map(of).into_iter().collect())
+}
+
+/// The clip of one `run.json`, with its name.
+fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let tree: Value = serde_json::from_slice(&read_file(path, limits::RECORD)?).map_err(|e| malformed(foreign(e)))?;
+    let schema = tree.get("schema").and_then(Value::as_str).unwrap_or("none");
+    if schema != SCHEMA {
+        return Err(malformed(format!(
+            "expected the schema {SCHEMA}, found {schema}; give the folder of a run, measured with this version"
+        )));
+    }
+    let run: StoredRun = json_tree::value(tree).map_err(|e| malformed(foreign(e)))?;
+    let runs = run.summary.runs.len();
+    let lengths = run.summary.metrics.iter().map(|(name, metric)| (name, metric.per_run.len()));
+    if let Some((name, found)) = lengths.into_iter().find(|(_, found)| *found != runs) {
+        return Err(malformed(format!("metrics.{name}.per_run: expected one value a run ({runs}), found {found}")));
+    }
+    let facts = MeasuredClip {
+        set_hash: run.set_hash,
+        frames: run.frames,
+        frames_per_second: run.frames_per_second,
+        tracker: run.tracker,
+        settings: run.settings.or(run.program.as_ref().map(identity)),
+        version: run.version,
+        seeds: Vec::new(),
+        metrics: Default::default(),
+        joints: Default::default(),
+    };
+    let clip = facts.with_values(&run.summary);
+    let mut seeds = clip.seeds.clone();
+    seeds.sort_unstable();
+    match seeds.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(twice) => Err(malformed(format!("runs: seed {} is there twice", twice[0]))),
+        None => Ok((run.scenario, clip)),
+    }
+}

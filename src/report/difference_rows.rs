@@ -1,0 +1,201 @@
+//! Differences of two sides as rows of text, for terminals, Markdown and pages.
+
+use serde::Serialize;
+
+use super::page::{between, number, symbol};
+use crate::evaluation::{
+    AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, LostTracks, Rate, RunComparison, Unit,
+    find_metric,
+};
+
+/// Metrics that a short table shows.
+const SHORT: [&str; 12] = [
+    "humaneva_mm",
+    "mpjpe_mm",
+    "mpjpe_root_mm",
+    "pa_mpjpe_mm",
+    "body_orientation_deg",
+    "silhouette_iou",
+    "pck150",
+    "track_loss",
+    "coverage",
+    "lost_frames",
+    "limb_swaps",
+    "energy_gap",
+];
+
+/// One metric, clip or joint.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct DifferenceRow {
+    pub(super) title: String,
+    pub(super) name: String,
+    pub(super) base: String,
+    pub(super) other: String,
+    pub(super) difference: String,
+    pub(super) interval: String,
+    pub(super) p: String,
+    pub(super) finding: &'static str,
+    /// `better`, `worse` or nothing.
+    pub(super) class: &'static str,
+    pub(super) coverage: String,
+    /// What the row leaves out, and how it was made.
+    pub(super) notes: String,
+    pub(super) bar: Option<Bar>,
+}
+
+/// Where the difference and its interval lie, in percent of a width whose middle is 0.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Bar {
+    low: f64,
+    width: f64,
+    at: f64,
+}
+
+impl Bar {
+    fn of(difference: &Difference) -> Option<Self> {
+        let ends = difference.ci95?;
+        let scale = 1.1 * ends.low.abs().max(ends.high.abs());
+        let place = |value: f64| 50.0 + 50.0 * value / scale;
+        let low = place(ends.low);
+        (scale > 0.0).then(|| Self { low, width: place(ends.high) - low, at: place(difference.difference) })
+    }
+}
+
+impl DifferenceRow {
+    pub(super) fn of_metric(metric: &ComparedMetric) -> Self {
+        let title = find_metric(&metric.metric).map_or(metric.metric.as_str(), |known| known.title);
+        let unit = symbol(metric.unit);
+        let title = if unit.is_empty() { title.to_owned() } else { format!("{title}, {unit}") };
+        let [base, other] = metric.coverage.map(|share| share.map_or_else(|| "-".to_owned(), percent));
+        let mut notes = vec![format!("{}.", metric.difference.rule), format!("{}.", metric.protocol)];
+        notes.extend((!metric.also.is_empty()).then(|| format!("The same in every run: {}.", metric.also.join(", "))));
+        notes.extend(metric.skipped.iter().map(|skipped| format!("{skipped}.")));
+        Self {
+            p: metric.p_holm.map(p_in_words).unwrap_or_default(),
+            finding: in_words(metric.finding),
+            class: class(metric.finding),
+            coverage: if base == other { base } else { format!("{base} → {other}") },
+            notes: notes.join(" "),
+            ..Self::plain(title, &metric.metric, &metric.difference, metric.unit)
+        }
+    }
+
+    /// A clip or a joint: no test of its own.
+    pub(super) fn plain(title: String, name: &str, difference: &Difference, unit: Unit) -> Self {
+        let signed = |value: f64| {
+            let text = number(value, unit);
+            if text.starts_with('-') || value == 0.0 { text } else { format!("+{text}") }
+        };
+        Self {
+            title,
+            name: name.to_owned(),
+            base: number(difference.base, unit),
+            other: number(difference.other, unit),
+            difference: signed(difference.difference),
+            interval: match (difference.ci95, difference.rule) {
+                (Some(ends), _) => between(ends.low, ends.high, unit),
+                (None, DifferenceRule::Exact) => "exact".to_owned(),
+                (None, _) => "too few seeds".to_owned(),
+            },
+            p: String::new(),
+            finding: "",
+            class: "",
+            coverage: String::new(),
+            notes: String::new(),
+            bar: Bar::of(difference),
+        }
+    }
+}
+
+/// Rows of all metrics, or of the short table.
+pub(super) fn metric_rows(side: &AgainstBase, all: bool) -> Vec<DifferenceRow> {
+    let shown = side.metrics.iter().filter(|metric| all || SHORT.contains(&metric.metric.as_str()));
+    shown.map(DifferenceRow::of_metric).collect()
+}
+
+/// Rows of HumanEva's error clip by clip; nothing for a single clip.
+pub(super) fn clip_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
+    let of = |metric: &ComparedMetric| {
+        let rows = metric.per_clip.iter();
+        rows.map(|(clip, found)| DifferenceRow::plain(clip.clone(), clip, found, metric.unit)).collect()
+    };
+    let error = side.metrics.iter().find(|metric| metric.metric == "humaneva_mm");
+    if side.clips.len() > 1 { error.map(of).unwrap_or_default() } else { Vec::new() }
+}
+
+/// Rows of all markers.
+pub(super) fn joint_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
+    let row = |joint: &crate::evaluation::JointDifference| {
+        DifferenceRow::plain(joint.joint.replace('_', " "), &joint.joint, &joint.difference, Unit::Millimetre)
+    };
+    side.joints.iter().map(row).collect()
+}
+
+/// `1 of 10 runs (0 to 40 %) lost the body, against 0 of 10 (0 to 28 %): +10 % (-19 to 40 %)`
+pub(super) fn lost_in_words(lost: &LostTracks) -> Option<String> {
+    let rate = |rate: &Rate| {
+        let ends = rate.ci95;
+        format!("{} of {} ({} to {})", rate.count, rate.of, whole(ends.low), percent(ends.high))
+    };
+    let (base, other, difference) = (lost.base?, lost.other?, lost.difference?);
+    let ends = difference.ci95;
+    Some(format!(
+        "runs that lost the body: {}, base {}; difference {:+.0} % ({:+.0} to {:+.0} %)",
+        rate(&other),
+        rate(&base),
+        100.0 * difference.difference,
+        100.0 * ends.low,
+        100.0 * ends.high
+    ))
+}
+
+/// `walk, seeds 0 to 9; jump, seeds 0 to 4`
+pub(super) fn seeds_of(comparison: &RunComparison) -> String {
+    let seeds = comparison.base.seeds.iter();
+    seeds.map(|(clip, seeds)| format!("{clip}, seeds {seeds}")).collect::<Vec<_>>().join("; ")
+}
+
+/// How pairs are made, in words.
+pub(super) fn pairing(side: &AgainstBase) -> &'static str {
+    if side.paired { "paired by clip x seed" } else { "unpaired" }
+}
+
+pub(super) const HOW: &str = "Difference: other minus base, mean over clips of each clip's mean over seeds, with its 95 % \
+    interval over clip x seed. p: two-sided t test, adjusted by Holm for the number of metrics; a finding is given from p \
+    <= 0.05 on";
+
+fn whole(share: f64) -> String {
+    format!("{:.0}", 100.0 * share)
+}
+
+fn percent(share: f64) -> String {
+    let shown = (1000.0 * share).floor() / 10.0;
+    if shown.fract() == 0.0 { format!("{shown:.0} %") } else { format!("{shown:.1} %") }
+}
+
+fn p_in_words(p: f64) -> String {
+    match p {
+        p if p < 0.001 => "<0.001".to_owned(),
+        p if p >= 0.9995 => "1".to_owned(),
+        p => format!("{p:.3}"),
+    }
+}
+
+fn in_words(finding: Finding) -> &'static str {
+    match finding {
+        Finding::Better => "better",
+        Finding::Worse => "worse",
+        Finding::Differs => "differs",
+        Finding::Same => "equal",
+        Finding::NotShown => "no difference shown",
+        Finding::TooFew => "too few seeds",
+    }
+}
+
+fn class(finding: Finding) -> &'static str {
+    match finding {
+        Finding::Better => "better",
+        Finding::Worse => "worse",
+        _ => "",
+    }
+}

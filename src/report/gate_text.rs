@@ -1,0 +1,272 @@
+//! What a gate says: for a terminal, as Markdown, as JUnit XML and as annotations of GitHub Actions.
+
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment, Value};
+use serde::Serialize;
+
+use super::ReportError;
+use super::difference_text::cell;
+use super::page::{between, number, symbol};
+use crate::evaluation::{Check, CheckKind, GateOutcome, GateVerdict, MoreSeeds, find_metric};
+
+/// A gate's outcome with the names of what was held against what.
+#[derive(Clone, Copy, Debug)]
+pub struct GateReport<'a> {
+    /// The run.
+    pub run: &'a str,
+    /// The baseline.
+    pub baseline: &'a str,
+    /// What the gate says.
+    pub outcome: &'a GateOutcome,
+}
+
+/// `PASS`, `FAIL` or `INCONCLUSIVE`.
+fn word(verdict: GateVerdict) -> &'static str {
+    match verdict {
+        GateVerdict::Pass => "PASS",
+        GateVerdict::Fail => "FAIL",
+        GateVerdict::Inconclusive => "INCONCLUSIVE",
+    }
+}
+
+impl GateReport<'_> {
+    fn headline(&self) -> String {
+        let said = match self.outcome.verdict {
+            GateVerdict::Pass => "is within the margins of",
+            GateVerdict::Fail => "is worse than",
+            GateVerdict::Inconclusive => "may be worse than",
+        };
+        format!("{}: {} {said} the baseline {}", word(self.outcome.verdict), self.run, self.baseline)
+    }
+
+    /// A line a check, the failing ones first; exact checks that pass share one.
+    pub fn text(&self) -> String {
+        let mut lines = vec![self.headline(), String::new()];
+        let mut checks: Vec<&Check> = self.outcome.checks.iter().filter(|check| !is_quiet(check)).collect();
+        checks.sort_by_key(|check| std::cmp::Reverse(check.verdict));
+        let width = checks.iter().map(|check| name(check).chars().count()).max().unwrap_or(0);
+        let line =
+            |check: &&Check| format!("  {:<12}  {:<width$}  {}", word(check.verdict), name(check), finding(check));
+        lines.extend(checks.iter().map(line));
+        let quiet = self.outcome.checks.iter().filter(|check| is_quiet(check)).count();
+        if quiet > 0 {
+            lines.push(format!("  PASS          {quiet} metrics of the truth and others compared exactly: unchanged"));
+        }
+        lines.extend(self.outcome.notes.iter().map(|note| format!("  note: {note}")));
+        lines.join("\n")
+    }
+
+    /// A table for a pull request.
+    pub fn markdown(&self) -> String {
+        let mut text = format!("### {}\n\n| | check | finding |\n|---|---|---|\n", cell(&self.headline()));
+        for check in self.outcome.checks.iter().filter(|check| !is_quiet(check)) {
+            let mark = match check.verdict {
+                GateVerdict::Pass => "PASS".to_owned(),
+                other => format!("**{}**", word(other)),
+            };
+            text.push_str(&format!("| {mark} | {} | {} |\n", cell(&name(check)), cell(&finding(check))));
+        }
+        self.outcome.notes.iter().for_each(|note| text.push_str(&format!("\n- {}", cell(note))));
+        text
+    }
+
+    /// `::error`, `::warning` and `::notice` lines, which GitHub Actions shows at the top of a run.
+    pub fn annotations(&self) -> String {
+        let line = |check: &Check| {
+            let level = match check.verdict {
+                GateVerdict::Pass => return None,
+                GateVerdict::Fail => "error",
+                GateVerdict::Inconclusive => "warning",
+            };
+            let title = escaped(&format!("{} {}", word(check.verdict), name(check)), true);
+            Some(format!("::{level} title={title}::{}", escaped(&finding(check), false)))
+        };
+        let mut lines: Vec<String> = self.outcome.checks.iter().filter_map(line).collect();
+        if lines.is_empty() {
+            lines.push(format!("::notice title=skiagraph gate::{}", escaped(&self.headline(), false)));
+        }
+        lines.join("\n")
+    }
+
+    /// JUnit XML, a test case a check.
+    ///
+    /// # Errors
+    /// [`ReportError`] if it cannot be rendered.
+    pub fn junit(&self) -> Result<String, ReportError> {
+        #[derive(Serialize)]
+        struct Case {
+            name: String,
+            verdict: &'static str,
+            finding: String,
+        }
+        let case = |check: &Check| Case {
+            name: xml(&name(check)),
+            verdict: word(check.verdict),
+            finding: xml(&finding(check)),
+        };
+        let cases: Vec<Case> = self.outcome.checks.iter().map(case).collect();
+        let count = |verdict| self.outcome.checks.iter().filter(|check| check.verdict == verdict).count();
+        let mut environment = Environment::new();
+        environment.set_auto_escape_callback(|_| AutoEscape::Html);
+        environment.add_template("junit", JUNIT)?;
+        Ok(environment.get_template("junit")?.render(Value::from(Serde(&serde_json::json!({
+            "suite": xml(&format!("skiagraph gate: {} against {}", self.run, self.baseline)),
+            "cases": cases,
+            "failures": count(GateVerdict::Fail),
+            "errors": count(GateVerdict::Inconclusive),
+            "generator": super::html::GENERATOR,
+        }))))?)
+    }
+}
+
+const JUNIT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<testsuites><!-- <meta name="generator" content="{{ generator }}"> -->
+<testsuite name="{{ suite }}" tests="{{ cases|length }}" failures="{{ failures }}" errors="{{ errors }}" skipped="0">
+{% for case in cases %}<testcase classname="skiagraph.gate" name="{{ case.name }}">{% if case.verdict == "FAIL" %}<failure message="{{ case.finding }}"/>{% elif case.verdict == "INCONCLUSIVE" %}<error type="inconclusive" message="{{ case.finding }}"/>{% else %}<system-out>{{ case.finding }}</system-out>{% endif %}</testcase>
+{% endfor %}</testsuite>
+</testsuites>
+"#;
+
+/// Without characters that XML 1.0 does not allow.
+fn xml(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')).collect()
+}
+
+/// As workflow commands want it: `%`, line breaks, and in properties `:` and `,` as well.
+fn escaped(text: &str, is_property: bool) -> String {
+    let mut safe = String::new();
+    for character in text.chars() {
+        match character {
+            '%' | '\r' | '\n' => safe.push_str(&format!("%{:02X}", u32::from(character))),
+            ':' | ',' if is_property => safe.push_str(&format!("%{:02X}", u32::from(character))),
+            c if c.is_control() => safe.push(' '),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+fn is_quiet(check: &Check) -> bool {
+    check.kind == CheckKind::Exact && check.verdict == GateVerdict::Pass
+}
+
+fn name(check: &Check) -> String {
+    let kind = if check.kind == CheckKind::Exact { ", exactly" } else { "" };
+    match &check.clip {
+        Some(clip) => format!("{} in {clip}{kind}", check.metric),
+        None => format!("{}{kind}", check.metric),
+    }
+}
+
+/// `3.1 mm worse (1.2 to 5.0), margin 2.0 mm; 34.6 against 31.5; Student's t on pairs of clip x seed`
+fn finding(check: &Check) -> String {
+    let (Some(worse), Some(found), Some(margin)) = (check.worse_by, &check.difference, check.margin) else {
+        return check.reason.clone().unwrap_or_else(|| "unchanged".to_owned());
+    };
+    let unit = check.unit;
+    let symbol = symbol(unit);
+    let lower = find_metric(&check.metric).is_none_or(|metric| metric.is_worse(1.0, 0.0));
+    let (word, shown) = if worse < 0.0 { ("better", -worse) } else { ("worse", worse) };
+    let ends = match check.worse_by_ci95 {
+        Some(ends) => format!("worse by {} {symbol} at 95 %", between(ends.low, ends.high, unit)),
+        None => "no run varies".to_owned(),
+    };
+    let mut text = format!(
+        "{} {symbol} {word} ({ends}), margin {} {symbol}; {} against {}, {} is better; {}",
+        number(shown, unit),
+        number(margin, unit),
+        number(found.other, unit),
+        number(found.base, unit),
+        if lower { "lower" } else { "higher" },
+        found.rule
+    );
+    if let Some(more) = check.more_seeds {
+        text.push_str(&match more {
+            MoreSeeds::OfRun(1) => "; 1 more seed of the run would settle it (--add-seeds 1)".to_owned(),
+            MoreSeeds::OfRun(more) => format!("; {more} more seeds of the run would settle it (--add-seeds {more})"),
+            MoreSeeds::OfBoth(more) => format!("; {more} more seeds of run and baseline each would settle it"),
+            MoreSeeds::TooMany => "; the difference is about the margin: more seeds will hardly settle it".to_owned(),
+        });
+    }
+    text.extend(check.reason.iter().map(|reason| format!("; {reason}")));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::{GateRules, MeasuredClip, MeasuredMetric, MeasuredRuns, Unit, gate};
+    use std::collections::BTreeMap;
+
+    fn runs(errors: [f64; 5]) -> MeasuredRuns {
+        let metric = |values: [f64; 5]| MeasuredMetric {
+            unit: Unit::Millimetre,
+            protocol: "no alignment".to_owned(),
+            per_seed: values.map(Some).to_vec(),
+        };
+        let clip = MeasuredClip {
+            set_hash: "a".to_owned(),
+            frames: 9,
+            frames_per_second: 60.0,
+            tracker: "frozen".to_owned(),
+            settings: None,
+            version: "0.1.0".to_owned(),
+            seeds: (0..5).collect(),
+            metrics: BTreeMap::from([
+                ("humaneva_mm".to_owned(), metric(errors)),
+                ("truth_foot_float_mm".to_owned(), metric([1.0; 5])),
+            ]),
+            joints: BTreeMap::new(),
+        };
+        MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip)]) }
+    }
+
+    fn outcome(shift: f64, wobble: f64) -> GateOutcome {
+        let base = [30.0, 31.0, 29.0, 32.0, 30.0];
+        let mut errors = base;
+        errors.iter_mut().enumerate().for_each(|(i, e)| *e += shift + wobble * [1.0, -1.0, 0.5, -0.5, 0.2][i]);
+        gate(&runs(base), &runs(errors), &GateRules::of_metric("humaneva_mm", "2mm".parse().unwrap())).unwrap()
+    }
+
+    #[test]
+    fn a_failure_says_by_how_much_against_what_and_how_sure() {
+        let outcome = outcome(4.0, 0.3);
+        let report = GateReport { run: "runs/mine", baseline: "walk", outcome: &outcome };
+        let text = report.text();
+        assert!(text.starts_with("FAIL: runs/mine is worse than the baseline walk"), "{text}");
+        assert!(
+            text.contains("4.0 mm worse (worse by 3.7 to 4.3 mm at 95 %), margin 2.0 mm; 34.4 against 30.4"),
+            "{text}"
+        );
+        assert!(text.contains("1 metrics of the truth") || text.contains("compared exactly"), "{text}");
+        assert!(report.markdown().contains("| **FAIL** | humaneva\\_mm |"), "{}", report.markdown());
+        assert!(report.annotations().starts_with("::error title=FAIL humaneva_mm::4.0 mm worse"));
+        let junit = report.junit().unwrap();
+        assert!(
+            junit.contains("failures=\"1\" errors=\"0\"") && junit.contains("<failure message=\"4.0 mm worse"),
+            "{junit}"
+        );
+    }
+
+    #[test]
+    fn an_inconclusive_gate_says_how_many_seeds_would_settle_it() {
+        let outcome = outcome(1.2, 1.5);
+        let report = GateReport { run: "r", baseline: "b", outcome: &outcome };
+        assert!(report.text().contains("more seed"), "{}", report.text());
+        assert!(report.annotations().starts_with("::warning"));
+        assert!(report.junit().unwrap().contains("errors=\"1\""));
+    }
+
+    #[test]
+    fn names_break_neither_xml_nor_workflow_commands() {
+        let outcome = outcome(4.0, 0.3);
+        let report = GateReport { run: "a\"<b>&\u{1}", baseline: "x\n::error::y", outcome: &outcome };
+        let junit = report.junit().unwrap();
+        let document = roxmltree::Document::parse(&junit).unwrap();
+        let suite = document.descendants().find(|node| node.has_tag_name("testsuite")).unwrap();
+        assert_eq!(suite.attribute("name"), Some("skiagraph gate: a\"<b>& against x::error::y"));
+        assert_eq!(document.descendants().filter(|node| node.has_tag_name("testcase")).count(), 3);
+        assert_eq!(escaped("50%\n::x", false), "50%25%0A::x");
+        assert_eq!(escaped("a:b,c", true), "a%3Ab%2Cc");
+    }
+}

@@ -1,0 +1,69 @@
+//! `skiagraph compare`.
+
+use serde_json::Value;
+
+use super::sandbox::{Sandbox, TINY};
+
+/// A room with two runs on one set, and one on another set of the same name.
+fn room() -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml --seeds 3 --out runs/main");
+    room.succeed("run tiny.toml --seeds 3 particles=4 --out runs/mine");
+    room.succeed("run tiny.toml --seeds 3 rig.ring.count=1 --out runs/one");
+    room
+}
+
+#[test]
+fn differences_are_those_of_the_runs_in_every_format() {
+    let room = room();
+    let json: Value = serde_json::from_str(&room.succeed("compare runs/main runs/mine --json").stdout).unwrap();
+    assert_eq!((&json["schema"], &json["others"][0]["paired"]), (&"skiagraph.compare/1".into(), &true.into()));
+    let run = |name: &str| -> Value { serde_json::from_slice(&room.read(&format!("runs/{name}/run.json"))).unwrap() };
+    let mean = |name: &str| run(name)["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap();
+    let error = &json["others"][0]["metrics"][0];
+    assert_eq!(error["metric"], "humaneva_mm");
+    assert!((error["difference"].as_f64().unwrap() - (mean("mine") - mean("main"))).abs() < 1e-9, "{error}");
+    assert_eq!(error["also"][0], "mpjpe_mm");
+    let text = room.succeed("compare runs/main runs/mine --all --html page.html");
+    for part in ["base: main", "HumanEva 3-D error, mm", "left knee", "runs that lost the body: 0 of 3"] {
+        assert!(text.stdout.contains(part), "{part}: {}", text.stdout);
+    }
+    assert!(String::from_utf8(room.read("page.html")).unwrap().contains("HumanEva 3-D error, mm"));
+    let markdown = room.succeed("compare runs/main runs/mine runs/main/run.json --markdown").stdout;
+    assert!(markdown.starts_with("### ") && markdown.contains("<details>"), "{markdown}");
+    let folder = room.succeed("compare runs/main runs/main").stdout;
+    assert!(folder.contains("equal"), "the same run: {folder}");
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused_with_the_difference() {
+    let room = room();
+    let refused = |arguments: &str, parts: &[&str]| {
+        let answer = room.skiagraph(arguments.split_whitespace());
+        assert_eq!(answer.code, 2, "{arguments}: {}", answer.stdout);
+        for part in parts {
+            assert!(answer.stderr.contains(part), "{arguments}: {part}: {}", answer.stderr);
+        }
+    };
+    refused("compare runs/main runs/one", &["another set", "hashes", "--across-sets"]);
+    room.succeed("compare runs/main runs/one --across-sets");
+    refused("compare runs/main", &["expected two runs or more"]);
+    refused("compare runs/main nowhere", &["nowhere", "no such file or folder"]);
+    room.succeed("render tiny.toml --out set");
+    room.succeed("track set --tracker frozen --out tracked");
+    refused("compare runs/main tracked", &["not measured", "skiagraph evaluate"]);
+    let record = String::from_utf8(room.read("runs/main/run.json")).unwrap();
+    for (name, text, part) in [
+        ("newer", record.replace("skiagraph.run/1", "skiagraph.run/9"), "skiagraph.run/9"),
+        ("nan", record.replacen("\"mean\": ", "\"mean\": NaN, \"mean_\": ", 1), "line"),
+        ("short", record.replacen("\"frames\": 5", "\"frames\": \"5\"", 1), "frames"),
+    ] {
+        std::fs::create_dir(room.path(name)).unwrap();
+        room.write(&format!("{name}/run.json"), text);
+        refused(&format!("compare runs/main {name}"), &[name, part]);
+    }
+    room.write("thesis.html", "years of work");
+    refused("compare runs/main runs/mine --html thesis.html", &["thesis.html", "--force"]);
+    assert_eq!(room.read("thesis.html"), b"years of work");
+}

@@ -1,0 +1,117 @@
+//! `skiagraph gate` and `skiagraph baseline`.
+
+use serde_json::Value;
+
+use super::sandbox::{Sandbox, TINY};
+
+/// A room with a run of five seeds and its baseline.
+fn room() -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml --seeds 5 --out run");
+    room.succeed("baseline save tiny run");
+    room
+}
+
+#[test]
+fn the_same_run_passes_a_worse_one_fails_and_seeds_are_added_where_they_are_missing() {
+    let room = room();
+    let passed = room.succeed("gate run --baseline tiny --margin 0mm");
+    assert!(passed.stdout.starts_with("PASS: run is within the margins of the baseline tiny"), "{}", passed.stdout);
+    assert!(passed.stdout.contains("no run varies"), "{}", passed.stdout);
+    // a tracker that never moves, told as the same clip: every seed is equal, and worse by a known number
+    room.succeed("run tiny.toml --seeds 5 tracker.annealed_particle_filter.particles=2 --out worse");
+    let error = |run: &str| {
+        let record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();
+        record["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap()
+    };
+    let arguments = "gate worse --baseline tiny --margin 0.001mm --junit gate.xml --github";
+    let verdict = room.skiagraph(arguments.split_whitespace());
+    let expected = match verdict.code {
+        1 => "FAIL",
+        3 => "INCONCLUSIVE",
+        0 => "PASS",
+        other => panic!("exit code {other}: {}", verdict.stderr),
+    };
+    assert!(verdict.stdout.starts_with(expected), "{}", verdict.stdout);
+    assert!(verdict.stdout.contains("the tracker's settings are not the baseline's: "), "{}", verdict.stdout);
+    assert!(verdict.stdout.contains("particles 12 → 2"), "{}", verdict.stdout);
+    let json: Value =
+        serde_json::from_str(&room.skiagraph("gate worse --baseline tiny --margin 0.001mm --json".split(' ')).stdout)
+            .unwrap();
+    let worse_by = json["checks"][0]["worse_by"].as_f64().unwrap();
+    assert!((worse_by - (error("worse") - error("run"))).abs() < 1e-9, "{worse_by}");
+    let junit = String::from_utf8(room.read("gate.xml")).unwrap();
+    assert!(junit.contains("<testcase classname=\"skiagraph.gate\" name=\"humaneva_mm\">"), "{junit}");
+}
+
+#[test]
+fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
+    let room = room();
+    room.succeed("run tiny.toml --seeds 7 --out seven");
+    room.succeed("run tiny.toml --seeds 5 particles=11 --out mine");
+    let before = room.read("mine/run.json");
+    // with a margin at the very difference the gate is inconclusive, whatever the difference is
+    let ask = |margin: f64, more: &str| {
+        let text = format!("gate mine --baseline tiny --margin {margin}mm --json {more}");
+        let answer = room.skiagraph(text.split_whitespace());
+        (answer.code, serde_json::from_str::<Value>(&answer.stdout).unwrap_or_default(), answer.stderr)
+    };
+    let (_, json, _) = ask(0.0, "");
+    let difference = json["checks"][0]["worse_by"].as_f64().unwrap().max(0.0);
+    let (code, json, _) = ask(difference, "");
+    if code == 3 {
+        assert_eq!(json["verdict"], "inconclusive");
+        let (_, json, stderr) = ask(difference, "--add-seeds 2");
+        assert_eq!(json["checks"][0]["difference"]["runs"], serde_json::json!([5, 7]), "{stderr}");
+        assert_eq!(room.read("mine/run.json"), before, "the run itself is untouched");
+        room.succeed("run tiny.toml --seeds 7 particles=11 --out mine-seven");
+        let value = |path: &str, seed: usize| {
+            let record: Value = serde_json::from_slice(&room.read(path)).unwrap();
+            record["metrics"]["humaneva_mm"]["per_run"][seed].as_f64().unwrap()
+        };
+        assert_eq!(value("mine/seeds-5-6/run.json", 0), value("mine-seven/run.json", 5));
+        assert_eq!(value("mine/seeds-5-6/run.json", 1), value("mine-seven/run.json", 6));
+        room.succeed("run tiny.toml --seeds 5 particles=11 --out mine");
+        assert!(!room.path("mine/seeds-5-6").exists(), "a run that is made anew is replaced with all its seeds");
+    }
+    // more seeds than the baseline's are accepted, other ones only when asked for
+    room.succeed("gate seven --baseline tiny --margin 99mm");
+    room.succeed("run tiny.toml --seed 50 --seeds 5 --out other");
+    let refused = room.skiagraph("gate other --baseline tiny --margin 99mm".split(' '));
+    assert!(refused.code == 2 && refused.stderr.contains("seeds 0 to 4, the run 50 to 54"), "{}", refused.stderr);
+    room.succeed("gate other --baseline tiny --margin 99mm --other-seeds");
+}
+
+#[test]
+fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
+    let room = room();
+    assert!(room.succeed("baseline list").stdout.contains("tiny (seeds 0 to 4), annealed_particle_filter"));
+    assert!(room.succeed("baseline show tiny").stdout.contains("humaneva_mm"));
+    let size = room.read("results/baselines/tiny.json").len();
+    assert!(size < 60_000, "a baseline is small: {size} bytes");
+    let refused = |arguments: &str, part: &str| {
+        let answer = room.skiagraph(arguments.split_whitespace());
+        assert!(answer.code == 2 && answer.stderr.contains(part), "{arguments}: {part}: {}", answer.stderr);
+    };
+    refused("gate run --baseline tiny", "--margin 2mm");
+    refused("gate run --baseline tiny --margin 2deg", "expected mm");
+    refused("gate run --baseline tiny --margin 2parsecs", "expected a number");
+    refused("gate run --baseline nothing --margin 2mm", "there are tiny");
+    refused("gate nowhere --baseline tiny --margin 2mm", "no such file or folder");
+    room.succeed("run tiny.toml --out two");
+    refused("gate two --baseline tiny --margin 2mm", "has 2 seed(s) of `tiny`, a gate needs 5");
+    refused("baseline save two two", "a baseline needs 5");
+    room.succeed("run tiny.toml --seeds 5 rig.ring.count=1 --out one");
+    refused("gate one --baseline tiny --margin 2mm", "another set than the baseline's (hashes ");
+    room.write("gate.toml", "schema = \"skiagraph.gate/1\"\n[[budget]]\nmetric = \"pck150\"\nmargin = 0.5\n");
+    assert!(room.succeed("gate run --baseline tiny").stdout.contains("pck150"));
+    room.write("gate.toml", "schema = \"skiagraph.gate/1\"\n[[budget]]\nmetric = \"pck\"\nmargin = 0.5\n");
+    refused("gate run --baseline tiny", "no metric `pck`");
+    let text = String::from_utf8(room.read("results/baselines/tiny.json")).unwrap();
+    room.write("results/baselines/tiny.json", text.replace("skiagraph.baseline/1", "skiagraph.baseline/2"));
+    refused("gate run --baseline tiny --margin 2mm", "newer version");
+    room.write("results/baselines/mine.json", "{}");
+    refused("baseline save mine run", "mine.json");
+    assert_eq!(room.read("results/baselines/mine.json"), b"{}", "somebody else's file stays");
+}

@@ -1,0 +1,99 @@
+//! `skiagraph evaluate --poses`: estimates in other programs' formats.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+use skiagraph::benchmark_set::TruthSet;
+use skiagraph::body::LANDMARKS;
+
+use super::sandbox::{Sandbox, TINY};
+
+/// A room with a set, and its true markers, `[frame][marker]`, metres.
+fn room() -> (Sandbox, Vec<Vec<[f64; 3]>>) {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    let truth = TruthSet::read(&room.path("set")).unwrap().ground_truth;
+    let of = |markers: &skiagraph::body::Markers| markers.iter().map(|m| m.unwrap().coords.into()).collect();
+    let markers = truth.frames.iter().map(|frame| of(&frame.markers)).collect();
+    (room, markers)
+}
+
+fn names() -> Vec<&'static str> {
+    LANDMARKS.iter().map(|landmark| landmark.name()).collect()
+}
+
+/// A table with a column a coordinate, of these markers after `change`.
+fn csv(markers: &[Vec<[f64; 3]>], names: &[&str], change: impl Fn([f64; 3]) -> [f64; 3]) -> String {
+    let columns: Vec<String> = names.iter().flat_map(|n| ["x", "y", "z"].map(|axis| format!("{n}_{axis}"))).collect();
+    let mut text = columns.join(",") + "\n";
+    for frame in markers {
+        let numbers: Vec<String> = frame.iter().flat_map(|place| change(*place)).map(|v| v.to_string()).collect();
+        writeln!(text, "{}", numbers.join(",")).unwrap();
+    }
+    text
+}
+
+fn error(room: &Sandbox, arguments: &str) -> f64 {
+    let json: Value = serde_json::from_str(&room.succeed(&format!("evaluate set {arguments} --json")).stdout).unwrap();
+    json["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap()
+}
+
+#[test]
+fn a_known_error_is_found_in_every_format_unit_and_axis() {
+    let (room, truth) = room();
+    let off = |[x, y, z]: [f64; 3]| [x + 0.03, y, z + 0.04];
+    room.write("mine.csv", csv(&truth, &names(), off));
+    assert!((error(&room, "--poses mine.csv") - 50.0).abs() < 1e-6);
+    assert!((error(&room, "mine.csv --out again") - 50.0).abs() < 1e-6, "also without --poses");
+    // Y up, millimetres: x, z, -y
+    let turned = |place| {
+        let [x, y, z] = off(place);
+        [1000.0 * x, 1000.0 * z, -1000.0 * y]
+    };
+    room.write("turned.csv", csv(&truth, &names(), turned));
+    assert!((error(&room, "--poses turned.csv --units mm --up y") - 50.0).abs() < 1e-6);
+    let mut trc = String::from(
+        "PathFileType\t4\t(X/Y/Z)\tmine.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t4\t15\tmm\nFrame#\tTime",
+    );
+    names().iter().for_each(|name| write!(trc, "\t{name}\t\t").unwrap());
+    trc.push_str("\n\t\tX1\n\n");
+    for (frame, markers) in truth.iter().enumerate() {
+        let numbers: Vec<String> = markers.iter().flat_map(|place| turned(*place)).map(|v| v.to_string()).collect();
+        writeln!(trc, "{}\t{}\t{}", frame + 1, frame as f64 / 60.0, numbers.join("\t")).unwrap();
+    }
+    room.write("mine.trc", trc);
+    assert!((error(&room, "--poses mine.trc") - 50.0).abs() < 1e-6);
+    let other: Vec<String> = names().iter().map(|name| format!("their {name}")).collect();
+    let other: Vec<&str> = other.iter().map(String::as_str).collect();
+    room.write("named.csv", csv(&truth, &other, off));
+    let map: String = names().iter().map(|name| format!("\"their {name}\" = \"{name}\"\n")).collect();
+    room.write("map.toml", map);
+    assert!((error(&room, "--poses named.csv --joint-map map.toml") - 50.0).abs() < 1e-6);
+}
+
+#[test]
+fn wrong_units_missing_frames_and_unknown_names_are_refused() {
+    let (room, truth) = room();
+    let refused = |arguments: &str, parts: &[&str]| {
+        let answer = room.skiagraph(format!("evaluate set {arguments}").split_whitespace());
+        assert_eq!(answer.code, 2, "{arguments}: {}", answer.stdout);
+        for part in parts {
+            assert!(answer.stderr.contains(part), "{arguments}: {part}: {}", answer.stderr);
+        }
+    };
+    room.write("mm.csv", csv(&truth, &names(), |place| place.map(|v| 1000.0 * v)));
+    refused("--poses mm.csv", &["1000 times as large", "--units mm"]);
+    room.write("cm.csv", csv(&truth, &names(), |place| place.map(|v| 100.0 * v)));
+    refused("--poses cm.csv", &["100 times as large", "--units cm"]);
+    room.write("short.csv", csv(&truth[..3], &names(), |place| place));
+    refused("--poses short.csv", &["it has 3 frames, the set 5"]);
+    let unknown: Vec<String> = (0..15).map(|i| format!("point{i}")).collect();
+    let unknown: Vec<&str> = unknown.iter().map(String::as_str).collect();
+    room.write("unknown.csv", csv(&truth, &unknown, |place| place));
+    refused("--poses unknown.csv", &["none of its names is known", "--joint-map"]);
+    room.write("mine.xls", "x");
+    refused("--poses mine.xls", &[".csv, .trc or .bvh"]);
+    room.write("bad.csv", "pelvis_x,pelvis_y,pelvis_z\n1,2,three\n");
+    refused("--poses bad.csv", &["bad.csv", "line 2"]);
+}
