@@ -57,7 +57,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let motion = motion(&actor);
     let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
     let training = Training::none(&actor);
-    let start = Start { body: actor, pose: motion.poses[0].clone(), training };
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "to be exported",
