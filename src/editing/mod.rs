@@ -5,7 +5,7 @@
 //! does the same with one take and itself, [`along_path`] turns a motion along waypoints, [`varied`] lets tempo,
 //! amplitude and posture drift slowly, as those of people do.
 //!
-//! Feet slide a little through a blend and on a bent path: plant them afterwards (`physics::fix`).
+//! Feet slide a little through a blend and on a bent path: plant them afterwards (`physics::plant_feet`).
 
 mod blending;
 mod curve;

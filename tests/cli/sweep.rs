@@ -261,7 +261,7 @@ fn what_makes_no_sweep_is_refused_and_leaves_nothing() {
         ("tiny.toml partciles=6,12", &["override partciles=6", "did you mean `particles`?"][..]),
         ("tiny.toml particles=6,0", &["particles=0", "at least 1"]),
         ("tiny.toml particles=6,6", &["expected different values, found 6 twice"]),
-        ("tiny.toml layers=deep,flat", &["layers=deep", "did you mean tracker.annealed_particle_filter.layers"]),
+        ("tiny.toml layers=deep,flat", &["layers=\"deep\"", "did you mean tracker.annealed_particle_filter.layers"]),
         ("tiny.toml particles=6,12 --keep particles>99", &["keep", "the grid is empty"]),
         ("tiny.toml particles=6,12 layers=3 --keep partciles>9", &["`partciles` is no axis"]),
         ("tiny.toml particles=6,12 --objective humaneva_m", &["objective", "did you mean `humaneva_mm`?"]),
