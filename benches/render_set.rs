@@ -54,7 +54,7 @@ impl Stage {
             ground_truth: &self.truth,
             refitted: None,
             facts: &TruthFacts::default(),
-            recording: None,
+            recordings: &[],
         };
         BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).ok()
     }

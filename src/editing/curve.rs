@@ -33,7 +33,7 @@ impl Curve {
         }
         for (index, pair) in given.windows(2).enumerate() {
             let apart = (pair[1] - pair[0]).norm();
-            if !(apart >= LEAST_APART) {
+            if apart.is_nan() || apart < LEAST_APART {
                 return unusable(format!("{apart:.3} m from waypoint {} to the next", index + 1));
             }
         }

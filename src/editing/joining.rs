@@ -253,7 +253,7 @@ mod tests {
         let (body, first) = (person(), take("stand", 0..100));
         let mut second = take("handstand", 0..100);
         let over = Isometry3::rotation(Vector3::x() * 3.0);
-        second.motion.poses.iter_mut().for_each(|pose| pose.world_from_root = pose.world_from_root * over);
+        second.motion.poses.iter_mut().for_each(|pose| pose.world_from_root *= over);
         let error = joined(&body, &[first.clone(), second], &JoinSettings::default()).unwrap_err().to_string();
         assert!(error.starts_with("`handstand` cannot follow `stand`") && error.contains("at most 120 mm"), "{error}");
         let mut short = first.clone();

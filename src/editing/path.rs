@@ -130,7 +130,7 @@ fn headings(points: &[Vector2<f64>], motion: &Motion) -> Vec<f64> {
         (points[after] - points[before]) * (rate / (after - before).max(1) as f64)
     };
     let known: Vec<Option<f64>> =
-        (0..points.len()).map(|frame| speed(frame)).map(|v| (v.norm() > SLOW).then(|| libm::atan2(v.y, v.x))).collect();
+        (0..points.len()).map(speed).map(|v| (v.norm() > SLOW).then(|| libm::atan2(v.y, v.x))).collect();
     let first = known.iter().flatten().next().copied();
     let mut last = first.or_else(|| motion.poses.first()?.heading()).unwrap_or(0.0);
     let mut headings: Vec<f64> = known

@@ -39,6 +39,7 @@ mod results;
 mod run;
 mod run_place;
 mod scene_check;
+mod skins;
 mod staging;
 mod tracking;
 mod training;

@@ -7,6 +7,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use super::error::scenario_error;
 use super::performance::{Performance, Recordings};
 use super::performed::{plant_feet_if_asked, refit};
+use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
@@ -19,7 +20,7 @@ use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
     CameraSettings, ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings, RingSettings, ScenarioFile,
-    VariationSettings, did_you_mean,
+    SkinBlending, VariationSettings, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -67,10 +68,14 @@ impl Staged {
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
         let same_robot = actor_template.is_same_body(&tracker_template);
+        let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
+        let actor_template = dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        let tracker_template =
+            dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         let Performance { retargeted: mut performed, seams } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         let contact = apply_contact(file, &mut performed)?;
-        let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
+        let body = tracker_body(file, &tracker_template, &performed, same_robot);
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
@@ -203,11 +208,11 @@ fn simulation_settings(
 }
 
 /// The tracker's body: scaled to the subject that the actor was scaled to, then made wrong.
-fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same_robot: bool) -> Humanoid {
+fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Retargeted, same_robot: bool) -> Humanoid {
     let settings = &file.scenario.tracker_body;
     let body = match same_robot {
-        true => actor.clone(),
-        false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(actor))),
+        true => template.reshaped(&actor.shape),
+        false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid))),
     };
     match settings.mismatch.percents() {
         None => body,
@@ -358,5 +363,8 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
         let seed = scenario.tracker_body.seed;
         format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}")
     });
-    robots.into_iter().chain(percents).collect::<Vec<_>>().join("; ")
+    let named = |skin: &Option<String>| skin.as_ref().map_or("solids".to_owned(), |skin| format!("skin `{skin}`"));
+    let (own, believed) = (&scenario.actor.skin, &scenario.tracker_body.skin);
+    let skins = (own != believed).then(|| format!("{} against {}", named(own), named(believed)));
+    robots.into_iter().chain(skins).chain(percents).collect::<Vec<_>>().join("; ")
 }

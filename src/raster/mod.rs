@@ -2,7 +2,7 @@
 //!
 //! [`CapsulePainter`] draws what a [`crate::camera::Pinhole`] sees of [`TaperedCapsule`]s into a [`Mask`];
 //! [`SilhouetteComparer`] does the same thousands of times a frame against one observed mask. [`paint_polygon`] and
-//! [`paint_triangles`] fill everything else. Everything is in the ideal
+//! [`paint_triangles`] fill everything else, [`MeshTopology`] fine meshes by their outline. Everything is in the ideal
 //! (undistorted) pixels of a pinhole.
 
 mod bounds;
@@ -12,6 +12,7 @@ mod contour;
 mod contour_distance;
 mod distance;
 mod mask;
+mod mesh_silhouette;
 mod outline;
 mod overlap;
 mod polygon;
@@ -27,6 +28,7 @@ pub use comparer::{Comparison, SilhouetteComparer};
 pub use contour::contour;
 pub use distance::DistanceMap;
 pub use mask::Mask;
+pub use mesh_silhouette::{MeshScratch, MeshTopology};
 pub use overlap::{Overlap, overlap};
 pub use polygon::paint_polygon;
 pub use signed_distance::{DistanceSample, SignedDistance};

@@ -59,7 +59,7 @@ impl MotionStrip<'_> {
     /// [`ReportError`] when there is nothing to draw.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         let frames = self.motion.poses.len();
-        let shown = frames.min(ACROSS * MOST_ROWS).max(1);
+        let shown = frames.clamp(1, ACROSS * MOST_ROWS);
         let rows = shown.div_ceil(ACROSS) as u32;
         let width = LEFT + ACROSS as u32 * CELL[0] + MARGIN;
         let timeline = 3 * (BAR + 6) + 24;
@@ -147,6 +147,8 @@ fn fill(picture: &mut Pixmap, [x, y, width, height]: [f32; 4], tone: [u8; 3]) {
 
 #[cfg(test)]
 mod tests {
+    use std::iter::once;
+
     use super::*;
     use crate::body::shipped;
     use nalgebra::Isometry3;
@@ -161,8 +163,8 @@ mod tests {
             title: "TWO TAKES".into(),
             body: &body,
             motion: &motion,
-            stances: [vec![0..8], vec![8..16]],
-            seams: vec![6..9],
+            stances: [once(0..8).collect(), once(8..16).collect()],
+            seams: once(6..9).collect(),
         };
         let picture = Pixmap::decode_png(&strip.png().unwrap()).unwrap();
         let tone = |x: u32, y: u32| {

@@ -20,7 +20,7 @@ mod tracker;
 mod tracker_kind;
 mod tree;
 
-pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBodySettings};
+pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, SkinBlending, TrackerBodySettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, Place};
 pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};

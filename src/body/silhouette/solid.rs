@@ -17,7 +17,7 @@ pub(super) fn each_depth(
 ) {
     if let Solid::Mesh { vertices, triangles } = solid {
         let vertices: Vec<Point3<f64>> = vertices.iter().map(|v| camera_from_link * v).collect();
-        return each_depth_of_mesh(&vertices, triangles, rays, near, visit);
+        return each_depth_of_mesh(&vertices, triangles, rays, near, &mut |x, y, depth, _| visit(x, y, depth));
     }
     let Some(view) = reach_of(solid, camera_from_link).view(near) else { return };
     let link_from_camera = camera_from_link.inverse();
@@ -82,23 +82,24 @@ fn paint_where(reach: &Reach, rays: &PixelRays, near: f64, mask: &mut Mask, seen
     });
 }
 
-/// The surface of a mesh; if the near plane cuts a closed mesh, its far side is visible.
-fn each_depth_of_mesh(
+/// The surface of a mesh (vertices in the camera's frame), with the number of the triangle; if the near plane cuts a
+/// closed mesh, its far side is visible.
+pub(super) fn each_depth_of_mesh(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
     rays: &PixelRays,
     near: f64,
-    visit: &mut impl FnMut(u32, u32, f64),
+    visit: &mut impl FnMut(u32, u32, f64, usize),
 ) {
     let Some(whole) = Reach::around(vertices.iter().copied()).view(near) else { return };
     let tiles = rays.tiles(&whole);
-    for triangle in triangles {
+    for (number, triangle) in triangles.iter().enumerate() {
         let corners = triangle.map(|i| vertices[i as usize]);
         let Some(view) = Reach::around(corners).view(near) else { continue };
         let facing = Facing::new(&corners);
         tiles.each_pixel(&view, |x, y, ray| {
             if let Some(depth) = facing.depth_along(ray).filter(|depth| *depth >= near) {
-                visit(x, y, depth);
+                visit(x, y, depth, number);
             }
         });
     }
