@@ -23,7 +23,7 @@ pub(crate) fn path(relative: &str) -> Option<PathBuf> {
 /// Says that the test that calls this is skipped, and why. On CI (`CI=true`) that is a failure.
 ///
 /// It is said on standard error, past the harness, which keeps what a passing test prints to itself; and as a line of
-/// the file that `$SKIAGRAPH_SKIPPED` names, so that whoever runs all tests can count them at the end.
+/// the file that `$SKIAGRAPH_SKIPPED` names, so that a run of all tests can count them at the end.
 pub(crate) fn skip(reason: &str) {
     assert!(std::env::var("CI").as_deref() != Ok("true"), "skipped, which CI=true does not allow: {reason}");
     let thread = std::thread::current();

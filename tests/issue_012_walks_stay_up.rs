@@ -1,5 +1,5 @@
 //! Recordings that fell over in `simulate` within a second with a fifth of their weight as help, and stay up;
-//! `benches/study_simulation.rs` measures all.
+//! `examples/studies/simulation.rs` measures all.
 
 mod support;
 

@@ -111,7 +111,37 @@ fn cast(parts: &[TaperedCapsule], pinhole: &Pinhole, meets: impl Fn(&TaperedCaps
     mask
 }
 
-/// Draws and casts bodies; every pair of masks must agree. Returns how many bodies were seen at all.
+/// Whether the ray through a point of the image, in pixels, meets a part.
+fn is_seen(
+    parts: &[TaperedCapsule],
+    pinhole: &Pinhole,
+    [x, y]: [f64; 2],
+    meets: impl Fn(&TaperedCapsule, &Vector3<f64>) -> bool,
+) -> bool {
+    let (u, v) = pinhole.normalised(&nalgebra::Point2::new(x, y));
+    parts.iter().any(|part| meets(part, &Vector3::new(u, v, 1.0)))
+}
+
+/// How far the outline by rays may be from the centre of a pixel that differs, pixels.
+const REACH_PX: f64 = 0.01;
+
+/// Whether the outline by rays passes within [`REACH_PX`] of a pixel's centre: some ray so near has the other answer.
+fn outline_passes(
+    parts: &[TaperedCapsule],
+    pinhole: &Pinhole,
+    (x, y): (u32, u32),
+    meets: impl Fn(&TaperedCapsule, &Vector3<f64>) -> bool,
+) -> bool {
+    let [x, y] = [x, y].map(|c| f64::from(c) + 0.5);
+    let at_centre = is_seen(parts, pinhole, [x, y], &meets);
+    (0..16).map(|k| std::f64::consts::TAU * f64::from(k) / 16.0).any(|angle| {
+        let near = [x + REACH_PX * angle.cos(), y + REACH_PX * angle.sin()];
+        is_seen(parts, pinhole, near, &meets) != at_centre
+    })
+}
+
+/// Draws and casts bodies. At most one pixel in 20,000 of those that either mask shows may differ, and the outline passes
+/// through its centre but for rounding. Returns how many bodies were seen at all.
 fn agree(
     width: u32,
     bodies: impl Iterator<Item = Vec<TaperedCapsule>>,
@@ -119,16 +149,25 @@ fn agree(
 ) -> usize {
     let pinhole = pinhole(width);
     let mut painter = CapsulePainter::new(&pinhole);
-    let mut seen = 0;
+    let (mut seen, mut differing, mut shown) = (0, 0, 0);
     for (index, parts) in bodies.enumerate() {
         let mut drawn = Mask::new(pinhole.width, pinhole.height);
         let bounds = painter.paint(&parts, &mut drawn);
         assert_eq!(bounds, drawn.bounds());
         let expected = cast(&parts, &pinhole, &meets);
         let overlap = overlap(&drawn, &expected);
-        assert!(overlap.iou() >= 0.999, "body {index}: {overlap:?}");
+        if overlap.only_model + overlap.only_observed > 0 {
+            for at in (0..pinhole.height).flat_map(|y| (0..pinhole.width).map(move |x| (x, y))) {
+                let differs = drawn.get(at.0, at.1) != expected.get(at.0, at.1);
+                assert!(!differs || outline_passes(&parts, &pinhole, at, &meets), "body {index}, pixel {at:?}");
+                differing += u64::from(differs);
+            }
+        }
+        shown += overlap.union();
         seen += usize::from(!expected.is_empty());
     }
+    println!("{differing} of {shown} pixels differ");
+    assert!(20_000 * differing <= shown, "{differing} of {shown} pixels differ");
     seen
 }
 

@@ -1,4 +1,4 @@
-//! A recorded walk that is simulated on the ground; `benches/study_simulation.rs` measures more of them.
+//! A recorded walk that is simulated on the ground; `examples/studies/simulation.rs` measures more of them.
 
 mod support;
 

@@ -3,6 +3,22 @@
 //! A [`BenchmarkSet`] is a number of named files, in memory or in a directory: [`BlindSet`] reads the side that
 //! trackers may see, [`TruthSet`] the other. Files are identified by their SHA-256; a changed file is refused by name,
 //! and the whole set has one hash. `readme.txt`, in every set as `README.txt`, describes the files.
+//!
+//! ```
+//! use skiagraph::benchmark_set::{BlindSet, TruthSet};
+//! use skiagraph::experiment::{Unwatched, draw};
+//! use skiagraph::scenario::ScenarioFile;
+//! # let folder = std::env::temp_dir().join(format!("skiagraph-set-{}", std::process::id()));
+//! # std::fs::create_dir(&folder)?;
+//! let small = ["motion.loop_to_s=1.0", "rig.ring.size_px=[80, 60]"].map(str::to_owned);
+//! let (set, _notes) = draw(&ScenarioFile::built_in(&small)?, None, &Unwatched)?;
+//! set.write(&folder)?;
+//! let blind = BlindSet::read(&folder)?;
+//! assert_eq!(blind.observation(0)?.silhouettes.len(), blind.rig.cameras.len());
+//! assert_eq!(TruthSet::read(&folder)?.ground_truth.frames.len(), blind.frame_count);
+//! # std::fs::remove_dir_all(&folder)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod blind;
 mod body_file;

@@ -2,6 +2,18 @@
 //!
 //! A [`Humanoid`] is a tree of links, parents before children. A [`Pose`] is the root's frame and one number per degree
 //! of freedom; [`Humanoid::link_frames`] gives the frame of every link.
+//!
+//! ```
+//! use skiagraph::body::shipped;
+//! let body = shipped("tracker25")?;
+//! let mut pose = body.zero_pose();
+//! let elbow = body.find_degree_of_freedom("left_elbow_flexion").ok_or("no such joint")?;
+//! pose.joint_angles[elbow] = 0.5;
+//! let frames = body.link_frames(&pose);
+//! let forearm = frames[body.find_link("left_forearm").ok_or("no such link")?].translation;
+//! assert!(forearm.y > 0.0, "left is +Y of a body that faces +X");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod bounds;
 #[cfg(test)]

@@ -4,6 +4,25 @@
 //! of a body that penetrate each other. Everything is computed from the solids of the body and is exact up to rounding;
 //! nothing is guessed from joint speeds. Another surface, such as a skin, can replace the solids by implementing
 //! [`Surface`].
+//!
+//! ```
+//! use skiagraph::body::{Motion, shipped};
+//! use skiagraph::contact::{ContactRule, GroundContacts};
+//! use skiagraph::physics::plant_feet;
+//! // a body that stands 3 mm above the ground
+//! let body = shipped("actor")?;
+//! let mut pose = body.zero_pose();
+//! let links: Vec<usize> = (0..body.links.len()).collect();
+//! let sole = body.lowest_point(&body.link_frames(&pose), &links).ok_or("no solids")?;
+//! pose.world_from_root.translation.vector.z = 0.003 - sole.z;
+//! let standing = Motion { frames_per_second: 60.0, poses: vec![pose; 30] };
+//! let contacts = GroundContacts::of_motion(&body, &standing, &ContactRule::default())?;
+//! assert!(contacts.feet.iter().all(|foot| foot.stances().len() == 1));
+//! // its feet are brought down to the ground
+//! let planted = plant_feet(&body, &standing, &ContactRule::default())?;
+//! assert!(planted.report.moved_mm < 4.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod bounds;
 mod capsule_distance;

@@ -4,7 +4,7 @@
 //! them would be several times too narrow. Seeds vary within their clip; the clips are fixed, so the interval refers to
 //! these clips.
 //!
-//! The choice of rules is based on a simulation of coverage (`cargo bench --bench study_intervals`,
+//! The choice of rules is based on a simulation of coverage (`cargo run --release --example studies -- intervals`,
 //! `results/intervals.md`).
 
 use std::fmt;

@@ -24,7 +24,7 @@ const LONGEST_MOTION_S: f64 = 3600.0;
 /// Below a folder of recordings no path is this deep, unless links make a circle.
 const GREATEST_DEPTH: usize = 12;
 
-/// Statures that a body may have whose unit is not guessed but said, by the format or by whoever uses it, metres. What
+/// Statures that a body may have whose unit is not guessed but said, by the format or by the user, metres. What
 /// a guess may lead to is narrower (`mocap`).
 const STATURES: std::ops::RangeInclusive<f64> = 0.5..=3.0;
 

@@ -188,7 +188,7 @@ impl Models {
 
 /// Why learning stopped early.
 pub(super) enum Stopped {
-    /// Nothing can be learned, or whoever looked on wanted no more.
+    /// Nothing can be learned, or the observer stopped the work.
     Learning(GraphError),
     /// What is learned cannot be kept.
     Keeping(ExperimentError),

@@ -23,7 +23,7 @@ pub(crate) enum Kind {
     Set,
 }
 
-/// Whether `path` is a directory that holds nothing but a result of that kind; an empty one is nobody's loss.
+/// Whether `path` is a directory that holds nothing but a result of that kind; an empty one may be replaced too.
 pub(crate) fn is_ours(path: &Path, kind: Kind) -> bool {
     if path.is_symlink() || !path.is_dir() {
         return false;

@@ -46,8 +46,8 @@ impl Place {
         hidden_sibling(&self.path, &format!(".{purpose}-{}", std::process::id()))
     }
 
-    /// Nobody who is alive works here, so all siblings of that kind are leftovers of the dead. What was being replaced
-    /// when its process died goes back to its place if nothing is there.
+    /// The lock is held, so no other process works here, and all siblings of that kind are leftovers of processes that
+    /// ended. What was being replaced when its process died goes back to its place if nothing is there.
     fn clear_leftovers(&self) {
         for leftover in self.siblings("replaced") {
             if self.path.symlink_metadata().is_err() {

@@ -204,7 +204,7 @@ pub(super) fn unseen(file: &ScenarioFile, staged: &Staged, views: &[CameraView])
     (0..staged.frames()).find(is_seen).is_none().then(|| unseen_in(file, staged.frames()))
 }
 
-/// That nobody sees the actor in any of so many frames.
+/// The error that no camera sees the actor in any of so many frames.
 pub(super) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
     let message = format!(
         "expected a camera that sees the subject, found no pixel of it in {frames} frames; props hide it or the cameras \

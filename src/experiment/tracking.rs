@@ -330,7 +330,7 @@ impl Tracked {
         Ok(Self { record: Some(record), estimates, search, sources })
     }
 
-    /// Reads a `poses.npz` alone, whoever wrote it, for the tracker's body.
+    /// Reads a `poses.npz` alone, by any program, for the tracker's body.
     ///
     /// # Errors
     /// [`ExperimentError`] if it cannot be read or is not what it should be.

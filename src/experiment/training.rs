@@ -18,7 +18,7 @@ pub(super) struct Learned {
 }
 
 /// The recordings of `[training]` as motions of `body`, which is the tracker's. As for the test, a recording is first
-/// given to the actor's robot and settled as `[actor] contact` says, and the tracker's body is then fitted to the
+/// retargeted to the actor's robot and treated as `[actor] contact` says, and the tracker's body is then fitted to the
 /// markers: what differs between training and test is the motion alone. `None` where the scenario has no training.
 ///
 /// # Errors

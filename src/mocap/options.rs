@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::MocapError;
 
-/// A rate that nobody records at.
+/// Above the rate of any recording.
 pub(super) const GREATEST_RATE: f64 = 1e5;
 
 /// The axis of a file's world that points up.

@@ -2,6 +2,20 @@
 //!
 //! A [`MotionModel`] says what a particle carries from frame to frame, how it moves, and in which flat space it may be
 //! nudged. [`Diffusion`] carries a pose and lets it wander.
+//!
+//! ```
+//! use skiagraph::body::shipped;
+//! use skiagraph::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
+//! use skiagraph::rng::{Purpose, stream};
+//! let body = shipped("tracker25")?;
+//! let scales = ProposalScales::for_human(&body, 60.0);
+//! let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default())?;
+//! let mut random = stream(0, Purpose::MotionModel, 1, 0, 0);
+//! let now = model.sample_initial(&body.zero_pose(), 0, 1, &mut random);
+//! let next = model.propagate(&now, &[], &mut random);
+//! assert_ne!(model.pose(&now), model.pose(&next));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod diffusion;
 mod evidence;

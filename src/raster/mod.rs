@@ -4,6 +4,25 @@
 //! [`SilhouetteComparer`] does the same thousands of times a frame against one observed mask. [`paint_polygon`] and
 //! [`paint_triangles`] fill everything else, [`MeshTopology`] fine meshes by their outline. Everything is in the ideal
 //! (undistorted) pixels of a pinhole.
+//!
+//! ```
+//! use nalgebra::Point3;
+//! use skiagraph::camera::Pinhole;
+//! use skiagraph::raster::{CapsulePainter, Mask, TaperedCapsule, overlap};
+//! let pinhole = Pinhole { focal: [100.0; 2], principal_point: [80.0, 60.0], width: 160, height: 120, near: 0.05 };
+//! let arm = |x: f64| TaperedCapsule {
+//!     a: Point3::new(x, -0.3, 2.0),
+//!     b: Point3::new(x, 0.3, 2.0),
+//!     radius_a: 0.05,
+//!     radius_b: 0.04,
+//! };
+//! let [here, beside] = [0.0, 0.02].map(|x| {
+//!     let mut mask = Mask::new(160, 120);
+//!     CapsulePainter::new(&pinhole).paint(&[arm(x)], &mut mask);
+//!     mask
+//! });
+//! assert!(overlap(&here, &beside).iou() < 1.0);
+//! ```
 
 mod bounds;
 mod capsules;

@@ -6,7 +6,7 @@ use minijinja::{Environment, UndefinedBehavior, Value};
 use serde::Serialize;
 
 use super::ReportError;
-use super::plots::css_variables;
+use super::plots::{css_rules, css_variables};
 
 /// The mark of all pages and pictures written by skiagraph, by which it recognises its own files.
 pub(super) const GENERATOR: &str = concat!("skiagraph ", env!("CARGO_PKG_VERSION"));
@@ -29,6 +29,6 @@ pub(super) fn render_page(template: &str, page: &impl Serialize) -> Result<Strin
 }
 
 fn style() -> String {
-    let (light, dark) = (css_variables(false), css_variables(true));
-    format!(":root{{{light}}}@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{STYLE}")
+    let (light, dark, rules) = (css_variables(false), css_variables(true), css_rules());
+    format!(":root{{{light}}}@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{rules}\n{STYLE}")
 }

@@ -3,6 +3,15 @@
 //! [`render`] turns a [`ReportInput`] into a page that needs no network, [`comparison_page`] puts methods side by side,
 //! [`model_page`] shows what a motion model has learned. Its parts serve others too: [`overlay`] draws
 //! skeletons through a camera, [`contact_sheet`] puts views and frames into one picture, [`plots`] makes SVG.
+//!
+//! ```
+//! use skiagraph::body::shipped;
+//! use skiagraph::report::overlay::link_bones;
+//! let body = shipped("tracker25")?;
+//! let bones = link_bones(&body, &body.link_frames(&body.zero_pose()));
+//! assert!(!bones.is_empty(), "to be drawn through a camera");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod base64;
 mod cell;

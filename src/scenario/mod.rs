@@ -3,6 +3,16 @@
 //! The doc comments of these types are the documentation of the file format: `skiagraph schema` prints them. Lengths
 //! are metres, times seconds, angles of the file degrees (and then in the name); frame numbers are those of the clip's
 //! file, from 1. Key by key the file is checked by type here and by range in `Scenario::first_problem`.
+//!
+//! ```
+//! use skiagraph::scenario::ScenarioFile;
+//! let text = "schema = \"skiagraph.scenario/1\"\nname = \"short\"\n[motion]\nclip = \"embedded:walk\"\n[tracker.frozen]\n";
+//! let file = ScenarioFile::parse(text, "short.toml", ".".into(), &["seeds=3".to_owned()])?;
+//! assert_eq!(file.scenario.all_seeds().count(), 3);
+//! let wrong = ScenarioFile::parse(text, "short.toml", ".".into(), &["seedz=3".to_owned()]);
+//! println!("{}", wrong.unwrap_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod bodies;
 mod complaint;

@@ -1,6 +1,20 @@
 //! Trackers: from observations to poses, blindfolded.
 //!
 //! This room never sees the truth: it may not name scene/, mocap/ or benchmark_set/ (`tests/layering.rs`).
+//!
+//! ```
+//! use skiagraph::body::shipped;
+//! use skiagraph::observation::Observation;
+//! use skiagraph::tracker::{Frozen, Tracker};
+//! let body = shipped("tracker25")?;
+//! let mut tracker = Frozen::default();
+//! tracker.start(&body.zero_pose());
+//! let estimate = tracker.track(&Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new() })?;
+//! assert_eq!(estimate.pose, body.zero_pose());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! `examples/own_tracker.rs` shows a tracker of your own.
 
 mod annealed_particle_filter;
 mod annealing;

@@ -104,7 +104,7 @@ pub struct SilhouetteLikelihood {
     views: Vec<View>,
     /// Whether [`crate::raster::SilhouetteComparer`] can do the work.
     fast: bool,
-    /// What a descent needs; `None` where nobody asks for one.
+    /// What a descent needs; `None` unless descent is used.
     outline: Option<BodyOutline>,
 }
 
@@ -119,7 +119,7 @@ struct View {
     observed: ObservedView,
     /// The sides of limbs; `None` where they weigh nothing.
     sides: Option<LimbSides>,
-    /// The outline that a descent brings the model's to; `None` where none was seen, or nobody descends.
+    /// The outline that a descent brings the model's to; `None` where none was seen, and without descent.
     outline: Option<ObservedOutline>,
 }
 

@@ -1,4 +1,4 @@
-//! A learned model as plain numbers, for whoever stores it.
+//! A learned model as plain numbers, for storage.
 //!
 //! What follows from the numbers (kernel matrices, their factors and solutions) is worked out again when a model is put
 //! together: that takes milliseconds and, on the same type of CPU, gives the same bits.

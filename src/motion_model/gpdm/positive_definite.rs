@@ -19,7 +19,7 @@ const BLOCK: usize = 32;
 /// Rows of `L^-1` that are multiplied at once.
 const PANEL: usize = 48;
 
-/// A symmetric positive definite matrix `K = L L^T`, and room to factor others of its size.
+/// A symmetric positive definite matrix `K = L L^T`, and memory to factor others of its size.
 #[derive(Debug)]
 pub(super) struct PositiveDefinite {
     /// `L^-1`, zero above the diagonal. While it comes to be: as far as blocks are done, and below them what the row
@@ -38,7 +38,7 @@ pub(super) struct PositiveDefinite {
 const JITTERS: [f64; 8] = [0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4];
 
 impl PositiveDefinite {
-    /// The unit matrix: room for matrices of `n` rows.
+    /// The unit matrix, with memory for matrices of `n` rows.
     pub(super) fn identity(n: usize) -> Self {
         Self {
             inverse_factor: Mat::identity(n, n),
@@ -56,7 +56,7 @@ impl PositiveDefinite {
         factor.become_factor_of(matrix, ridge).then_some(factor)
     }
 
-    /// As [`Self::factor`] in the room of this one, for a matrix of the same size; whether there is a factor.
+    /// As [`Self::factor`] in the memory of this one, for a matrix of the same size; whether there is a factor.
     pub(super) fn become_factor_of(&mut self, matrix: MatRef<'_, f64>, ridge: f64) -> bool {
         let n = matrix.nrows();
         let mean_diagonal = ridge + (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n.max(1) as f64;
@@ -70,8 +70,8 @@ impl PositiveDefinite {
             })
     }
 
-    /// The same without room for others.
-    pub(super) fn settled(self) -> Self {
+    /// The same without the memory in which further matrices would be factored.
+    pub(super) fn without_workspace(self) -> Self {
         Self { left: Mat::new(), panel: Mat::new(), rows: Mat::new(), ..self }
     }
 
@@ -139,7 +139,13 @@ impl PositiveDefinite {
             && self.log_determinant.is_finite()
     }
 
-    /// Does the columns `first .. end`; `false` where a pivot is not positive.
+    /// Eliminates the columns `first .. end`; `false` where a pivot is not positive.
+    ///
+    /// Invariant, before and after every block, with `k` columns done: `left` from `(k, k)` on is the Schur complement
+    /// of the done columns in `K`; the first `k` rows of `inverse_factor` are those of `L^-1`; its rows below are the row
+    /// operations done so far, applied to the unit matrix. For a block `A` of the complement with `A = L_A L_A^T` and
+    /// `B` below it, the panel of the factor is `P = B L_A^-T`, the next complement `C - P P^T`, and the same row
+    /// operations turn the unit matrix into the next rows of `L^-1`.
     fn eliminate(&mut self, first: usize, end: usize, stack: &mut MemStack) -> bool {
         let (n, size) = (self.left.nrows(), end - first);
         let block = self.left.get_mut(first..end, first..end);
@@ -149,6 +155,8 @@ impl PositiveDefinite {
         let block = self.left.get(first..end, first..end);
         self.log_determinant += 2.0 * (0..size).map(|i| block[(i, i)].ln()).sum::<f64>();
         let block_inverse = inverse_of_lower(block);
+        // rows of `L^-1`: what elimination has left in them, times `L_A^-1`; by way of `rows`, because a product cannot be
+        // written over its own factor
         let mut rows = self.rows.get_mut(..size, ..first);
         matmul(
             rows.rb_mut(),
@@ -163,10 +171,12 @@ impl PositiveDefinite {
         if end == n {
             return true;
         }
+        // `P = B L_A^-T`
         let mut panel = self.panel.get_mut(..n - end, ..size);
         let below = self.left.get(end.., first..end);
         matmul(panel.rb_mut(), Accum::Replace, below, block_inverse.transpose(), 1.0, Par::Seq);
         let panel = self.panel.get(..n - end, ..size);
+        // `C - P P^T`: its lower triangle, as only that is read again
         triangular_matmul(
             self.left.get_mut(end.., end..),
             BlockStructure::TriangularLower,
@@ -178,6 +188,7 @@ impl PositiveDefinite {
             -1.0,
             Par::Seq,
         );
+        // the row operations, done to the unit matrix: rows below lose `P` times the rows just finished
         let (above, below) = self.inverse_factor.split_at_row_mut(end);
         let done = above.as_ref().get(first..end, ..end);
         matmul(below.get_mut(.., ..end), Accum::Add, panel, done, -1.0, Par::Seq);

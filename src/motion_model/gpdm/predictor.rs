@@ -22,7 +22,7 @@ pub(super) struct Predictor {
 impl Predictor {
     /// For the factor of the training points' covariance and their values `Y`, one row a point.
     pub(super) fn new(factor: PositiveDefinite, values: MatRef<'_, f64>) -> Self {
-        Self { weights: factor.solve(values), factor: factor.settled().into() }
+        Self { weights: factor.solve(values), factor: factor.without_workspace().into() }
     }
 
     /// Means, one row a point. `cross` writes the covariances of all training points (rows) with the points it is given

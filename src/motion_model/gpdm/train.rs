@@ -96,7 +96,7 @@ pub enum GpdmError {
     /// A kernel matrix could not be factored however much jitter was added.
     #[error("the kernel matrix of the training motion is singular: check for repeated frames")]
     Singular,
-    /// Whoever looked on wanted no more.
+    /// The observer stopped the work.
     #[error("learning was interrupted")]
     Interrupted,
 }

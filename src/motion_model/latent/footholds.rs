@@ -20,9 +20,9 @@ impl Footing {
     /// towards the foot by `q / (q + r)`, its place and its heading apart. A foot that stands firm keeps its foothold,
     /// however much noise the root has; one in flight takes it along and is planted where it comes down. Height and
     /// tilt are the foot's.
-    pub(super) fn settled(&self, footholds: &Feet, feet: &Feet) -> Feet {
+    pub(super) fn updated(&self, footholds: &Feet, feet: &Feet) -> Feet {
         let steps = footholds.steps_to(feet);
-        let settle = |foot: usize| {
+        let update = |foot: usize| {
             let (step, place) = (&steps[foot], &feet.0[foot]);
             let loose = self.looseness(step);
             let left = (step.before - step.after).xy() * kept(loose.slide, NOISE_OF_PLACE);
@@ -30,7 +30,7 @@ impl Footing {
             let translation = place.translation.vector + Vector3::new(left.x, left.y, 0.0);
             Isometry3::from_parts(translation.into(), rotation_about(&Vector3::z_axis(), turned) * place.rotation)
         };
-        Feet([settle(0), settle(1)])
+        Feet([update(0), update(1)])
     }
 }
 
@@ -60,12 +60,12 @@ mod tests {
         // by hand: a slide of 5 mm against 10 mm of noise, 25 / (25 + 100) = 0.2; turns of 5 mrad against 30, 25 / 925
         let footing = feet_of(0.005 * 0.005);
         let (before, now) = (foot(1.0, 2.0, 0.1, 0.3), foot(1.05, 1.98, 0.12, 0.35));
-        let footholds = footing.settled(&Feet([before, before]), &Feet([now, before]));
-        let settled = footholds.0[0];
-        assert!((settled.translation.vector - Vector3::new(1.01, 1.996, 0.12)).norm() < 1e-12, "{settled}");
+        let footholds = footing.updated(&Feet([before, before]), &Feet([now, before]));
+        let updated = footholds.0[0];
+        assert!((updated.translation.vector - Vector3::new(1.01, 1.996, 0.12)).norm() < 1e-12, "{updated}");
         let heading = rotation_about(&Vector3::z_axis(), 0.3 + 0.05 * 25.0 / 925.0);
         let tilt = rotation_about(&Vector3::z_axis(), 0.35).inverse() * now.rotation;
-        assert!(settled.rotation.angle_to(&(heading * tilt)) < 1e-9);
+        assert!(updated.rotation.angle_to(&(heading * tilt)) < 1e-9);
         assert!((footholds.0[1].translation.vector - before.translation.vector).norm() < 1e-15, "nothing moved it");
     }
 
@@ -73,8 +73,8 @@ mod tests {
     fn a_foot_in_flight_takes_its_foothold_along() {
         let footing = feet_of(1e-9);
         let (before, now) = (foot(0.0, 0.0, 0.5, 0.0), foot(0.8, -0.3, 0.5, 1.0));
-        let settled = footing.settled(&Feet([before; 2]), &Feet([now; 2]));
-        for place in settled.0 {
+        let updated = footing.updated(&Feet([before; 2]), &Feet([now; 2]));
+        for place in updated.0 {
             assert!((place.translation.vector - now.translation.vector).norm() < 1e-9);
             assert!(place.rotation.angle_to(&now.rotation) < 1e-8);
         }
@@ -87,7 +87,7 @@ mod tests {
         let now = foot(0.1, 0.0, 0.1, 0.0);
         let mut footholds = Feet([foot(0.0, 0.0, 0.1, 0.0); 2]);
         for n in 1..20 {
-            footholds = footing.settled(&footholds, &Feet([now; 2]));
+            footholds = footing.updated(&footholds, &Feet([now; 2]));
             let apart = 0.1 - footholds.0[0].translation.x;
             assert!((apart - 0.1 * 0.8_f64.powi(n)).abs() < 1e-12, "frame {n}: {apart}");
         }

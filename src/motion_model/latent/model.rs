@@ -25,7 +25,7 @@ use crate::rng::normal;
 const GREATEST_LENGTHS: f64 = 2.0;
 
 /// Particles that are moved in one product of matrices. A batch that is not full is filled up: products of other shapes
-/// may add in another order, and a particle's bits may not depend on its company.
+/// may add in another order, and a particle's bits must not depend on batch contents.
 const BATCH: usize = 128;
 
 /// A GPDM graph that moves particles: `[GPDM graph]`'s latent particles.

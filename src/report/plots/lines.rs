@@ -65,7 +65,7 @@ impl Line {
             chart.draw_series([Polygon::new(outline, wash)]).map_err(failed)?;
         }
         for run in present_runs(&self.points).into_iter().flat_map(|run| clip(&run, y[1])) {
-            chart.draw_series(LineSeries::new(run, self.stroke.shape(2.0))).map_err(failed)?;
+            self.stroke.draw(chart, run, 2.0)?;
         }
         Ok(())
     }
@@ -143,8 +143,7 @@ fn draw_mark(
     at: f64,
     name: &str,
 ) -> Result<(), ReportError> {
-    let mark = Stroke::dashed(Colour::Faint).shape(1.0);
-    chart.draw_series(LineSeries::new([(at, y[0]), (at, y[1])], mark)).map_err(failed)?;
+    Stroke::dashed(Colour::Faint).draw(chart, vec![(at, y[0]), (at, y[1])], 1.0)?;
     let (left, top) = chart.backend_coord(&(at, y[1]));
     let near_right_end = (at - x[0]) > 0.7 * (x[1] - x[0]);
     let (side, offset) = if near_right_end { (HPos::Right, -5) } else { (HPos::Left, 5) };
@@ -198,6 +197,7 @@ fn clip(run: &[(f64, f64)], top: f64) -> Vec<Vec<(f64, f64)>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::css_rules;
     use super::*;
 
     #[test]
@@ -240,8 +240,12 @@ mod tests {
         };
         let Svg(svg) = plot.svg(Size { width: 700, height: 300 }).unwrap();
         assert!(svg.contains("error &lt;mm&gt;") && svg.contains("aria-label=\"Error &amp; time\""));
-        assert!(svg.contains("stroke=\"var(--plot-blue,#0068B0)\""));
-        assert!(svg.contains("stroke=\"var(--plot-red,#D11F3C)\" stroke-dasharray="));
+        assert_eq!(
+            svg.matches("<polyline fill=\"none\" opacity=\"1\" stroke=\"#0068B0\" stroke-width=\"16\"").count(),
+            1
+        );
+        assert!(svg.matches("stroke=\"#D11F3C\" stroke-width=\"16\"").count() > 20, "a line of dashes");
+        assert!(css_rules().contains("svg [stroke=\"#0068B0\"]{stroke:var(--plot-blue)}"));
         assert!(svg.contains("<polygon ") && svg.contains("worst"));
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
     }

@@ -1,7 +1,8 @@
 //! Plots as SVG: lines with bands, bars, and paths through a plane.
 //!
-//! Colours are CSS variables with a fallback, so a plot in a page follows the page's light or dark theme
-//! ([`css_variables`]) and a plot in its own file contains its theme ([`Svg::standalone`]).
+//! A plot is drawn in the colours of light paper. A page's rules ([`css_rules`]) replace each by a CSS variable, so that the
+//! plot follows the page's light or dark theme ([`css_variables`]); a plot in its own file contains both
+//! ([`Svg::standalone`]).
 
 mod bars;
 mod lines;
@@ -13,7 +14,7 @@ pub use bars::{Bar, BarGroup, BarPlot};
 pub use lines::{Line, LinePlot};
 pub use paths::{Path, PathPanel, PathPlot};
 pub use spans::{SpanPlot, SpanRow};
-pub use style::{Colour, Stroke, Svg, css_variables};
+pub use style::{Colour, Stroke, Svg, css_rules, css_variables};
 
 /// Size of a plot in CSS pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

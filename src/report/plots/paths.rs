@@ -79,7 +79,7 @@ impl PathPanel {
             let finite: Vec<(f64, f64)> =
                 path.points.iter().filter(|p| p.iter().all(|v| v.is_finite())).map(|[x, y]| (*x, *y)).collect();
             let Some(first) = finite.first().copied() else { continue };
-            chart.draw_series(LineSeries::new(finite, path.stroke.shape(1.8))).map_err(failed)?;
+            path.stroke.draw(&mut chart, finite, 1.8)?;
             let dot = path.stroke.colour.rgb().filled();
             chart.draw_series([Circle::new(first, 4 * FINE, dot)]).map_err(failed)?;
         }

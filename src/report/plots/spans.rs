@@ -96,7 +96,7 @@ mod tests {
         let Svg(svg) = plot.svg(600).unwrap();
         let widths: Vec<f64> = svg
             .lines()
-            .filter(|line| line.starts_with("<rect") && line.contains("fill=\"var(--plot-"))
+            .filter(|line| line.starts_with("<rect") && line.contains("fill=\"#"))
             .filter_map(|line| line.split(" width=\"").nth(1)?.split('"').next()?.parse().ok())
             .collect();
         assert_eq!(widths.len(), 3, "{svg}");

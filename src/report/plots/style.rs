@@ -1,7 +1,8 @@
-//! Colours, strokes, text and post-processing of plotters' SVG.
+//! Colours, strokes and text of plots, and their SVG.
 
 use plotters::chart::MeshStyle;
 use plotters::coord::types::RangedCoordf64;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -11,6 +12,10 @@ use crate::report::html::GENERATOR;
 
 /// Plotters draws on whole pixels; drawing this many times larger keeps lines smooth.
 pub(super) const FINE: i32 = 8;
+
+/// Lengths of dashes and of the gaps between them.
+const DASH: i32 = 6 * FINE;
+const GAP: i32 = 4 * FINE;
 
 /// A colour with a value for light and one for dark paper. All are distinct for the common forms of colour blindness
 /// (`[Okabe 2008]`) in lightness or hue.
@@ -82,12 +87,6 @@ impl Colour {
         let (_, [red, green, blue], _) = self.entry();
         RGBColor(red, green, blue)
     }
-
-    /// The placeholder for this colour in dashed lines until post-processing.
-    fn rgb_when_dashed(self) -> RGBColor {
-        let RGBColor(red, green, blue) = self.rgb();
-        RGBColor(red, green, blue ^ 1)
-    }
 }
 
 /// How a line is drawn.
@@ -111,8 +110,22 @@ impl Stroke {
     }
 
     pub(super) fn shape(self, width: f64) -> ShapeStyle {
-        let colour = if self.dashed { self.colour.rgb_when_dashed() } else { self.colour.rgb() };
-        colour.stroke_width((width * f64::from(FINE)) as u32)
+        self.colour.rgb().stroke_width((width * f64::from(FINE)) as u32)
+    }
+
+    /// Draws a line through points of a chart, `width` CSS pixels wide.
+    pub(super) fn draw(
+        self,
+        chart: &mut Chart<'_, '_>,
+        points: Vec<(f64, f64)>,
+        width: f64,
+    ) -> Result<(), ReportError> {
+        let shape = self.shape(width);
+        let drawn = match self.dashed {
+            true => chart.draw_series(DashedLineSeries::new(points, DASH, GAP, shape)).map(drop),
+            false => chart.draw_series(LineSeries::new(points, shape)).map(drop),
+        };
+        drawn.map_err(failed)
     }
 }
 
@@ -123,6 +136,16 @@ pub fn css_variables(dark: bool) -> String {
         format!("--{name}:{};", hex(if dark { on_dark } else { on_light }))
     };
     ALL.into_iter().map(declare).collect()
+}
+
+/// Rules that give whatever is drawn in a plot's colour the variable of that colour.
+pub fn css_rules() -> String {
+    let rule = |colour: Colour| {
+        let (name, on_light, _) = colour.entry();
+        let value = hex(on_light);
+        format!("svg [stroke=\"{value}\"]{{stroke:var(--{name})}}svg [fill=\"{value}\"]{{fill:var(--{name})}}")
+    };
+    ALL.into_iter().map(rule).collect()
 }
 
 fn hex([red, green, blue]: [u8; 3]) -> String {
@@ -136,14 +159,15 @@ pub struct Svg(pub String);
 impl Svg {
     /// The same as a file of its own, which follows the reader's light or dark theme.
     pub fn standalone(&self) -> String {
-        let style = format!("<style>@media (prefers-color-scheme:dark){{svg{{{}}}}}</style>", css_variables(true));
+        let (light, dark, rules) = (css_variables(false), css_variables(true), css_rules());
+        let style = format!("<style>svg{{{light}}}@media (prefers-color-scheme:dark){{svg{{{dark}}}}}{rules}</style>");
         self.0.replacen('>', &format!("><metadata>{GENERATOR}</metadata>{style}"), 1)
     }
 }
 
 pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// Runs `draw` on an empty canvas of `size`, then makes the SVG scalable and themed and applies dashes.
+/// Runs `draw` on an empty canvas of `size`, then gives the SVG a head by which it is scalable.
 pub(super) fn draw_svg(
     size: Size,
     label: &str,
@@ -161,19 +185,12 @@ pub(super) fn draw_svg(
         canvas.present().map_err(|error| ReportError::Plot(error.to_string()))?;
     }
     let head_end = text.find('>').ok_or_else(|| ReportError::Plot("an SVG without a head".into()))?;
-    let mut body = text[head_end..].replace("<polyline ", "<polyline stroke-linejoin=\"round\" ");
-    for colour in ALL {
-        let (name, rgb, _) = colour.entry();
-        let [red, green, blue] = rgb;
-        let (plain, as_dashed) = (hex(rgb), hex([red, green, blue ^ 1]));
-        let dashes = format!("stroke=\"{plain}\" stroke-dasharray=\"{} {}\"", 6 * FINE, 4 * FINE);
-        body = body.replace(&format!("stroke=\"{as_dashed}\""), &dashes);
-        body = body.replace(&format!("\"{plain}\""), &format!("\"var(--{name},{plain})\""));
-    }
+    let body = &text[head_end..];
     let label = label.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
     Ok(Svg(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {fine_width} {fine_height}\" role=\"img\" aria-label=\"{label}\"{body}"
+         viewBox=\"0 0 {fine_width} {fine_height}\" role=\"img\" aria-label=\"{label}\" \
+         stroke-linejoin=\"round\"{body}"
     )))
 }
 
@@ -228,7 +245,11 @@ impl<'a> Head<'a> {
         for ((name, stroke), [x, y]) in self.entries.iter().zip(&self.places) {
             let (x, y) = (x * FINE, (y + LEGEND_ROW / 2) * FINE);
             let swatch = vec![(x, y), (x + 24 * FINE, y)];
-            canvas.draw(&PathElement::new(swatch, stroke.shape(3.0))).map_err(failed)?;
+            match stroke.dashed {
+                true => canvas.draw(&DashedPathElement::new(swatch, DASH, GAP, stroke.shape(3.0))),
+                false => canvas.draw(&PathElement::new(swatch, stroke.shape(3.0))),
+            }
+            .map_err(failed)?;
             canvas.draw_text(name, &style, (x + 30 * FINE, y)).map_err(failed)?;
         }
         Ok(())
@@ -267,10 +288,11 @@ pub(super) fn short(value: f64) -> String {
 mod tests {
     use super::*;
 
+    /// The rules of a page tell colours by their values.
     #[test]
-    fn no_two_colours_can_be_mistaken_for_each_other_while_they_stand_for_themselves() {
-        let mut values: Vec<RGBColor> = ALL.iter().flat_map(|c| [c.rgb(), c.rgb_when_dashed()]).collect();
-        values.sort_by_key(|c| (c.0, c.1, c.2));
+    fn no_two_colours_have_the_same_value() {
+        let mut values: Vec<[u8; 3]> = ALL.iter().map(|colour| colour.entry().1).collect();
+        values.sort();
         assert!(values.windows(2).all(|pair| pair[0] != pair[1]));
     }
 

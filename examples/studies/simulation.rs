@@ -1,7 +1,7 @@
 //! How long simulated recordings stay upright, and with how much residual wrench: regenerates `results/simulation.md`
 //! and `results/simulation.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_simulation`, where DIR holds CMU's clips and their skeletons, in
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- simulation`, where DIR holds CMU's clips and their skeletons, in
 //! itself or in `DIR/cmu_asf_amc`. Nothing in it is random, and no figure depends on the number of cores. Without DIR
 //! nothing is written.
 
@@ -77,7 +77,7 @@ struct Outcome {
     joints_off_mm_rms: f64,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
         eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a directory with CMU's clips and their .asf files");
         return Ok(());
@@ -172,7 +172,7 @@ fn off_mm(performed: &Retargeted, simulated: &Motion, fell_at: Option<usize>) ->
 fn page(outcomes: &[Outcome]) -> Result<String, std::fmt::Error> {
     let mut page = String::from(
         "# Simulated recordings\n\n\
-         Made by `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_simulation`; all digits are in `simulation.json`. What `[actor] contact = \"simulate\"` makes of recordings on the two built-in robots, 480 steps a second, friction 0.8, at most 10 s \
+         Made by `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- simulation`; all digits are in `simulation.json`. What `[actor] contact = \"simulate\"` makes of recordings on the two built-in robots, 480 steps a second, friction 0.8, at most 10 s \
              of each; the walk and \
          the run of DeepMimic are repeated to 5 s. Nothing in it is random. The bound is `root_wrench`, the greatest residual wrench at the \
          root, in % of body weight: the norm of its force and of its moment over the height of the centre of mass at the start; 1000 % is \

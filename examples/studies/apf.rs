@@ -1,7 +1,7 @@
 //! How accurate the annealed particle filter is as its paper prints it: regenerates `results/apf.md`,
 //! `results/apf.json` and `results/apf.svg`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_apf`, where DIR holds CMU's 49_01, 14_24 and their skeletons. Every
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- apf`, where DIR holds CMU's 49_01, 14_24 and their skeletons. Every
 //! scenario is run with a matched body (actor and tracker are both `tracker25`) and with the standard mismatch, five
 //! seeds each. Without DIR the CMU scenarios are left out and nothing is written.
 
@@ -51,7 +51,7 @@ struct Mean {
 
 type Results = BTreeMap<String, BTreeMap<String, Accuracy>>;
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let mocap = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
     let Some(mocap) = mocap else {
         eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a directory with CMU's 49_01.amc, 14_24.amc and their .asf files");
@@ -129,7 +129,7 @@ fn plot(results: &Results) -> BarPlot {
 fn table(results: &Results) -> String {
     let mut text = String::from(
         "# The annealed particle filter's accuracy\n\n\
-         Made by `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_apf`; full precision is in `apf.json`.\n\n\
+         Made by `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- apf`; full precision is in `apf.json`.\n\n\
          200 particles x 5 layers, four clean views of 640 x 480 at 60 Hz, five seeds, start pose given. *Matched*: actor and tracker \
          are the same body. *Mismatch*: the richer `actor` against `tracker25` with lengths wrong by up to 3 % and girths by up to 10 %. \
          *Frozen* never moves. The energy gap is the energy of the truth, refitted to the tracker's body, minus the energy of the estimate: above zero the likelihood prefers a wrong pose (the model causes the error), below zero the search has missed the true pose.\n\n\

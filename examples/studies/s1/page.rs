@@ -45,7 +45,7 @@ const METHODS_IN_WORDS: &str = "`graph`, `original` and `switching_*` have 1000 
 pub(crate) fn page(measured: &Measured, seeds: u32) -> String {
     let mut text = format!(
         "# Learned motion models, one camera\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo bench --bench study_s1`; all digits are in `s1.json`. {seeds} seeds. The \
+         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- s1`; all digits are in `s1.json`. {seeds} seeds. The \
          scenarios are `scenarios/s1/*.toml`. {INTRODUCTION}\n{PROTOCOLS_IN_WORDS}\n## In one table\n\n"
     );
     text += "Error in mm and its 95 % interval; in brackets what is left once the roots lie on each other. *switching* is the one with a \

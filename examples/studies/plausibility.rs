@@ -1,7 +1,7 @@
 //! Tracking without and with the plausibility term: regenerates `results/plausibility.md` and
 //! `results/plausibility.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_plausibility`, where DIR holds CMU's 49_01 and 02_01 and their
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- plausibility`, where DIR holds CMU's 49_01 and 02_01 and their
 //! skeletons. Ten seeds, or as many as `SKIAGRAPH_SEEDS` says; with `SKIAGRAPH_TUNE=DIR`, DIR holding 16_15 and 35_02,
 //! the candidate weights of the default are run on those and printed, and nothing is written. Without any DIR nothing
 //! runs.
@@ -48,7 +48,7 @@ struct Value {
 /// `[motion, views][method][metric]`.
 type Results = BTreeMap<String, BTreeMap<String, BTreeMap<String, Value>>>;
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     if let Some(mocap) = std::env::var_os("SKIAGRAPH_TUNE").map(PathBuf::from) {
         return tune(root, &mocap);
@@ -144,7 +144,7 @@ fn overrides(
 fn page(results: &Results, seeds: u32) -> String {
     let mut text = format!(
         "# Tracking with the plausibility term\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo bench --bench study_plausibility`; all digits, seed by seed, are in \
+         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- plausibility`; all digits, seed by seed, are in \
          `plausibility.json`. `{SCENARIO}` with two takes (49_01, frames 1 to 240; 02_01, frames 1 to 220; training on \
          later frames of the take) at 60 Hz, 320 x 240 pixels, clean silhouettes, actor with planted feet (`contact = \
          \"fix\"`) and tracked as `tracker25` with the standard mismatch, 200 particles x 5 layers, {seeds} seeds, the \

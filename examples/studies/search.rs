@@ -1,6 +1,6 @@
 //! What descent on outlines and the search for limbs find: regenerates `results/search.md` and `results/search.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_search`, where DIR holds the CMU takes that `takes.rs` names and
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`, where DIR holds the CMU takes that `takes.rs` names and
 //! their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. What was measured is kept in
 //! `runs/search/outcomes.jsonl`, so that a study that was stopped goes on where it was; remove that file after a change
 //! of the program. With `SKIAGRAPH_TUNE=SETTINGS` the tuning takes are tracked with these settings (lines of
@@ -29,7 +29,7 @@ const STRESS_FRAMES: usize = 60;
 const STRESSED: [&str; 4] = ["49_01", "02_04", "16_36", "35_08"];
 const SIZE_PX: [u32; 2] = [640, 480];
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
         eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's takes and their .asf files");
         return Ok(());

@@ -144,7 +144,7 @@ impl Case<'_> {
             ground_truth: &staged.ground_truth,
             refitted: Some(&staged.refitted),
             facts: &staged.facts,
-            recording: None,
+            recordings: &[],
         };
         let observer = Observer::new(&staged.ground_truth, &staged.rig);
         Ok(BenchmarkSet::assemble(&parts, |frame| self.condition.spoil(observer.observe(frame)))?)

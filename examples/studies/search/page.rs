@@ -23,7 +23,7 @@ pub(crate) fn page(results: &Results, seeds: u32) -> String {
     let takes: Vec<String> = takes::REPORTED.iter().map(takes::Take::in_words).collect();
     let mut text = format!(
         "# Search: particles, descent and limbs\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo bench --bench study_search`; all digits, seed by seed, are in \
+         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`; all digits, seed by seed, are in \
          `search.json`. *Paper* is Algorithm 1 as printed, 200 particles x 5 layers (`paper = true`); *refined* is the default: 60 x 5, \
          then descent on outlines and limbs looked for anew. Four clean views of 640 x 480 at 60 Hz, {seeds} seeds, at most \
          {MOST_FRAMES} frames of a take (time was short: whole takes are longer); proposals learned from other frames or another take \

@@ -1,27 +1,31 @@
 //! Tracking with learned motion models from one camera, after the paper's Tables 2 and 3: regenerates `results/s1.md`,
 //! `results/s1.json` and `results/s1-MOTION.svg`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo bench --bench study_s1`, where DIR holds the CMU recordings that `scenarios/s1/*.toml`
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- s1`, where DIR holds the CMU recordings that `scenarios/s1/*.toml`
 //! name and their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. Without DIR nothing is written.
 //!
 //! Every motion under every protocol is a part of its own, kept in `runs/s1/parts`: who stops the study and starts it
 //! again has what was done, and the page is written anew after each part. A part is made again where its scenario has
 //! changed. Changes of the program are not noticed: remove the folder then.
 
-mod s1;
+mod best_latent;
+mod learning;
+mod page;
+mod parts;
+mod units;
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use s1::learning::{Learning, learning};
-use s1::page::{ERROR, Measured, page};
-use s1::parts::{Method, kept_or, tracked};
-use s1::units::Unit;
+use learning::{Learning, learning};
+use page::{ERROR, Measured, page};
+use parts::{Method, kept_or, tracked};
 use serde::Serialize;
 use skiagraph::evaluation::Interval;
 use skiagraph::report::error_plot;
 use skiagraph::report::plots::Size;
+use units::Unit;
 
 /// `s1.json`.
 #[derive(Serialize)]
@@ -45,7 +49,7 @@ struct InNumbers {
     brought_back: u64,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
         eprintln!(
             "SKIPPED: set SKIAGRAPH_MOCAP to a directory with the CMU recordings of scenarios/s1/*.toml and their skeletons"

@@ -1,6 +1,6 @@
 //! Coverage of intervals of a mean over seeds: regenerates `results/intervals.md` and `results/intervals.json`.
 //!
-//! `cargo bench --bench study_intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than [`TRIALS`]. Every
+//! `cargo run --release --example studies -- intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than [`TRIALS`]. Every
 //! trial draws the errors of `n` seeds from a distribution whose mean is known and asks rules for a 95 % interval: the
 //! rule in use (`evaluation::mean_interval`), the one before it, a bootstrap of percentiles, and two that were not
 //! chosen.
@@ -110,7 +110,7 @@ struct Study {
     several_clips: Vec<ClipsRow>,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let trials = match std::env::var("SKIAGRAPH_TRIALS") {
         Ok(text) => text.parse()?,
         Err(_) => TRIALS,
@@ -210,7 +210,7 @@ fn coverage(
 fn page(study: &Study) -> Result<String, std::fmt::Error> {
     let mut page = format!(
         "# Coverage of the intervals\n\n\
-         Made by `cargo bench --bench study_intervals`; all digits are in `intervals.json`. Every trial draws the errors of n \
+         Made by `cargo run --release --example studies -- intervals`; all digits are in `intervals.json`. Every trial draws the errors of n \
          seeds of one clip from a distribution whose mean is known and computes a 95 % interval of that mean: {} trials a \
          cell, so that a share is known to within {:.1} points. In brackets the median width of the intervals, in % of the \
          mean.\n\n\

@@ -1,0 +1,58 @@
+//! Studies: long measurements, each of which regenerates a page of `results/`.
+//!
+//! ```sh
+//! cargo run --release --example studies                  # lists them
+//! cargo run --release --example studies -- intervals     # runs one
+//! ```
+//!
+//! A study is a function `study` in a file of its own, whose comment says what it needs, how long it takes, and what it
+//! writes. Those that take longest keep what they have measured under `runs/`, and continue after an interruption.
+
+mod apf;
+mod intervals;
+mod plausibility;
+mod s1;
+mod search;
+mod simulation;
+mod skin;
+mod tune_s1;
+
+use std::error::Error;
+use std::process::ExitCode;
+
+type Study = fn() -> Result<(), Box<dyn Error>>;
+
+/// Name, what it measures, and the study.
+const STUDIES: [(&str, &str, Study); 8] = [
+    ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
+    ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
+    ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
+    ("s1", "learned motion models with one camera: results/s1.md", s1::study),
+    ("search", "descent on contours and the search for limbs: results/search.md", search::study),
+    ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
+    ("skin", "a skin against capsules as the tracker's body: results/skin.md", skin::study),
+    (
+        "tune_s1",
+        "settings of learned motion models, tried on recordings that are not reported; prints only",
+        tune_s1::study,
+    ),
+];
+
+fn main() -> ExitCode {
+    let asked = std::env::args().nth(1);
+    let found = STUDIES.iter().find(|(name, ..)| Some(*name) == asked.as_deref());
+    let Some((_, _, study)) = found else {
+        if let Some(asked) = &asked {
+            eprintln!("error: there is no study `{asked}`");
+        }
+        STUDIES.iter().for_each(|(name, what, _)| println!("{name:14} {what}"));
+        return if asked.is_some() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+    };
+    match study() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
