@@ -89,7 +89,7 @@ impl MeshTopology {
         if vertices_in_camera.len() < self.vertices {
             return;
         }
-        if vertices_in_camera.iter().any(|vertex| !(vertex.z >= pinhole.near)) {
+        if vertices_in_camera.iter().any(|vertex| vertex.z.is_nan() || vertex.z < pinhole.near) {
             return paint_triangles(pinhole, vertices_in_camera, &self.triangles, mask);
         }
         scratch.project(pinhole, vertices_in_camera);

@@ -53,8 +53,11 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
     Ok(Humanoid { skin: fitted.reshaped(&inverse(&shape)).skin, ..bare })
 }
 
+/// Balls of the left and of the right foot.
+type Toes = [Option<Point3<f64>>; 2];
+
 /// Landmarks of a mesh, and the balls of its feet.
-fn targets(mesh: &SkinMesh) -> Result<(Markers, [Option<Point3<f64>>; 2]), SkinError> {
+fn targets(mesh: &SkinMesh) -> Result<(Markers, Toes), SkinError> {
     let targets = LANDMARKS.map(|landmark| mesh.landmarks.get(landmark.name()).copied());
     let missing: Vec<&str> =
         LANDMARKS.iter().zip(&targets).filter(|(_, place)| place.is_none()).map(|(l, _)| l.name()).collect();
@@ -69,7 +72,7 @@ fn targets(mesh: &SkinMesh) -> Result<(Markers, [Option<Point3<f64>>; 2]), SkinE
 }
 
 /// Markers do not tell how feet are turned: in the bind pose they lie flat and point to the balls of the mesh's feet.
-fn flatten_feet(body: &Humanoid, targets: &Markers, toes: [Option<Point3<f64>>; 2], bind: &mut LinkFrames) {
+fn flatten_feet(body: &Humanoid, targets: &Markers, toes: Toes, bind: &mut LinkFrames) {
     let zero = body.link_frames(&body.zero_pose());
     let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle];
     for ((ankle, toes), links) in ankles.into_iter().zip(toes).zip(body.foot_links()) {

@@ -12,6 +12,9 @@ pub(super) const MOST_VERTICES: usize = 500_000;
 /// See [`MOST_VERTICES`].
 pub(super) const MOST_TRIANGLES: usize = 1_000_000;
 
+/// Greatest coordinate, metres.
+const FARTHEST: f64 = 100.0;
+
 /// How far the weights of a vertex may be from a sum of 1; they are then divided by their sum. Files round to three or
 /// four decimals.
 const SUM_TOLERANCE: f64 = 0.02;
@@ -108,8 +111,8 @@ impl SkinMesh {
             return Err(malformed("the mesh has no triangles".to_owned()));
         }
         let places = self.vertices.iter().chain(self.landmarks.values());
-        if let Some(far) = places.flat_map(|p| p.iter()).find(|c| !(c.abs() <= 100.0)) {
-            return Err(malformed(format!("a coordinate of {far} m; expected a body within 100 m, in metres")));
+        if let Some(far) = places.flat_map(|p| p.iter()).find(|c| c.is_nan() || c.abs() > FARTHEST) {
+            return Err(malformed(format!("a coordinate of {far} m; expected a body within {FARTHEST} m, in metres")));
         }
         let count = self.vertices.len();
         if let Some(triangle) = self.triangles.iter().find(|t| t.iter().any(|corner| *corner as usize >= count)) {

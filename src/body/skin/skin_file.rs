@@ -90,12 +90,11 @@ fn below(folder: &Path, name: &str) -> Option<PathBuf> {
     (plain && name.components().next().is_some()).then(|| folder.join(name))
 }
 
+/// Gives the bytes of a file of that name, at most as many as that.
+pub(super) type Read<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError> + 'a;
+
 /// Reads a skin's `.toml`; `read` gives the bytes of the files that it names.
-pub(super) fn parse(
-    file: &str,
-    text: &str,
-    read: &dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError>,
-) -> Result<SkinMesh, SkinError> {
+pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
     let record: SkinRecord = toml::from_str(text).map_err(|e| malformed(foreign(e)))?;
     if record.schema != "skiagraph.skin/1" {
