@@ -14,8 +14,8 @@ use crate::input::excerpt;
 
 pub(super) const PATH: &str = "cameras.json";
 const SCHEMA: &str = "skiagraph.cameras/1";
-const PIXEL_CENTRES: &str = "integers: the centre of the top-left pixel is (0, 0)";
-const AXES: &str = "OpenCV: x right, y down, z forward; x_camera = R x_world + t; world Z up; metres";
+pub(super) const PIXEL_CENTRES: &str = "integers: the centre of the top-left pixel is (0, 0)";
+pub(super) const AXES: &str = "OpenCV: x right, y down, z forward; x_camera = R x_world + t; world Z up; metres";
 
 #[derive(Serialize, Deserialize)]
 struct CamerasFile {

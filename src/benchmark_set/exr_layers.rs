@@ -9,7 +9,7 @@ use std::io::Cursor;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
-    LayerAttributes, LineOrder, Vec2, WritableImage,
+    LayerAttributes, LineOrder, ReadChannels as _, ReadLayers as _, Vec2, WritableImage,
 };
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +55,71 @@ pub(super) fn encode(file: &str, image: &DepthImage, layers: &[Layer]) -> Result
     written.map_err(|e| SetError::malformed(file, e.to_string()))?;
     Ok(bytes.into_inner())
 }
+
+/// Whether a path is that of a truth image.
+pub(super) fn is_layer(path: &str) -> bool {
+    path.starts_with(LAYERS) && path.ends_with(".exr")
+}
+
+/// Depth and parts of a whole image, row by row from the top, as far as its file has them.
+pub(super) struct LayerImage {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    /// Metres; infinite outside the data window.
+    pub(super) depth: Option<Vec<f32>>,
+    /// 0 outside the data window.
+    pub(super) part: Option<Vec<u32>>,
+}
+
+/// Reads what [`encode`] wrote; other channels are left out.
+pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
+    let malformed = |detail: String| SetError::malformed(file, detail);
+    let meta = exr::meta::MetaData::read_from_buffered(bytes, false).map_err(|e| malformed(foreign(e)))?;
+    let size = meta.headers.first().map(|header| header.shared_attributes.display_window.size);
+    let size = size.filter(|size| size.width() <= MOST_PIXELS_A_SIDE && size.height() <= MOST_PIXELS_A_SIDE);
+    let size = size.ok_or_else(|| malformed(format!("expected at most {MOST_PIXELS_A_SIDE} pixels a side")))?;
+    let read = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|e| malformed(foreign(e)))?;
+    let layer = read.layer_data.into_iter().next().ok_or_else(|| malformed("it has no layer".to_owned()))?;
+    let (at, window) = (layer.attributes.layer_position, layer.size);
+    let inside = |x: usize, y: usize| {
+        let (x, y) = (i64::from(at.x()) + x as i64, i64::from(at.y()) + y as i64);
+        let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
+        (x < size.width() && y < size.height()).then_some(y * size.width() + x)
+    };
+    let mut image = LayerImage { width: size.width() as u32, height: size.height() as u32, depth: None, part: None };
+    for channel in &layer.channel_data.list {
+        let pixels = size.width() * size.height();
+        let places = (0..window.height()).flat_map(|y| (0..window.width()).map(move |x| (x, y)));
+        match (channel.name.to_string().as_str(), &channel.sample_data) {
+            ("depth.Z", FlatSamples::F32(values)) => {
+                let mut depth = vec![f32::INFINITY; pixels];
+                places.zip(values).for_each(|((x, y), v)| inside(x, y).iter().for_each(|i| depth[*i] = *v));
+                image.depth = Some(depth);
+            }
+            ("id.part", FlatSamples::U32(values)) => {
+                let mut part = vec![0; pixels];
+                places.zip(values).for_each(|((x, y), v)| inside(x, y).iter().for_each(|i| part[*i] = *v));
+                image.part = Some(part);
+            }
+            ("depth.Z" | "id.part", _) => {
+                return Err(malformed(format!("{}: expected 32-bit numbers", channel.name)));
+            }
+            _ => {}
+        }
+    }
+    Ok(image)
+}
+
+/// Greatest width and height of an image that is read.
+const MOST_PIXELS_A_SIDE: usize = crate::camera::MAX_IMAGE_SIZE as usize;
 
 /// Names of the channels of a set's truth images, those of the first camera and frame; none where the set has no
 /// images.

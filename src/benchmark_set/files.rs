@@ -155,19 +155,32 @@ impl SetFiles {
         sync(&folder.join(LISTING))
     }
 
-    /// Reads every listed file, and looks for files that are not listed.
+    /// Paths of the listed files, in alphabetical order.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
+        self.digests.keys().map(String::as_str)
+    }
+
+    /// Number of listed files.
+    pub(super) fn count(&self) -> usize {
+        self.digests.len()
+    }
+
+    /// Reads every listed file, and looks for files that are not listed: the first fault is the error.
     pub(super) fn verify(&self) -> Result<(), SetError> {
+        self.faults()?.into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Every listed file that is missing or changed, in alphabetical order, then every file that is not listed.
+    pub(super) fn faults(&self) -> Result<Vec<SetError>, SetError> {
         let paths: Vec<&String> = self.digests.keys().collect();
         let faults = parallel::map(paths.len(), |path| self.read(paths[path]).err());
-        if let Some(first) = faults.into_iter().flatten().next() {
-            return Err(first);
+        let mut faults: Vec<SetError> = faults.into_iter().flatten().collect();
+        if let Place::Directory(directory) = &self.place {
+            let unlisted = |path: &String| !self.digests.contains_key(path) && path != LISTING;
+            let files = files_below(directory, "")?.into_iter().filter(unlisted);
+            faults.extend(files.map(|file| SetError::Unlisted { file }));
         }
-        let Place::Directory(directory) = &self.place else { return Ok(()) };
-        let unlisted = |path: &String| !self.digests.contains_key(path) && path != LISTING;
-        match files_below(directory, "")?.into_iter().find(unlisted) {
-            Some(file) => Err(SetError::Unlisted { file }),
-            None => Ok(()),
-        }
+        Ok(faults)
     }
 }
 

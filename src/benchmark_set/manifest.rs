@@ -3,9 +3,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use std::path::Path;
+
 use super::files::SetFiles;
 use super::{ContactFacts, SetError};
-use crate::input::{excerpt, foreign};
+use crate::input::{self, excerpt, foreign, limits};
 
 pub(super) const PATH: &str = "set.toml";
 pub(super) const FACTS_PATH: &str = "truth/facts.toml";
@@ -127,6 +129,34 @@ impl BlindManifest {
             return Err(SetError::malformed(PATH, format!("name: expected at most {LONGEST_NAME} characters")));
         }
         Ok(manifest)
+    }
+}
+
+/// Refuses a set of another version of the format, changed or not: this program cannot say whether it is sound.
+///
+/// # Errors
+/// [`SetError::Malformed`] naming both versions, [`SetError::NotASet`] where there is no `set.toml`.
+pub(super) fn refuse_other_formats(directory: &Path) -> Result<(), SetError> {
+    let path = directory.join(PATH);
+    let bytes = match input::read(&path, limits::SETTINGS) {
+        Ok(bytes) => bytes,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            let detail = format!("it has no {PATH}");
+            return Err(SetError::NotASet { path: directory.to_path_buf(), detail });
+        }
+        Err(e) => return Err(SetError::io(&path, "read")(e)),
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    let found = text.lines().find_map(|line| line.strip_prefix("schema = \"")?.strip_suffix('"'));
+    match found {
+        Some(found) if found.starts_with("skiagraph.set/") && found != SCHEMA => {
+            let detail = format!(
+                "schema {:?}, this program reads {SCHEMA:?}; use the version of skiagraph that made the set",
+                excerpt(found)
+            );
+            Err(SetError::malformed(PATH, detail).below(directory))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -46,6 +46,7 @@ mod spread_file;
 mod start_file;
 mod training_file;
 mod truth_file;
+mod verify;
 
 pub use blind::BlindSet;
 pub use body_file::{from_json as body_from_json, to_json as body_to_json};
@@ -64,3 +65,4 @@ pub use set::{
 pub use spread_file::StepSpread;
 pub use start_file::Start;
 pub use training_file::{Training, TrainingMotions};
+pub use verify::{CHECKS, Checked, Fault, Thoroughness, Verification, verify};

@@ -19,7 +19,8 @@ use super::manifest::check_rate;
 use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
-use crate::npz::{Array, Npz};
+use crate::input::excerpt;
+use crate::npz::{Array, Npz, Values};
 use crate::scene::{GroundTruth, TruthFrame};
 
 pub(super) const PATH: &str = "truth/truth.npz";
@@ -52,6 +53,33 @@ pub(super) fn to_npz(truth: &GroundTruth, refitted: Option<(&Humanoid, &Motion)>
         push_poses(&mut npz, "refitted_", &[motion.poses.len()], body, motion.poses.iter());
     }
     npz
+}
+
+/// The texts of array `name`.
+pub(super) fn names<'a>(npz: &'a Npz, name: &str) -> Option<&'a [String]> {
+    match npz.get(name).map(|array| &array.values) {
+        Some(Values::Text(texts)) => Some(texts),
+        _ => None,
+    }
+}
+
+/// The first array of names whose names or order are not those of the actor and of the markers, in words.
+pub(super) fn wrong_names(npz: &Npz, actor: &Humanoid) -> Option<String> {
+    let own = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<String>>();
+    let expected = [
+        ("angle_names", own(actor.degrees_of_freedom.iter().map(|d| d.name.as_str()).collect())),
+        ("link_names", own(actor.links.iter().map(|l| l.name.as_str()).collect())),
+        ("joint_names", own(actor.joints.iter().map(|j| j.name.as_str()).collect())),
+        ("marker_names", own(LANDMARKS.map(|l| l.name()).to_vec())),
+    ];
+    expected.into_iter().find_map(|(array, expected)| {
+        let Some(found) = names(npz, array) else { return Some(format!("{array} is missing or holds no texts")) };
+        if found.len() != expected.len() {
+            return Some(format!("{array} has {} names, expected {}", found.len(), expected.len()));
+        }
+        let (at, (found, expected)) = found.iter().zip(&expected).enumerate().find(|(_, (a, b))| a != b)?;
+        Some(format!("{array}[{at}] is {:?}, expected {expected:?}", excerpt(found)))
+    })
 }
 
 /// The truth out of its arrays, and the refitted motion where the file has one.

@@ -22,6 +22,7 @@ mod schema;
 mod summary;
 mod track;
 mod train;
+mod verify;
 mod volume;
 
 use std::process::ExitCode;
@@ -66,6 +67,7 @@ enum Command {
     Evaluate(evaluate::Arguments),
     Train(train::Arguments),
     Inspect(inspect::Arguments),
+    Verify(verify::Arguments),
     Completions(completions::Arguments),
     Man(manual::Arguments),
 }
@@ -117,6 +119,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
+        Command::Verify(arguments) => verify::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => manual::run(&arguments, line.volume),
     }

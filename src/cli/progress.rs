@@ -41,6 +41,7 @@ fn name(stage: Stage) -> &'static str {
         Stage::Track => "tracking",
         Stage::Evaluate => "measuring",
         Stage::Learn => "learning",
+        Stage::Verify => "verifying",
     }
 }
 

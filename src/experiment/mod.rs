@@ -44,6 +44,7 @@ mod staging;
 mod tracking;
 mod training;
 mod unfinished;
+mod verification;
 mod watch;
 
 pub use check::{Soundness, check, unusable_files};
@@ -69,6 +70,7 @@ pub use scene_check::{ActorPath, CameraView};
 pub use staging::Staged;
 pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track, track_with};
 pub use unfinished::abandon;
+pub use verification::verify_set;
 pub use watch::{Stage, Unwatched, Watch};
 
 /// Named bytes, in the order in which they are written.

@@ -13,6 +13,8 @@ pub enum Stage {
     Track,
     /// Frames are measured.
     Evaluate,
+    /// Frames of a set are drawn anew and compared.
+    Verify,
 }
 
 /// Observes an experiment, from any thread.

@@ -13,3 +13,4 @@ mod scenarios;
 #[path = "../support/mod.rs"]
 mod support;
 mod train;
+mod verify;

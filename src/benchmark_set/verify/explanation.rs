@@ -1,0 +1,93 @@
+//! Which common mistake explains points that are not where they should be.
+
+use nalgebra::{Point3, Vector3};
+
+/// How far points may be from where an explanation puts them, in shares of their greatest coordinate.
+const TOLERANCE: f64 = 1e-6;
+
+/// One frame: points with names, where they should be.
+pub(super) type Frame = Vec<Option<Point3<f64>>>;
+
+type Mistake = (&'static str, fn(&Vector3<f64>) -> Vector3<f64>);
+
+const OF_COORDINATES: [Mistake; 9] = [
+    ("they are in millimetres", |p| p * 1000.0),
+    ("they are in centimetres", |p| p * 100.0),
+    ("they are in inches", |p| p / 0.0254),
+    ("x is flipped", |p| Vector3::new(-p.x, p.y, p.z)),
+    ("y is flipped", |p| Vector3::new(p.x, -p.y, p.z)),
+    ("z is flipped", |p| Vector3::new(p.x, p.y, -p.z)),
+    ("Y is up instead of Z", |p| Vector3::new(p.x, p.z, -p.y)),
+    ("y and z are exchanged", |p| Vector3::new(p.x, p.z, p.y)),
+    ("x and y are exchanged", |p| Vector3::new(p.y, p.x, p.z)),
+];
+
+/// Explains `found` by what is `expected`; both have one entry a frame, and `names` one a point.
+pub(super) fn explain(expected: &[Frame], found: &[Frame], names: &[String]) -> Option<String> {
+    let all = |of: &dyn Fn(usize) -> Option<Frame>| {
+        (0..found.len()).all(|frame| of(frame).is_none_or(|e| same(&e, &found[frame])))
+    };
+    for (words, mistake) in OF_COORDINATES {
+        if all(&|frame| Some(expected[frame].iter().map(|p| p.map(|p| mistake(&p.coords).into())).collect())) {
+            return Some(words.to_owned());
+        }
+    }
+    let other = other_side(names);
+    if all(&|frame| Some(other.iter().map(|index| expected[frame][*index]).collect())) {
+        return Some("left and right are exchanged".to_owned());
+    }
+    if found.len() > 1 {
+        if all(&|frame| frame.checked_sub(1).map(|before| expected[before].clone())) {
+            return Some("they are one frame late: each frame has what belongs to the frame before".to_owned());
+        }
+        if all(&|frame| expected.get(frame + 1).cloned()) {
+            return Some("they are one frame early: each frame has what belongs to the next".to_owned());
+        }
+    }
+    None
+}
+
+/// For each name the place of its counterpart on the other side of the body.
+fn other_side(names: &[String]) -> Vec<usize> {
+    let other = |name: &str| match name.contains("left") {
+        true => name.replace("left", "right"),
+        false => name.replace("right", "left"),
+    };
+    (0..names.len()).map(|i| names.iter().position(|name| *name == other(&names[i])).unwrap_or(i)).collect()
+}
+
+fn same(expected: &Frame, found: &Frame) -> bool {
+    let scale = expected.iter().flatten().map(|p| p.coords.amax()).fold(1.0, f64::max);
+    let pairs = expected.iter().zip(found);
+    expected.len() == found.len()
+        && pairs.into_iter().all(|pair| match pair {
+            (Some(a), Some(b)) => (a - b).amax() <= TOLERANCE * scale,
+            (None, None) => true,
+            _ => false,
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_mistake_is_named_and_what_is_no_mistake_is_not() {
+        let point = |f: usize, i: f64| Some(Point3::new(0.3 + i, 0.7 * i + 0.1 * f as f64, 1.1 - 0.2 * i));
+        let frames: Vec<Frame> = (0..4).map(|f| vec![point(f, 0.1), point(f, 0.5), None]).collect();
+        let names = ["left_hip", "right_hip", "head"].map(str::to_owned);
+        let with = |change: &dyn Fn(usize) -> Frame| {
+            let found: Vec<Frame> = (0..4).map(change).collect();
+            explain(&frames, &found, &names)
+        };
+        for (words, mistake) in OF_COORDINATES {
+            let found = with(&|f| frames[f].iter().map(|p| p.map(|p| mistake(&p.coords).into())).collect());
+            assert_eq!(found.as_deref(), Some(words));
+        }
+        let swapped = with(&|f| vec![frames[f][1], frames[f][0], None]);
+        assert!(swapped.unwrap().contains("left and right"));
+        assert!(with(&|f| frames[f.saturating_sub(1)].clone()).unwrap().contains("late"));
+        assert!(with(&|f| frames[(f + 1).min(3)].clone()).unwrap().contains("early"));
+        assert_eq!(with(&|f| vec![frames[f][0], None, None]), None);
+    }
+}

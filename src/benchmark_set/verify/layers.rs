@@ -1,0 +1,169 @@
+//! Truth images against new ones, and against joints and silhouettes.
+
+use std::collections::BTreeSet;
+
+use super::parts::Parts;
+use super::{Fault, Outcome, Thoroughness};
+use crate::benchmark_set::SetError;
+use crate::benchmark_set::exr_layers::{self, LayerImage};
+use crate::benchmark_set::files::SetFiles;
+use crate::body::{DepthImage, Humanoid};
+use crate::camera::{Camera, CameraRig};
+use crate::observation::Observer;
+use crate::parallel;
+use crate::scene::{GroundTruth, TruthFrame};
+
+/// How far a depth may be off, metres.
+const TOLERANCE_M: f32 = 1e-4;
+
+/// Pixels in which part or depth may differ, as in silhouettes.
+const TOLERANCE_PX: usize = 2;
+
+/// Joints lie inside the body: its surface is before them, and not farther than the thickest body is thick, metres.
+const THICKEST_M: f64 = 0.6;
+
+pub(super) fn check(files: &SetFiles, parts: &Parts, how: Thoroughness<'_>) -> Outcome {
+    if !files.paths().any(exr_layers::is_layer) {
+        return Ok(("the set has no truth images".to_owned(), Vec::new()));
+    }
+    let (truth, rig) = parts.scene()?;
+    let mut faults = Vec::new();
+    let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
+    for (index, camera) in rig.cameras.iter().enumerate() {
+        let alone = CameraRig { cameras: vec![camera.clone()] };
+        let observer = Observer::new(truth, &alone);
+        let of_frame = |at: usize| {
+            let (number, mut faults) = (numbers[at], Vec::new());
+            if (how.stop)() {
+                return faults;
+            }
+            let path = exr_layers::path(index, number);
+            let image = files.read(&path).and_then(|bytes| exr_layers::decode(&path, &bytes));
+            match image {
+                Ok(image) => faults.extend(
+                    Seen { truth, frame: number, camera, image }
+                        .faults(observer.depths(number).first())
+                        .into_iter()
+                        .map(|detail| Fault::new(&path, detail)),
+                ),
+                Err(SetError::Tampered { .. } | SetError::NotASet { .. } | SetError::Io { .. }) => {}
+                Err(error) => faults.push(error.into()),
+            }
+            faults
+        };
+        faults.extend(parallel::map(numbers.len(), of_frame).concat());
+    }
+    Ok((format!("{} images drawn anew", numbers.len() * rig.cameras.len()), faults))
+}
+
+/// The truth images of a camera in a frame.
+struct Seen<'a> {
+    truth: &'a GroundTruth,
+    frame: usize,
+    camera: &'a Camera,
+    image: LayerImage,
+}
+
+impl Seen<'_> {
+    fn faults(&self, expected: Option<&DepthImage>) -> Vec<String> {
+        let Some(expected) = expected else { return Vec::new() };
+        let mut faults = Vec::new();
+        let pixels = expected.part.len();
+        if (self.image.width, self.image.height) != (expected.width, expected.height) {
+            let (w, h) = (self.image.width, self.image.height);
+            return vec![format!("{w} x {h} pixels, its camera has {} x {}", expected.width, expected.height)];
+        }
+        if let Some(part) = &self.image.part {
+            faults.extend(unknown_parts(part, &self.truth.actor));
+            let wrong = (0..pixels).filter(|i| part[*i] != expected.part[*i]).count();
+            if wrong > TOLERANCE_PX {
+                let shift = |by: i64| {
+                    let is_off =
+                        |i: &usize| expected.part[*i] > 0 && i64::from(part[*i]) != i64::from(expected.part[*i]) + by;
+                    (0..pixels).filter(is_off).count() <= TOLERANCE_PX
+                };
+                let why = [(-1, "; all are one too low"), (1, "; all are one too high")];
+                let why = why.into_iter().find(|(by, _)| shift(*by)).map_or("", |(_, why)| why);
+                faults.push(format!(
+                    "id.part: {wrong} of {pixels} pixels have another part than the body has there{why}"
+                ));
+            }
+        }
+        if let Some(depth) = &self.image.depth {
+            let off =
+                |i: &usize| !(depth[*i] == expected.depth[*i] || (depth[*i] - expected.depth[*i]).abs() < TOLERANCE_M);
+            let wrong = (0..pixels).filter(off).count();
+            if wrong > TOLERANCE_PX {
+                let why = self.wrong_depth(depth, expected);
+                faults.push(format!(
+                    "depth.Z: {wrong} of {pixels} pixels have another depth than the body has there{why}"
+                ));
+            }
+            faults.extend(self.joints_before_surface(depth));
+        }
+        faults
+    }
+
+    fn frame(&self) -> &TruthFrame {
+        &self.truth.frames[self.frame]
+    }
+
+    /// Another unit, or a distance from the camera's centre in place of its z.
+    fn wrong_depth(&self, depth: &[f32], expected: &DepthImage) -> &'static str {
+        let width = expected.width.max(1) as usize;
+        let along_ray = |i: usize| {
+            let pixel = nalgebra::Point2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+            let (x, y) = self.camera.pinhole.normalised(&pixel);
+            let bent = self.camera.distortion.undistort(x, y);
+            bent.map_or(f64::NAN, |(x, y)| (x * x + y * y + 1.0).sqrt())
+        };
+        let figure: Vec<usize> = (0..depth.len()).filter(|i| expected.depth[*i].is_finite()).collect();
+        let all = |factor: &dyn Fn(usize) -> f64| {
+            let off = |i: &&usize| {
+                let expected = f64::from(expected.depth[**i]) * factor(**i);
+                (f64::from(depth[**i]) - expected).abs() > 1e-4 * expected.abs()
+            };
+            !figure.is_empty() && figure.iter().filter(off).count() <= TOLERANCE_PX
+        };
+        if all(&|_| 1000.0) {
+            "; it is in millimetres"
+        } else if all(&along_ray) {
+            "; it is measured along the ray, not along the camera's z axis"
+        } else {
+            ""
+        }
+    }
+
+    /// A joint is inside the body, so the surface that is seen at its pixel cannot lie behind it.
+    fn joints_before_surface(&self, depth: &[f32]) -> Option<String> {
+        let width = self.camera.pinhole.width as usize;
+        let joints = self.frame().joint_positions.iter().zip(&self.truth.actor.joints).enumerate();
+        let moved = joints.filter(|(joint, _)| has_flesh(&self.truth.actor, joint + 1));
+        let mut wrong = moved.filter_map(|(_, (place, joint))| {
+            let pixel = self.camera.project(place).filter(|pixel| self.camera.pinhole.contains(pixel))?;
+            let at = pixel.y as usize * width + pixel.x as usize;
+            let (surface, own) = (f64::from(*depth.get(at)?), (self.camera.camera_from_world * place).z);
+            (surface.is_finite() && surface > own + THICKEST_M).then(|| {
+                format!(
+                    "depth.Z: at the pixel of joint {:?} it is {surface:.3} m, the joint is at {own:.3} m",
+                    joint.name
+                )
+            })
+        });
+        wrong.next()
+    }
+}
+
+/// Numbers of parts that the robot does not have, or that have no geometry to be seen.
+fn unknown_parts(part: &[u32], actor: &Humanoid) -> Option<String> {
+    let numbers: BTreeSet<u32> = part.iter().copied().filter(|part| *part > 0).collect();
+    let unknown: Vec<u32> = numbers.into_iter().filter(|part| !has_flesh(actor, *part as usize - 1)).collect();
+    let links = actor.links.len();
+    (!unknown.is_empty())
+        .then(|| format!("id.part: {unknown:?} are no parts that can be seen of the actor's {links} links"))
+}
+
+/// Whether a link can be seen.
+fn has_flesh(actor: &Humanoid, link: usize) -> bool {
+    actor.links.get(link).is_some_and(|link| !link.solids.is_empty())
+}

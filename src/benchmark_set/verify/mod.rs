@@ -1,0 +1,185 @@
+//! Proves a set: every file is what was written, and all files tell the same story.
+//!
+//! Hashes say that nothing was changed since the set was written. They cannot say that what was written is right, and a
+//! set that was edited and listed anew has good hashes. So everything that can be computed in two ways is computed anew:
+//! body and joints from the poses, contact from the body, projections from the numbers of `cameras.json` by OpenCV's
+//! formula without this program's reader, silhouettes and truth images from the body. What differs is a fault, and where
+//! a common mistake explains it (another unit, a flipped axis, mirrored images, the frame before), the fault says so.
+//!
+//! [`CHECKS`] lists the checks. A check that lacks a file which another check found at fault says that it did not look.
+
+mod blindfold;
+mod body;
+mod cameras;
+mod contacts;
+mod explanation;
+mod layers;
+mod masks;
+mod parts;
+mod poses;
+mod projection;
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use self::parts::Parts;
+use super::files::SetFiles;
+use super::{SetError, manifest};
+
+/// The checks in the order in which they are made, each with what it proves.
+pub const CHECKS: [(&str, &str); 11] = [
+    ("hashes", "every listed file is there and unchanged, and no other file is"),
+    ("formats", "every file can be read, and counts, names and frame rates agree"),
+    ("cameras", "cameras.json describes real cameras: right-handed rotations, positive focal lengths, the stated axes"),
+    (
+        "body",
+        "the actor stands upright in metres, its left and right are not exchanged, and markers are on their links",
+    ),
+    ("poses", "link frames, joints and markers follow from root and angles, frame by frame, and nothing jumps"),
+    ("projection", "markers projected by OpenCV's formula are where in_view says, and lie in the silhouettes"),
+    ("visibility", "in_view and visible are what body, props and cameras give"),
+    ("silhouettes", "every silhouette is what its camera sees of the body in its frame"),
+    (
+        "layers",
+        "truth images hold the depth (along z, metres) and the part of every pixel, and fit joints and silhouettes",
+    ),
+    ("contact", "contact.npz is what the poses give"),
+    ("blindfold", "no file outside truth/ tells a pose of the test"),
+];
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verification {
+    /// The set's name; empty where `set.toml` cannot be read.
+    pub name: String,
+    /// SHA-256 of the list of files.
+    pub set_hash: String,
+    /// All checks, in the order of [`CHECKS`].
+    pub checks: Vec<Checked>,
+}
+
+/// One check.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Checked {
+    /// Its name in [`CHECKS`].
+    pub name: &'static str,
+    /// What it proves.
+    pub proves: &'static str,
+    /// What was looked at, in words and numbers; or why nothing was.
+    pub looked_at: String,
+    /// Whether it was made.
+    pub made: bool,
+    /// Everything that is wrong.
+    pub faults: Vec<Fault>,
+}
+
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Fault {
+    /// Path inside the set.
+    pub file: String,
+    /// What was expected and what was found.
+    pub detail: String,
+}
+
+/// How thorough a verification is, and who is told of its progress.
+#[derive(Clone, Copy)]
+pub struct Thoroughness<'a> {
+    /// Silhouettes and truth images of every so many frames are drawn anew; at least 1.
+    pub every: usize,
+    /// Told of every frame that was drawn anew.
+    pub tick: &'a (dyn Fn() + Sync),
+    /// Whether to stop.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Default for Thoroughness<'_> {
+    fn default() -> Self {
+        Self { every: 1, tick: &|| (), stop: &|| false }
+    }
+}
+
+impl Verification {
+    /// Whether every check was made and found nothing.
+    pub fn is_sound(&self) -> bool {
+        self.checks.iter().all(|check| check.made && check.faults.is_empty())
+    }
+
+    /// All faults with the names of their checks.
+    pub fn faults(&self) -> impl Iterator<Item = (&'static str, &Fault)> {
+        self.checks.iter().flat_map(|check| check.faults.iter().map(|fault| (check.name, fault)))
+    }
+}
+
+/// What a check brings home: what it looked at, and the faults; or why it could not look.
+type Outcome = Result<(String, Vec<Fault>), String>;
+
+/// Makes all checks of the set in `directory`.
+///
+/// # Errors
+/// [`SetError::NotASet`] and [`SetError::Io`] for a directory that is no set or cannot be read,
+/// [`SetError::Malformed`] for a set of another version of the format, [`SetError::Stopped`]. What is wrong with a set is
+/// no error but a fault.
+pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, SetError> {
+    let files = SetFiles::open(directory)?;
+    manifest::refuse_other_formats(directory)?;
+    let mut checks = Vec::with_capacity(CHECKS.len());
+    let mut add = |outcome: Outcome| -> Result<(), SetError> {
+        let (name, proves) = CHECKS[checks.len()];
+        let (made, looked_at, faults) = match outcome {
+            Ok((looked_at, faults)) => (true, looked_at, faults),
+            Err(why) => (false, why, Vec::new()),
+        };
+        checks.push(Checked { name, proves, looked_at, made, faults });
+        if (how.stop)() { Err(SetError::Stopped) } else { Ok(()) }
+    };
+    let hashes: Vec<Fault> = files.faults()?.into_iter().map(|error| Fault::of_file(directory, error)).collect();
+    add(Ok((format!("{} files", files.count()), hashes)))?;
+    let (parts, faults) = Parts::read(&files);
+    add(Ok((parts.in_words(), faults)))?;
+    add(cameras::check(&files))?;
+    add(body::check(&parts))?;
+    add(poses::check(&parts))?;
+    add(projection::check(&files, &parts))?;
+    add(poses::check_visibility(&parts))?;
+    add(masks::check(&files, &parts, how))?;
+    add(layers::check(&files, &parts, how))?;
+    add(contacts::check(&files, &parts))?;
+    add(blindfold::check(directory, &files))?;
+    let name = parts.manifest.map(|manifest| manifest.name).unwrap_or_default();
+    Ok(Verification { name, set_hash: files.set_hash(), checks })
+}
+
+impl Fault {
+    fn new(file: &str, detail: impl Into<String>) -> Self {
+        Self { file: file.to_owned(), detail: detail.into() }
+    }
+
+    /// A file that cannot be read is named by its path inside the set.
+    fn of_file(directory: &Path, error: SetError) -> Self {
+        match error {
+            SetError::Io { path, action, source } => {
+                let file = path.strip_prefix(directory).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+                Self { file, detail: format!("cannot {action}: {source}") }
+            }
+            other => other.into(),
+        }
+    }
+}
+
+impl From<SetError> for Fault {
+    fn from(error: SetError) -> Self {
+        match error {
+            SetError::Malformed { file, detail } => Self { file, detail },
+            SetError::Tampered { file, listed, found } => Self {
+                file,
+                detail: format!("was changed or truncated: its SHA-256 is {found}, the set lists {listed}"),
+            },
+            SetError::Unlisted { file } => {
+                Self { file, detail: "is not one of the set's files: files.sha256 does not list it".to_owned() }
+            }
+            other => Self { file: String::new(), detail: other.to_string() },
+        }
+    }
+}

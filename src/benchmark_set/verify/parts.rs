@@ -1,0 +1,192 @@
+//! The parts of a set, as far as they can be read.
+
+use super::Fault;
+use crate::benchmark_set::blind::silhouette_path;
+use crate::benchmark_set::files::SetFiles;
+use crate::benchmark_set::manifest::{self, BlindManifest};
+use crate::benchmark_set::start_file::{self, Start};
+use crate::benchmark_set::{
+    SetError, body_file, cameras_file, contact_file, exr_layers, props_file, recording_file, spread_file,
+    training_file, truth_file,
+};
+use crate::body::Motion;
+use crate::camera::CameraRig;
+use crate::npz::Npz;
+use crate::scene::GroundTruth;
+
+/// What a set consists of; `None` for a part that cannot be read.
+pub(super) struct Parts {
+    pub(super) manifest: Option<BlindManifest>,
+    pub(super) rig: Option<CameraRig>,
+    pub(super) start: Option<Start>,
+    pub(super) truth: Option<GroundTruth>,
+    pub(super) refitted: Option<Motion>,
+}
+
+impl Parts {
+    /// Reads everything and names what cannot be read and what does not agree. What was changed is left to the check of
+    /// the hashes, and is not read.
+    pub(super) fn read(files: &SetFiles) -> (Self, Vec<Fault>) {
+        let mut faults = Vec::new();
+        let mut keep = |error: SetError| match error {
+            SetError::Tampered { .. } | SetError::Io { .. } => {}
+            other => faults.push(Fault::from(other)),
+        };
+        let manifest = files.read(manifest::PATH).and_then(|b| BlindManifest::from_toml(&b)).map_err(&mut keep).ok();
+        let rig = files.read(cameras_file::PATH).and_then(|b| cameras_file::from_json(&b)).map_err(&mut keep).ok();
+        let start = Start::from_files(files).map_err(&mut keep).ok();
+        manifest::truth_facts(files).map_err(&mut keep).ok();
+        if files.has(recording_file::PATH) {
+            files
+                .read(recording_file::PATH)
+                .and_then(|b| recording_file::from_npz(recording_file::PATH, &b))
+                .map_err(&mut keep)
+                .ok();
+        }
+        let cameras = rig.as_ref().map(|rig| rig.cameras.len());
+        let truth = cameras.and_then(|cameras| read_truth(files, cameras).map_err(&mut keep).ok());
+        let (truth, refitted) = truth.unzip();
+        let parts = Self { manifest, rig, start, truth, refitted: refitted.flatten() };
+        faults.extend(parts.disagreements());
+        faults.extend(parts.names(files));
+        faults.extend(parts.missing(files));
+        faults.extend(parts.rates(files));
+        (parts, faults)
+    }
+
+    /// Counts, in words.
+    pub(super) fn in_words(&self) -> String {
+        let count = |n: Option<usize>, what: &str| n.map_or(format!("no readable {what}"), |n| format!("{n} {what}"));
+        let frames = self.truth.as_ref().map(|truth| truth.frames.len());
+        format!("{}, {}", count(frames, "frames"), count(self.rig.as_ref().map(|rig| rig.cameras.len()), "cameras"))
+    }
+
+    /// Truth and cameras, or why they are not there.
+    pub(super) fn scene(&self) -> Result<(&GroundTruth, &CameraRig), String> {
+        let truth = self.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
+        let rig = self.rig.as_ref().ok_or("not checked: cameras.json cannot be read")?;
+        Ok((truth, rig))
+    }
+
+    /// Counts, rates and directions of `set.toml` that the other parts contradict.
+    fn disagreements(&self) -> Vec<Fault> {
+        let Some(sequence) = self.manifest.as_ref().map(|manifest| &manifest.sequence) else { return Vec::new() };
+        let mut faults = Vec::new();
+        let mut say = |detail: String| faults.push(Fault::new(manifest::PATH, detail));
+        if let Some(rig) = self.rig.as_ref().filter(|rig| rig.cameras.len() != sequence.cameras) {
+            say(format!("sequence.cameras is {}, cameras.json has {}", sequence.cameras, rig.cameras.len()));
+        }
+        if let Some(truth) = &self.truth {
+            if truth.frames.len() != sequence.frames {
+                say(format!("sequence.frames is {}, truth.npz has {}", sequence.frames, truth.frames.len()));
+            }
+            let (said, known) = (sequence.frames_per_second, truth.frames_per_second);
+            if said != known {
+                say(format!(
+                    "sequence.frames_per_second is {said}, truth.npz has fps {known}: the times of all frames differ"
+                ));
+            }
+        }
+        if let (Some(refitted), Some(truth)) = (&self.refitted, &self.truth)
+            && refitted.poses.len() != truth.frames.len()
+        {
+            let detail = format!("refitted_root has {} rows for {} frames", refitted.poses.len(), truth.frames.len());
+            faults.push(Fault::new(truth_file::PATH, detail));
+        }
+        faults.extend(self.forward_fault());
+        faults
+    }
+
+    /// `sequence.forward` against the start pose.
+    fn forward_fault(&self) -> Option<Fault> {
+        let said = self.manifest.as_ref()?.sequence.forward?;
+        let known = self.start.as_ref()?.pose.forward()?;
+        let off = said.iter().zip(known).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let detail = format!("sequence.forward is {said:?}, the start pose faces {known:?}");
+        (off > 1e-6).then(|| Fault::new(manifest::PATH, detail))
+    }
+
+    /// Names of cameras: unique, and the same in `cameras.json` and `truth.npz`.
+    fn names(&self, files: &SetFiles) -> Vec<Fault> {
+        let Some(rig) = &self.rig else { return Vec::new() };
+        let mut faults = Vec::new();
+        let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
+        let twice = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name));
+        if let Some((_, name)) = twice {
+            faults.push(Fault::new(cameras_file::PATH, format!("two cameras are named {name:?}")));
+        }
+        let npz = files.read(truth_file::PATH).ok().and_then(|bytes| Npz::from_bytes(truth_file::PATH, &bytes).ok());
+        let truth = npz.as_ref().and_then(|npz| truth_file::names(npz, "camera_names"));
+        if let Some(truth) = truth.filter(|truth| !truth.iter().eq(&names)) {
+            let detail = format!("camera_names are {truth:?}, cameras.json has {names:?}");
+            faults.push(Fault::new(truth_file::PATH, detail));
+        }
+        let actor = npz.as_ref().zip(self.truth.as_ref());
+        faults.extend(
+            actor
+                .and_then(|(npz, truth)| truth_file::wrong_names(npz, &truth.actor))
+                .map(|detail| Fault::new(truth_file::PATH, detail)),
+        );
+        faults
+    }
+
+    /// Silhouettes and images that the counts ask for and the list of files does not have, and those beyond them.
+    fn missing(&self, files: &SetFiles) -> Vec<Fault> {
+        let Some(sequence) = self.manifest.as_ref().map(|manifest| &manifest.sequence) else { return Vec::new() };
+        let every = |path: fn(usize, usize) -> String| {
+            (0..sequence.cameras).flat_map(move |camera| (0..sequence.frames).map(move |frame| path(camera, frame)))
+        };
+        let lacks = |path: &String| !files.has(path);
+        let detail = "is missing: the set needs one of every camera and frame";
+        let mut faults: Vec<Fault> =
+            every(silhouette_path).filter(lacks).map(|path| Fault::new(&path, detail)).collect();
+        if files.paths().any(exr_layers::is_layer) {
+            faults.extend(every(exr_layers::path).filter(lacks).map(|path| Fault::new(&path, detail)));
+        }
+        let beyond = files.paths().filter(|path| {
+            let pictures =
+                (path.starts_with("observations/") && path.contains("/silhouette/")) || exr_layers::is_layer(path);
+            pictures && !in_range(path, sequence.cameras, sequence.frames)
+        });
+        let detail = format!("belongs to none of the {} cameras and {} frames", sequence.cameras, sequence.frames);
+        faults.extend(beyond.map(|path| Fault::new(path, detail.clone())));
+        faults
+    }
+
+    /// Frame rates of the other arrays.
+    fn rates(&self, files: &SetFiles) -> Vec<Fault> {
+        let Some(truth) = &self.truth else { return Vec::new() };
+        let rate = |path: &'static str| {
+            let npz = Npz::from_bytes(path, &files.read(path).ok()?).ok()?;
+            let fps = npz.f64s(path, "fps", &[]).ok()?.first().copied()?;
+            let detail = format!("fps is {fps}, truth.npz has {}", truth.frames_per_second);
+            (fps != truth.frames_per_second).then(|| Fault::new(path, detail))
+        };
+        [contact_file::PATH, training_file::PATH, spread_file::PATH]
+            .into_iter()
+            .filter(|path| files.has(path))
+            .filter_map(rate)
+            .collect()
+    }
+}
+
+/// Whether camera and frame in the name of a picture are among those of the set.
+fn in_range(path: &str, cameras: usize, frames: usize) -> bool {
+    let camera = path.split('/').find_map(|part| part.strip_prefix("cam")).and_then(|digits| digits.parse().ok());
+    let frame = path.rsplit('/').next().and_then(|name| name.split('.').next()).and_then(|digits| digits.parse().ok());
+    camera.is_some_and(|camera: usize| camera < cameras) && frame.is_some_and(|frame: usize| frame < frames)
+}
+
+fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {
+    let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
+    let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
+    let props = match files.has(props_file::PATH) {
+        true => props_file::from_json(&files.read(props_file::PATH)?)?,
+        false => Vec::new(),
+    };
+    let (truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
+    match files.has(start_file::PATH) && !truth.frames.is_empty() {
+        true => Ok((truth, refitted)),
+        false => Err(SetError::malformed(truth_file::PATH, "has no frame")),
+    }
+}

@@ -1,0 +1,110 @@
+//! `skiagraph verify`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+
+use super::CommandError;
+use super::output::{self, counted};
+use super::progress::Progress;
+use super::volume::Volume;
+use crate::benchmark_set::{Checked, Verification};
+use crate::experiment::verify_set;
+
+/// Faults of one check that are printed; `--json` and `--verbose` list all.
+const MOST_PRINTED: usize = 8;
+
+/// Prove a benchmark set: compute everything anew and name every fault
+///
+/// Checks the hashes, then what hashes cannot tell: cameras, axes, units, left and right, joints and markers from the poses,
+/// projections by OpenCV's formula, every silhouette and truth image drawn anew, contacts, and that no file outside truth/
+/// tells a pose of the test. Exit code 1 if anything is wrong, 2 if the directory is no set.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph verify sets/walk\n  \
+                        skiagraph verify sets/walk --every 10    # draw only every tenth frame anew\n  \
+                        skiagraph verify sets/walk --json > proof.json")]
+pub(super) struct Arguments {
+    /// Directory of the set
+    #[arg(value_name = "SET")]
+    set: PathBuf,
+
+    /// Draw silhouettes and truth images of every Nth frame only; everything else is checked in all frames
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    every: u32,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let progress = Progress::new(volume);
+    let found = verify_set(&arguments.set, arguments.every as usize, &progress);
+    drop(progress);
+    let found = found.map_err(|e| e.about(&arguments.set))?;
+    let place = arguments.set.display().to_string();
+    if arguments.json {
+        output::print_json(&json!({
+            "schema": "skiagraph.verify/1",
+            "set": place,
+            "name": found.name,
+            "set_hash": found.set_hash,
+            "sound": found.is_sound(),
+            "checks": found.checks,
+        }))?;
+    } else {
+        output::print(&in_words(&place, &found, if volume.verbose { usize::MAX } else { MOST_PRINTED }))?;
+    }
+    Ok(if found.is_sound() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+fn in_words(place: &str, found: &Verification, most: usize) -> String {
+    let mut lines: Vec<String> = found.checks.iter().flat_map(|check| check_in_words(check, most)).collect();
+    let (faults, broken) = (found.faults().count(), found.checks.iter().filter(|c| !c.faults.is_empty()).count());
+    let left_out = found.checks.iter().filter(|check| !check.made).count();
+    lines.push(match (faults, left_out) {
+        (0, 0) => format!("{place} is sound: {}, no fault", counted(found.checks.len(), "check")),
+        (0, _) => format!("{place} is not proved: {} could not be made", counted(left_out, "check")),
+        _ => format!("{place} is NOT sound: {} in {}", counted(faults, "fault"), counted(broken, "check")),
+    });
+    lines.join("\n")
+}
+
+fn check_in_words(check: &Checked, most: usize) -> Vec<String> {
+    let verdict = match (check.made, check.faults.is_empty()) {
+        (false, _) => "-",
+        (true, true) => "ok",
+        (true, false) => "FAULT",
+    };
+    let mut lines = vec![format!("  {verdict:<6}{:<12} {}", check.name, check.looked_at)];
+    let told = check.faults.iter().take(most).map(|fault| match fault.file.is_empty() {
+        true => format!("        {}", fault.detail),
+        false => format!("        {}: {}", fault.file, fault.detail),
+    });
+    lines.extend(told);
+    if check.faults.len() > most {
+        lines.push(format!("        and {} more; --verbose or --json lists all", check.faults.len() - most));
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::benchmark_set::Fault;
+
+    #[test]
+    fn many_faults_are_counted_and_a_check_that_was_not_made_is_no_proof() {
+        let fault = |i: usize| Fault { file: format!("f{i}"), detail: "is wrong".into() };
+        let checked = |made, faults| Checked { name: "masks", proves: "", looked_at: "9 masks".into(), made, faults };
+        let of = |check| Verification { name: "x".into(), set_hash: String::new(), checks: vec![check] };
+        let words = in_words("s", &of(checked(true, (0..11).map(fault).collect())), 8);
+        assert!(words.contains("FAULT masks") && words.contains("f7: is wrong") && !words.contains("f8"), "{words}");
+        assert!(words.contains("and 3 more") && words.ends_with("s is NOT sound: 11 faults in 1 check"), "{words}");
+        let not_made = of(checked(false, Vec::new()));
+        assert!(!not_made.is_sound() && in_words("s", &not_made, 8).contains("is not proved"));
+        assert!(in_words("s", &of(checked(true, Vec::new())), 8).ends_with("s is sound: 1 check, no fault"));
+    }
+}

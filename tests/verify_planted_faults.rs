@@ -1,0 +1,668 @@
+//! `verify` finds every fault that is planted, names the file, and finds none in a set as it was written.
+//!
+//! One set is rendered for all tests. A fault is planted in a copy. Where the fault is in what was written and not in its
+//! copying, the list of hashes is made anew, so that hashes tell nothing and the content has to.
+
+use std::fs;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use skiagraph::benchmark_set::{
+    BenchmarkSet, CHECKS, Layer, SetParts, Start, Thoroughness, Training, TruthFacts, Verification, verify,
+};
+use skiagraph::body::{Humanoid, Motion, shipped};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph::npz::{Array, Npz, Values};
+use skiagraph::observation::Observer;
+use skiagraph::scene::GroundTruth;
+
+const FRAMES: usize = 5;
+const WIDTH: u32 = 160;
+const HEIGHT: u32 = 120;
+const TRUTH: &str = "truth/truth.npz";
+
+static SET: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+    let directory = tempfile::tempdir().unwrap();
+    render(directory.path());
+    directory
+});
+
+fn rig() -> CameraRig {
+    let camera = |name: &str, eye: [f64; 3], distortion: [f64; 5]| {
+        let (eye, view) = (Point3::from(eye), FieldOfView::Vertical(0.75));
+        let camera = Camera::look_at(name, eye, Point3::new(0.1, 0.0, 1.0), Vector3::z(), view, WIDTH, HEIGHT).unwrap();
+        Camera { distortion: Distortion::from_coefficients(distortion), ..camera }
+    };
+    let front = camera("front", [3.0, 0.8, 1.3], [0.0; 5]);
+    let lens = camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]);
+    CameraRig { cameras: vec![front, lens] }
+}
+
+/// The body walks on, turns a little and swings every joint, no two alike.
+fn motion(body: &Humanoid) -> Motion {
+    let poses = (0..FRAMES).map(|frame| {
+        let mut pose = body.zero_pose();
+        let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3 + 0.05 * frame as f64);
+        pose.world_from_root = Isometry3::from_parts(Translation3::new(0.06 * frame as f64, 0.1, 0.97), yaw);
+        for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
+            *angle = 0.15 * (f64::from(i as u32 * 7) + 0.35 * frame as f64).sin();
+        }
+        pose
+    });
+    Motion { frames_per_second: 30.0, poses: poses.collect() }
+}
+
+fn render(directory: &Path) {
+    let actor = shipped("actor").unwrap();
+    let motion = motion(&actor);
+    let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
+    let training = Training::none(&actor);
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training };
+    let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
+    let parts = SetParts {
+        name: "for faults",
+        rig: &rig,
+        start: &start,
+        ground_truth: &truth,
+        refitted: Some(&motion),
+        facts: &facts,
+        recordings: &[],
+    };
+    let observer = Observer::new(&truth, &rig);
+    let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();
+    set.write_with_layers(directory, &[Layer::Depth, Layer::Parts]).unwrap();
+}
+
+/// A copy of the set, to be spoiled.
+struct Copy(tempfile::TempDir);
+
+impl Copy {
+    fn new() -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        copy(SET.path(), directory.path());
+        Self(directory)
+    }
+
+    fn read(&self, file: &str) -> Vec<u8> {
+        fs::read(self.0.path().join(file)).unwrap()
+    }
+
+    fn write(&self, file: &str, bytes: &[u8]) {
+        let path = self.0.path().join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+
+    fn text(&self, file: &str, change: impl FnOnce(String) -> String) {
+        let before = String::from_utf8(self.read(file)).unwrap();
+        let after = change(before.clone());
+        assert_ne!(before, after, "nothing was planted in {file}");
+        self.write(file, after.as_bytes());
+    }
+
+    fn json(&self, file: &str, change: impl FnOnce(&mut Value)) {
+        let mut value: Value = serde_json::from_slice(&self.read(file)).unwrap();
+        change(&mut value);
+        self.write(file, serde_json::to_string_pretty(&value).unwrap().as_bytes());
+    }
+
+    /// Changes numbers of `truth.npz`, element by element: `change(index, values)`.
+    fn truth(&self, array: &str, change: impl Fn(usize, &[f64]) -> f64) {
+        self.array(TRUTH, array, |values| match values {
+            Values::F64(v) => Values::F64((0..v.len()).map(|i| change(i, &v)).collect()),
+            other => panic!("{array} holds {other:?}"),
+        });
+    }
+
+    fn array(&self, file: &str, array: &str, change: impl Fn(Values) -> Values) {
+        let npz = Npz::from_bytes(file, &self.read(file)).unwrap();
+        assert!(npz.get(array).is_some(), "{file} has no {array}");
+        let changed = npz.iter().map(|(name, old)| match name == array {
+            true => (name, Array { shape: old.shape.clone(), values: change(old.values.clone()) }),
+            false => (name, old.clone()),
+        });
+        self.write(file, &changed.collect::<Npz>().to_bytes(file).unwrap());
+    }
+
+    fn mask(camera: usize, frame: usize) -> String {
+        format!("observations/cam{camera:02}/silhouette/{frame:06}.png")
+    }
+
+    /// Redraws a silhouette: `pixel(old, x, y)`.
+    fn repaint(&self, camera: usize, frame: usize, pixel: impl Fn(&dyn Fn(u32, u32) -> u8, u32, u32) -> u8) {
+        let file = Self::mask(camera, frame);
+        let bytes = self.read(&file);
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        let mut old = vec![0; (WIDTH * HEIGHT) as usize];
+        reader.next_frame(&mut old).unwrap();
+        let at = |x: u32, y: u32| old[(y * WIDTH + x) as usize];
+        let new: Vec<u8> =
+            (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))).map(|(x, y)| pixel(&at, x, y)).collect();
+        assert_ne!(old, new);
+        let mut encoded = Vec::new();
+        let mut encoder = png::Encoder::new(&mut encoded, WIDTH, HEIGHT);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.write_header().unwrap().write_image_data(&new).unwrap();
+        self.write(&file, &encoded);
+    }
+
+    fn swap(&self, a: &str, b: &str) {
+        let (first, second) = (self.read(a), self.read(b));
+        self.write(a, &second);
+        self.write(b, &first);
+    }
+
+    /// Lists all files anew, as if the set had been written like this.
+    fn sign(&self) {
+        let mut lines: Vec<String> = files(self.0.path(), "")
+            .into_iter()
+            .filter(|file| file != "files.sha256")
+            .map(|file| {
+                let digest = Sha256::digest(self.read(&file));
+                format!("{}  {file}\n", digest.iter().map(|byte| format!("{byte:02x}")).collect::<String>())
+            })
+            .collect();
+        lines.sort_by(|a, b| a[66..].cmp(&b[66..]));
+        self.write("files.sha256", lines.concat().as_bytes());
+    }
+
+    fn verified(&self) -> Verification {
+        verify(self.0.path(), Thoroughness::default()).unwrap()
+    }
+
+    /// The check `name` finds a fault in `file` whose words contain all of `words`.
+    #[track_caller]
+    fn found(&self, name: &str, file: &str, words: &[&str]) {
+        let found = self.verified();
+        let hit = found.faults().any(|(check, fault)| {
+            check == name && fault.file == file && words.iter().all(|word| fault.detail.contains(word))
+        });
+        let all: Vec<_> = found.faults().collect();
+        assert!(hit && !found.is_sound(), "{name}: {file}: {words:?} is not among {all:#?}");
+    }
+
+    /// As [`Self::found`], after the files were listed anew.
+    #[track_caller]
+    fn found_in_spite_of_good_hashes(&self, name: &str, file: &str, words: &[&str]) {
+        self.sign();
+        self.found(name, file, words);
+        assert!(self.verified().faults().all(|(check, _)| check != "hashes"));
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        match entry.file_type().unwrap().is_dir() {
+            true => copy(&entry.path(), &to.join(entry.file_name())),
+            false => drop(fs::copy(entry.path(), to.join(entry.file_name())).unwrap()),
+        }
+    }
+}
+
+fn files(directory: &Path, prefix: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(directory).unwrap() {
+        let entry = entry.unwrap();
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        match entry.file_type().unwrap().is_dir() {
+            true => found.extend(files(&entry.path(), &format!("{name}/"))),
+            false => found.push(name),
+        }
+    }
+    found
+}
+
+fn camera(value: &mut Value, index: usize) -> &mut Value {
+    &mut value["cameras"][index]
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+#[test]
+fn a_set_as_it_is_written_is_sound_and_every_check_was_made() {
+    let found = Copy::new().verified();
+    assert!(found.is_sound(), "{:#?}", found.faults().collect::<Vec<_>>());
+    assert_eq!(found.checks.iter().map(|check| (check.name, check.proves)).collect::<Vec<_>>(), CHECKS);
+    assert_eq!(found.name, "for faults");
+}
+
+// ---- the files -------------------------------------------------------------------------------------------------
+
+#[test]
+fn an_edited_number_is_found() {
+    let set = Copy::new();
+    set.text("cameras.json", |text| text.replacen("0.002", "0.003", 1));
+    set.found("hashes", "cameras.json", &["changed or truncated"]);
+}
+
+#[test]
+fn a_truncated_png_is_found() {
+    let set = Copy::new();
+    let (file, bytes) = (Copy::mask(1, 3), set.read(&Copy::mask(1, 3)));
+    set.write(&file, &bytes[..bytes.len() / 2]);
+    set.found("hashes", &file, &["changed or truncated"]);
+    set.found_in_spite_of_good_hashes("silhouettes", &file, &[]);
+}
+
+#[test]
+fn a_missing_silhouette_is_found() {
+    let set = Copy::new();
+    fs::remove_file(set.0.path().join(Copy::mask(0, 2))).unwrap();
+    set.found("hashes", &Copy::mask(0, 2), &["No such file"]);
+    set.found_in_spite_of_good_hashes("formats", &Copy::mask(0, 2), &["is missing"]);
+}
+
+#[test]
+fn a_file_that_nobody_listed_is_found() {
+    let set = Copy::new();
+    set.write("observations/notes.txt", b"nothing");
+    set.found("hashes", "observations/notes.txt", &["does not list it"]);
+}
+
+#[test]
+fn a_frame_too_many_is_found() {
+    let set = Copy::new();
+    set.write(&Copy::mask(0, FRAMES), &set.read(&Copy::mask(0, 0)));
+    set.found_in_spite_of_good_hashes("formats", &Copy::mask(0, FRAMES), &["belongs to none"]);
+}
+
+#[test]
+fn another_frame_rate_is_found() {
+    let set = Copy::new();
+    set.text("set.toml", |text| text.replace("frames_per_second = 30.0", "frames_per_second = 60.0"));
+    set.found_in_spite_of_good_hashes("formats", "set.toml", &["frames_per_second is 60", "fps 30"]);
+}
+
+#[test]
+fn another_number_of_frames_is_found() {
+    let set = Copy::new();
+    set.text("set.toml", |text| text.replace("frames = 5", "frames = 4"));
+    set.found_in_spite_of_good_hashes("formats", "set.toml", &["sequence.frames is 4", "has 5"]);
+}
+
+#[test]
+fn names_in_another_order_are_found() {
+    let set = Copy::new();
+    set.array(TRUTH, "joint_names", |values| {
+        let Values::Text(mut names) = values else { panic!() };
+        names.swap(3, 9);
+        Values::Text(names)
+    });
+    set.found_in_spite_of_good_hashes("formats", TRUTH, &["joint_names[3]"]);
+}
+
+#[test]
+fn a_body_that_faces_another_way_than_said_is_found() {
+    let set = Copy::new();
+    set.text("set.toml", |text| {
+        let line = text.lines().find(|line| line.starts_with("forward")).unwrap().to_owned();
+        text.replace(&line, "forward = [-1.0, 0.0, 0.0]")
+    });
+    set.found_in_spite_of_good_hashes("formats", "set.toml", &["forward"]);
+}
+
+// ---- cameras ---------------------------------------------------------------------------------------------------
+
+#[test]
+fn a_negative_focal_length_is_found() {
+    let set = Copy::new();
+    set.json("cameras.json", |json| camera(json, 0)["K"][0][0] = (-number(&camera(json, 0)["K"][0][0])).into());
+    set.found_in_spite_of_good_hashes("cameras", "cameras.json", &["\"front\"", "focal lengths"]);
+}
+
+#[test]
+fn a_left_handed_camera_is_found() {
+    let set = Copy::new();
+    set.json("cameras.json", |json| {
+        for column in 0..3 {
+            camera(json, 1)["R"][0][column] = (-number(&camera(json, 1)["R"][0][column])).into();
+        }
+    });
+    set.found_in_spite_of_good_hashes("cameras", "cameras.json", &["\"lens\"", "left-handed"]);
+}
+
+#[test]
+fn other_axes_than_ours_are_found() {
+    let set = Copy::new();
+    set.text("cameras.json", |text| text.replace("y down, z forward", "y up, z backward"));
+    set.found_in_spite_of_good_hashes("cameras", "cameras.json", &["axes"]);
+}
+
+#[test]
+fn exchanged_cameras_are_found() {
+    let set = Copy::new();
+    set.json("cameras.json", |json| {
+        let (a, b) = (camera(json, 0).clone(), camera(json, 1).clone());
+        for key in ["K", "R", "t", "distortion", "camera_from_world"] {
+            camera(json, 0)[key] = b[key].clone();
+            camera(json, 1)[key] = a[key].clone();
+        }
+    });
+    set.found_in_spite_of_good_hashes("projection", "cameras.json", &["\"front\"", "belong to another camera"]);
+    set.found("silhouettes", &Copy::mask(0, 0), &["it is that of camera 1"]);
+}
+
+#[test]
+fn names_of_exchanged_cameras_are_found() {
+    let set = Copy::new();
+    set.json("cameras.json", |json| {
+        camera(json, 0)["name"] = "lens".into();
+        camera(json, 1)["name"] = "front".into();
+    });
+    set.found_in_spite_of_good_hashes("formats", TRUTH, &["camera_names"]);
+}
+
+#[test]
+fn a_camera_placed_in_millimetres_is_found() {
+    let set = Copy::new();
+    set.json("cameras.json", |json| {
+        for i in 0..3 {
+            let t = 1000.0 * number(&camera(json, 0)["t"][i]);
+            camera(json, 0)["t"][i] = t.into();
+            camera(json, 0)["camera_from_world"]["position"][i] = t.into();
+        }
+    });
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 0), &["IoU 0.0"]);
+}
+
+#[test]
+fn pixel_centres_at_halves_are_found() {
+    let set = Copy::new();
+    set.json("cameras.json", |json| {
+        for i in 0..2 {
+            camera(json, 0)["K"][i][2] = (0.5 + number(&camera(json, 0)["K"][i][2])).into();
+        }
+    });
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 1), &["pixels differ"]);
+}
+
+#[test]
+fn a_lens_that_was_left_out_is_found() {
+    let set = Copy::new();
+    set.json("cameras.json", |json| camera(json, 1)["distortion"] = serde_json::json!([0.0, 0.0, 0.0, 0.0, 0.0]));
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(1, 4), &["pixels differ"]);
+}
+
+#[test]
+fn a_transposed_rotation_is_found() {
+    let set = Copy::new();
+    set.json("cameras.json", |json| {
+        let r = camera(json, 0)["R"].clone();
+        for i in 0..3 {
+            for j in 0..3 {
+                camera(json, 0)["R"][i][j] = r[j][i].clone();
+            }
+        }
+    });
+    set.found_in_spite_of_good_hashes("formats", "cameras.json", &["R and t are not what camera_from_world says"]);
+}
+
+// ---- the truth -------------------------------------------------------------------------------------------------
+
+#[test]
+fn a_flipped_axis_is_found() {
+    let set = Copy::new();
+    set.truth("joints", |i, v| if i % 3 == 1 { -v[i] } else { v[i] });
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["joints", "y is flipped"]);
+}
+
+#[test]
+fn y_up_is_found() {
+    let set = Copy::new();
+    set.truth("markers", |i, v| match i % 3 {
+        0 => v[i],
+        1 => v[i + 1],
+        _ => -v[i - 1],
+    });
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["markers", "Y is up"]);
+}
+
+#[test]
+fn millimetres_are_found() {
+    let set = Copy::new();
+    set.truth("markers", |i, v| 1000.0 * v[i]);
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["markers", "millimetres"]);
+}
+
+#[test]
+fn swapped_legs_are_found() {
+    let set = Copy::new();
+    // markers 8 to 10 are the left hip, knee and ankle, 11 to 13 the right ones
+    set.truth("markers", |i, v| {
+        let (marker, axis, frame) = (i / 3 % 15, i % 3, i / 45);
+        let other = match marker {
+            8..=10 => marker + 3,
+            11..=13 => marker - 3,
+            same => same,
+        };
+        v[45 * frame + 3 * other + axis]
+    });
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["markers", "root and angles"]);
+}
+
+#[test]
+fn all_of_the_left_exchanged_with_the_right_is_named() {
+    let set = Copy::new();
+    set.truth("markers", |i, v| {
+        let (marker, axis, frame) = (i / 3 % 15, i % 3, i / 45);
+        let other = match marker {
+            2..=4 | 8..=10 => marker + 3,
+            5..=7 | 11..=13 => marker - 3,
+            same => same,
+        };
+        v[45 * frame + 3 * other + axis]
+    });
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["left and right are exchanged"]);
+}
+
+#[test]
+fn a_truth_that_is_one_frame_late_is_found() {
+    let set = Copy::new();
+    for array in ["joints", "markers", "root", "angles", "link_frames"] {
+        set.truth(array, |i, v| v[i.saturating_sub(v.len() / FRAMES).max(i % (v.len() / FRAMES))]);
+    }
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 2), &["it is not"].map(|_| "frame 2"));
+    let set = Copy::new();
+    set.truth("joints", |i, v| v[if i < v.len() / FRAMES { i } else { i - v.len() / FRAMES }]);
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["joints", "one frame late"]);
+}
+
+#[test]
+fn angles_in_degrees_are_found() {
+    let set = Copy::new();
+    set.truth("angles", |i, v| v[i].to_degrees());
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["link_frames"]);
+}
+
+#[test]
+fn quaternions_with_w_last_are_found() {
+    let set = Copy::new();
+    set.truth("link_frames", |i, v| match i % 7 {
+        3..=5 => v[i + 1],
+        6 => v[i - 3],
+        _ => v[i],
+    });
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["is turned by"]);
+}
+
+#[test]
+fn a_number_that_is_none_is_found() {
+    let set = Copy::new();
+    set.truth("joints", |i, v| if i == 40 { f64::NAN } else { v[i] });
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["joints"]);
+}
+
+#[test]
+fn a_jump_is_found() {
+    let set = Copy::new();
+    set.truth("root", |i, v| if i / 7 == 3 && i % 7 == 0 { v[i] + 5.0 } else { v[i] });
+    set.found_in_spite_of_good_hashes("poses", TRUTH, &["from frame 2 to 3", "m/s"]);
+}
+
+#[test]
+fn markers_on_the_other_leg_are_found() {
+    let set = Copy::new();
+    set.json("truth/actor.json", |json| {
+        let markers = json["markers"].as_object_mut().unwrap();
+        let (left, right) = (markers["left_knee"].clone(), markers["right_knee"].clone());
+        markers.insert("left_knee".into(), right);
+        markers.insert("right_knee".into(), left);
+    });
+    set.found_in_spite_of_good_hashes("body", "truth/actor.json", &["left_knee", "left and right are exchanged"]);
+}
+
+#[test]
+fn visible_always_true_is_found() {
+    let set = Copy::new();
+    set.array(TRUTH, "visible", |values| {
+        let Values::Bool(flags) = values else { panic!() };
+        assert!(flags.contains(&false), "some marker is hidden");
+        Values::Bool(vec![true; flags.len()])
+    });
+    set.found_in_spite_of_good_hashes("visibility", TRUTH, &["visible:", "it says true"]);
+}
+
+#[test]
+fn in_view_of_the_other_camera_is_found() {
+    let set = Copy::new();
+    set.array(TRUTH, "in_view", |values| {
+        let Values::Bool(mut flags) = values else { panic!() };
+        flags[17] = !flags[17];
+        Values::Bool(flags)
+    });
+    set.found_in_spite_of_good_hashes("projection", TRUTH, &["in_view", "OpenCV's formula"]);
+}
+
+#[test]
+fn a_contact_that_was_edited_is_found() {
+    let set = Copy::new();
+    set.array("truth/contact.npz", "gap", |values| {
+        let Values::F64(mut gaps) = values else { panic!() };
+        gaps[4] += 0.01;
+        Values::F64(gaps)
+    });
+    set.found_in_spite_of_good_hashes("contact", "truth/contact.npz", &["gap differs", "first number 4"]);
+}
+
+// ---- pictures --------------------------------------------------------------------------------------------------
+
+#[test]
+fn a_mirrored_silhouette_is_found() {
+    let set = Copy::new();
+    set.repaint(0, 2, |old, x, y| old(WIDTH - 1 - x, y));
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 2), &["mirrored"]);
+}
+
+#[test]
+fn a_silhouette_upside_down_is_found() {
+    let set = Copy::new();
+    set.repaint(0, 2, |old, x, y| old(x, HEIGHT - 1 - y));
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 2), &["upside down"]);
+}
+
+#[test]
+fn an_empty_and_an_inverted_silhouette_are_found() {
+    let set = Copy::new();
+    set.repaint(0, 2, |_, _, _| 0);
+    set.repaint(1, 1, |old, x, y| 255 - old(x, y));
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 2), &["empty"]);
+    set.found("silhouettes", &Copy::mask(1, 1), &["inverted"]);
+}
+
+#[test]
+fn silhouettes_off_by_one_frame_are_found() {
+    let set = Copy::new();
+    for frame in 0..FRAMES - 1 {
+        set.write(&Copy::mask(0, frame), &set.read(&Copy::mask(0, frame + 1)));
+    }
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 1), &["it is that of frame 2"]);
+}
+
+#[test]
+fn silhouettes_of_exchanged_cameras_are_found() {
+    let set = Copy::new();
+    (0..FRAMES).for_each(|frame| set.swap(&Copy::mask(0, frame), &Copy::mask(1, frame)));
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(1, 0), &["it is that of camera 0, \"front\""]);
+}
+
+#[test]
+fn part_numbers_that_are_one_off_and_depth_in_millimetres_are_found() {
+    let layers = |set: &Copy, file: &str, change: &dyn Fn(&mut exr::prelude::FlatSamples)| {
+        use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
+        let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
+        let mut image = read.all_attributes().from_buffered(std::io::Cursor::new(set.read(file))).unwrap();
+        image.layer_data[0].channel_data.list.iter_mut().for_each(|channel| change(&mut channel.sample_data));
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image.write().to_buffered(&mut bytes).unwrap();
+        set.write(file, &bytes.into_inner());
+    };
+    use exr::prelude::FlatSamples;
+    let set = Copy::new();
+    let [parts, depth] = ["truth/layers/cam00/000001.exr", "truth/layers/cam01/000002.exr"];
+    layers(&set, parts, &|samples| {
+        if let FlatSamples::U32(part) = samples {
+            part.iter_mut().filter(|part| **part > 0).for_each(|part| *part -= 1);
+        }
+    });
+    layers(&set, depth, &|samples| {
+        if let FlatSamples::F32(depth) = samples {
+            depth.iter_mut().for_each(|depth| *depth *= 1000.0);
+        }
+    });
+    set.found_in_spite_of_good_hashes("layers", parts, &["id.part", "one too low"]);
+    set.found("layers", depth, &["depth.Z", "millimetres"]);
+    set.swap("truth/layers/cam00/000003.exr", "truth/layers/cam01/000003.exr");
+    set.found_in_spite_of_good_hashes("layers", "truth/layers/cam00/000003.exr", &["another part"]);
+}
+
+// ---- the blindfold ---------------------------------------------------------------------------------------------
+
+#[test]
+fn a_leaked_pose_is_found() {
+    let set = Copy::new();
+    let truth = Npz::from_bytes(TRUTH, &set.read(TRUTH)).unwrap();
+    let leak = Npz::from_iter([("prior", truth.get("angles").unwrap().clone())]);
+    set.write("start/prior.npz", &leak.to_bytes("x").unwrap());
+    set.found_in_spite_of_good_hashes("blindfold", "start/prior.npz", &["array prior", "joint angles of the actor"]);
+}
+
+#[test]
+fn a_start_pose_of_a_later_frame_is_found() {
+    let set = Copy::new();
+    let truth = Npz::from_bytes(TRUTH, &set.read(TRUTH)).unwrap();
+    let angles = truth.f64s(TRUTH, "angles", &[Some(FRAMES), None]).unwrap();
+    let row = &angles[3 * angles.len() / FRAMES..4 * angles.len() / FRAMES];
+    set.json("start/start.json", |json| json["angles"] = serde_json::json!(row));
+    set.found_in_spite_of_good_hashes("blindfold", "start/start.json", &["of frame 3"]);
+}
+
+#[test]
+fn words_hidden_in_an_image_are_found() {
+    let set = Copy::new();
+    let mut bytes = set.read(&Copy::mask(0, 4));
+    bytes.extend(b"pose");
+    set.write(&Copy::mask(0, 4), &bytes);
+    set.found_in_spite_of_good_hashes("blindfold", &Copy::mask(0, 4), &["4 bytes after the image"]);
+}
+
+// ---- what is no set --------------------------------------------------------------------------------------------
+
+#[test]
+fn what_is_no_set_of_this_format_is_an_error_and_no_fault() {
+    let error = |set: &Copy| verify(set.0.path(), Thoroughness::default()).unwrap_err().to_string();
+    let set = Copy::new();
+    set.text("set.toml", |text| text.replace("skiagraph.set/1", "skiagraph.set/2"));
+    let newer = error(&set);
+    assert!(newer.contains("skiagraph.set/2") && newer.contains("use the version of skiagraph"), "{newer}");
+    fs::remove_file(set.0.path().join("files.sha256")).unwrap();
+    assert!(error(&set).contains("is not a complete benchmark set: it has no files.sha256"));
+    let nowhere = verify(&set.0.path().join("nowhere"), Thoroughness::default()).unwrap_err().to_string();
+    assert!(nowhere.contains("No such file"), "{nowhere}");
+}
