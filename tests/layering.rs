@@ -64,7 +64,6 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
-    ("gltf", &["body/skin/gltf_file.rs"]),
     ("rustix", &["experiment/place.rs"]),
     (
         "std::fs",

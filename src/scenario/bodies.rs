@@ -11,7 +11,7 @@ pub struct ActorSettings {
     /// recorded subject. Default: `actor`.
     pub robot: String,
     /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
-    /// path of a `.toml`, `.glb` or `.gltf` relative to the scenario (`robots/skins/`). Default: the robot's solids.
+    /// path of a `.toml` relative to the scenario (`robots/skins/`). Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
     /// How the transforms of several links are blended. Default: `"linear"`.

@@ -12,7 +12,6 @@
 mod automatic;
 mod blend;
 mod dual_quaternion;
-mod gltf_file;
 mod mesh;
 mod reshape;
 mod segments;

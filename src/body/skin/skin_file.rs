@@ -1,4 +1,4 @@
-//! Skins of files: `.toml`, which names a mesh and its weights, or `.glb` and `.gltf` with their own.
+//! Skins of files: a `.toml` names a mesh and its weights.
 //!
 //! ```toml
 //! schema = "skiagraph.skin/1"
@@ -17,7 +17,7 @@ use nalgebra::Point3;
 use serde::Deserialize;
 
 use super::mesh::{SkinError, SkinMesh};
-use super::{gltf_file, weights_file};
+use super::weights_file;
 use crate::body::mesh_from_bytes;
 use crate::input::{self, excerpt, foreign, limits};
 
@@ -74,11 +74,10 @@ pub fn read_skin(path: &Path) -> Result<SkinMesh, SkinError> {
         input::read(path, limits::MESH).map_err(|source| SkinError::Unreadable { path: path.to_owned(), source })?;
     let file = path.display().to_string();
     match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
-        Some("glb" | "gltf") => gltf_file::parse(&file, &whole, &|uri| read(uri, limits::MESH)),
         Some("toml") => parse(&file, &String::from_utf8_lossy(&whole), &read),
         _ => Err(SkinError::Malformed {
             file,
-            detail: "expected a skin ending in .toml (which names a mesh), .glb or .gltf".to_owned(),
+            detail: "expected a skin ending in .toml, which names a mesh and its weights".to_owned(),
         }),
     }
 }
