@@ -7,7 +7,8 @@ use divan::Bencher;
 use scene::{filter, filter_of, ring, seen, standing, tracker25};
 use skiagraph::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
 use skiagraph::tracker::{
-    Likelihood, Refinement, RefinementSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
+    CALIBRATION_FRAMES, Likelihood, Refinement, RefinementSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
+    calibrate,
 };
 
 const SIZE: [u32; 2] = [640, 480];
@@ -39,6 +40,15 @@ fn frames(bencher: Bencher<'_, '_>, particles: usize, refined: bool) {
         filter = filter.with_refinement(refinement).expect("silhouettes can be descended");
     }
     bencher.bench_local(|| filter.track(divan::black_box(&observation)));
+}
+
+/// Once a run: twenty frames of four views.
+#[divan::bench(sample_count = 3)]
+fn calibration_of_the_body(bencher: Bencher<'_, '_>) {
+    let body = tracker25();
+    let seen: Vec<_> = (0..CALIBRATION_FRAMES).map(|_| (seen(&body, &ring(SIZE)), standing(&body))).collect();
+    let settings = SilhouetteSettings::default();
+    bencher.bench_local(|| calibrate(&body, &ring(SIZE), settings, divan::black_box(&seen)));
 }
 
 #[divan::bench(sample_count = 30)]

@@ -2,7 +2,7 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetParts, Start, Training, TruthFacts};
+use skiagraph::benchmark_set::{BenchmarkSet, Layer, Observed, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::observation::Observer;
@@ -41,7 +41,7 @@ fn stage(distortion: Distortion) -> Option<Stage> {
     let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
     let truth = GroundTruth::from_motion(actor.clone(), &motion, &rig).ok()?;
     let training = Training::none(&actor);
-    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), training } })
+    Some(Stage { rig, truth, start: Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false } })
 }
 
 impl Stage {
@@ -55,6 +55,7 @@ impl Stage {
             refitted: None,
             facts: &TruthFacts::default(),
             recordings: &[],
+            observed: Observed::default(),
         };
         BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).ok()
     }

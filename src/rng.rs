@@ -43,6 +43,10 @@ pub enum Purpose {
     MotionVariation = 11,
     /// A body drawn from a population.
     BodyShape = 12,
+    /// Looks of a scene and noise of a sensor.
+    Imaging = 13,
+    /// Settings of a sweep that are drawn at random.
+    Sweep = 20,
 }
 
 /// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera, a bootstrap replicate).

@@ -26,7 +26,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("editing", &["contact", "body", "rng", "input"]),
     ("physics", &["contact", "body", "raster", "parallel", "input"]),
     ("scene", &["body", "camera", "parallel", "input"]),
-    ("observation", &["scene", "body", "camera", "raster", "parallel"]),
+    ("observation", &["scene", "body", "camera", "raster", "simd", "rng", "parallel"]),
     ("motion_model", &["body", "simd", "rng"]),
     ("tracker", &["body", "camera", "raster", "observation", "motion_model", "contact", "rng", "parallel"]),
     (
@@ -45,7 +45,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "input",
         ],
     ),
-    ("scenario", &["body", "raster", "benchmark_set", "motion_model", "tracker", "input"]),
+    ("scenario", &["body", "raster", "observation", "benchmark_set", "motion_model", "tracker", "input"]),
     ("evaluation", &["body", "raster", "contact", "physics", "rng"]),
     ("report", &["evaluation", "raster", "body", "camera", "tracker"]),
 ];
@@ -60,11 +60,12 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("urdf_rs", &["body/urdf"]),
     ("exr", &["benchmark_set/exr_layers.rs"]),
     ("clap", &["cli"]),
+    ("image", &["experiment/pictures.rs"]),
     ("tiny_skia", &["report"]),
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
-    ("rustix", &["experiment/place.rs"]),
+    ("rustix", &["experiment/place.rs", "experiment/sweep/processor_time.rs"]),
     (
         "std::fs",
         &[

@@ -6,7 +6,9 @@ use std::process::Command;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence, Estimates, SetParts, Start, Training, TruthFacts};
+use skiagraph::benchmark_set::{
+    BenchmarkSet, EstimatedSequence, Estimates, Observed, SetParts, Start, Training, TruthFacts,
+};
 use skiagraph::body::{Humanoid, Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::npz::{Array, Npz, Values};
@@ -48,7 +50,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let motion = motion(&actor);
     let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
     let training = Training::none(&actor);
-    let start = Start { body: actor, pose: motion.poses[0].clone(), training };
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "for others",
@@ -58,6 +60,7 @@ fn write_set(directory: &Path) -> BenchmarkSet {
         refitted: Some(&motion),
         facts: &facts,
         recordings: &[],
+        observed: Observed::default(),
     };
     let observer = Observer::new(&truth, &rig);
     let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use skiagraph::benchmark_set::{
-    BenchmarkSet, CHECKS, Layer, SetParts, Start, Thoroughness, Training, TruthFacts, Verification, verify,
+    BenchmarkSet, CHECKS, Layer, Observed, SetParts, Start, Thoroughness, Training, TruthFacts, Verification, verify,
 };
 use skiagraph::body::{Humanoid, Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
@@ -60,7 +60,7 @@ fn render(directory: &Path) {
     let motion = motion(&actor);
     let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
     let training = Training::none(&actor);
-    let start = Start { body: actor, pose: motion.poses[0].clone(), training };
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "for faults",
@@ -70,6 +70,7 @@ fn render(directory: &Path) {
         refitted: Some(&motion),
         facts: &facts,
         recordings: &[],
+        observed: Observed::default(),
     };
     let observer = Observer::new(&truth, &rig);
     let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();

@@ -9,6 +9,8 @@
 //! writes. Those that take longest keep what they have measured under `runs/`, and continue after an interruption.
 
 mod apf;
+mod background;
+mod degradation;
 mod intervals;
 mod plausibility;
 mod s1;
@@ -23,12 +25,14 @@ use std::process::ExitCode;
 type Study = fn() -> Result<(), Box<dyn Error>>;
 
 /// Name, what it measures, and the study.
-const STUDIES: [(&str, &str, Study); 8] = [
+const STUDIES: [(&str, &str, Study); 10] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
+    ("background", "segmentation beside OpenCV's: results/background.md", background::study),
+    ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
     ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
     ("s1", "learned motion models with one camera: results/s1.md", s1::study),
-    ("search", "descent on contours and the search for limbs: results/search.md", search::study),
+    ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
     ("skin", "a skin against capsules as the tracker's body: results/skin.md", skin::study),
     (

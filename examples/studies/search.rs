@@ -1,11 +1,14 @@
-//! What descent on outlines and the search for limbs find: regenerates `results/search.md` and `results/search.json`.
+//! What descent on outlines, the search for limbs and a calibrated body find: regenerates `results/search.md` and
+//! `results/search.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`, where DIR holds the CMU takes that `takes.rs` names and
-//! their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. What was measured is kept in
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`, where DIR holds the CMU takes that `takes.rs`
+//! names and their skeletons. Three seeds, or as many as `SKIAGRAPH_SEEDS` says. What was measured is kept in
 //! `runs/search/outcomes.jsonl`, so that a study that was stopped goes on where it was; remove that file after a change
-//! of the program. With `SKIAGRAPH_TUNE=SETTINGS` the tuning takes are tracked with these settings (lines of
-//! `[tracker.annealed_particle_filter]`, parted by `;`) in small pictures and printed, and nothing is written;
-//! `SKIAGRAPH_TAKES` names some of them, `SKIAGRAPH_CONDITION` a condition. Without DIR nothing is run.
+//! of the program. With `SKIAGRAPH_PAGE=1` nothing is measured, and the page is written from what is known. With
+//! `SKIAGRAPH_TUNE=SETTINGS` the tuning takes are tracked with these settings (lines of
+//! `[tracker.annealed_particle_filter]`, parted by `;`) in small pictures, with and without calibration, and printed,
+//! and nothing is written; `SKIAGRAPH_TAKES` names some of them, `SKIAGRAPH_BODIES` some kinds of bodies,
+//! `SKIAGRAPH_CONDITION` a condition, `SKIAGRAPH_SIZE` the pictures' height. Without DIR nothing is run.
 
 mod page;
 mod spoiled;
@@ -18,10 +21,14 @@ use std::path::{Path, PathBuf};
 
 use page::Results;
 use spoiled::Condition;
-use units::{BODIES, Case, Ledger};
+use units::{BODIES, Case, Ledger, Method};
 
-/// Name in the results, settings. The algorithm as printed, and what ships as the default.
-const TRACKERS: [(&str, &str); 2] = [("paper", "paper = true"), ("refined", "")];
+/// The algorithm as printed.
+const PAPER: Method = Method { name: "paper", settings: "paper = true", calibrate: false };
+/// What ships as the default.
+const REFINED: Method = Method { name: "refined", settings: "", calibrate: false };
+/// The default with a body that the tracker calibrates.
+const CALIBRATED: Method = Method { name: "calibrated", settings: "", calibrate: true };
 /// Frames at 60 Hz of the reported takes, and of those that are seen under stress.
 const MOST_FRAMES: usize = 120;
 const STRESS_FRAMES: usize = 60;
@@ -29,30 +36,55 @@ const STRESS_FRAMES: usize = 60;
 const STRESSED: [&str; 4] = ["49_01", "02_04", "16_36", "35_08"];
 const SIZE_PX: [u32; 2] = [640, 480];
 
+/// What is measured, the most telling first: condition, kind of bodies, method.
+fn plan() -> Vec<(Condition, &'static str, Method)> {
+    let [matched, mismatch, alike] = BODIES.map(|(name, _)| name);
+    let clean = [
+        (mismatch, CALIBRATED),
+        (matched, CALIBRATED),
+        (mismatch, REFINED),
+        (matched, REFINED),
+        (alike, CALIBRATED),
+        (alike, REFINED),
+    ];
+    let clean = clean.map(|(bodies, method)| (Condition::Clean, bodies, method));
+    let stress = Condition::STRESS.map(|condition| (condition, matched, REFINED));
+    let paper = [matched, mismatch].map(|bodies| (Condition::Clean, bodies, PAPER));
+    let beside = Condition::STRESS.map(|condition| (condition, matched, PAPER));
+    [&clean[..], &stress, &paper, &beside].concat()
+}
+
+/// The takes of an entry of the plan, and how many frames of them are used. Clean views of matched bodies stand in both
+/// tables.
+fn cases(condition: Condition, bodies: &'static str) -> Vec<Case<'static>> {
+    let stressed = condition != Condition::Clean;
+    let takes = takes::REPORTED.iter().filter(|take| !stressed || STRESSED.contains(&take.name));
+    let most_frames = if stressed { STRESS_FRAMES } else { MOST_FRAMES };
+    takes.map(|take| Case { take, bodies, condition, most_frames, size_px: SIZE_PX }).collect()
+}
+
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
         eprintln!("SKIPPED: set SKIAGRAPH_MOCAP to a folder with CMU's takes and their .asf files");
         return Ok(());
     };
-    let seeds: u32 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(5), |n| n.parse())?;
+    let seeds: u32 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(3), |n| n.parse())?;
     if let Ok(settings) = std::env::var("SKIAGRAPH_TUNE") {
-        return tune(&settings.replace(';', "\n"), seeds, &mocap);
+        return tune(settings.replace(';', "\n").leak(), seeds, &mocap);
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut ledger = Ledger::open(root.join("runs/search/outcomes.jsonl"))?;
-    let mut results = Results::default();
-    for take in &takes::REPORTED {
-        for (bodies, _) in BODIES {
-            let case = Case { take, bodies, condition: Condition::Clean, most_frames: MOST_FRAMES, size_px: SIZE_PX };
-            let outcomes = case.outcomes(&TRACKERS, seeds, &mocap, &mut ledger)?;
-            results.clean.entry(bodies.to_owned()).or_default().insert(take.name.to_owned(), outcomes);
+    let measures = std::env::var_os("SKIAGRAPH_PAGE").is_none();
+    for (condition, bodies, method) in plan().into_iter().filter(|_| measures) {
+        for case in cases(condition, bodies) {
+            case.outcomes(&[method], seeds, &mocap, &mut ledger)?;
         }
     }
-    for condition in Condition::STRESS {
-        for take in takes::REPORTED.iter().filter(|take| STRESSED.contains(&take.name)) {
-            let case = Case { take, bodies: "matched", condition, most_frames: STRESS_FRAMES, size_px: SIZE_PX };
-            let outcomes = case.outcomes(&TRACKERS, seeds, &mocap, &mut ledger)?;
-            results.stress.entry(condition.name().to_owned()).or_default().insert(take.name.to_owned(), outcomes);
+    let mut results = Results::default();
+    for (condition, bodies, method) in plan() {
+        for case in cases(condition, bodies) {
+            let Some(outcome) = case.known(&method, seeds, &ledger) else { continue };
+            results.add(condition, bodies, case.take.name, method.name, outcome);
         }
     }
     let folder = root.join("results");
@@ -62,22 +94,33 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
 }
 
 /// The tuning takes in small pictures.
-fn tune(settings: &str, seeds: u32, mocap: &Path) -> Result<(), Box<dyn Error>> {
+fn tune(settings: &'static str, seeds: u32, mocap: &Path) -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut ledger = Ledger::open(root.join("runs/search/tuning.jsonl"))?;
     let said = |name: &str| std::env::var(name).unwrap_or_default();
-    let (wanted, condition) = (said("SKIAGRAPH_TAKES"), said("SKIAGRAPH_CONDITION"));
+    let (wanted, condition, kinds) = (said("SKIAGRAPH_TAKES"), said("SKIAGRAPH_CONDITION"), said("SKIAGRAPH_BODIES"));
     let condition = Condition::STRESS.into_iter().find(|c| c.name() == condition).unwrap_or(Condition::Clean);
-    let mut means: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for (bodies, _) in BODIES {
-        for take in takes::TUNING.iter().filter(|take| wanted.is_empty() || wanted.split(',').any(|w| w == take.name)) {
-            let case = Case { take, bodies, condition, most_frames: MOST_FRAMES, size_px: [320, 240] };
-            let outcome = &case.outcomes(&[("tuned", settings)], seeds, mocap, &mut ledger)?["tuned"];
-            means.entry(bodies).or_default().push(units::mean(&outcome.humaneva_mm));
+    let height: u32 = said("SKIAGRAPH_SIZE").parse().unwrap_or(240);
+    let is_wanted = |wanted: &str, name: &str| wanted.is_empty() || wanted.split(';').any(|w| w == name);
+    let methods = [false, true].map(|calibrate| Method {
+        name: if calibrate { "calibrated" } else { "tuned" },
+        settings,
+        calibrate,
+    });
+    let mut means: BTreeMap<(&str, &str), Vec<f64>> = BTreeMap::new();
+    for (bodies, _) in BODIES.iter().filter(|(name, _)| is_wanted(&kinds, name)) {
+        for take in takes::TUNING.iter().filter(|take| is_wanted(&wanted, take.name)) {
+            let size_px = [height / 3 * 4, height];
+            let case = Case { take, bodies, condition, most_frames: MOST_FRAMES, size_px };
+            let outcomes = case.outcomes(&methods, seeds, mocap, &mut ledger)?;
+            for method in &methods {
+                let error = units::mean(&outcomes[method.name].humaneva_mm);
+                means.entry((*bodies, method.name)).or_default().push(error);
+            }
         }
     }
-    for (bodies, errors) in means {
-        eprintln!("{bodies}: mean {:.2} mm", units::mean(&errors));
+    for ((bodies, method), errors) in means {
+        eprintln!("{bodies}, {method}: mean {:.2} mm", units::mean(&errors));
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use super::manifest::{self, BlindManifest, SequenceFacts};
 use super::start_file::Start;
 use super::{SetError, cameras_file, silhouette_png};
 use crate::camera::CameraRig;
-use crate::observation::Observation;
+use crate::observation::{Observation, ObservationFacts};
 
 /// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`. Nothing below `truth/`
 /// is ever opened; it may be absent.
@@ -23,8 +23,10 @@ pub struct BlindSet {
     /// The way the body faces in frame 0, a unit vector on the ground; `None` if it has no heading, and in sets of
     /// older versions.
     pub forward: Option<[f64; 3]>,
-    /// The cameras.
+    /// The cameras as a tracker is told them; the true ones may differ ([`super::TruthSet::cameras`]).
     pub rig: CameraRig,
+    /// How the observations were made; `None` where they are exact, and in sets of older versions.
+    pub observation: Option<ObservationFacts>,
     /// The tracker's start: body, pose and training.
     pub start: Start,
     /// SHA-256 (hexadecimal) of the list of files: the same for a set in memory and for its copy on any disk.
@@ -58,6 +60,7 @@ impl BlindSet {
             frames_per_second: manifest.sequence.frames_per_second,
             frame_count: manifest.sequence.frames,
             rig,
+            observation: manifest.observation,
             forward: manifest.sequence.forward,
             start: Start::from_files(files)?,
             set_hash: files.set_hash(),

@@ -21,6 +21,14 @@ use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
 const SCHEMA: &str = "skiagraph.body/1";
+const BODIES_SCHEMA: &str = "skiagraph.bodies/1";
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodiesRecord {
+    schema: String,
+    bodies: Vec<BodyRecord>,
+}
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -131,21 +139,7 @@ struct MarkerRecord {
 /// # Errors
 /// [`SetError::Malformed`] where a number is not finite and no limit.
 pub fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
-    let markers = LANDMARKS.iter().zip(&body.markers).filter_map(|(landmark, marker)| {
-        let marker = marker.as_ref()?;
-        Some((landmark.name().to_string(), MarkerRecord { link: marker.link, point: marker.point_in_link.into() }))
-    });
-    let record = BodyRecord {
-        schema: SCHEMA.to_string(),
-        name: body.name.clone(),
-        links: body.links.iter().map(LinkRecord::new).collect(),
-        joints: body.joints.iter().map(JointRecord::new).collect(),
-        degrees_of_freedom: body.degrees_of_freedom.iter().map(DegreeRecord::new).collect(),
-        markers: markers.collect(),
-        notes: body.notes.clone(),
-        skin: body.skin.as_ref().map(|skin| SkinRecord::new(skin)),
-    };
-    super::json::to_bytes(file, &record)
+    super::json::to_bytes(file, &BodyRecord::new(body))
 }
 
 /// The body of a file written by [`to_json`], with every invariant of [`Humanoid`] checked. `file` is its name in
@@ -160,7 +154,49 @@ pub fn from_json(file: &str, bytes: &[u8]) -> Result<Humanoid, SetError> {
     Ok(body)
 }
 
+/// The bytes of a file of several bodies (`skiagraph.bodies/1`): those of a run whose tracker calibrated its body, one
+/// a seed.
+///
+/// # Errors
+/// [`SetError::Malformed`] where a number is not finite and no limit.
+pub fn bodies_to_json(file: &str, bodies: &[Humanoid]) -> Result<Vec<u8>, SetError> {
+    let record =
+        BodiesRecord { schema: BODIES_SCHEMA.to_string(), bodies: bodies.iter().map(BodyRecord::new).collect() };
+    super::json::to_bytes(file, &record)
+}
+
+/// The bodies of a file written by [`bodies_to_json`], every invariant of [`Humanoid`] checked.
+///
+/// # Errors
+/// [`SetError::Malformed`] with the problem.
+pub fn bodies_from_json(file: &str, bytes: &[u8]) -> Result<Vec<Humanoid>, SetError> {
+    let record: BodiesRecord = super::json::from_bytes(file, BODIES_SCHEMA, bytes)?;
+    let checked = |record: BodyRecord| {
+        let body = record.body()?;
+        body.check_bounds().map(|()| body)
+    };
+    let bodies = record.bodies.into_iter().map(checked).collect::<Result<Vec<_>, String>>();
+    bodies.map_err(|detail| SetError::malformed(file, detail))
+}
+
 impl BodyRecord {
+    fn new(body: &Humanoid) -> Self {
+        let markers = LANDMARKS.iter().zip(&body.markers).filter_map(|(landmark, marker)| {
+            let marker = marker.as_ref()?;
+            Some((landmark.name().to_string(), MarkerRecord { link: marker.link, point: marker.point_in_link.into() }))
+        });
+        Self {
+            schema: SCHEMA.to_string(),
+            name: body.name.clone(),
+            links: body.links.iter().map(LinkRecord::new).collect(),
+            joints: body.joints.iter().map(JointRecord::new).collect(),
+            degrees_of_freedom: body.degrees_of_freedom.iter().map(DegreeRecord::new).collect(),
+            markers: markers.collect(),
+            notes: body.notes.clone(),
+            skin: body.skin.as_ref().map(|skin| SkinRecord::new(skin)),
+        }
+    }
+
     fn body(self) -> Result<Humanoid, String> {
         if self.links.len() != self.joints.len() + 1 {
             return Err(format!(

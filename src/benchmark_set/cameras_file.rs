@@ -13,6 +13,8 @@ use crate::camera::{Camera, CameraRig};
 use crate::input::excerpt;
 
 pub(super) const PATH: &str = "cameras.json";
+/// The cameras that saw the actor, where trackers are told others.
+pub(super) const TRUTH_PATH: &str = "truth/cameras.json";
 const SCHEMA: &str = "skiagraph.cameras/1";
 pub(super) const PIXEL_CENTRES: &str = "integers: the centre of the top-left pixel is (0, 0)";
 pub(super) const AXES: &str = "OpenCV: x right, y down, z forward; x_camera = R x_world + t; world Z up; metres";
@@ -56,12 +58,17 @@ pub(super) fn to_json(rig: &CameraRig) -> Result<Vec<u8>, SetError> {
 }
 
 pub(super) fn from_json(bytes: &[u8]) -> Result<CameraRig, SetError> {
-    let file: CamerasFile = super::json::from_bytes(PATH, SCHEMA, bytes)?;
+    from_file(PATH, bytes)
+}
+
+/// As [`from_json`], of a file of another name.
+pub(super) fn from_file(path: &str, bytes: &[u8]) -> Result<CameraRig, SetError> {
+    let file: CamerasFile = super::json::from_bytes(path, SCHEMA, bytes)?;
     let cameras = file.cameras.iter().map(|record| {
-        record.camera().map_err(|e| SetError::malformed(PATH, format!("camera {:?}: {e}", excerpt(&record.name))))
+        record.camera().map_err(|e| SetError::malformed(path, format!("camera {:?}: {e}", excerpt(&record.name))))
     });
     let rig = CameraRig { cameras: cameras.collect::<Result<_, _>>()? };
-    rig.check_size().map_err(|e| SetError::malformed(PATH, e.to_string()))?;
+    rig.check_size().map_err(|e| SetError::malformed(path, e.to_string()))?;
     Ok(rig)
 }
 

@@ -7,6 +7,7 @@
 //! | `estimate_root`, `estimate_angles` | (S, T, 7), (S, T, n) | poses of the tracker's body (`start/body.json`) |
 //! | `estimate_markers` | (S, T, M, 3) | where HumanEva's markers are, m |
 //! | `estimate_joints` | (S, T, J, 3) | where joints of the tracker's body are, m |
+//! | `estimate_covariance` | (S, T, M, 3, 3) | how uncertain HumanEva's markers are, m^2; symmetric |
 //! | `truth_root`, `truth_angles` | (T, 7), (T, m) | the actor's poses, where the truth is known |
 //! | `truth_joints`, `truth_markers` | (T, K, 3), (T, 15, 3) | where they put it, m |
 //!
@@ -21,11 +22,11 @@
 //! - joints alone give the markers that lie on them; `estimate_root` alone gives those of the root link and its
 //!   rotation.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Matrix3, Point3};
 
 use super::truth_file::{marker_numbers, push_poses};
 use super::{SetError, rigid};
-use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
+use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::{Array, Npz};
 use crate::scene::GroundTruth;
 
@@ -38,6 +39,9 @@ pub struct Estimates {
     pub seeds: Vec<u64>,
     /// One for every seed; the same number of frames in each.
     pub sequences: Vec<EstimatedSequence>,
+    /// The bodies that the poses are of, one for every seed, where the tracker calibrated its body; else empty, and all
+    /// are of the tracker's body of the set.
+    pub bodies: Vec<Humanoid>,
     /// Notes about reading the file.
     pub notes: Vec<String>,
 }
@@ -49,6 +53,8 @@ pub struct EstimatedSequence {
     pub articulation: Articulation,
     /// Positions of HumanEva's markers, one entry per frame; all `None` in a frame without an estimate.
     pub markers: Vec<Markers>,
+    /// How uncertain they are, one entry per frame; empty where the estimate does not tell.
+    pub covariances: Vec<MarkerCovariances>,
 }
 
 /// Information of an estimate beyond marker positions: one entry per frame, `None` without an estimate.
@@ -66,7 +72,8 @@ impl EstimatedSequence {
     /// A pose of `body` for every frame.
     pub fn of_poses(body: &Humanoid, poses: Vec<Pose>) -> Self {
         let markers = poses.iter().map(|pose| body.markers(&body.link_frames(pose))).collect();
-        Self { articulation: Articulation::Poses(poses.into_iter().map(Some).collect()), markers }
+        let articulation = Articulation::Poses(poses.into_iter().map(Some).collect());
+        Self { articulation, markers, covariances: Vec::new() }
     }
 
     /// The poses, where they are known.
@@ -108,6 +115,11 @@ impl Estimates {
         self.sequences.first().map_or(0, EstimatedSequence::frames)
     }
 
+    /// The body whose poses the sequence `index` has; `body` is the tracker's of the set.
+    pub fn body<'a>(&'a self, index: usize, body: &'a Humanoid) -> &'a Humanoid {
+        self.bodies.get(index).unwrap_or(body)
+    }
+
     /// The bytes of `poses.npz`; `body` is the tracker's. Without a truth, the `truth_` arrays are left out; what is
     /// not known of the estimates is left out too, and a frame without an estimate is NaN.
     ///
@@ -128,7 +140,8 @@ impl Estimates {
             let poses = truth.frames.iter().map(|f| &f.pose);
             let shape = [truth.frames.len()];
             push_poses(&mut npz, "truth_", &shape, &truth.actor, poses.clone());
-            push_joints(&mut npz, "truth_", &shape, &truth.actor, poses.map(Some));
+            let actor = &truth.actor;
+            push_joints(&mut npz, "truth_", &shape, actor, poses.map(|pose| (actor, Some(pose.clone()))));
             push_markers(&mut npz, "truth_", &shape, truth.frames.iter().map(|f| &f.markers));
         }
         Ok(npz.to_bytes(file)?)
@@ -162,32 +175,46 @@ impl Estimates {
             let rows = roots.flat_map(|root| root.map_or([f64::NAN; 7], |root| rigid::to_row(&root)));
             npz.push("estimate_root", Array::new(&[shape[0], shape[1], 7], rows.collect::<Vec<f64>>()));
         }
-        let poses = self.sequences.iter().flat_map(|sequence| sequence.poses().unwrap_or_default()).map(Option::as_ref);
+        let of_seed = |(index, sequence): (usize, &'_ EstimatedSequence)| {
+            let poses = sequence.poses().unwrap_or_default().to_vec();
+            poses.into_iter().map(move |pose| (self.body(index, body), pose))
+        };
+        let poses = || self.sequences.iter().enumerate().flat_map(of_seed);
         if has_poses {
-            let rows = poses.clone().flat_map(|pose| match pose {
+            let rows = poses().flat_map(|(_, pose)| match pose {
                 Some(pose) => pose.joint_angles.as_slice().to_vec(),
                 None => vec![f64::NAN; degrees],
             });
             npz.push("estimate_angles", Array::new(&[shape[0], shape[1], degrees], rows.collect::<Vec<f64>>()));
             let names = body.degrees_of_freedom.iter().map(|d| d.name.as_str());
             npz.push("estimate_angle_names", Array::names(names));
-            push_joints(npz, "estimate_", &shape, body, poses);
+            push_joints(npz, "estimate_", &shape, body, poses());
         }
         push_markers(npz, "estimate_", &shape, self.sequences.iter().flat_map(|sequence| &sequence.markers));
+        if self.sequences.iter().all(|sequence| !sequence.covariances.is_empty()) && !self.sequences.is_empty() {
+            let all = self.sequences.iter().flat_map(|sequence| sequence.covariances.iter().flatten());
+            let numbers = |covariance: &Option<Matrix3<f64>>| match covariance {
+                Some(covariance) => <[[f64; 3]; 3]>::from(*covariance).as_flattened().to_vec(),
+                None => vec![f64::NAN; 9],
+            };
+            let shape = [shape[0], shape[1], LANDMARKS.len(), 3, 3];
+            npz.push("estimate_covariance", Array::new(&shape, all.flat_map(numbers).collect::<Vec<f64>>()));
+        }
     }
 }
 
-/// Adds where the joints of a body are along the axes `shape`, NaN without a pose, and their names.
+/// Adds where the joints are along the axes `shape`, NaN without a pose, and their names; `poses` come with the body
+/// that they are of.
 fn push_joints<'a>(
     npz: &mut Npz,
     prefix: &str,
     shape: &[usize],
     body: &Humanoid,
-    poses: impl Iterator<Item = Option<&'a Pose>>,
+    poses: impl Iterator<Item = (&'a Humanoid, Option<Pose>)>,
 ) {
-    let place = |pose: Option<&Pose>| match pose {
+    let place = |(body, pose): (&Humanoid, Option<Pose>)| match pose {
         Some(pose) => {
-            body.link_frames(pose).0.iter().skip(1).flat_map(|f| <[f64; 3]>::from(f.translation.vector)).collect()
+            body.link_frames(&pose).0.iter().skip(1).flat_map(|f| <[f64; 3]>::from(f.translation.vector)).collect()
         }
         None => vec![f64::NAN; 3 * body.joints.len()],
     };
@@ -217,6 +244,7 @@ mod tests {
             frames_per_second: 60.0,
             seeds: vec![4, 9],
             sequences: vec![sequence(1..4), sequence(4..7)],
+            bodies: vec![],
             notes: vec![],
         }
     }
@@ -230,6 +258,43 @@ mod tests {
         let markers = npz.f64s("poses.npz", "truth_markers", &[Some(3), Some(15), Some(3)]).unwrap();
         assert_eq!(markers[45..48], *truth.frames[1].markers[0].unwrap().coords.as_slice());
         assert!(npz.f64s("poses.npz", "estimate_joints", &[Some(2), Some(3), Some(7), Some(3)]).is_ok());
+    }
+
+    #[test]
+    fn covariances_are_read_back_and_must_be_symmetric_and_no_less_than_nothing() {
+        let mut estimates = sample();
+        for (index, sequence) in estimates.sequences.iter_mut().enumerate() {
+            let of_frame = |frame: usize| {
+                let mut covariances = [Some(Matrix3::new(3.0, 0.5, 0.0, 0.5, 2.0, 0.1, 0.0, 0.1, 1.0) * 1e-6); 15];
+                covariances[frame + index] = None;
+                covariances
+            };
+            sequence.covariances = (0..3).map(of_frame).collect();
+        }
+        let bytes = estimates.to_bytes("p", &person(), None).unwrap();
+        assert_eq!(Estimates::from_bytes("p", &bytes, &person()).unwrap(), estimates);
+        for wrong in [Matrix3::new(1.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), -Matrix3::identity()] {
+            estimates.sequences[1].covariances[2][4] = Some(wrong);
+            let bytes = estimates.to_bytes("p", &person(), None).unwrap();
+            let error = Estimates::from_bytes("p", &bytes, &person()).unwrap_err().to_string();
+            assert!(error.contains("estimate_covariance") && error.contains("left_wrist"), "{error}");
+        }
+    }
+
+    #[test]
+    fn poses_of_calibrated_bodies_put_markers_and_joints_where_those_bodies_have_them() {
+        let longer = person().reshaped(&crate::body::BodyShape::random_mismatch(&person(), 3, 0.2, 0.1));
+        let mut estimates = sample();
+        estimates.bodies = vec![person(), longer.clone()];
+        estimates.sequences[1] = EstimatedSequence::of_poses(&longer, walk(7).poses[4..7].to_vec());
+        let bytes = estimates.to_bytes("poses.npz", &person(), None).unwrap();
+        let read = Estimates::of_bodies("poses.npz", &bytes, &person(), estimates.bodies.clone()).unwrap();
+        assert_eq!(read, estimates);
+        // With another body than that of the poses the markers of the file do not agree.
+        let error = Estimates::from_bytes("poses.npz", &bytes, &person()).unwrap_err().to_string();
+        assert!(error.contains("mm from where"), "{error}");
+        let error = Estimates::of_bodies("poses.npz", &bytes, &person(), vec![longer]).unwrap_err().to_string();
+        assert!(error.contains("1 bodies for 2 seeds"), "{error}");
     }
 
     #[test]

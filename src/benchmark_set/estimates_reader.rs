@@ -1,10 +1,10 @@
 //! Reads `poses.npz` of any program: columns are ordered by name, NaN means no estimate.
 
-use nalgebra::{DVector, Isometry3, Point3};
+use nalgebra::{DVector, Isometry3, Matrix3, Point3};
 
 use super::estimates::{Articulation, EstimatedSequence, Estimates, Place};
 use super::{SetError, rigid};
-use crate::body::{Humanoid, LANDMARKS, Markers, Pose};
+use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::Npz;
 
 /// Tolerance between two values of one position, metres: above the error of single precision far from the origin.
@@ -21,6 +21,15 @@ impl Estimates {
     /// [`SetError::Malformed`] naming the array, the name of a column, or the seed and frame that is not what it should
     /// be.
     pub fn from_bytes(file: &str, bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {
+        Self::of_bodies(file, bytes, body, Vec::new())
+    }
+
+    /// As [`Self::from_bytes`], where the poses of each seed are of a body of its own: `bodies`, one a seed, which have
+    /// the joints and degrees of freedom of `body`. Without any, all are of `body`.
+    ///
+    /// # Errors
+    /// [`SetError::Malformed`] as there, and where the bodies do not fit.
+    pub fn of_bodies(file: &str, bytes: &[u8], body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
         let npz = Npz::from_bytes(file, bytes)?;
         let refuse = |detail: &str| SetError::malformed(file, detail);
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
@@ -38,10 +47,25 @@ impl Estimates {
         if seeds.is_empty() || frames == 0 {
             return Err(refuse("holds no frame of any seed"));
         }
-        let mut reader = Reader { file, npz: &npz, body, seeds: &seeds, frames, notes: Vec::new() };
+        check_bodies(body, &bodies, seeds.len()).map_err(|detail| refuse(&detail))?;
+        let mut reader = Reader { file, npz: &npz, body, bodies: &bodies, seeds: &seeds, frames, notes: Vec::new() };
         let sequences = reader.sequences()?;
         let notes = reader.notes;
-        Ok(Self { frames_per_second, seeds, sequences, notes })
+        Ok(Self { frames_per_second, seeds, sequences, bodies, notes })
+    }
+}
+
+fn check_bodies(body: &Humanoid, bodies: &[Humanoid], seeds: usize) -> Result<(), String> {
+    if !bodies.is_empty() && bodies.len() != seeds {
+        return Err(format!("{} bodies for {seeds} seeds; expected one a seed", bodies.len()));
+    }
+    let names = |of: &Humanoid| {
+        let degrees: Vec<String> = of.degrees_of_freedom.iter().map(|degree| degree.name.clone()).collect();
+        (degrees, of.joints.iter().map(|joint| joint.name.clone()).collect::<Vec<_>>())
+    };
+    match bodies.iter().all(|of| names(of) == names(body)) {
+        true => Ok(()),
+        false => Err(format!("its bodies have other joints than the tracker's body {:?} of the set", body.name)),
     }
 }
 
@@ -49,9 +73,18 @@ struct Reader<'a> {
     file: &'a str,
     npz: &'a Npz,
     body: &'a Humanoid,
+    /// One a seed, or none.
+    bodies: &'a [Humanoid],
     seeds: &'a [u64],
     frames: usize,
     notes: Vec<String>,
+}
+
+/// Whether a matrix is finite, symmetric and has no negative eigenvalue, but for rounding.
+fn is_covariance(matrix: &Matrix3<f64>) -> bool {
+    let scale = matrix.abs().max();
+    let symmetric = (matrix - matrix.transpose()).abs().max() <= 1e-5 * scale;
+    matrix.iter().all(|number| number.is_finite()) && symmetric && matrix.symmetric_eigenvalues().min() >= -1e-5 * scale
 }
 
 /// Places of named points, one row for every frame of every seed.
@@ -93,16 +126,18 @@ impl Reader<'_> {
         let given =
             Given { markers, joints, roots: roots.as_deref().filter(|_| poses.is_none()), poses: poses.as_deref() };
         self.tell(&given);
+        let covariances = self.covariances(&landmarks)?;
         let mut found = Vec::with_capacity(self.seeds.len());
         for (index, _) in self.seeds.iter().enumerate() {
             let rows = index * self.frames..(index + 1) * self.frames;
             let markers = rows.clone().map(|row| self.markers(&given, row)).collect::<Result<_, _>>()?;
             let articulation = match (&poses, &roots) {
-                (Some(poses), _) => Articulation::Poses(poses[rows].to_vec()),
-                (None, Some(roots)) => Articulation::Roots(roots[rows].to_vec()),
+                (Some(poses), _) => Articulation::Poses(poses[rows.clone()].to_vec()),
+                (None, Some(roots)) => Articulation::Roots(roots[rows.clone()].to_vec()),
                 (None, None) => Articulation::Unknown,
             };
-            found.push(EstimatedSequence { articulation, markers });
+            let covariances = covariances.as_ref().map(|all| all[rows].to_vec()).unwrap_or_default();
+            found.push(EstimatedSequence { articulation, markers, covariances });
         }
         Ok(found)
     }
@@ -194,6 +229,36 @@ impl Reader<'_> {
         Ok(Some(Columns { points, places }))
     }
 
+    /// How uncertain the markers are, for every frame of every seed; `None` where the file does not tell.
+    fn covariances(&self, known: &Known<'_>) -> Result<Option<Vec<MarkerCovariances>>, SetError> {
+        const NAME: &str = "estimate_covariance";
+        if self.npz.get(NAME).is_none() {
+            return Ok(None);
+        }
+        let names = self.npz.names(self.file, "marker_names")?;
+        let names =
+            names.ok_or_else(|| self.refuse(&format!("{NAME} needs marker_names, the names of its columns")))?;
+        let points = self.order("marker_names", names, known)?;
+        let numbers = self.numbers(NAME, &[Some(points.len()), Some(3), Some(3)])?;
+        let mut found = vec![[None; LANDMARKS.len()]; self.seeds.len() * self.frames];
+        for (index, numbers) in numbers.as_chunks::<9>().0.iter().enumerate() {
+            let (row, column) = (index / points.len(), index % points.len());
+            let covariance = Matrix3::from_row_slice(numbers);
+            found[row][points[column]] = match numbers.iter().all(|number| number.is_nan()) {
+                true => None,
+                false if is_covariance(&covariance) => Some(covariance),
+                false => {
+                    let detail = format!(
+                        "{:?} is {numbers:?}; expected a symmetric matrix with no negative eigenvalue, m^2, or NaN throughout",
+                        names[column]
+                    );
+                    return Err(self.refuse_row(NAME, row, &detail));
+                }
+            };
+        }
+        Ok(Some(found))
+    }
+
     /// Which of the known each name is.
     fn order(&self, array: &str, names: &[String], known: &Known<'_>) -> Result<Vec<usize>, SetError> {
         let quoted = |name: &str| format!("{:?}", name.chars().take(QUOTED).collect::<String>());
@@ -218,12 +283,18 @@ impl Reader<'_> {
         }
     }
 
+    /// The body that the pose of a row is of.
+    fn body_of(&self, row: usize) -> &Humanoid {
+        self.bodies.get(row / self.frames).unwrap_or(self.body)
+    }
+
     /// The marker positions in one frame, from all sources.
     fn markers(&self, given: &Given<'_>, row: usize) -> Result<Markers, SetError> {
         let mut found: Markers = [None; LANDMARKS.len()];
         let mut said_by = "";
         if let Some(pose) = given.poses.and_then(|poses| poses[row].as_ref()) {
-            found = self.body.markers(&self.body.link_frames(pose));
+            let body = self.body_of(row);
+            found = body.markers(&body.link_frames(pose));
             said_by = "estimate_root and estimate_angles";
         }
         for (landmark, place) in given.markers.iter().flat_map(|columns| columns.row(row)) {
@@ -231,12 +302,12 @@ impl Reader<'_> {
         }
         said_by = if said_by.is_empty() { "estimate_markers" } else { said_by };
         for (joint, place) in given.joints.iter().flat_map(|columns| columns.row(row)) {
-            for landmark in self.body.markers_on_joint(joint) {
+            for landmark in self.body_of(row).markers_on_joint(joint) {
                 self.put(&mut found, landmark, place, row, ["estimate_joints", said_by])?;
             }
         }
         if let Some(root) = given.roots.and_then(|roots| roots[row]) {
-            for (landmark, point) in self.body.markers_on_root() {
+            for (landmark, point) in self.body_of(row).markers_on_root() {
                 let has_column = given.markers.as_ref().is_some_and(|columns| columns.points.contains(&landmark));
                 found[landmark] = found[landmark].or((!has_column).then(|| root * point));
             }

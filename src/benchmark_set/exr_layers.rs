@@ -1,9 +1,15 @@
 //! Optional ground-truth images, one OpenEXR file per camera and frame; the only use of the crate `exr`.
 //!
-//! Channels: `depth.Z` (32-bit float, metres along the camera's z axis, +inf without geometry) and `id.part` (32-bit
-//! unsigned, index of the link in `truth.npz`'s `link_names` plus 1, 0 without geometry), at the centre of each pixel.
-//! The data window is the bounding box of the body; the display window is the image. Outside the data window there is
-//! no geometry.
+//! | channels | type | meaning, at the centre of each pixel |
+//! |---|---|---|
+//! | `depth.Z` | float | metres along the camera's z axis, +inf without geometry |
+//! | `id.part` | unsigned | index of the link in `truth.npz`'s `link_names` plus 1, 0 without geometry |
+//! | `normal.X`, `.Y`, `.Z` | float | outward unit normal in the world, 0 without geometry |
+//! | `forward.u`, `.v` | float | pixels to the place of the same surface point in the next frame, NaN without |
+//! | `A` | float | share of 4 x 4 samples of the pixel that see the body |
+//! | `R`, `G`, `B`; `Y` if grey | float | brightness of the scene before the sensor, 0 to 1 |
+//!
+//! All are 32 bits. The data window is the bounding box of what shows the body, with colour the whole image; the display window is the image. Outside the data window there is no geometry.
 
 use std::io::Cursor;
 
@@ -15,8 +21,8 @@ use serde::{Deserialize, Serialize};
 
 use super::SetError;
 use super::files::LAYERS;
-use crate::body::DepthImage;
 use crate::input::{self, foreign, limits};
+use crate::observation::LayerImages;
 
 /// A truth image that can be asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -26,6 +32,14 @@ pub enum Layer {
     Depth,
     /// Which link it belongs to.
     Parts,
+    /// Surface normals.
+    Normals,
+    /// Optical flow to the next frame.
+    Flow,
+    /// Anti-aliased coverage.
+    Coverage,
+    /// Brightness of the scene in colour.
+    Colour,
 }
 
 /// Where the layers of a camera and frame lie.
@@ -34,11 +48,27 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 }
 
 /// The EXR file of some layers of an image.
-pub(super) fn encode(file: &str, image: &DepthImage, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
-    let window = Window::from_image(image);
-    let channel = |layer: &Layer| match layer {
-        Layer::Depth => AnyChannel::new("depth.Z", FlatSamples::F32(window.crop(&image.depth))),
-        Layer::Parts => AnyChannel::new("id.part", FlatSamples::U32(window.crop(&image.part))),
+pub(super) fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
+    let image = &images.depth;
+    let window = Window::new(images, layers);
+    let floats = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
+    let part_of = |values: &[[f32; 3]], axis: usize| window.crop(values).into_iter().map(|v| v[axis]).collect();
+    let channels_of = |layer: &Layer| match layer {
+        Layer::Depth => vec![floats("depth.Z", window.crop(&image.depth))],
+        Layer::Parts => vec![AnyChannel::new("id.part", FlatSamples::U32(window.crop(&image.part)))],
+        Layer::Normals => {
+            let names = ["normal.X", "normal.Y", "normal.Z"].into_iter().enumerate();
+            names.map(|(axis, name)| floats(name, part_of(&images.normals, axis))).collect()
+        }
+        Layer::Flow => {
+            let along = |axis: usize| window.crop(&images.flow).into_iter().map(|v| v[axis]).collect();
+            vec![floats("forward.u", along(0)), floats("forward.v", along(1))]
+        }
+        Layer::Coverage => vec![floats("A", window.crop(&images.coverage))],
+        Layer::Colour => {
+            let names = if images.colour.len() == 1 { &["Y"][..] } else { &["R", "G", "B"] };
+            names.iter().zip(&images.colour).map(|(name, plane)| floats(name, window.crop(plane))).collect()
+        }
     };
     let mut chosen = layers.to_vec();
     chosen.dedup();
@@ -46,7 +76,7 @@ pub(super) fn encode(file: &str, image: &DepthImage, layers: &[Layer]) -> Result
         Encoding { compression: Compression::RLE, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let attributes =
         LayerAttributes { layer_position: Vec2(window.left as i32, window.top as i32), ..Default::default() };
-    let channels = AnyChannels::sort(chosen.iter().map(channel).collect());
+    let channels = AnyChannels::sort(chosen.iter().flat_map(channels_of).collect());
     let layer = exr::prelude::Layer::new((window.width, window.height), attributes, encoding, channels);
     let whole = IntegerBounds::from_dimensions((image.width as usize, image.height as usize));
     let mut bytes = Cursor::new(Vec::new());
@@ -149,12 +179,21 @@ struct Window {
 }
 
 impl Window {
-    fn from_image(image: &DepthImage) -> Self {
+    fn new(images: &LayerImages, layers: &[Layer]) -> Self {
+        let image = &images.depth;
         let image_width = image.width as usize;
         let (mut left, mut right, mut top, mut bottom) = (image_width, 0, image.height as usize, 0);
-        for (y, row) in image.part.chunks(image_width.max(1)).enumerate() {
-            let Some(first) = row.iter().position(|part| *part > 0) else { continue };
-            let last = row.iter().rposition(|part| *part > 0).unwrap_or(first);
+        let (colour, coverage) = (layers.contains(&Layer::Colour), layers.contains(&Layer::Coverage));
+        let shows = |index: &usize| {
+            colour
+                || image.part[*index] > 0
+                || (coverage && images.coverage.get(*index).is_some_and(|share| *share > 0.0))
+        };
+        for y in 0..image.height as usize {
+            let mut row = y * image_width..(y + 1) * image_width;
+            let Some(first) = row.clone().find(shows).map(|index| index - row.start) else { continue };
+            let start = row.start;
+            let last = row.rfind(shows).map_or(first, |index| index - start);
             (left, right) = (left.min(first), right.max(last + 1));
             (top, bottom) = (top.min(y), y + 1);
         }
@@ -175,7 +214,13 @@ mod tests {
     use super::*;
     use exr::prelude::*;
 
-    fn image() -> DepthImage {
+    use crate::body::DepthImage;
+
+    fn image() -> LayerImages {
+        depth_image().into()
+    }
+
+    fn depth_image() -> DepthImage {
         let mut image = DepthImage { width: 9, height: 7, depth: vec![f32::INFINITY; 63], part: vec![0; 63] };
         for (x, y, depth, part) in [(3, 2, 1.5, 4), (6, 4, 2.25, 1), (5, 3, 0.1, 70_000)] {
             image.depth[y * 9 + x] = depth;
@@ -211,11 +256,40 @@ mod tests {
 
     #[test]
     fn an_image_without_a_figure_is_one_empty_pixel_and_bytes_never_change() {
-        let empty = DepthImage { depth: vec![f32::INFINITY; 63], part: vec![0; 63], ..image() };
-        let file = read_back(encode("x", &empty, &[super::Layer::Depth]).unwrap());
+        let empty = DepthImage { depth: vec![f32::INFINITY; 63], part: vec![0; 63], ..depth_image() };
+        let file = read_back(encode("x", &empty.into(), &[super::Layer::Depth]).unwrap());
         assert_eq!(file.layer_data[0].size, Vec2(1, 1));
         assert_eq!(file.layer_data[0].channel_data.list[0].sample_data, FlatSamples::F32(vec![f32::INFINITY]));
         let layers = [super::Layer::Depth, super::Layer::Parts];
         assert_eq!(encode("x", &image(), &layers).unwrap(), encode("x", &image(), &layers).unwrap());
+    }
+
+    #[test]
+    fn channels_have_their_usual_names_and_coverage_and_colour_widen_the_window() {
+        let mut images = image();
+        images.normals = (0..63).map(|i| [i as f32, 0.5, -1.0]).collect();
+        images.flow = vec![[1.0, -2.0]; 63];
+        images.coverage = vec![0.0; 63];
+        images.coverage[9 + 7] = 0.25;
+        images.colour = vec![vec![0.1; 63], vec![0.2; 63], vec![0.3; 63]];
+        let layers = |layers: &[super::Layer]| read_back(encode("x", &images, layers).unwrap()).layer_data[0].clone();
+        let names = |layer: &exr::prelude::Layer<AnyChannels<FlatSamples>>| -> Vec<String> {
+            layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect()
+        };
+        let vectors = layers(&[super::Layer::Normals, super::Layer::Flow]);
+        assert_eq!(names(&vectors), ["forward.u", "forward.v", "normal.X", "normal.Y", "normal.Z"]);
+        assert_eq!(vectors.size, Vec2(4, 3));
+        let FlatSamples::F32(x) = &vectors.channel_data.list[2].sample_data else { panic!() };
+        assert_eq!(x[..5], [21.0, 22.0, 23.0, 24.0, 30.0], "cropped row by row");
+        let covered = layers(&[super::Layer::Coverage]);
+        assert_eq!(
+            (names(&covered), covered.size, covered.attributes.layer_position),
+            (vec!["A".to_owned()], Vec2(5, 4), Vec2(3, 1))
+        );
+        let coloured = layers(&[super::Layer::Colour, super::Layer::Depth]);
+        assert_eq!(
+            (names(&coloured), coloured.size),
+            (["B", "G", "R", "depth.Z"].map(str::to_owned).to_vec(), Vec2(9, 7))
+        );
     }
 }

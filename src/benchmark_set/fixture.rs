@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
-use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
+use super::{BenchmarkSet, Observed, SetError, SetParts, Start, Training, TruthFacts};
 use crate::body::fixture::{person, walk};
 use crate::body::{
     DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
@@ -20,7 +20,8 @@ pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
 /// A set of a motion of the test person.
 pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
     let truth = GroundTruth::from_motion(person(), motion, &rig()).unwrap();
-    let start = Start { body: person(), pose: motion.poses[0].clone(), training: Training::none(&person()) };
+    let start =
+        Start { body: person(), pose: motion.poses[0].clone(), training: Training::none(&person()), calibrate: false };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "small",
@@ -30,6 +31,7 @@ pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
         refitted: Some(motion),
         facts: &facts,
         recordings: &[],
+        observed: Observed::default(),
     };
     let rig = rig();
     let observer = Observer::new(&truth, &rig);

@@ -8,6 +8,7 @@ use std::path::Path;
 use super::files::SetFiles;
 use super::{ContactFacts, SetError};
 use crate::input::{self, excerpt, foreign, limits};
+use crate::observation::ObservationFacts;
 
 pub(super) const PATH: &str = "set.toml";
 pub(super) const FACTS_PATH: &str = "truth/facts.toml";
@@ -31,6 +32,9 @@ pub(super) struct BlindManifest {
     /// Version of the program that made the set.
     pub(super) version: String,
     pub(super) sequence: SequenceFacts,
+    /// How the observations were made; absent where they are exact, and in sets of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) observation: Option<ObservationFacts>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,6 +86,9 @@ pub struct TruthFacts {
     /// Treatment of ground contact; absent if contact was neither measured nor changed, and in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
+    /// Seed of the observations; absent where they are exact, and in sets of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub observation_seed: Option<u32>,
 }
 
 #[derive(Serialize)]
@@ -113,9 +120,9 @@ const CONVENTIONS: [(&str, &str); 11] = [
 ];
 
 impl BlindManifest {
-    pub(super) fn new(name: &str, sequence: SequenceFacts) -> Self {
+    pub(super) fn new(name: &str, sequence: SequenceFacts, observation: Option<ObservationFacts>) -> Self {
         let version = env!("CARGO_PKG_VERSION").to_string();
-        Self { schema: SCHEMA.to_string(), name: name.to_string(), version, sequence }
+        Self { schema: SCHEMA.to_string(), name: name.to_string(), version, sequence, observation }
     }
 
     pub(super) fn from_toml(bytes: &[u8]) -> Result<Self, SetError> {
@@ -229,7 +236,7 @@ mod tests {
 
     fn walk(frames: usize) -> BlindManifest {
         let forward = Some([0.6, -0.8, 0.0]);
-        BlindManifest::new("walk", SequenceFacts { frames, frames_per_second: 59.94, cameras: 4, forward })
+        BlindManifest::new("walk", SequenceFacts { frames, frames_per_second: 59.94, cameras: 4, forward }, None)
     }
 
     #[test]

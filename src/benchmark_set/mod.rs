@@ -25,6 +25,7 @@ mod body_file;
 mod cameras_file;
 mod contact_facts;
 mod contact_file;
+mod depth_png;
 mod error;
 mod estimates;
 mod estimates_reader;
@@ -47,9 +48,10 @@ mod start_file;
 mod training_file;
 mod truth_file;
 mod verify;
+mod views_file;
 
 pub use blind::BlindSet;
-pub use body_file::{from_json as body_from_json, to_json as body_to_json};
+pub use body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json};
 pub use contact_facts::{ContactFacts, PushFacts, SimulationFacts};
 pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates};
@@ -60,8 +62,10 @@ pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };
 pub use set::{
-    BenchmarkSet, LAYERS_MEMORY_BYTES, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes,
+    BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set,
+    verify_hashes,
 };
+pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;
 pub use start_file::Start;
 pub use training_file::{Training, TrainingMotions};

@@ -9,13 +9,13 @@ use super::files::{self, LISTING, SetFiles, Sink, Stop};
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, exr_layers, props_file, recording_file,
-    silhouette_png, truth_file,
+    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, depth_png, exr_layers, props_file,
+    recording_file, silhouette_png, truth_file, views_file,
 };
 use crate::body::Motion;
 use crate::camera::{Camera, CameraRig};
 use crate::npz::Npz;
-use crate::observation::{Observation, Observer};
+use crate::observation::{LayerImages, LayerObserver, Observation, ObservationFacts, WantedLayers};
 use crate::parallel;
 use crate::scene::GroundTruth;
 
@@ -32,6 +32,17 @@ pub const LAYERS_MEMORY_BYTES: usize = 1 << 30;
 const LAYER_BYTES_A_PIXEL: usize = 16 + 8 + 8 + 8;
 
 const README: &str = "README.txt";
+
+/// What a thread holds for every pixel besides depth and parts: images, their crops and surface points.
+fn bytes_a_pixel(layer: &Layer) -> usize {
+    match layer {
+        Layer::Depth | Layer::Parts => 4,
+        Layer::Normals | Layer::Flow => 120,
+        // sixteen rays, and depths where there are props
+        Layer::Coverage => 16 * (16 + 8),
+        Layer::Colour => 160,
+    }
+}
 
 /// A set in memory or on disk. In both cases all content has passed through its files, so `run` sees bit for bit the
 /// same as a reader of the set on disk.
@@ -54,6 +65,17 @@ pub struct TruthSet {
     pub facts: TruthFacts,
     /// The recordings that the actor performs, to detect models that learned from them; none in sets without them.
     pub recordings: Vec<SourceRecording>,
+    /// The cameras that saw the actor, where trackers are told others; `None` where these are the same.
+    pub cameras: Option<CameraRig>,
+}
+
+/// How observations differ from what the true cameras see.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Observed<'a> {
+    /// How they were made; `None` where they are exact.
+    pub facts: Option<&'a ObservationFacts>,
+    /// The cameras that a tracker is told, where they differ from the true ones.
+    pub told_rig: Option<&'a CameraRig>,
 }
 
 /// The parts of a set.
@@ -61,7 +83,7 @@ pub struct TruthSet {
 pub struct SetParts<'a> {
     /// The set's name.
     pub name: &'a str,
-    /// The cameras.
+    /// The true cameras.
     pub rig: &'a CameraRig,
     /// What the tracker is told.
     pub start: &'a Start,
@@ -73,6 +95,8 @@ pub struct SetParts<'a> {
     pub facts: &'a TruthFacts,
     /// The recordings that the actor performs, where they are known.
     pub recordings: &'a [SourceRecording],
+    /// How the observations differ from the truth.
+    pub observed: Observed<'a>,
 }
 
 impl TruthSet {
@@ -105,7 +129,11 @@ impl TruthSet {
             true => recording_file::from_npz(recording_file::PATH, &files.read(recording_file::PATH)?)?,
             false => Vec::new(),
         };
-        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recordings })
+        let cameras = match files.has(cameras_file::TRUTH_PATH) {
+            true => Some(cameras_file::from_file(cameras_file::TRUTH_PATH, &files.read(cameras_file::TRUTH_PATH)?)?),
+            false => None,
+        };
+        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recordings, cameras })
     }
 }
 
@@ -146,10 +174,13 @@ impl BenchmarkSet {
         let refitted = parts.refitted.map(|motion| (&parts.start.body, motion));
         let npz = truth_file::to_npz(truth, refitted, parts.rig);
         for (path, bytes) in [
-            (manifest::PATH, manifest::to_toml(&BlindManifest::new(parts.name, sequence))?),
+            (
+                manifest::PATH,
+                manifest::to_toml(&BlindManifest::new(parts.name, sequence, parts.observed.facts.cloned()))?,
+            ),
             (manifest::FACTS_PATH, manifest::facts_to_toml(parts.facts)?),
             (README, include_bytes!("readme.txt").to_vec()),
-            (cameras_file::PATH, cameras_file::to_json(parts.rig)?),
+            (cameras_file::PATH, cameras_file::to_json(parts.observed.told_rig.unwrap_or(parts.rig))?),
             (start_file::PATH, parts.start.to_json()?),
             (training_path, training),
             (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &parts.start.body)?),
@@ -162,9 +193,13 @@ impl BenchmarkSet {
             let bytes = recording_file::to_npz(recording_file::PATH, parts.recordings)?;
             files.insert(recording_file::PATH.to_string(), bytes);
         }
+        if parts.observed.told_rig.is_some() {
+            files.insert(cameras_file::TRUTH_PATH.to_string(), cameras_file::to_json(parts.rig)?);
+        }
         if !truth.props.is_empty() {
             files.insert(props_file::PATH.to_string(), props_file::to_json(&truth.props)?);
         }
+        files.insert(views_file::PATH.to_string(), views_file::to_npz(truth, parts.rig).to_bytes(views_file::PATH)?);
         if let Some(contact) = contact_file::to_npz(truth) {
             files.insert(contact_file::PATH.to_string(), contact.to_bytes(contact_file::PATH)?);
         }
@@ -177,6 +212,11 @@ impl BenchmarkSet {
     /// As [`BlindSet::read`] and [`TruthSet::read`].
     pub fn read(directory: &Path) -> Result<Self, SetError> {
         Self::from_files(SetFiles::open(directory)?)
+    }
+
+    /// The cameras that saw the actor, whatever trackers are told.
+    pub fn true_rig(&self) -> &CameraRig {
+        self.truth.cameras.as_ref().unwrap_or(&self.blind.rig)
     }
 
     fn from_files(files: SetFiles) -> Result<Self, SetError> {
@@ -213,15 +253,11 @@ impl BenchmarkSet {
     /// # Errors
     /// [`SetError`] where an image cannot be encoded.
     pub fn layer_bytes(&self, frame: usize, layers: &[Layer]) -> Result<usize, SetError> {
-        let size = |camera: &Camera| {
-            let alone = CameraRig { cameras: vec![camera.clone()] };
-            let images = Observer::new(&self.truth.ground_truth, &alone).depths(frame);
-            images
-                .iter()
-                .map(|image| exr_layers::encode("layers", image, layers).map(|bytes| bytes.len()))
-                .sum::<Result<usize, SetError>>()
+        let size = |camera: usize| {
+            let images = self.layer_observer(camera, layers).look(frame);
+            Ok(layer_files(camera, frame, &images, layers)?.iter().map(|(_, bytes)| bytes.len()).sum::<usize>())
         };
-        if layers.is_empty() { Ok(0) } else { self.blind.rig.cameras.iter().map(size).sum() }
+        if layers.is_empty() { Ok(0) } else { (0..self.true_rig().cameras.len()).map(size).sum() }
     }
 
     /// As [`Self::write_with_layers`]; no image and no file is begun once `stop` answers `true`.
@@ -240,18 +276,29 @@ impl BenchmarkSet {
         })
     }
 
+    /// Sees the images of one true camera.
+    fn layer_observer(&self, camera: usize, layers: &[Layer]) -> LayerObserver<'_> {
+        let images = self.blind.observation.as_ref().and_then(|facts| facts.images).unwrap_or_default();
+        let seed = self.truth.facts.observation_seed.unwrap_or(1);
+        let wanted = WantedLayers {
+            normals: layers.contains(&Layer::Normals),
+            flow: layers.contains(&Layer::Flow),
+            coverage: layers.contains(&Layer::Coverage),
+            colour: layers.contains(&Layer::Colour).then_some((images, seed.into())),
+        };
+        LayerObserver::new(&self.truth.ground_truth, self.true_rig(), camera, wanted)
+    }
+
     /// One camera after another; each image is drawn, written and dropped, so memory does not grow with their number.
     fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: Sink<'_>) -> Result<(), SetError> {
         let frames = self.blind.frame_count;
-        for (index, camera) in self.blind.rig.cameras.iter().enumerate() {
-            let alone = CameraRig { cameras: vec![camera.clone()] };
-            let observer = Observer::new(&self.truth.ground_truth, &alone);
-            let workers = layer_workers(camera.pinhole.width, camera.pinhole.height);
+        for (index, camera) in self.true_rig().cameras.iter().enumerate() {
+            let observer = self.layer_observer(index, layers);
+            let workers = layer_workers(camera, layers);
             let work = |worker| {
                 for frame in (worker..frames).step_by(workers).take_while(|_| !stop()) {
-                    let path = exr_layers::path(index, frame);
-                    for image in observer.depths(frame) {
-                        sink(path.clone(), &exr_layers::encode(&path, &image, layers)?)?;
+                    for (path, bytes) in layer_files(index, frame, &observer.look(frame), layers)? {
+                        sink(path, &bytes)?;
                     }
                 }
                 if stop() { Err(SetError::Stopped) } else { Ok(()) }
@@ -262,9 +309,27 @@ impl BenchmarkSet {
     }
 }
 
-/// How many threads may draw images of that size at a time, at least one.
-fn layer_workers(width: u32, height: u32) -> usize {
-    let bytes = (width as usize * height as usize).max(1) * LAYER_BYTES_A_PIXEL;
+/// The files of one camera and frame.
+fn layer_files(
+    camera: usize,
+    frame: usize,
+    images: &LayerImages,
+    layers: &[Layer],
+) -> Result<Vec<(String, Vec<u8>)>, SetError> {
+    let exr = exr_layers::path(camera, frame);
+    let mut files = vec![(exr.clone(), exr_layers::encode(&exr, images, layers)?)];
+    if layers.contains(&Layer::Depth) {
+        let png = depth_png::path(camera, frame);
+        files.push((png.clone(), depth_png::encode(&png, &images.depth)?));
+    }
+    Ok(files)
+}
+
+/// How many threads may draw images of that camera at a time, at least one.
+fn layer_workers(camera: &Camera, layers: &[Layer]) -> usize {
+    let pixels = (camera.pinhole.width as usize * camera.pinhole.height as usize).max(1);
+    let more: usize = layers.iter().map(bytes_a_pixel).sum();
+    let bytes = pixels * (LAYER_BYTES_A_PIXEL + more);
     (LAYERS_MEMORY_BYTES / bytes).clamp(1, rayon::current_num_threads().max(1))
 }
 
@@ -446,11 +511,17 @@ mod tests {
         same(&set, &BenchmarkSet::read(directory.path()).unwrap());
     }
 
+    fn sized(width: u32, height: u32) -> Camera {
+        let mut camera = small_set(1).unwrap().blind.rig.cameras.remove(0);
+        (camera.pinhole.width, camera.pinhole.height) = (width, height);
+        camera
+    }
+
     #[test]
     fn so_few_large_images_are_drawn_at_a_time_that_memory_is_bounded() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(64).build().unwrap();
         let [small, large, largest] =
-            pool.install(|| [(640, 480), (3840, 2160), (8192, 8192)].map(|(w, h)| layer_workers(w, h)));
+            pool.install(|| [(640, 480), (3840, 2160), (8192, 8192)].map(|(w, h)| layer_workers(&sized(w, h), &[])));
         assert_eq!((small, largest), (64, 1));
         assert!(large > 1 && large * 3840 * 2160 * LAYER_BYTES_A_PIXEL <= LAYERS_MEMORY_BYTES, "{large}");
     }
@@ -480,6 +551,7 @@ mod tests {
             refitted: None,
             facts: &truth.facts,
             recordings: &[],
+            observed: Observed::default(),
         };
         let refused = |parts: &SetParts<'_>| {
             BenchmarkSet::assemble(parts, |frame| blind.observation(frame).unwrap()).unwrap_err().to_string()

@@ -24,6 +24,14 @@ pub(super) fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
     Ok(bytes)
 }
 
+/// The PNG of a mask, as sets have it; `file` is named in errors.
+///
+/// # Errors
+/// [`SetError::Malformed`] where the image cannot be encoded.
+pub fn to_png(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
+    encode(file, mask)
+}
+
 /// The mask of a PNG, which must have the camera's size and no greys.
 pub(super) fn decode(file: &str, bytes: &[u8], width: u32, height: u32) -> Result<Mask, SetError> {
     let malformed = |e: png::DecodingError| SetError::malformed(file, foreign(e));

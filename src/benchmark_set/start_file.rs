@@ -22,6 +22,8 @@ pub struct Start {
     pub pose: Pose,
     /// What proposals and motion models learn from, at the rate of the observations; never the motion of the test.
     pub training: Training,
+    /// Whether the tracker is to calibrate its body on what it sees before it tracks.
+    pub calibrate: bool,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -33,6 +35,9 @@ struct StartRecord {
     root: RigidRecord,
     angle_names: Vec<String>,
     angles: Vec<f64>,
+    /// Absent where it is not asked for, so that such sets stay the same to the byte.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    calibrate: bool,
 }
 
 impl Start {
@@ -43,6 +48,7 @@ impl Start {
             root: RigidRecord::new(&self.pose.world_from_root),
             angle_names: self.body.degrees_of_freedom.iter().map(|d| d.name.clone()).collect(),
             angles: self.pose.joint_angles.iter().copied().collect(),
+            calibrate: self.calibrate,
         };
         super::json::to_bytes(PATH, &record)
     }
@@ -65,12 +71,13 @@ impl Start {
             return Err(SetError::malformed(PATH, detail));
         }
         let world_from_root = record.root.transform().map_err(|e| SetError::malformed(PATH, e))?;
-        let pose = Pose { world_from_root, joint_angles: DVector::from_vec(record.angles) };
+        let (pose, calibrate) =
+            (Pose { world_from_root, joint_angles: DVector::from_vec(record.angles) }, record.calibrate);
         let training = match files.has(training_file::PATH) {
             true => Training::Motions(TrainingMotions::from_npz(&files.read(training_file::PATH)?, degrees)?),
             false => Training::Spread(StepSpread::from_npz(&files.read(spread_file::PATH)?, &body)?),
         };
-        Ok(Self { body, pose, training })
+        Ok(Self { body, pose, training, calibrate })
     }
 }
 
@@ -90,8 +97,8 @@ mod tests {
     fn a_start_is_read_back_to_the_bit_and_must_fit_its_body() {
         let numbers = vec![0.1; person().step_len()];
         let spread = StepSpread { change: numbers.clone(), change_of_change: numbers };
-        for training in [Training::new(vec![walk(9)]), Training::Spread(spread)] {
-            let start = Start { body: person(), pose: walk(9).poses[8].clone(), training };
+        for (training, calibrate) in [(Training::new(vec![walk(9)]), true), (Training::Spread(spread), false)] {
+            let start = Start { body: person(), pose: walk(9).poses[8].clone(), training, calibrate };
             assert_eq!(Start::from_files(&files(&start, &person())).unwrap(), start);
             let mut renamed = start;
             renamed.body.degrees_of_freedom[0].name = "other".to_string();

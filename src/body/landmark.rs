@@ -1,6 +1,6 @@
 //! HumanEva's fifteen virtual markers, on which pose errors are measured.
 
-use nalgebra::Point3;
+use nalgebra::{DMatrix, Matrix3, Matrix3xX, Point3};
 
 use super::{Humanoid, JointKind, LinkFrames};
 
@@ -82,7 +82,28 @@ pub struct LinkPoint {
 /// World positions of the markers, in the order of [`LANDMARKS`]; metres; `None` where the body has no such marker.
 pub type Markers = [Option<Point3<f64>>; LANDMARKS.len()];
 
+/// How uncertain the world positions of the markers are: covariances, square metres, in the order of [`LANDMARKS`];
+/// `None` where nothing is said.
+pub type MarkerCovariances = [Option<Matrix3<f64>>; LANDMARKS.len()];
+
 impl Humanoid {
+    /// Covariances of the marker positions at the pose whose links are at `frames`, from the covariance of its step
+    /// ([`Humanoid::step`], rows and columns in its order), to first order.
+    pub fn marker_covariances(&self, frames: &LinkFrames, covariance: &DMatrix<f64>) -> MarkerCovariances {
+        let mut twists = Vec::new();
+        self.markers.map(|marker| {
+            let LinkPoint { link, point_in_link } = marker?;
+            self.step_twists(frames, link, &(frames[link] * point_in_link), &mut twists);
+            let mut moves = Matrix3xX::zeros(covariance.nrows());
+            for (number, [v, _]) in &twists {
+                let sum = moves.column(*number) + v;
+                moves.set_column(*number, &sum);
+            }
+            let of_marker: Matrix3<f64> = &moves * covariance * moves.transpose();
+            Some(0.5 * (of_marker + of_marker.transpose()))
+        })
+    }
+
     /// The marker positions when the links are at `frames`.
     pub fn markers(&self, frames: &LinkFrames) -> Markers {
         self.markers.map(|marker| marker.map(|m| frames[m.link] * m.point_in_link))

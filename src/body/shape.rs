@@ -86,7 +86,8 @@ impl LinkShape {
         Isometry3::from_parts(place.into(), frame.rotation)
     }
 
-    fn solid(&self, solid: &Solid) -> Solid {
+    /// A solid of the link with this shape.
+    pub(crate) fn solid(&self, solid: &Solid) -> Solid {
         match solid {
             Solid::TaperedCapsule(c) => Solid::TaperedCapsule(TaperedCapsule {
                 a: self.place(&c.a),
@@ -139,7 +140,7 @@ impl LinkShape {
     }
 }
 
-fn bounds(vertices: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
+pub(super) fn bounds(vertices: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
     let first = vertices.first().copied().unwrap_or(Point3::origin());
     vertices.iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)))
 }

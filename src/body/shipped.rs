@@ -5,8 +5,11 @@ use std::io;
 use super::{Humanoid, UrdfError};
 
 /// Name and URDF of every built-in humanoid (`robots/`).
-pub const SHIPPED_ROBOTS: [(&str, &str); 2] =
-    [("tracker25", include_str!("../../robots/tracker25.urdf")), ("actor", include_str!("../../robots/actor.urdf"))];
+pub const SHIPPED_ROBOTS: [(&str, &str); 3] = [
+    ("tracker25", include_str!("../../robots/tracker25.urdf")),
+    ("actor", include_str!("../../robots/actor.urdf")),
+    ("tracker40", include_str!("../../robots/tracker40.urdf")),
+];
 
 /// The built-in humanoid of that name.
 ///
@@ -46,7 +49,7 @@ mod tests {
 
     #[test]
     fn the_shipped_robots_load_and_are_what_their_readme_says() {
-        for (name, angles, links) in [("tracker25", 19, 20), ("actor", 44, 45)] {
+        for (name, angles, links) in [("tracker25", 19, 20), ("actor", 44, 45), ("tracker40", 34, 35)] {
             let body = shipped(name).unwrap();
             assert_eq!(body.degrees_of_freedom.len(), angles, "{name}");
             assert_eq!(body.links.len(), links, "{name}");
@@ -59,14 +62,18 @@ mod tests {
     }
 
     #[test]
-    fn both_robots_stand_1_75_m_tall_with_the_same_markers() {
+    fn all_robots_stand_1_75_m_tall_with_the_same_markers_and_weigh_the_same() {
         let stand = |body: &Humanoid| {
             let markers = body.markers(&body.link_frames(&body.zero_pose()));
             LANDMARKS.map(|l| markers[l as usize].unwrap())
         };
-        let (tracker, actor) = (stand(&Humanoid::tracker25().unwrap()), stand(&Humanoid::actor().unwrap()));
-        for (a, b) in tracker.iter().zip(&actor) {
-            assert!((a - b).norm() < 1e-9, "{a} {b}");
+        let actor = Humanoid::actor().unwrap();
+        for (name, _) in SHIPPED_ROBOTS {
+            let body = shipped(name).unwrap();
+            for (a, b) in stand(&body).iter().zip(&stand(&actor)) {
+                assert!((a - b).norm() < 1e-9, "{name}: {a} {b}");
+            }
+            assert!((body.total_mass() - actor.total_mass()).abs() < 0.01, "{name}");
         }
     }
 

@@ -7,12 +7,15 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::scenario_arguments::ScenarioArguments;
-use super::volume::{Volume, size};
+use super::sweep::check_file;
+use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
 use crate::experiment::{CameraView, Cost, ExperimentError, Soundness, check, unusable_files};
-use crate::scenario::{ScenarioError, ScenarioFile, Survey};
+use crate::scenario::{ScenarioError, ScenarioFile, Survey, SweepFile};
 
 /// Check a scenario: list every error, or estimate what a run costs
+///
+/// SCENARIO may also be a sweep file: then its cells are counted, and their time is estimated.
 ///
 /// Reads every file that the scenario names, builds the scene, tests what each camera sees, and tracks for about a
 /// second to estimate the run time.
@@ -31,6 +34,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let mocap = arguments.scenario.mocap_directory();
+    if let Some(sweep) = arguments.scenario.file().filter(|path| SweepFile::is_one(path)) {
+        return check_file(sweep, mocap, arguments.json);
+    }
     let Survey { file, complaints } = arguments.scenario.survey()?;
     let mut errors: Vec<ExperimentError> = complaints.into_iter().map(|c| ScenarioError::from(c).into()).collect();
     match file {
@@ -145,23 +151,4 @@ fn cost_in_words(cost: &Cost) -> String {
         size(cost.render_memory_bytes),
         size(cost.set_bytes),
     )
-}
-
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 10.0 => format!("{s:.1} s"),
-        s if s < 120.0 => format!("{s:.0} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn durations_are_told_in_units_that_people_read() {
-        assert_eq!([0.04, 19.7, 300.0, 90_000.0].map(duration), ["0.0 s", "20 s", "5 min", "25.0 h"]);
-    }
 }

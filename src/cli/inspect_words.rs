@@ -106,11 +106,12 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         s.fault.as_ref().map_or_else(|| "all match files.sha256".to_owned(), |fault| format!("BROKEN: {fault}"));
     let mut text = format!(
         "{name}: benchmark set {}, {} frames at {} Hz\n  motion   {}\n  bodies   {bodies}\n  training {training}\n  \
-         layers   {}\n  set hash {}\n  files    {hashes}\n",
+         masks    {}\n  layers   {}\n  set hash {}\n  files    {hashes}\n",
         s.name,
         s.frames,
         s.frames_per_second,
         s.motion,
+        s.observation,
         if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
         s.set_hash,
     );

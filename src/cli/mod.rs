@@ -14,12 +14,16 @@ mod interrupt;
 mod manual;
 mod output;
 mod output_arguments;
+mod parameters;
 mod progress;
 mod render;
+mod report;
 mod run;
 mod scenario_arguments;
 mod schema;
+mod segment;
 mod summary;
+mod sweep;
 mod track;
 mod train;
 mod verify;
@@ -65,7 +69,10 @@ enum Command {
     Render(render::Arguments),
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
+    Segment(segment::Arguments),
     Train(train::Arguments),
+    Sweep(sweep::Arguments),
+    Report(report::Arguments),
     Inspect(inspect::Arguments),
     Verify(verify::Arguments),
     Completions(completions::Arguments),
@@ -117,7 +124,10 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Render(arguments) => render::run(&arguments, line.volume),
         Command::Track(arguments) => track::run(&arguments, line.volume),
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
+        Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
+        Command::Sweep(arguments) => sweep::run(&arguments, line.volume),
+        Command::Report(arguments) => report::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
         Command::Verify(arguments) => verify::run(&arguments, line.volume),
         Command::Completions(arguments) => completions::run(&arguments),

@@ -38,9 +38,11 @@ impl Progress {
 fn name(stage: Stage) -> &'static str {
     match stage {
         Stage::Render => "rendering",
+        Stage::Calibrate => "calibrating",
         Stage::Track => "tracking",
         Stage::Evaluate => "measuring",
         Stage::Learn => "learning",
+        Stage::Segment => "segmenting",
         Stage::Verify => "verifying",
     }
 }

@@ -1,21 +1,28 @@
 //! `skiagraph render`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use clap::builder::PossibleValuesParser;
+use serde_json::Value;
 
 use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::render;
+use crate::benchmark_set::{BenchmarkSet, is_set};
+use crate::experiment::{ExperimentError, render};
+use crate::observation::{AXES, Axis};
+use crate::scenario::ScenarioFile;
 
 /// Make a benchmark set on disk
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
-                        skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8")]
+                        skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
+                        skiagraph render scenarios/walk.toml observation.silhouette=corrupted boundary_px=2 --out sets/rough\n  \
+                        skiagraph render scenarios/walk.toml --ladder boundary_px --levels 0,1,2,4 --out sets/ladder")]
 pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
@@ -24,33 +31,80 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SET")]
     out: PathBuf,
 
+    /// Make one set per level of a corruption, SET/AXIS-LEVEL
+    #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(AXES.map(|axis| axis.name)))]
+    ladder: Option<String>,
+
+    /// Levels of the ladder, in the unit of its axis [default: five levels from mild to severe]
+    #[arg(long, value_name = "LEVEL,...", value_delimiter = ',', requires = "ladder")]
+    levels: Vec<f64>,
+
     #[command(flatten)]
     output: OutputArguments,
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    let file = arguments.scenario.open()?;
-    let progress = Progress::new(volume);
-    let to = arguments.output.destination(&arguments.out);
-    let (set, notes) = render(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
-        .map_err(|e| e.about(&file.origin))?;
-    drop(progress);
-    volume.notes(&notes);
-    volume.written(&arguments.out);
-    let (blind, place) = (&set.blind, arguments.out.display());
-    let (frames, cameras) = (blind.frame_count, blind.rig.cameras.len());
-    if arguments.output.json {
-        output::print_json(&serde_json::json!({
-            "schema": "skiagraph.render/1",
-            "set": place.to_string(),
-            "set_hash": blind.set_hash,
-            "frames": frames,
-            "frames_per_second": blind.frames_per_second,
-            "cameras": cameras,
-            "notes": notes,
-        }))?;
-    } else {
-        output::print(&format!("{place}: {frames} frames of {cameras} cameras, hash {}", blind.set_hash))?;
+    match arguments.ladder.as_deref().and_then(Axis::named) {
+        None => {
+            let made = one_set(arguments, &arguments.scenario.open()?, &arguments.out, volume)?;
+            if arguments.output.json {
+                output::print_json(&made)?;
+            }
+        }
+        Some(axis) => ladder(arguments, axis, volume)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// One set a level. All scenarios are read before the first set is made.
+fn ladder(arguments: &Arguments, axis: &Axis, volume: Volume) -> Result<(), CommandError> {
+    let levels = if arguments.levels.is_empty() { &axis.levels[..] } else { &arguments.levels };
+    let of_level = |level: &f64| {
+        let mut more = vec![format!("observation.corruption.{}={level:?}", axis.name)];
+        if axis.of_masks {
+            more.insert(0, "observation.silhouette=\"corrupted\"".to_owned());
+        }
+        let file = arguments.scenario.open_with(more)?;
+        Ok((file, arguments.out.join(format!("{}-{level}", axis.name))))
+    };
+    let sets = levels.iter().map(of_level).collect::<Result<Vec<_>, ExperimentError>>()?;
+    for (_, place) in &sets {
+        if is_set(place) && !arguments.output.destination(place).force {
+            return Err(ExperimentError::SetThere { path: place.clone() }.into());
+        }
+    }
+    let made =
+        sets.iter().map(|(file, place)| one_set(arguments, file, place, volume)).collect::<Result<Vec<_>, _>>()?;
+    if arguments.output.json {
+        let (name, unit) = (axis.name, axis.unit);
+        let ladder = serde_json::json!({ "schema": "skiagraph.ladder/1", "axis": name, "unit": unit, "levels": levels, "sets": made });
+        output::print_json(&ladder)?;
+    }
+    Ok(())
+}
+
+/// Makes a set and tells of it: in words at once, or as the object that is returned.
+fn one_set(arguments: &Arguments, file: &ScenarioFile, place: &Path, volume: Volume) -> Result<Value, CommandError> {
+    let progress = Progress::new(volume);
+    let to = arguments.output.destination(place);
+    let (BenchmarkSet { blind, .. }, notes) =
+        render(file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
+            .map_err(|e| e.about(&file.origin))?;
+    drop(progress);
+    volume.notes(&notes);
+    volume.written(place);
+    let (place, frames, cameras) = (place.display(), blind.frame_count, blind.rig.cameras.len());
+    if !arguments.output.json {
+        output::print(&format!("{place}: {frames} frames of {cameras} cameras, hash {}", blind.set_hash))?;
+    }
+    Ok(serde_json::json!({
+        "schema": "skiagraph.render/1",
+        "set": place.to_string(),
+        "set_hash": blind.set_hash,
+        "frames": frames,
+        "frames_per_second": blind.frames_per_second,
+        "cameras": cameras,
+        "observation": blind.observation,
+        "notes": notes,
+    }))
 }

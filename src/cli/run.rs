@@ -9,7 +9,7 @@ use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
-use super::{CommandError, output, summary};
+use super::{CommandError, output, parameters, summary};
 use crate::experiment::{COMPARISON_PAGE, Destination, REPORT_FILE, RunPlace, compare, run as run_experiment};
 use crate::scenario::ScenarioFile;
 
@@ -18,10 +18,15 @@ use crate::scenario::ScenarioFile;
 #[command(after_help = "Examples:\n  skiagraph run\n  skiagraph run scenarios/walk.toml --seeds 5\n  \
                         skiagraph run scenarios/walk.toml particles=400 --out runs/400\n  \
                         skiagraph run scenarios/cmu/walk4.toml --mocap-dir ~/cmu tracker_body.mismatch=none\n  \
-                        skiagraph run scenarios/walk.toml tracker.frozen={}")]
+                        skiagraph run scenarios/walk.toml tracker.frozen={}\n  \
+                        echo '{\"particles\": 50}' | skiagraph run scenarios/walk.toml --params-json - --json")]
 pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
+
+    /// More overrides from a JSON object, {"particles": 50}: a file, or - for standard input
+    #[arg(long, value_name = "FILE")]
+    params_json: Option<PathBuf>,
 
     /// First random seed, instead of the scenario's
     #[arg(long, value_name = "N")]
@@ -41,7 +46,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    let mut more = Vec::new();
+    let mut more = arguments.params_json.as_deref().map(parameters::read).transpose()?.unwrap_or_default();
     more.extend(arguments.seed.map(|seed| format!("seed={seed}")));
     more.extend(arguments.seeds.map(|seeds| format!("seeds={seeds}")));
     let file = arguments.scenario.open_with(more)?;

@@ -44,6 +44,11 @@ impl ScenarioArguments {
         Ok(survey(path, &overrides)?)
     }
 
+    /// The file, if one is named.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.parts().0
+    }
+
     /// The file, if one is named, and the overrides.
     fn parts(&self) -> (Option<&Path>, Vec<String>) {
         match &self.scenario {

@@ -112,7 +112,7 @@ fn coverage(share: f64) -> String {
 }
 
 /// At most four significant digits.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),
         v if v >= 10.0 => format!("{value:.1}"),

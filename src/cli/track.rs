@@ -9,7 +9,7 @@ use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::track_set;
+use crate::experiment::track_set_calibrating;
 use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Run one tracker on a set, without access to the ground truth
@@ -17,7 +17,8 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 /// Reads the set's cameras, observations and start pose. Only oracle trackers read the ground truth.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
-                        skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400")]
+                        skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \
+                        skiagraph track sets/walk --tracker annealed_particle_filter --calibrate --out runs/fitted")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
     #[arg(value_name = "SET")]
@@ -39,6 +40,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: u32,
 
+    /// Calibrate the tracker's body on the first frames, or do not [default: what the set says]
+    ///
+    /// Lengths, girths, places of joints and one inflation of all radii are solved together with the poses of the first
+    /// 20 frames, a fifteenth of a second apart. A gate decides whether the body that was found is kept.
+    #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true")]
+    calibrate: Option<bool>,
+
     /// Output directory of the run; an existing skiagraph run is replaced
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
@@ -55,7 +63,8 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
     let progress = Progress::new(volume);
     let to = arguments.output.destination(&arguments.out);
-    let tracked = track_set(&arguments.set, &settings, &seeds, to, &progress).map_err(|e| e.about(&arguments.set))?;
+    let tracked = track_set_calibrating(&arguments.set, &settings, &seeds, arguments.calibrate, to, &progress)
+        .map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     volume.written(&arguments.out);
     if arguments.output.json {

@@ -52,6 +52,16 @@ pub(super) fn size(bytes: u64) -> String {
     }
 }
 
+/// A time in seconds, with a readable unit.
+pub(super) fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 10.0 => format!("{s:.1} s"),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
 /// The file at `path`, or the entries of a directory; a subdirectory counts with everything below it.
 fn files(path: &Path) -> Vec<(String, u64)> {
     if !path.is_dir() {
@@ -80,6 +90,11 @@ mod tests {
     #[test]
     fn sizes_are_told_in_units_that_people_read() {
         assert_eq!([999, 1_500, 2_340_000, 7_100_000_000].map(size), ["999 B", "1.5 kB", "2.3 MB", "7.1 GB"]);
+    }
+
+    #[test]
+    fn durations_are_told_in_units_that_people_read() {
+        assert_eq!([0.04, 19.7, 300.0, 90_000.0].map(duration), ["0.0 s", "20 s", "5 min", "25.0 h"]);
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use super::metric::Metric;
 use super::{
-    balance, contact_f1, coverage, derivatives, energy_gap, foot_skate, ground_gap, humaneva, lag, limb_swaps, mpjpe,
-    orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
+    balance, contact_f1, coverage, derivatives, ellipsoids, energy_gap, foot_skate, ground_gap, humaneva, lag,
+    limb_swaps, mpjpe, orientation, pck, procrustes, prop_penetration, self_penetration, silhouette, track_loss,
 };
 
 /// Every metric, in the order in which tables show them. A new metric is a file, a line here, a test and a row in the
@@ -26,6 +26,8 @@ pub const METRICS: &[Metric] = &[
     coverage::COVERAGE,
     coverage::LOST_FRAMES,
     energy_gap::GAP,
+    ellipsoids::HALF,
+    ellipsoids::NINE_TENTHS,
     derivatives::VELOCITY,
     derivatives::ACCELERATION,
     derivatives::JITTER,

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, UnitQuaternion};
 
-use crate::body::Markers;
+use crate::body::{MarkerCovariances, Markers};
 use crate::contact::GroundContacts;
 use crate::physics::Dynamics;
 
@@ -29,6 +29,8 @@ pub struct Sequence<'a> {
     pub energies: Option<Energies<'a>>,
     /// Contact in truth and estimate, if known.
     pub contacts: Option<ContactPair<'a>>,
+    /// How uncertain the estimate says that its markers are, where it does.
+    pub covariances: Option<&'a [MarkerCovariances]>,
 }
 
 /// Contact of actor and estimate.
@@ -151,6 +153,7 @@ impl<'a> Sequence<'a> {
             view_overlaps: None,
             energies: None,
             contacts: None,
+            covariances: None,
         }
     }
 
@@ -213,6 +216,7 @@ impl<'a> Sequence<'a> {
             ("estimated root rotations", self.roots.map(|r| r.estimate.len())),
             ("silhouette overlaps", self.view_overlaps.map(<[_]>::len)),
             ("energies at the truth", self.energies.map(|e| e.truth.len())),
+            ("covariances", self.covariances.map(<[_]>::len)),
             ("energies at the estimate", self.energies.map(|e| e.estimate.len())),
         ];
         let truth = self.contacts.map(|pair| ("true contacts", pair.truth));

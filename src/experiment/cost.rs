@@ -6,12 +6,12 @@ use serde::Serialize;
 
 use super::learning::Models;
 use super::measuring::Measures;
+use super::observing::Observing;
 use super::staging::Staged;
 use super::tracking::track;
 use super::{ExperimentError, Unwatched};
-use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
+use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SetParts};
 use crate::body::{Motion, Solid};
-use crate::observation::Observer;
 use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::{PlausibilitySettings, RefinementSettings, SilhouetteSettings};
@@ -172,8 +172,12 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
         refitted: Some(&refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
+        observed: Observed { facts: None, told_rig: staged.told_rig.as_ref() },
     };
-    let observer = Observer::new(&ground_truth, &staged.rig);
+    let mut observation = file.scenario.observation.clone();
+    // the sample need not segment well, and learning the background takes longer than it
+    observation.images.background_frames = observation.images.background_frames.min(2);
+    let observer = Observing::new(&ground_truth, &staged.rig, &observation)?;
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 

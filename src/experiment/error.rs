@@ -17,7 +17,7 @@ use crate::report::ReportError;
 use crate::retarget::RetargetError;
 use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::scene::SceneError;
-use crate::tracker::{SettingError, TrackError};
+use crate::tracker::{CalibrationError, SettingError, TrackError};
 
 /// Errors of experiments. Every message names the problem, the place, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +80,9 @@ pub enum ExperimentError {
     /// Tracking failed.
     #[error(transparent)]
     Track(#[from] TrackError),
+    /// The tracker's body cannot be calibrated.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// Nothing can be measured.
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
@@ -166,6 +169,55 @@ pub enum ExperimentError {
         /// The path.
         path: PathBuf,
     },
+    /// A folder holds another sweep.
+    #[error(
+        "{}: another sweep is planned here ({}); choose another --out, or use --extend to replace the plan and keep the \
+        results of cells that both have",
+        plain(path.display()),
+        plain(difference)
+    )]
+    OtherPlan {
+        /// The folder.
+        path: PathBuf,
+        /// The first difference.
+        difference: String,
+    },
+    /// Cells of a sweep have no result yet.
+    #[error(
+        "{}: {done} of {cells} cells have results, missing {}; run the rest (skiagraph sweep run), or gather with \
+        --allow-partial",
+        plain(path.display()),
+        plain(missing)
+    )]
+    SweepIncomplete {
+        /// The sweep's folder.
+        path: PathBuf,
+        /// Cells with results.
+        done: usize,
+        /// All cells.
+        cells: usize,
+        /// Indices of the others.
+        missing: String,
+    },
+    /// A cluster's engine refuses, or is not there.
+    #[error("{}: {}", plain(command), plain(detail))]
+    Engine {
+        /// The command.
+        command: String,
+        /// Its own words.
+        detail: String,
+    },
+    /// Jobs of the same sweep are still queued.
+    #[error(
+        "{}: jobs of this sweep are still queued or running ({jobs}); wait for them, or cancel them with scancel",
+        plain(path.display())
+    )]
+    Queued {
+        /// The sweep's folder.
+        path: PathBuf,
+        /// Some of the jobs.
+        jobs: String,
+    },
     /// A command-line argument is invalid.
     #[error("{argument}: {}", plain(detail))]
     Argument {
@@ -194,11 +246,18 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work,
-    /// 130 after an interruption.
+    /// The process's exit code: 2 for bad input or a place that cannot be written, 75 where another process is at work
+    /// or the disk is full, 1 where a sweep is not complete, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Busy { .. } => 75,
+            Self::Busy { .. } | Self::Queued { .. } => 75,
+            // there may be room later
+            Self::Output { source, .. }
+                if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) =>
+            {
+                75
+            }
+            Self::SweepIncomplete { .. } => 1,
             Self::Interrupted | Self::TrainingInterrupted { .. } => 130,
             _ => 2,
         }
@@ -216,11 +275,18 @@ impl ExperimentError {
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
             Self::Contact(_) | Self::Physics(_) => false,
             Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,
-            Self::Learning(_) | Self::NoTraining | Self::Track(_) | Self::Evaluation(_) | Self::Report(_) => false,
+            Self::Learning(_)
+            | Self::NoTraining
+            | Self::Track(_)
+            | Self::Calibration(_)
+            | Self::Evaluation(_)
+            | Self::Report(_) => false,
             Self::OracleNeedsTruth => false,
             Self::LearnedFromTest { .. } | Self::Busy { .. } | Self::IsInput { .. } => true,
             Self::Scenario(_) | Self::AnotherSet { .. } | Self::SetThere { .. } | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Output { .. } | Self::Occupied { .. } | Self::Argument { .. } => true,
+            Self::OtherPlan { .. } | Self::SweepIncomplete { .. } => true,
+            Self::Engine { .. } | Self::Queued { .. } => true,
             Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
         }
     }

@@ -16,7 +16,7 @@ use crate::scenario::{LatentKind, LatentTrackerSettings, RootMode, ScenarioFile,
 const FAR_START: f64 = 0.25;
 
 /// The motion models that trackers have asked for so far: seeds and methods that ask for the same one share it.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Models {
     /// Folder that the paths of model files are relative to; empty for the working directory.
     folder: PathBuf,
@@ -29,7 +29,7 @@ pub struct Models {
 }
 
 /// A model that came from a file.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct ReadModel {
     path: PathBuf,
     facts: ModelFacts,

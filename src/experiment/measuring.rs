@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::body_contacts::BodyContacts;
+use super::performed::refit;
 use super::tracking::Tracked;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
@@ -10,10 +11,10 @@ use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, RootRotations, SeedRun, Sequence, Summary, evaluate, intersection_over_union,
-    summarise,
+    ContactPair, Energies, Evaluation, MaskQuality, RootRotations, SeedRun, SegmentationQuality, Sequence, Summary,
+    evaluate, intersection_over_union, summarise,
 };
-use crate::observation::Observation;
+use crate::observation::{Observation, Observer};
 use crate::raster::Mask;
 use crate::report::FootStances;
 use crate::tracker::{Likelihood, PlausibleLikelihood, SilhouetteLikelihood};
@@ -29,8 +30,8 @@ pub struct Measures {
     pub summary: Summary,
     /// Evaluation of a tracker that never moves.
     pub frozen: Evaluation,
-    /// Energy of the truth, refitted to the tracker's body, per frame; empty where unknown.
-    pub truth_energy: Vec<Option<f64>>,
+    /// How good the observed silhouettes are; `None` where they are exact.
+    pub segmentation: Option<SegmentationQuality>,
 }
 
 /// The measures of one seed.
@@ -44,6 +45,8 @@ pub struct SeedMeasures {
     pub markers: Vec<Markers>,
     /// Energy of the answers, per frame; empty where unknown.
     pub energy: Vec<Option<f64>>,
+    /// Energy of the truth, refitted to the body that the tracker used, per frame; empty where unknown.
+    pub truth_energy: Vec<Option<f64>>,
     /// When the actor's and the answers' feet stand; empty where either body has none.
     pub stances: Vec<FootStances>,
 }
@@ -58,8 +61,13 @@ impl Measures {
         watch.begin(Stage::Evaluate, blind.frame_count);
         let frozen = EstimatedSequence::of_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
         let answers: Vec<&EstimatedSequence> = tracked.estimates.sequences.iter().chain([&frozen]).collect();
-        let truth_energy = truth_energy(tracked, blind, set.truth.refitted.as_ref())?;
-        let per_frame: Vec<Vec<Vec<Option<f64>>>> = (0..blind.frame_count)
+        let bodies: Vec<&Humanoid> = (0..tracked.estimates.sequences.len())
+            .map(|index| tracked.estimates.body(index, &blind.start.body))
+            .chain([&blind.start.body])
+            .collect();
+        let as_given = truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?;
+        let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, set.true_rig()));
+        let per_frame: Vec<(FrameOverlaps, Vec<MaskQuality>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
                 || Painters::new(blind),
@@ -67,34 +75,46 @@ impl Measures {
                     if watch.interrupted() {
                         return Err(ExperimentError::Interrupted);
                     }
-                    let overlaps =
-                        painters.overlaps(&blind.observation(frame)?, answers.iter().map(|answer| answer.pose(frame)));
+                    let observed = blind.observation(frame)?;
+                    let poses = bodies.iter().copied().zip(answers.iter().map(|answer| answer.pose(frame)));
+                    let overlaps = painters.overlaps(&observed, poses);
+                    let quality = exact.as_ref().map(|exact| qualities(&observed, &exact.observe(frame)));
                     watch.advance();
-                    Ok(overlaps)
+                    Ok((overlaps, quality.unwrap_or_default()))
                 },
             )
             .collect::<Result<_, _>>()?;
         let truth = &set.truth.ground_truth;
         let touching = BodyContacts::of_motion(&truth.actor, &truth.motion(), &truth.props);
-        let overlaps = |answer: usize| per_frame.iter().map(|f| f[answer].clone()).collect::<Vec<_>>();
+        let overlaps = |answer: usize| per_frame.iter().map(|(f, _)| f[answer].clone()).collect::<Vec<_>>();
+        let segmentation = exact.is_some().then(|| {
+            let all: Vec<MaskQuality> = per_frame.iter().flat_map(|(_, quality)| quality.iter().copied()).collect();
+            SegmentationQuality::mean(&all)
+        });
         let mut seeds = Vec::new();
         for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
             if watch.interrupted() {
                 return Err(ExperimentError::Interrupted);
             }
             let energy = tracked.search.get(index).map(|records| energies(records)).unwrap_or_default();
-            let answer = SeedEstimate { sequence: answers[index], overlaps: &overlaps(index), energy: &energy };
+            let truth_energy = match tracked.estimates.bodies.get(index) {
+                None => as_given.clone(),
+                Some(body) => truth_energy(tracked, blind, body, Some(&refitted(body, set)))?,
+            };
+            let (body, sequence, overlaps) = (bodies[index], answers[index], overlaps(index));
+            let answer = SeedEstimate { body, sequence, overlaps: &overlaps, energy: &energy };
             let (evaluation, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
             let markers = answers[index].markers.clone();
-            seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, stances });
+            seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, truth_energy, stances });
         }
-        let floor = SeedEstimate { sequence: &frozen, overlaps: &overlaps(seeds.len()), energy: &[] };
-        let (frozen, _) = floor.evaluate(set, &truth_energy, touching.as_ref())?;
+        let (body, overlaps) = (&blind.start.body, overlaps(seeds.len()));
+        let floor = SeedEstimate { body, sequence: &frozen, overlaps: &overlaps, energy: &[] };
+        let (frozen, _) = floor.evaluate(set, &as_given, touching.as_ref())?;
         let clip = blind.name.clone();
         let runs: Vec<SeedRun<'_>> =
             seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
         let summary = summarise(&runs)?;
-        Ok(Self { seeds, summary, frozen, truth_energy, clip })
+        Ok(Self { seeds, summary, frozen, segmentation, clip })
     }
 
     /// One entry a seed.
@@ -103,8 +123,18 @@ impl Measures {
     }
 }
 
+/// `[estimate][camera]`: overlap of an estimate's silhouette with the observed one.
+type FrameOverlaps = Vec<Vec<Option<f64>>>;
+
+/// Of every camera.
+fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
+    observed.silhouettes.iter().zip(&exact.silhouettes).map(|(mask, exact)| MaskQuality::new(mask, exact)).collect()
+}
+
 /// The answers of one seed and what is known about them.
 struct SeedEstimate<'a> {
+    /// The body that the poses are of.
+    body: &'a Humanoid,
     sequence: &'a EstimatedSequence,
     overlaps: &'a [Vec<Option<f64>>],
     energy: &'a [Option<f64>],
@@ -120,13 +150,13 @@ impl SeedEstimate<'_> {
         let truth = &set.truth.ground_truth;
         let rate = truth.frames_per_second;
         let truth_markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
-        let axes = [&truth.actor, &set.blind.start.body].map(|body| body.root_from_body());
+        let axes = [&truth.actor, self.body].map(|body| body.root_from_body());
         let truth_roots: Vec<_> = truth.frames.iter().map(|f| f.pose.world_from_root.rotation * axes[0]).collect();
         let turned = |root: &Option<nalgebra::Isometry3<f64>>| Some(root.as_ref()?.rotation * axes[1]);
         let roots: Option<Vec<_>> = self.sequence.roots().map(|roots| roots.iter().map(turned).collect());
         let both = !truth_energy.is_empty() && !self.energy.is_empty();
         let poses = self.sequence.poses().filter(|_| truth_touching.is_some());
-        let touching = poses.and_then(|poses| BodyContacts::of_poses(&set.blind.start.body, poses, rate, &truth.props));
+        let touching = poses.and_then(|poses| BodyContacts::of_poses(self.body, poses, rate, &truth.props));
         let contacts = truth_touching.map(|truth| ContactPair {
             truth: truth.touching(),
             estimate: touching.as_ref().map(BodyContacts::touching),
@@ -140,6 +170,7 @@ impl SeedEstimate<'_> {
             view_overlaps: self.sequence.poses().map(|_| self.overlaps),
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
             contacts,
+            covariances: Some(self.sequence.covariances.as_slice()).filter(|covariances| !covariances.is_empty()),
         })?;
         let stances = contacts.map(|pair| foot_stances(&pair)).unwrap_or_default();
         Ok((evaluation, stances))
@@ -160,15 +191,23 @@ fn energies(records: &[SearchRecord]) -> Vec<Option<f64>> {
     if records.iter().all(|r| r.energy.is_none()) { Vec::new() } else { records.iter().map(|r| r.energy).collect() }
 }
 
-/// The energy that the tracker's own likelihood gives the truth; empty for trackers without a likelihood.
+/// The truth brought nearest to a body that a tracker calibrated.
+fn refitted(body: &Humanoid, set: &BenchmarkSet) -> Motion {
+    let truth = &set.truth.ground_truth;
+    let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
+    refit(body, &markers, truth.frames_per_second)
+}
+
+/// The energy that the tracker's own likelihood, with the body that it used, gives the truth; empty for trackers without a likelihood.
 fn truth_energy(
     tracked: &Tracked,
     set: &BlindSet,
+    body: &Humanoid,
     refitted: Option<&Motion>,
 ) -> Result<Vec<Option<f64>>, ExperimentError> {
     let settings = tracked.record.as_ref().and_then(|record| record.tracker.kind().likelihood());
     let (Some(settings), Some(refitted)) = (settings, refitted) else { return Ok(Vec::new()) };
-    let likelihood = SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, settings)?;
+    let likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, settings)?;
     match tracked.record.as_ref().and_then(|record| record.tracker.kind().plausibility()) {
         None => energies_of(refitted, likelihood, set),
         Some(plausibility) => energies_of(refitted, PlausibleLikelihood::new(likelihood, plausibility)?, set),
@@ -189,21 +228,20 @@ fn energies_of(
     Ok(energies)
 }
 
-/// Draws the tracker's body in every camera.
-pub(super) struct Painters<'a> {
-    body: &'a Humanoid,
+/// Draws bodies in every camera.
+pub(super) struct Painters {
     cameras: Vec<SilhouettePainter>,
 }
 
-impl<'a> Painters<'a> {
-    pub(super) fn new(set: &'a BlindSet) -> Self {
-        Self { body: &set.start.body, cameras: set.rig.cameras.iter().map(SilhouettePainter::new).collect() }
+impl Painters {
+    pub(super) fn new(set: &BlindSet) -> Self {
+        Self { cameras: set.rig.cameras.iter().map(SilhouettePainter::new).collect() }
     }
 
-    /// The body's silhouette in every camera.
-    pub(super) fn silhouettes(&mut self, pose: &Pose) -> Vec<Mask> {
-        let frames = self.body.link_frames(pose);
-        self.cameras.iter_mut().map(|painter| painter.silhouette(self.body, &frames)).collect()
+    /// A body's silhouette in every camera.
+    pub(super) fn silhouettes(&mut self, body: &Humanoid, pose: &Pose) -> Vec<Mask> {
+        let frames = body.link_frames(pose);
+        self.cameras.iter_mut().map(|painter| painter.silhouette(body, &frames)).collect()
     }
 
     /// Where props are in every camera's image; empty without any.
@@ -217,11 +255,11 @@ impl<'a> Painters<'a> {
     fn overlaps<'p>(
         &mut self,
         observed: &Observation,
-        poses: impl Iterator<Item = Option<&'p Pose>>,
+        poses: impl Iterator<Item = (&'p Humanoid, Option<&'p Pose>)>,
     ) -> Vec<Vec<Option<f64>>> {
-        let overlap = |pose| {
+        let overlap = |(body, pose): (&Humanoid, Option<&Pose>)| {
             let Some(pose) = pose else { return vec![None; self.cameras.len()] };
-            let drawn = self.silhouettes(pose);
+            let drawn = self.silhouettes(body, pose);
             drawn.iter().zip(&observed.silhouettes).map(|(a, b)| intersection_over_union(a, b)).collect()
         };
         poses.map(overlap).collect()

@@ -44,7 +44,9 @@ pub(crate) fn is_file_of_ours(path: &Path) -> bool {
     let marked = match text.trim_start().as_bytes() {
         [b'{', ..] => schema_of(&text).is_some_and(|schema| schema.starts_with("skiagraph.")),
         [b'<', ..] => {
-            text.contains("<meta name=\"generator\" content=\"skiagraph ") || text.contains("<metadata>skiagraph ")
+            text.contains("<meta name=\"generator\" content=\"skiagraph ")
+                || text.contains("<metadata>skiagraph ")
+                || text.starts_with("<!-- skiagraph ")
         }
         [b'.', b'\\', b'"', ..] => text.starts_with(MANUAL_MARK),
         _ => false,
@@ -96,6 +98,7 @@ mod tests {
         let root = folder(&[
             ("page.html", "<!doctype html>\n<meta name=\"generator\" content=\"skiagraph 0.0.1\">"),
             ("chart.svg", "<svg width=\"9\"><metadata>skiagraph 9.0.0</metadata></svg>"),
+            ("study.md", "<!-- skiagraph 0.1.0 -->\n# study"),
             ("skiagraph.1", ".\\\" skiagraph 0.1.0\n.TH skiagraph 1"),
             ("run.json", "{\"schema\": \"skiagraph.run/1\"}"),
             ("thesis.html", "<!doctype html><p>skiagraph is a tool"),
@@ -105,7 +108,7 @@ mod tests {
             ("empty", ""),
         ]);
         let ours = |name: &str| is_file_of_ours(&root.path().join(name));
-        for name in ["page.html", "chart.svg", "skiagraph.1", "run.json"] {
+        for name in ["page.html", "study.md", "chart.svg", "skiagraph.1", "run.json"] {
             assert!(ours(name), "{name}");
         }
         for name in ["thesis.html", "other.json", "scenario.toml", "walk.model", "empty", "nowhere", "."] {

@@ -6,8 +6,8 @@ use super::measuring::{Measures, Painters};
 use super::tracking::{POSES_FILE, TrackTiming, Tracked};
 use super::{ExperimentError, Files, per_frame, to_json};
 use crate::benchmark_set::{BenchmarkSet, ContactFacts};
-use crate::body::Prop;
-use crate::evaluation::Summary;
+use crate::evaluation::{SegmentationQuality, Summary};
+use crate::observation::ObservationFacts;
 use crate::report::{
     FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render,
     verdict, worst_frames,
@@ -56,6 +56,12 @@ pub struct RunRecord {
     /// How the truth came to stand on the ground; absent where contact was neither measured nor changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
+    /// How the observations were made; absent where they are exact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub observation: Option<ObservationFacts>,
+    /// How good the observed silhouettes are, means over cameras and frames; absent where they are exact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub segmentation: Option<SegmentationQuality>,
     /// Number of frames.
     pub frames: usize,
     /// Frames a second.
@@ -92,22 +98,8 @@ impl Results {
     /// # Errors
     /// [`ExperimentError`] if an observation cannot be read again or the report cannot be drawn.
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Result<Self, ExperimentError> {
-        let facts = facts(set, tracked);
-        let searched = |seed: usize| tracked.search.get(seed).into_iter().flatten();
-        let runs: Vec<ReportRun<'_>> = measures
-            .runs()
-            .into_iter()
-            .zip(&measures.seeds)
-            .enumerate()
-            .map(|(index, (run, seed))| ReportRun {
-                run,
-                truth_energy: &measures.truth_energy,
-                estimate_energy: &seed.energy,
-                layers: searched(index).map(|record| record.layers.as_slice()).collect(),
-                occupancy: searched(index).map(|record| record.occupancy.as_slice()).collect(),
-                stances: &seed.stances,
-            })
-            .collect();
+        let facts = facts(set, tracked, measures.segmentation.as_ref());
+        let runs = report_runs(tracked, measures);
         let sheet = sheet(set, tracked, measures)?;
         let tracker = tracker_in_words(tracked);
         let input = ReportInput {
@@ -133,6 +125,34 @@ impl Results {
     }
 }
 
+/// The verdict on a run, as its report has it.
+pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
+    verdict(&ReportInput {
+        title: &set.blind.name,
+        tracker: "",
+        matched: set.truth.facts.matched,
+        facts: &[],
+        runs: &report_runs(tracked, measures),
+        summary: &measures.summary,
+        frozen: Some(&measures.frozen),
+        sheet: None,
+    })
+}
+
+fn report_runs<'a>(tracked: &'a Tracked, measures: &'a Measures) -> Vec<ReportRun<'a>> {
+    let searched = |seed: usize| tracked.search.get(seed).into_iter().flatten();
+    let runs = measures.runs().into_iter().zip(&measures.seeds).enumerate();
+    runs.map(|(index, (run, seed))| ReportRun {
+        run,
+        truth_energy: &seed.truth_energy,
+        estimate_energy: &seed.energy,
+        layers: searched(index).map(|record| record.layers.as_slice()).collect(),
+        occupancy: searched(index).map(|record| record.occupancy.as_slice()).collect(),
+        stances: &seed.stances,
+    })
+    .collect()
+}
+
 fn record(
     set: &BenchmarkSet,
     tracked: &Tracked,
@@ -155,6 +175,8 @@ fn record(
         facts: facts.to_vec(),
         matched: set.truth.facts.matched,
         contact: set.truth.facts.contact.clone(),
+        observation: set.blind.observation.clone(),
+        segmentation: measures.segmentation,
         frames: set.blind.frame_count,
         frames_per_second: set.blind.frames_per_second,
         summary: measures.summary.clone(),
@@ -184,7 +206,10 @@ fn sheet<'a>(
                 seed: measures.seeds[run].seed,
                 frame,
                 observed: set.blind.observation(frame)?.silhouettes,
-                estimated: tracked.estimates.sequences[run].pose(frame).map(|pose| painters.silhouettes(pose)),
+                estimated: tracked.estimates.sequences[run].pose(frame).map(|pose| {
+                    let body = tracked.estimates.body(run, &set.blind.start.body);
+                    painters.silhouettes(body, pose)
+                }),
                 truth: set.truth.ground_truth.frames[frame].markers,
                 estimate: measures.seeds[run].markers[frame],
             })
@@ -204,7 +229,7 @@ pub(super) fn tracker_in_words(tracked: &Tracked) -> String {
     }
 }
 
-fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
+fn facts(set: &BenchmarkSet, tracked: &Tracked, segmentation: Option<&SegmentationQuality>) -> Vec<FactGroup> {
     let group = |title: &str, facts: Vec<(&str, String)>| FactGroup {
         title: title.to_owned(),
         facts: facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
@@ -231,7 +256,7 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
             ],
         ),
         group("Cameras", blind.rig.cameras.iter().map(|camera| (camera.name.as_str(), in_words(camera))).collect()),
-        group("Observations", vec![("silhouettes", observations(&truth.ground_truth.props))]),
+        group("Observations", observations(set, segmentation)),
     ];
     if let Some(contact) = &truth.facts.contact {
         groups.insert(1, group("Contact of the truth with the ground", contact.in_words()));
@@ -241,6 +266,11 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked) -> Vec<FactGroup> {
         let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());
         let settings = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value))).collect();
         groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
+    }
+    for (report, seed) in tracked.record.iter().flat_map(|record| &record.calibration).zip(&tracked.estimates.seeds) {
+        let decided = [("decision".to_owned(), report.in_words())];
+        let facts = decided.into_iter().chain(report.numbers_in_words()).collect();
+        groups.push(FactGroup { title: format!("Calibration of the tracker's body, seed {seed}"), facts });
     }
     if !tracked.estimates.notes.is_empty() {
         let notes = tracked.estimates.notes.iter().map(|note| ("note", note.clone())).collect();
@@ -267,12 +297,17 @@ fn learned_from_in_words(tracked: &Tracked) -> String {
     }
 }
 
-fn observations(props: &[Prop]) -> String {
-    let names: Vec<&str> = props.iter().map(|prop| prop.name.as_str()).collect();
-    match names.is_empty() {
-        true => "clean: no noise, no occlusion".to_owned(),
-        false => format!("clean: no noise; hidden by props: {}", names.join(", ")),
-    }
+fn observations(set: &BenchmarkSet, segmentation: Option<&SegmentationQuality>) -> Vec<(&'static str, String)> {
+    let names: Vec<&str> = set.truth.ground_truth.props.iter().map(|prop| prop.name.as_str()).collect();
+    let hidden = format!("hidden by props: {}", names.join(", "));
+    let words = match (&set.blind.observation, names.is_empty()) {
+        (None, true) => "clean: no noise, no occlusion".to_owned(),
+        (None, false) => format!("clean: no noise; {hidden}"),
+        (Some(facts), true) => facts.in_words(),
+        (Some(facts), false) => format!("{}; {hidden}", facts.in_words()),
+    };
+    let quality = segmentation.map(SegmentationQuality::in_words).unwrap_or_default();
+    [vec![("silhouettes", words)], quality].concat()
 }
 
 fn in_words(camera: &crate::camera::Camera) -> String {

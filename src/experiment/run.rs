@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::error::output;
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
+use super::observing::Observing;
 use super::ours::Kind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
@@ -14,11 +15,10 @@ use super::place::write_synced;
 use super::results::{Results, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
-use super::tracking::{POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
+use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Files, Models};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, SetParts, TruthSet, is_set};
-use crate::observation::Observer;
+use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetParts, TruthSet, is_set};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
@@ -55,6 +55,8 @@ pub fn draw(
     if let Some(refused) = inside.refused.into_iter().next() {
         return Err(refused);
     }
+    let settings = &file.scenario.observation;
+    let facts = (!settings.is_exact()).then(|| settings.facts());
     watch.begin(Stage::Render, staged.frames());
     let parts = SetParts {
         name: &file.scenario.name,
@@ -64,8 +66,9 @@ pub fn draw(
         refitted: Some(&staged.refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
+        observed: Observed { facts: facts.as_ref(), told_rig: staged.told_rig.as_ref() },
     };
-    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let observer = Observing::new(&staged.ground_truth, &staged.rig, settings)?;
     let seen = AtomicBool::new(false);
     let set = BenchmarkSet::assemble_unless(&parts, &|| watch.interrupted(), |frame| {
         watch.advance();
@@ -118,9 +121,25 @@ pub fn track_set(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
+    track_set_calibrating(set, settings, seeds, None, to, watch)
+}
+
+/// As [`track_set`]; `calibrate` says whether the tracker calibrates its body, whatever the set says of it.
+///
+/// # Errors
+/// [`ExperimentError`]; then nothing has changed on the disk.
+pub fn track_set_calibrating(
+    set: &Path,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    calibrate: Option<bool>,
+    to: Destination<'_>,
+    watch: &dyn Watch,
+) -> Result<Tracked, ExperimentError> {
     Inputs::of_set(set, settings).keep_from(to.path)?;
     let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
-    let blind = BlindSet::read(set)?;
+    let mut blind = BlindSet::read(set)?;
+    blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
     let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
     let tracked = track(&blind, settings, seeds, truth.as_ref(), &mut Models::default(), watch)?;
     write_all(&directory, &tracked.files(&blind)?)?;
@@ -155,7 +174,9 @@ pub fn evaluate_run(
 ) -> Result<Evaluated, ExperimentError> {
     let whole = BenchmarkSet::read(set)?;
     let listing = Listing::read(run);
-    let is_ours = [TRACK_FILE, POSES_FILE, SEARCH_FILE].iter().all(|name| listing.holds(run, name));
+    let bodies = run.join(BODIES_FILE).exists().then_some(BODIES_FILE);
+    let ours = [TRACK_FILE, POSES_FILE, SEARCH_FILE].into_iter().chain(bodies);
+    let is_ours = ours.into_iter().all(|name| listing.holds(run, name));
     let place = match out {
         Some(out) => out.to_owned(),
         None if is_ours => run.to_owned(),

@@ -16,6 +16,7 @@ use crate::contact::check_feet;
 use crate::editing::Seam;
 use crate::input::excerpt;
 use crate::motion_model::{Prediction, ProposalScales};
+use crate::observation::{Corruption, told_rig, told_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
@@ -32,8 +33,10 @@ const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;
 pub struct Staged {
     /// Whose motion, in words.
     pub clip: String,
-    /// The cameras.
+    /// The true cameras.
     pub rig: CameraRig,
+    /// The cameras that a tracker is told, where they differ from the true ones.
+    pub told_rig: Option<CameraRig>,
     /// The truth, frame by frame.
     pub ground_truth: GroundTruth,
     /// Which frames of which files the actor performs.
@@ -103,7 +106,12 @@ impl Staged {
         let Some(pose) = refitted.poses.first().cloned() else {
             return Err(scenario_error(file, "motion", "expected at least one frame, found none".to_owned()));
         };
+        let scenario_observation = &scenario.observation;
+        let (corruption, seed) = (&scenario_observation.corruption, u64::from(scenario_observation.seed));
+        let pose = told_start(&body, &pose, corruption, seed);
+        let told_rig = corruption.changes_cameras().then(|| told_rig(&rig, corruption, seed));
         let mut notes = performed.report.notes.clone();
+        notes.extend(lens_without_effect(corruption, &rig));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
         notes.extend(actor_template.notes.iter().map(|note| format!("actor.robot: {note}")));
         if !same_robot {
@@ -121,7 +129,8 @@ impl Staged {
         Ok(Self {
             clip: recordings.name(),
             rig,
-            start: Start { body, pose, training },
+            told_rig,
+            start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
             sources: recordings.sources(),
             seams,
             training_sources,
@@ -132,6 +141,7 @@ impl Staged {
                 matched,
                 mismatch: if matched { String::new() } else { mismatch_in_words(file) },
                 contact,
+                observation_seed: (!scenario_observation.is_exact()).then_some(scenario_observation.seed),
             },
             notes,
             ground_truth,
@@ -207,6 +217,13 @@ fn simulation_settings(
     })
 }
 
+/// What to tell a user whose cameras have no lens to ignore.
+fn lens_without_effect(corruption: &Corruption, rig: &CameraRig) -> Option<String> {
+    let ideal = rig.cameras.iter().all(|camera| camera.distortion.is_none());
+    let note = "observation.corruption.lens_ignored: no camera's lens distorts, so that nothing changes";
+    (corruption.lens_ignored != 0.0 && ideal).then(|| note.to_owned())
+}
+
 /// The tracker's body: scaled to the subject that the actor was scaled to, then made wrong.
 fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Retargeted, same_robot: bool) -> Humanoid {
     let settings = &file.scenario.tracker_body;
@@ -214,12 +231,17 @@ fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Retargeted, sa
         true => template.reshaped(&actor.shape),
         false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid))),
     };
-    match settings.mismatch.percents() {
+    let body = match settings.mismatch.percents() {
         None => body,
         Some((length, girth)) => {
             let seed = u64::from(settings.seed);
             body.reshaped(&BodyShape::random_mismatch(&body, seed, length / 100.0, girth / 100.0))
         }
+    };
+    let observation = &file.scenario.observation;
+    match observation.corruption.wrong_body_percent / 100.0 {
+        0.0 => body,
+        share => body.reshaped(&BodyShape::random_mismatch(&body, u64::from(observation.seed), share, share)),
     }
 }
 
@@ -366,5 +388,7 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
     let named = |skin: &Option<String>| skin.as_ref().map_or("solids".to_owned(), |skin| format!("skin `{skin}`"));
     let (own, believed) = (&scenario.actor.skin, &scenario.tracker_body.skin);
     let skins = (own != believed).then(|| format!("{} against {}", named(own), named(believed)));
-    robots.into_iter().chain(skins).chain(percents).collect::<Vec<_>>().join("; ")
+    let wrong = scenario.observation.corruption.wrong_body_percent;
+    let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
+    robots.into_iter().chain(skins).chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
 }

@@ -1,5 +1,6 @@
 //! Runs a tracker on a set and writes its files: `track.json`, `poses.npz` and `search.npz`; and `learned_from.npz`
-//! where it moves on a model from a file.
+//! where it moves on a model from a file; and `bodies.json` where it calibrated its body: one body a seed, of which the
+//! poses are.
 //!
 //! `poses.npz` holds the answers; anybody's tracker may write it. `search.npz` says how ours searched:
 //!
@@ -15,13 +16,15 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use super::calibrating::{self, Beginning};
 use super::error::read_file;
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use super::watch::{Stage, Watch, advance};
 use super::{ExperimentError, Files, Models};
 use crate::benchmark_set::{
-    BlindSet, EstimatedSequence, Estimates, SourceRecording, Training, recordings_from_npz, recordings_to_npz,
+    BlindSet, EstimatedSequence, Estimates, SourceRecording, Training, bodies_from_json, bodies_to_json,
+    recordings_from_npz, recordings_to_npz,
 };
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
@@ -29,14 +32,16 @@ use crate::motion_model::{Diffusion, Prediction, ProposalScales};
 use crate::npz::{Array, Npz, Values};
 use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, TrainingUse, json_tree};
 use crate::tracker::{
-    AnnealedParticleFilter, Estimate, FilterSettings, Frozen, LayerRecord, Likelihood, ModelOccupancy,
-    PlausibleLikelihood, Refinement, SilhouetteLikelihood, Tracker,
+    AnnealedParticleFilter, Calibration, CalibrationReport, CalibrationVerdict, Estimate, FilterSettings, Frozen,
+    LayerRecord, Likelihood, ModelOccupancy, PlausibleLikelihood, Refinement, SilhouetteLikelihood, Tracker,
 };
 
 pub(super) const TRACK_FILE: &str = "track.json";
 pub(super) const POSES_FILE: &str = "poses.npz";
 pub(super) const SEARCH_FILE: &str = "search.npz";
 /// What the tracker's model file learned from, where it has one: the format of a set's `truth/recording.npz`.
+/// The bodies of a run whose tracker calibrated its body, where one was kept.
+pub(super) const BODIES_FILE: &str = "bodies.json";
 pub(super) const LEARNED_FROM_FILE: &str = "learned_from.npz";
 
 const LAYER_COLUMNS: [&str; 6] =
@@ -67,6 +72,9 @@ pub struct TrackRecord {
     /// What the tracker learned from, in words; empty where it learns nothing.
     #[serde(default)]
     pub learned_from: Vec<String>,
+    /// What the calibration of the tracker's body found, one entry a seed; absent without one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub calibration: Vec<CalibrationReport>,
     /// Version of the program.
     pub version: String,
     /// What differs from run to run.
@@ -76,7 +84,8 @@ pub struct TrackRecord {
 /// How long tracking took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackTiming {
-    /// Seconds for all frames of all seeds, reading of observations included, learning of motion models not.
+    /// Seconds for all frames of all seeds, reading of observations and calibration of the body included, learning of
+    /// motion models not.
     pub seconds: f64,
     /// Frames of all seeds per second.
     pub frames_per_second: f64,
@@ -115,21 +124,30 @@ pub fn track(
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
     let factory = TrackerFactory { set, truth, watch };
+    let as_given = Beginning::of_set(set);
     let mut trackers = Vec::new();
     for seed in seeds {
-        trackers.push(factory.build(settings, models, *seed)?);
+        trackers.push(factory.begin(settings, models, &as_given, *seed)?);
     }
-    let (estimates, timing) = follow(set, trackers, watch)?;
+    let begin = Instant::now();
+    let calibrations = factory.calibrate(settings, &mut trackers, seeds)?;
+    for ((tracker, calibration), seed) in trackers.iter_mut().zip(&calibrations).zip(seeds) {
+        *tracker = factory.begin(settings, models, &Beginning::of_calibration(calibration), *seed)?;
+    }
+    let (estimates, timing) = follow(set, trackers, begin, watch)?;
     let record = TrackRecord {
         schema: "skiagraph.track/1".to_owned(),
         tracker: settings.clone(),
         set_hash: set.set_hash.clone(),
         learned_from: learned_from(set, settings, models),
+        calibration: calibrations.iter().map(|calibration| calibration.report.clone()).collect(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         timing,
     };
     let sources = settings.kind().model_file().map(|name| models.sources_of(name).to_vec()).unwrap_or_default();
-    Ok(Tracked { record: Some(record), sources, ..Tracked::new(set, seeds, estimates) })
+    let kept = calibrations.iter().any(|calibration| calibration.report.verdict == CalibrationVerdict::Kept);
+    let bodies = if kept { calibrations.into_iter().map(|calibration| calibration.body).collect() } else { Vec::new() };
+    Ok(Tracked { record: Some(record), sources, ..Tracked::new(set, seeds, bodies, estimates) })
 }
 
 /// Runs any tracker over a set, blindfolded: `new_tracker` makes one for each seed. [`super::Measures::new`] measures the
@@ -143,21 +161,22 @@ pub fn track_with(
     watch: &dyn Watch,
     new_tracker: impl FnMut(u64) -> Box<dyn Tracker>,
 ) -> Result<Tracked, ExperimentError> {
-    let trackers = seeds.iter().copied().map(new_tracker).collect();
-    let (estimates, _) = follow(set, trackers, watch)?;
-    Ok(Tracked::new(set, seeds, estimates))
+    let mut trackers: Vec<Box<dyn Tracker>> = seeds.iter().copied().map(new_tracker).collect();
+    trackers.iter_mut().for_each(|tracker| tracker.start(&set.start.pose));
+    let (estimates, _) = follow(set, trackers, Instant::now(), watch)?;
+    Ok(Tracked::new(set, seeds, Vec::new(), estimates))
 }
 
-/// Starts the trackers and has them follow the set's observations, all of them frame by frame.
+/// Has trackers that have started follow the set's observations, all of them frame by frame; `begin` is when the work
+/// began.
 fn follow(
     set: &BlindSet,
     mut trackers: Vec<Box<dyn Tracker>>,
+    begin: Instant,
     watch: &dyn Watch,
 ) -> Result<(Vec<Vec<Estimate>>, TrackTiming), ExperimentError> {
-    trackers.iter_mut().for_each(|tracker| tracker.start(&set.start.pose));
     let frames = set.frame_count * trackers.len();
     watch.begin(Stage::Track, frames);
-    let begin = Instant::now();
     let mut estimates: Vec<Vec<Estimate>> = vec![Vec::new(); trackers.len()];
     for observation in set.observations() {
         let observation = observation?;
@@ -174,6 +193,20 @@ fn follow(
         threads: rayon::current_num_threads(),
     };
     Ok((estimates, timing))
+}
+
+/// Learns or reads the motion models that a tracker needs, where `models` does not have them.
+///
+/// # Errors
+/// As [`track`], before the first frame.
+pub(super) fn prepare(
+    set: &BlindSet,
+    settings: &TrackerSettings,
+    truth: Option<&Motion>,
+    models: &mut Models,
+    watch: &dyn Watch,
+) -> Result<(), ExperimentError> {
+    TrackerFactory { set, truth, watch }.build(settings, models, &Beginning::of_set(set), 0).map(drop)
 }
 
 /// What a tracker learned from, in words, one entry a recording.
@@ -195,14 +228,57 @@ struct TrackerFactory<'a> {
 }
 
 impl TrackerFactory<'_> {
+    /// A tracker that has started.
+    fn begin(
+        &self,
+        settings: &TrackerSettings,
+        models: &mut Models,
+        beginning: &Beginning,
+        seed: u64,
+    ) -> Result<Box<dyn Tracker>, ExperimentError> {
+        let mut tracker = self.build(settings, models, beginning, seed)?;
+        tracker.start(&beginning.pose);
+        Ok(tracker)
+    }
+
+    /// Calibrates the body with each of the trackers, which have started with the body as given; nothing where that is
+    /// not asked for, or the tracker keeps its body.
+    fn calibrate(
+        &self,
+        settings: &TrackerSettings,
+        trackers: &mut [Box<dyn Tracker>],
+        seeds: &[u64],
+    ) -> Result<Vec<Calibration>, ExperimentError> {
+        if !self.set.start.calibrate {
+            return Ok(Vec::new());
+        }
+        let TrackerSettings::AnnealedParticleFilter(filter) = settings else {
+            let name = settings.name();
+            self.watch.note(&format!(
+                "tracker_body.calibrate: {name} keeps the body as it is; annealed_particle_filter calibrates it"
+            ));
+            return Ok(Vec::new());
+        };
+        let frames = calibrating::frames(self.set).last().map_or(0, |last| last + 1);
+        self.watch.begin(Stage::Calibrate, frames * seeds.len());
+        let mut calibrations = Vec::with_capacity(seeds.len());
+        for (tracker, seed) in trackers.iter_mut().zip(seeds) {
+            let found = calibrating::calibrated(self.set, filter.likelihood(), tracker.as_mut(), self.watch)?;
+            self.watch.note(&format!("calibration, seed {seed}: {}", found.report.in_words()));
+            calibrations.push(found);
+        }
+        Ok(calibrations)
+    }
+
     /// Builds a tracker from its settings.
     fn build(
         &self,
         settings: &TrackerSettings,
         models: &mut Models,
+        beginning: &Beginning,
         seed: u64,
     ) -> Result<Box<dyn Tracker>, ExperimentError> {
-        let (body, training) = (&self.set.start.body, &self.set.start.training);
+        let (body, training) = (&beginning.body, &self.set.start.training);
         let truth = || self.truth.ok_or(ExperimentError::OracleNeedsTruth);
         Ok(match settings {
             TrackerSettings::AnnealedParticleFilter(s) => {
@@ -217,6 +293,9 @@ impl TrackerFactory<'_> {
                 let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
                 if s.refinement().is_some() {
                     likelihood = likelihood.with_descent();
+                }
+                if beginning.is_calibrated {
+                    likelihood = likelihood.with_light_extremities();
                 }
                 let seen = || training.motions().iter().flat_map(|motion| motion.poses.iter().cloned()).collect();
                 let refinement =
@@ -270,13 +349,17 @@ fn filter<L: Likelihood + 'static>(
 }
 
 impl Tracked {
-    /// Estimates of every seed, of whom is not said.
-    fn new(set: &BlindSet, seeds: &[u64], estimates: Vec<Vec<Estimate>>) -> Self {
+    /// Estimates of every seed, of whom is not said; `bodies` are those of the seeds where they are not the set's.
+    fn new(set: &BlindSet, seeds: &[u64], bodies: Vec<Humanoid>, estimates: Vec<Vec<Estimate>>) -> Self {
         let mut sequences = Vec::new();
         let mut search = Vec::new();
-        for of_seed in estimates {
+        for (index, of_seed) in estimates.into_iter().enumerate() {
             let poses = of_seed.iter().map(|e| e.pose.clone()).collect();
-            sequences.push(EstimatedSequence::of_poses(&set.start.body, poses));
+            let body = bodies.get(index).unwrap_or(&set.start.body);
+            let known = of_seed.iter().any(|e| e.covariances.is_some());
+            let covariances = of_seed.iter().filter(|_| known).map(|e| e.covariances.unwrap_or_default());
+            let covariances = covariances.collect();
+            sequences.push(EstimatedSequence { covariances, ..EstimatedSequence::of_poses(body, poses) });
             let records = of_seed.into_iter().map(|e| SearchRecord {
                 energy: e.energy,
                 evaluations: e.evaluations,
@@ -285,8 +368,8 @@ impl Tracked {
             });
             search.push(records.collect());
         }
-        let estimates =
-            Estimates { frames_per_second: set.frames_per_second, seeds: seeds.to_vec(), sequences, notes: Vec::new() };
+        let (frames_per_second, seeds) = (set.frames_per_second, seeds.to_vec());
+        let estimates = Estimates { frames_per_second, seeds, sequences, bodies, notes: Vec::new() };
         Self { record: None, estimates, search, sources: Vec::new() }
     }
 
@@ -300,6 +383,9 @@ impl Tracked {
             files.push((TRACK_FILE, super::to_json(record)?));
             files.push((SEARCH_FILE, search_to_npz(&self.search).to_bytes(SEARCH_FILE)?));
         }
+        if !self.estimates.bodies.is_empty() {
+            files.push((BODIES_FILE, bodies_to_json(BODIES_FILE, &self.estimates.bodies)?));
+        }
         if !self.sources.is_empty() {
             files.push((LEARNED_FROM_FILE, recordings_to_npz(LEARNED_FROM_FILE, &self.sources)?));
         }
@@ -311,7 +397,14 @@ impl Tracked {
     /// # Errors
     /// [`ExperimentError`] naming the file that is missing or not what it should be.
     pub fn read(folder: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
-        let Self { estimates, .. } = Self::of_others(&folder.join(POSES_FILE), body)?;
+        let path = folder.join(BODIES_FILE);
+        let bodies = match path.is_file() {
+            false => Vec::new(),
+            true => bodies_from_json(&path.display().to_string(), &read_file(&path, limits::JSON)?)?,
+        };
+        let path = folder.join(POSES_FILE);
+        let bytes = read_file(&path, limits::ARRAYS)?;
+        let estimates = Estimates::of_bodies(&path.display().to_string(), &bytes, body, bodies)?;
         let path = folder.join(TRACK_FILE);
         let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
         let record = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;

@@ -9,10 +9,14 @@ pub enum Stage {
     Render,
     /// A motion model is learned from frames.
     Learn,
+    /// The first frames are tracked, to calibrate the tracker's body.
+    Calibrate,
     /// Frames are tracked.
     Track,
     /// Frames are measured.
     Evaluate,
+    /// Images are segmented.
+    Segment,
     /// Frames of a set are drawn anew and compared.
     Verify,
 }

@@ -1,9 +1,10 @@
 //! The simplest motion model: a pose keeps still, or its velocity, and wanders by a Gaussian per degree of freedom.
 
+use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::{MotionModel, MotionModelError, NormalEquations, Prediction, ProposalScales};
+use super::{Evidence, MotionModel, MotionModelError, NormalEquations, Prediction, ProposalScales};
 use crate::body::{DegreeOfFreedom, Humanoid, Pose, ROOT_STEP};
 use crate::rng::normal;
 
@@ -71,6 +72,11 @@ impl Diffusion {
 
     fn noise(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
         self.deviations.iter().map(|d| d * normal(rng)).collect()
+    }
+
+    /// Weight of the last estimate for each number of a step of descent.
+    fn descent_precision(&self) -> Vec<f64> {
+        self.deviations.iter().map(|d| DESCENT_PULL / (d * d).max(1e-8)).collect()
     }
 
     /// How far each number of a step of descent may go from `state`, down and up.
@@ -143,12 +149,15 @@ impl MotionModel for Diffusion {
     fn descend(&self, state: &Pose, anchor: &Pose, mut evidence: NormalEquations) -> Option<Pose> {
         let mut towards = vec![0.0; self.body.step_len()];
         self.body.difference(state, anchor, &mut towards);
-        let precision: Vec<f64> = self.deviations.iter().map(|d| DESCENT_PULL / (d * d).max(1e-8)).collect();
-        evidence.pull(&towards, &precision);
+        evidence.pull(&towards, &self.descent_precision());
         let step = evidence.step_within(&self.descent_room(state))?;
         let mut pose = self.body.step(state, step.as_slice());
         self.body.clamp_to_limits(&mut pose);
         Some(pose)
+    }
+
+    fn covariance(&self, _state: &Pose, evidence: &Evidence) -> Option<DMatrix<f64>> {
+        evidence.covariance(&self.descent_precision())
     }
 
     fn with_pose(&self, _state: &Pose, pose: &Pose) -> Option<Pose> {

@@ -19,6 +19,34 @@ pub struct NormalEquations {
     pub residuals: usize,
 }
 
+/// What an observation says of a pose, and how sure that is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evidence {
+    /// The weighted squares of residuals, linearised at the pose.
+    pub equations: NormalEquations,
+    /// Sum, over groups of residuals that go wrong together, of the outer products of what a group pulls at the numbers
+    /// of a step.
+    pub scatter: DMatrix<f64>,
+}
+
+impl Evidence {
+    /// Covariance of the numbers of a step about the lowest point of the quadratic with `precision` added to its
+    /// diagonal; `None` without residuals, and where it is singular.
+    ///
+    /// With H the matrix plus precision, s^2 the mean weighted square of the residuals and G the scatter it is `H^-1
+    /// (s^2 H + G) H^-1`: Gauss and Newton's Hessian with the spread of the residuals, and beside it what groups of
+    /// residuals that are off together add (the middle of `[White 1980]`, by groups as in `[Liang 1986]`).
+    pub(super) fn covariance(&self, precision: &[f64]) -> Option<DMatrix<f64>> {
+        let NormalEquations { matrix, cost, weight, .. } = &self.equations;
+        let spread = cost / weight;
+        let mut hessian = matrix.clone();
+        precision.iter().enumerate().for_each(|(i, precision)| hessian[(i, i)] += precision);
+        let inverse = hessian.cholesky()?.inverse();
+        let covariance = &inverse * spread + &inverse * &self.scatter * &inverse;
+        covariance.iter().all(|number| number.is_finite()).then_some(covariance)
+    }
+}
+
 /// Share of the diagonal that is added to it (Levenberg and Marquardt's damping).
 const DAMPING: f64 = 0.01;
 
@@ -78,6 +106,26 @@ impl NormalEquations {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+
+    #[test]
+    fn the_covariance_of_a_straight_fit_is_that_of_least_squares() {
+        // Ten measurements of one number, off by one either way: the mean is off by 1 / sqrt(10).
+        let equations = NormalEquations {
+            matrix: DMatrix::from_element(1, 1, 10.0),
+            gradient: DVector::zeros(1),
+            cost: 10.0,
+            weight: 10.0,
+            residuals: 10,
+        };
+        let alone = Evidence { equations: equations.clone(), scatter: DMatrix::zeros(1, 1) };
+        assert!((alone.covariance(&[0.0]).unwrap()[(0, 0)] - 0.1).abs() < 1e-12);
+        // Two groups of five that are off together by one: as two measurements.
+        let grouped = Evidence { equations, scatter: DMatrix::from_element(1, 1, 50.0) };
+        assert!((grouped.covariance(&[0.0]).unwrap()[(0, 0)] - 0.1 - 0.5).abs() < 1e-12);
+        let nothing = NormalEquations { matrix: DMatrix::zeros(1, 1), cost: 0.0, weight: 0.0, ..grouped.equations };
+        let nothing = Evidence { equations: nothing, scatter: DMatrix::zeros(1, 1) };
+        assert!(nothing.covariance(&[0.0]).is_none() && nothing.covariance(&[1.0]).is_none());
+    }
 
     use super::*;
 

@@ -26,11 +26,12 @@ mod lbfgs;
 pub mod pose_chart;
 mod proposal;
 
+use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 pub use diffusion::{Diffusion, DiffusionSettings};
-pub use evidence::NormalEquations;
+pub use evidence::{Evidence, NormalEquations};
 pub use latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion};
 pub use proposal::{Prediction, ProposalScales};
 
@@ -82,6 +83,12 @@ pub trait MotionModel: Send + Sync {
     /// added: a pull towards `anchor`, the last estimate, or what else the model knows. `None` for models that cannot
     /// descend, and where the equations are singular. Must be deterministic.
     fn descend(&self, _state: &Self::State, _anchor: &Pose, _evidence: NormalEquations) -> Option<Self::State> {
+        None
+    }
+
+    /// Covariance of a step from the state's pose ([`Humanoid::step`]), the model's own prior added to `evidence`, which
+    /// was taken at that pose. `None` for models that cannot tell.
+    fn covariance(&self, _state: &Self::State, _evidence: &Evidence) -> Option<DMatrix<f64>> {
         None
     }
 

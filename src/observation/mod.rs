@@ -1,8 +1,24 @@
-//! Observations: one silhouette per view and frame.
+//! Observations: one silhouette per view and frame, exact or spoiled.
 
+mod background;
+mod corruption;
+mod image;
+mod imaging;
+mod layers;
+mod light;
 mod observe;
+mod settings;
 
+pub use background::{
+    BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, OnlineBackground, OnlineSettings, Risk,
+    Segmenter, ShadowRule,
+};
+pub use corruption::{AXES, Axis, CorruptedObserver, Corruption, told_rig, told_start};
+pub use image::Image;
+pub use imaging::{ImageSettings, SceneCamera, SegmentedObserver};
+pub use layers::{LayerImages, LayerObserver, WantedLayers};
 pub use observe::{Observer, observe, observe_frame};
+pub use settings::{ObservationFacts, ObservationSettings, SilhouetteSource};
 
 use crate::raster::Mask;
 

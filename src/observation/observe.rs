@@ -3,9 +3,10 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::Observation;
-use crate::body::{DepthImage, SilhouettePainter};
+use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SilhouettePainter, SurfacePixel};
 use crate::camera::CameraRig;
 use crate::parallel;
+use crate::raster::Mask;
 use crate::scene::{GroundTruth, TruthFrame};
 
 /// Clean silhouettes of every frame, lens distortion included, without what props hide; the same bits for any number of
@@ -43,21 +44,37 @@ impl<'a> Observer<'a> {
     /// Clean silhouettes of one frame, which the truth must have.
     pub fn observe(&self, frame: usize) -> Observation {
         let TruthFrame { time_s, link_frames, .. } = &self.truth.frames[frame];
-        let silhouettes = self.through_every_camera(|painter, screen| {
-            let mut silhouette = painter.silhouette(&self.truth.actor, link_frames);
+        let silhouettes = self.silhouettes(|_| (&self.truth.actor, link_frames));
+        Observation { frame, time_s: *time_s, silhouettes }
+    }
+
+    /// Number of cameras.
+    pub(super) fn cameras(&self) -> usize {
+        self.painters.len()
+    }
+
+    /// Depths of the props as camera `camera` sees them; `None` without props.
+    pub(super) fn screen(&self, camera: usize) -> Option<&DepthImage> {
+        self.screens.get(camera)
+    }
+
+    /// Clean silhouettes of a body and link frames that are asked for camera by camera.
+    pub(super) fn silhouettes<'b>(&self, shown: impl Fn(usize) -> (&'b Humanoid, &'b LinkFrames)) -> Vec<Mask> {
+        self.through_every_camera(|camera, painter, screen| {
+            let (body, link_frames) = shown(camera);
+            let mut silhouette = painter.silhouette(body, link_frames);
             if let Some(screen) = screen {
-                painter.depth(&self.truth.actor, link_frames).clear_hidden(screen, &mut silhouette);
+                painter.depth(body, link_frames).clear_hidden(screen, &mut silhouette);
             }
             silhouette
-        });
-        Observation { frame, time_s: *time_s, silhouettes }
+        })
     }
 
     /// Depth and link at every pixel of one frame, which the truth must have, without what props hide; one image per
     /// camera.
     pub fn depths(&self, frame: usize) -> Vec<DepthImage> {
         let link_frames = &self.truth.frames[frame].link_frames;
-        self.through_every_camera(|painter, screen| {
+        self.through_every_camera(|_, painter, screen| {
             let mut image = painter.depth(&self.truth.actor, link_frames);
             if let Some(screen) = screen {
                 image.hide_behind(screen);
@@ -66,15 +83,29 @@ impl<'a> Observer<'a> {
         })
     }
 
+    /// The actor's surface pixel by pixel in one frame, as if there were no props; one list per camera.
+    pub(super) fn surfaces(&self, frame: usize) -> Vec<Vec<SurfacePixel>> {
+        let link_frames = &self.truth.frames[frame].link_frames;
+        self.through_every_camera(|_, painter, _| painter.surface(&self.truth.actor, link_frames))
+    }
+
+    /// The surface of the props pixel by pixel; one list per camera, all empty without props.
+    pub(super) fn props_surface(&self, props: &[Prop]) -> Vec<Vec<SurfacePixel>> {
+        match props.is_empty() {
+            true => vec![Vec::new(); self.painters.len()],
+            false => self.through_every_camera(|_, painter, _| painter.surface_of_props(props)),
+        }
+    }
+
     fn through_every_camera<T>(
         &self,
-        mut look: impl FnMut(&mut SilhouettePainter, Option<&DepthImage>) -> T,
+        mut look: impl FnMut(usize, &mut SilhouettePainter, Option<&DepthImage>) -> T,
     ) -> Vec<T> {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let ready = idle().pop();
         let mut painters = ready.unwrap_or_else(|| self.painters.iter().map(SilhouettePainter::sharing).collect());
         let each = painters.iter_mut().enumerate();
-        let seen = each.map(|(camera, painter)| look(painter, self.screens.get(camera))).collect();
+        let seen = each.map(|(camera, painter)| look(camera, painter, self.screens.get(camera))).collect();
         idle().push(painters);
         seen
     }

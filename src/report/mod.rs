@@ -33,6 +33,7 @@ mod motion_strip;
 pub mod overlay;
 mod page;
 pub mod plots;
+mod sweep;
 mod verdict;
 
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
@@ -49,4 +50,8 @@ pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};
 pub use model_page::model_page;
 pub use motion_strip::MotionStrip;
 pub use page::render;
+pub use sweep::{
+    Choice, Cost, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
+    pareto_front, sweep_markdown, sweep_page,
+};
 pub use verdict::{Verdict, verdict};

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActorSettings {
-    /// `actor`, `tracker25`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
+    /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
     /// recorded subject. Default: `actor`.
     pub robot: String,
     /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
@@ -91,8 +91,9 @@ pub enum ContactMode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrackerBodySettings {
-    /// `tracker25`, `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
-    /// recorded subject before the mismatch. Default: `tracker25`.
+    /// `tracker25` (rigid trunk, no wrists or ankles), `tracker40` (a spine that bends, clavicles, wrists and ankles),
+    /// `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded subject
+    /// before the mismatch. Default: `tracker25`.
     pub robot: String,
     /// The tracker's own surface, as `actor.skin`. Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -102,6 +103,13 @@ pub struct TrackerBodySettings {
     pub mismatch: Mismatch,
     /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
     pub seed: u32,
+    /// Whether the tracker calibrates its body before it tracks: lengths, girths, places of joints and one inflation of
+    /// all radii are solved together with the poses of the first 20 frames, a fifteenth of a second apart, on the
+    /// outlines that the cameras saw, seed by seed. A gate decides whether the body that was found is kept; the run says
+    /// what was decided and found. For the annealed particle filter; other trackers keep the body as it is. Default:
+    /// false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub calibrate: bool,
 }
 
 /// Mismatch of the tracker's body.
@@ -150,6 +158,6 @@ impl Default for ActorSettings {
 
 impl Default for TrackerBodySettings {
     fn default() -> Self {
-        Self { robot: "tracker25".to_owned(), skin: None, mismatch: Mismatch::Standard, seed: 1 }
+        Self { robot: "tracker25".to_owned(), skin: None, mismatch: Mismatch::Standard, seed: 1, calibrate: false }
     }
 }

@@ -26,6 +26,8 @@ mod ranges;
 mod read;
 mod rig;
 mod survey;
+mod sweep_file;
+mod template;
 mod tracker;
 mod tracker_kind;
 mod tree;
@@ -40,6 +42,8 @@ pub use ranges::Problem;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};
+pub use sweep_file::{Axis as SweepAxis, AxisValue, Budget, Expansion, Sweep, SweepFile, SweepTag, as_toml};
+pub use template::ScenarioTemplate;
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };
@@ -51,6 +55,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::benchmark_set::Layer;
+use crate::observation::ObservationSettings;
 
 /// One experiment: motion, bodies, cameras and tracker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -70,8 +75,9 @@ pub struct Scenario {
     #[serde(default = "one")]
     pub seeds: u32,
     /// Ground-truth images that `render` writes in addition to the masks, one OpenEXR file per camera and frame:
-    /// `"depth"` (metres along the camera's axis) and `"parts"` (index of the visible link). `run` does not use them.
-    /// Default: none.
+    /// `"depth"` (metres along the camera's axis; also a 16-bit PNG in millimetres), `"parts"` (index of the visible
+    /// link), `"normals"`, `"flow"` (to the next frame), `"coverage"` (anti-aliased) and `"colour"`. `run` does not use
+    /// them. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<Layer>,
     /// The recording that the actor performs.
@@ -92,6 +98,9 @@ pub struct Scenario {
     /// The cameras.
     #[serde(default)]
     pub rig: RigSettings,
+    /// The observations that trackers are given. Default: exact silhouettes.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub observation: ObservationSettings,
     /// The tracker: one of `[tracker.annealed_particle_filter]`, `[tracker.gpdm]`, `[tracker.switching_gpdm]`,
     /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`. Default: the
     /// annealed particle filter with its defaults.
@@ -127,4 +136,8 @@ impl Scenario {
 
 fn one() -> u32 {
     1
+}
+
+fn is_default(observation: &ObservationSettings) -> bool {
+    *observation == ObservationSettings::default()
 }

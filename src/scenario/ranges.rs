@@ -9,6 +9,7 @@ use super::{
 };
 use crate::input::excerpt;
 use crate::motion_model::MotionModelError;
+use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
 use crate::tracker::{FilterSettings, RefinementSettings, SettingError, SilhouetteSettings};
 
 /// An invalid value.
@@ -87,6 +88,7 @@ impl Scenario {
             camera(&format!("rig.camera[{i}]"), c)?;
         }
         require("rig", self.rig.count() > 0, "at least one camera: [rig.ring] or [[rig.camera]]", "none")?;
+        observation(&self.observation)?;
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
@@ -186,6 +188,33 @@ fn actor(a: &ActorSettings) -> RangeCheck {
         "a direction (a vector other than zero)",
         found,
     )
+}
+
+fn observation(o: &ObservationSettings) -> RangeCheck {
+    for axis in &AXES {
+        let (key, strength) = (format!("observation.corruption.{}", axis.name), (axis.strength)(&o.corruption));
+        within(&key, strength, 0.0..=axis.greatest)?;
+        let corrupts = o.silhouette == SilhouetteSource::Corrupted;
+        let expected = "0, or `observation.silhouette = \"corrupted\"`";
+        require(&key, corrupts || !axis.of_masks || strength == 0.0, expected, strength)?;
+    }
+    let images = &o.images;
+    for (key, value, range) in [
+        ("images.clothing_contrast", images.clothing_contrast, 0.0..=255.0),
+        ("images.read_noise", images.read_noise, 0.0..=255.0),
+        ("images.shot_noise", images.shot_noise, 0.0..=100.0),
+        ("images.gain_drift", images.gain_drift, 0.0..=0.9),
+        ("images.offset_drift", images.offset_drift, 0.0..=255.0),
+        ("background.risk", o.background.risk.unwrap_or(1.0), 1e-300..=1e300),
+    ] {
+        within(&format!("observation.{key}"), value, range)?;
+    }
+    within("observation.images.background_frames", images.background_frames, 1..=1000)?;
+    let cleaning = &o.background.cleaning;
+    within("observation.background.cleaning.open_px", cleaning.open_px, 0..=100)?;
+    within("observation.background.cleaning.close_px", cleaning.close_px, 0..=100)?;
+    within("observation.background.cleaning.least_px", cleaning.least_px, 0..=1_000_000)?;
+    Ok(())
 }
 
 fn prop(table: &str, p: &PropSettings) -> RangeCheck {

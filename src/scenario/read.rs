@@ -80,10 +80,25 @@ impl ScenarioFile {
         let mut full = Vec::new();
         for assignment in overrides {
             let assignment = with_full_key(assignment, &scenario)?;
-            set(&mut tree, &assignment)?;
-            scenario = settings_of(tree.clone(), |mistake| mistake.about(&named(&assignment)))
-                .map_err(|complaint| with_other_keys(complaint, &assignment, &scenario))?;
-            full.push(assignment);
+            let mut with = tree.clone();
+            set(&mut with, &assignment)?;
+            let read = |tree: &Value, assignment: &str| -> Result<Scenario, Complaint> {
+                settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
+            };
+            match read(&with, &assignment) {
+                Ok(changed) => {
+                    (tree, scenario) = (with, changed);
+                    full.push(assignment);
+                }
+                // `layers=3` does not fit the scenario's own `layers`, and fits the tracker's
+                Err(complaint) => {
+                    let complaint = with_other_keys(complaint, &assignment, &scenario);
+                    let Some(other) = the_other_key(&assignment, &scenario) else { return Err(complaint.into()) };
+                    set(&mut tree, &other)?;
+                    scenario = read(&tree, &other).map_err(|_| complaint)?;
+                    full.push(other);
+                }
+            }
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
         let file = Self { scenario, origin, folder, path: None, text, overrides };
@@ -149,6 +164,15 @@ fn with_other_keys(complaint: Complaint, assignment: &str, scenario: &Scenario) 
             message: format!("{} (or did you mean {}?)", complaint.message, others.join(" or ")),
             ..complaint
         },
+    }
+}
+
+/// An override of the only other key that ends as this one's; `None` where there is none, or several.
+fn the_other_key(assignment: &str, scenario: &Scenario) -> Option<String> {
+    let (key, value) = assignment.split_once('=')?;
+    match others_that_end_so(key, &keys_of(scenario)).as_slice() {
+        [other] => Some(format!("{other}={value}")),
+        _ => None,
     }
 }
 
@@ -221,7 +245,7 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Compla
 }
 
 /// A TOML value; a bare word (`value=overlap`, `clip=a/b.bvh`) is taken as a string.
-fn parse_value(text: &str) -> Result<Value, String> {
+pub(super) fn parse_value(text: &str) -> Result<Value, String> {
     let bare = |c: char| c.is_ascii_alphanumeric() || "_-./:~ ".contains(c);
     match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
         Ok(value) => Ok(value),
@@ -334,12 +358,21 @@ mod tests {
     }
 
     #[test]
+    fn a_key_of_the_scenario_whose_value_does_not_fit_means_the_only_other_key_that_ends_so() {
+        let scenario = parse("", &["layers=3"]).unwrap();
+        assert!(matches!(scenario.tracker(), TrackerSettings::AnnealedParticleFilter(s) if s.layers == 3));
+        let scenario = parse("", &["layers=[\"depth\"]"]).unwrap();
+        assert_eq!(scenario.layers.len(), 1);
+        assert!(parse("[tracker.frozen]\n", &["layers=3"]).is_err(), "a frozen tracker has none");
+    }
+
+    #[test]
     fn a_bad_override_is_named() {
         let error = parse("", &["tracker.annealed_particle_filter.partciles=3"]).unwrap_err();
         assert!(error.starts_with("override tracker.annealed_particle_filter.partciles=3: "), "{error}");
         assert!(error.contains("did you mean `particles`?"), "{error}");
         assert!(parse("", &["seed"]).unwrap_err().contains("expected key=value"));
-        let error = parse("", &["layers=1"]).unwrap_err();
+        let error = parse("", &["layers=deep"]).unwrap_err();
         assert!(error.contains("or did you mean tracker.annealed_particle_filter.layers?"), "{error}");
         assert!(parse("", &["seed=[1"]).unwrap_err().contains("not TOML"));
     }

@@ -27,7 +27,9 @@
 
 #[cfg(test)]
 pub(crate) mod fixture;
+mod sight;
 mod truth;
 mod visibility;
 
+pub use sight::Sight;
 pub use truth::{GroundTruth, SceneError, TruthFrame};

@@ -5,12 +5,13 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::annealing::{Selection, select};
+use super::refinement::FINAL_WIDTH;
 use super::resampling::{heaviest, systematic};
 use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, Refinement, SettingError,
     TrackError, Tracker,
 };
-use crate::body::Pose;
+use crate::body::{MarkerCovariances, Pose};
 use crate::motion_model::MotionModel;
 use crate::observation::Observation;
 use crate::rng::{Purpose, normal, stream};
@@ -215,12 +216,23 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         let starts: Vec<M::State> = given.chain([heaviest.clone()]).collect();
         let refined = refinement.refine(&self.model, &self.likelihood, estimate.frame, anchor, &starts, energy);
         estimate.evaluations += refined.evaluations;
-        let Some((state, energy)) = refined.found else { return };
-        for particle in refinement.moved(self.particles.len()) {
-            self.particles[particle] = state.clone();
+        if let Some((state, energy)) = refined.found {
+            for particle in refinement.moved(self.particles.len()) {
+                self.particles[particle] = state.clone();
+            }
+            estimate.pose = self.model.pose(&state).clone();
+            estimate.energy = Some(energy);
         }
-        estimate.pose = self.model.pose(&state).clone();
-        estimate.energy = Some(energy);
+        estimate.covariances = self.covariances(heaviest, &estimate.pose);
+    }
+
+    /// How uncertain the markers are at a pose that was refined.
+    fn covariances(&self, state: &M::State, pose: &Pose) -> Option<MarkerCovariances> {
+        let state = self.model.with_pose(state, pose)?;
+        let evidence = self.likelihood.evidence(pose, FINAL_WIDTH, &mut self.likelihood.scratch())?;
+        let covariance = self.model.covariance(&state, &evidence)?;
+        let body = self.model.body();
+        Some(body.marker_covariances(&body.link_frames(pose), &covariance))
     }
 
     fn remember(&mut self, estimate: &Pose) {
@@ -273,6 +285,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             layers: records,
             evaluations: (count * layers + 1) as u64,
             occupancy,
+            covariances: None,
         };
         if let Some(heaviest) = heaviest {
             self.refine(&mut estimate, &heaviest);

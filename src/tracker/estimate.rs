@@ -1,6 +1,6 @@
 //! What a tracker answers for one frame.
 
-use crate::body::Pose;
+use crate::body::{MarkerCovariances, Pose};
 
 /// A tracker's answer for one frame.
 #[derive(Clone, Debug)]
@@ -17,12 +17,14 @@ pub struct Estimate {
     pub evaluations: u64,
     /// Where the weighted particles were, for motion models with latent spaces; empty for all others.
     pub occupancy: Vec<ModelOccupancy>,
+    /// How uncertain the markers' positions are; `None` for trackers that do not tell.
+    pub covariances: Option<MarkerCovariances>,
 }
 
 impl Estimate {
     /// The answer of a tracker that evaluates no energies.
     pub fn without_search(frame: usize, pose: Pose) -> Self {
-        Self { frame, pose, energy: None, layers: Vec::new(), evaluations: 0, occupancy: Vec::new() }
+        Self { frame, pose, energy: None, layers: Vec::new(), evaluations: 0, occupancy: Vec::new(), covariances: None }
     }
 }
 

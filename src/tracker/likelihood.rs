@@ -2,7 +2,7 @@
 
 use super::TrackError;
 use crate::body::Pose;
-use crate::motion_model::NormalEquations;
+use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 
 /// An energy of poses given an observation, `E(y_t, x_t)` of `[Skinned APF]` Eq. 2; lower is better.
@@ -48,6 +48,11 @@ pub trait Likelihood: Send + Sync {
     /// weights of `width` lengths (a length is 1/240 of an image's height). `None` for likelihoods without such
     /// residuals, which cannot be descended, and for poses that are not finite.
     fn linearise(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<NormalEquations> {
+        None
+    }
+
+    /// As [`Self::linearise`], with how the residuals scatter: how sure the observation is of a pose.
+    fn evidence(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<Evidence> {
         None
     }
 }

@@ -18,6 +18,7 @@
 
 mod annealed_particle_filter;
 mod annealing;
+mod calibration;
 mod descent;
 mod estimate;
 mod frozen;
@@ -34,6 +35,10 @@ mod silhouette_likelihood;
 
 pub use annealed_particle_filter::AnnealedParticleFilter;
 pub use annealing::{Selection, select};
+pub use calibration::{
+    CALIBRATION_FRAMES, CALIBRATION_SPACING_S, Calibration, CalibrationError, CalibrationReport, CalibrationVerdict,
+    calibrate,
+};
 pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;

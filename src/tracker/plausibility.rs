@@ -8,7 +8,7 @@ use super::{Likelihood, SettingError, SilhouetteLikelihood, TrackError};
 use crate::body::Pose;
 use crate::camera::Camera;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
-use crate::motion_model::NormalEquations;
+use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 
 /// What a radian beyond a joint's limit amounts to, metres.
@@ -182,6 +182,10 @@ impl Likelihood for PlausibleLikelihood {
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut PlausibleScratch) -> Option<NormalEquations> {
         self.silhouettes.linearise(pose, width, &mut scratch.silhouettes)
+    }
+
+    fn evidence(&self, pose: &Pose, width: f64, scratch: &mut PlausibleScratch) -> Option<Evidence> {
+        self.silhouettes.evidence(pose, width, &mut scratch.silhouettes)
     }
 }
 

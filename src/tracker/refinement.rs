@@ -70,7 +70,8 @@ impl RefinementSettings {
 /// Limbs and pairs of them that most bodies have.
 const USUAL_LIMBS: u64 = 6;
 /// Width of the residuals' robust weight in the first and last step of a descent, lengths.
-const WIDTHS: [f64; 2] = [8.0, 1.5];
+const WIDTHS: [f64; 2] = [8.0, FINAL_WIDTH];
+pub(super) const FINAL_WIDTH: f64 = 1.5;
 /// Spread of limbs that are tried near the estimate, radians.
 const NEAR_RAD: f64 = 0.4;
 /// Spread of limbs that are tried near a training pose, radians.

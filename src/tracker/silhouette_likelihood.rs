@@ -1,9 +1,11 @@
 //! The energy of a pose from silhouettes: `[Skinned APF]` Eq. 3.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline};
+use super::calibration::importance;
+use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, Residual};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
@@ -12,7 +14,7 @@ use super::settings::within;
 use super::{Likelihood, SettingError, TrackError};
 use crate::body::{Humanoid, LinkFrames, Pose, Solid, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
-use crate::motion_model::NormalEquations;
+use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 use crate::parallel;
 use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
@@ -106,6 +108,8 @@ pub struct SilhouetteLikelihood {
     fast: bool,
     /// What a descent needs; `None` unless descent is used.
     outline: Option<BodyOutline>,
+    /// What each solid of each link counts in a descent; 1 where nothing is said.
+    importance: Vec<Vec<f64>>,
 }
 
 /// One camera and what it saw.
@@ -150,7 +154,7 @@ impl SilhouetteLikelihood {
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && body.skin.is_none() && one_sided;
         let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
-        Ok(Self { body, settings, views, fast, outline: None })
+        Ok(Self { body, settings, views, fast, outline: None, importance: Vec::new() })
     }
 
     /// The same likelihood, which can be descended too ([`Likelihood::linearise`]).
@@ -205,27 +209,82 @@ impl Likelihood for SilhouetteLikelihood {
     }
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
+        let mut equations = Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
+        let frames = self.residuals(pose, scratch, |_, camera, length, sample, residual, importance| {
+            equations.add(camera, sample, residual, length, width, importance);
+        })?;
+        Some(equations.finish(&self.body, frames))
+    }
+
+    fn evidence(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<Evidence> {
+        let nothing = || Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
+        let (mut all, mut views) = (nothing(), Vec::new());
+        views.resize_with(self.views.len() * SIDES, nothing);
+        let frames = self.residuals(pose, scratch, |view, camera, length, sample, residual, importance| {
+            all.add(camera, sample, residual, length, width, importance);
+            views[view * SIDES + side(sample)].add(camera, sample, residual, length, width, importance);
+        })?;
+        let mut scatter = DMatrix::zeros(self.body.step_len(), self.body.step_len());
+        views.iter().for_each(|view| scatter += view.scatter(&self.body, frames));
+        Some(Evidence { equations: all.finish(&self.body, frames), scatter })
+    }
+}
+
+impl SilhouetteLikelihood {
+    /// Calls `add` with every residual at a pose: view, its camera and length, sample, residual, and what it counts.
+    /// Where the links are; `None` of a likelihood that cannot be descended, and for a pose that is not finite.
+    fn residuals<'s>(
+        &self,
+        pose: &Pose,
+        scratch: &'s mut LikelihoodScratch,
+        mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, Residual, f64),
+    ) -> Option<&'s LinkFrames> {
         let outline = self.outline.as_ref()?;
-        scratch.placed.place(&self.body, pose)?;
-        let buffers =
-            scratch.descent.get_or_insert_with(|| DescentScratch::new(self.views.iter().map(|view| &view.camera)));
-        let about = pose.world_from_root.translation.vector.into();
-        let mut equations = Accumulator::new(self.body.links.len(), about);
+        let LikelihoodScratch { placed, descent, .. } = scratch;
+        let frames = placed.place(&self.body, pose)?;
+        let buffers = descent.get_or_insert_with(|| self.descent_scratch());
         for (index, view) in self.views.iter().enumerate() {
             let Some(observed) = &view.outline else { continue };
-            descent::add_view(
-                &self.body,
-                &scratch.placed.frames,
-                outline,
-                &view.camera,
-                index,
-                observed,
-                width,
-                buffers,
-                &mut equations,
-            );
+            let length = descent::length_px(&view.camera);
+            let add = |sample: &OutlineSample, residual| {
+                add(index, &view.camera, length, sample, residual, self.importance(sample));
+            };
+            descent::each_residual(&self.body, frames, outline, &view.camera, index, observed, buffers, add);
         }
-        Some(equations.finish(&self.body, &scratch.placed.frames))
+        Some(frames)
+    }
+}
+
+impl SilhouetteLikelihood {
+    /// The same likelihood, in whose descent hands and feet without joints of their own count a tenth: for bodies that
+    /// were calibrated, whose hands and feet still differ from the actor's in kind.
+    pub fn with_light_extremities(self) -> Self {
+        Self { importance: importance(&self.body), ..self }
+    }
+
+    fn importance(&self, sample: &OutlineSample) -> f64 {
+        let of_link = self.importance.get(sample.link);
+        of_link.and_then(|solids| solids.get(sample.spot.solid as usize)).copied().unwrap_or(1.0)
+    }
+
+    /// Buffers for residuals in all views.
+    pub(super) fn descent_scratch(&self) -> DescentScratch {
+        DescentScratch::new(self.views.iter().map(|view| &view.camera))
+    }
+
+    /// The ideal cameras whose images are compared.
+    pub(super) fn cameras(&self) -> impl Iterator<Item = &Camera> + Clone {
+        self.views.iter().map(|view| &view.camera)
+    }
+
+    /// The outlines in what the cameras saw, one a view; `None` in views without any. Of a likelihood that can be
+    /// descended.
+    pub(super) fn into_outlines(
+        mut self,
+        observation: &Observation,
+    ) -> Result<Vec<Option<ObservedOutline>>, TrackError> {
+        self.prepare(observation)?;
+        Ok(self.views.into_iter().map(|view| view.outline).collect())
     }
 }
 
@@ -292,6 +351,14 @@ impl SilhouetteTerm {
             Self::Overlap => 1.0 - overlap.iou(),
         })
     }
+}
+
+/// Into how many groups the outline of a link in a view falls by the way it faces.
+const SIDES: usize = 4;
+
+/// Which way a sample faces. Residuals of one side of a limb go wrong together: of the wrong girth, the sides part.
+fn side(sample: &OutlineSample) -> usize {
+    usize::from(sample.normal[0] > sample.normal[1]) + 2 * usize::from(sample.normal[0] > -sample.normal[1])
 }
 
 fn check_fit(views: &[View], observation: &Observation) -> Result<(), TrackError> {

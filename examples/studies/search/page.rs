@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use skiagraph::evaluation::{ValueRange, mean_interval};
 
-use super::units::{Outcome, mean};
-use super::{MOST_FRAMES, STRESS_FRAMES, STRESSED, TRACKERS, takes};
+use super::spoiled::Condition;
+use super::units::{BODIES, Outcome, mean};
+use super::{CALIBRATED, MOST_FRAMES, PAPER, REFINED, STRESS_FRAMES, STRESSED, takes};
 
-/// `[take][tracker]`.
+/// `[take][method]`.
 pub(crate) type Takes = BTreeMap<String, BTreeMap<String, Outcome>>;
 
 #[derive(Default, Serialize)]
@@ -19,93 +20,163 @@ pub(crate) struct Results {
     pub(crate) stress: BTreeMap<String, Takes>,
 }
 
+impl Results {
+    pub(crate) fn add(&mut self, condition: Condition, bodies: &str, take: &str, method: &str, outcome: Outcome) {
+        let (group, name) = match condition {
+            Condition::Clean => (&mut self.clean, bodies),
+            _ => (&mut self.stress, condition.name()),
+        };
+        let takes = group.entry(name.to_owned()).or_default();
+        takes.entry(take.to_owned()).or_default().insert(method.to_owned(), outcome);
+    }
+}
+
 pub(crate) fn page(results: &Results, seeds: u32) -> String {
-    let takes: Vec<String> = takes::REPORTED.iter().map(takes::Take::in_words).collect();
+    let listed: Vec<String> = takes::REPORTED.iter().map(takes::Take::in_words).collect();
     let mut text = format!(
-        "# Search: particles, descent and limbs\n\n\
+        "# Search: particles, descent, limbs, and a calibrated body\n\n\
          Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`; all digits, seed by seed, are in \
          `search.json`. *Paper* is Algorithm 1 as printed, 200 particles x 5 layers (`paper = true`); *refined* is the default: 60 x 5, \
-         then descent on outlines and limbs looked for anew. Four clean views of 640 x 480 at 60 Hz, {seeds} seeds, at most \
-         {MOST_FRAMES} frames of a take (time was short: whole takes are longer); proposals learned from other frames or another take \
-         of the subject. *Matched*: actor and tracker are the same `tracker25`. *Mismatch*: `actor` against `tracker25` with the \
-         standard mismatch; the *floor* is the error of the truth refitted to that body. Settings were chosen on 16_15, 35_02, 02_01, \
-         14_24, 16_57, 16_03 and 14_27, never on these takes.\n\n\
-         HumanEva error in mm, mean over seeds, 95 % interval over seeds below; the energy gap is that of the truth (refitted) less that \
-         of the estimate. Times are of a busy machine with two cores: compare the two columns, which ran in turn.\n",
+         then descent on outlines and limbs looked for anew; *calibrated* is the same with `tracker_body.calibrate = true`. Four clean \
+         views of 640 x 480 at 60 Hz, {seeds} seeds, at most {MOST_FRAMES} frames of a take; proposals learned from other frames or \
+         another take of the subject. Settings were chosen on 16_15, 35_02, 02_01, 14_24, 16_57, 16_03 and 14_27, never on these takes.\n\n\
+         HumanEva error in mm, mean over seeds, 95 % interval over seeds below; *floor* is the error of the truth refitted to the body \
+         that the tracker used; the energy gap is that of the truth (refitted) less that of the estimate; *kept* are the seeds whose \
+         calibrated body the gate kept; *ellipsoids* are those of the covariances that the estimate gives, and should hold 50 and 90 % of \
+         the markers. `-` was not measured.\n"
     );
-    for (bodies, takes) in &results.clean {
-        text += &format!("\n## {bodies}\n\n{}", clean_table(takes));
+    for (name, words) in [
+        (BODIES[0].0, "Matched: actor and tracker are the same `tracker25`"),
+        (BODIES[1].0, "Mismatch: `actor` against `tracker25` with the standard mismatch"),
+        (BODIES[2].0, "Mismatch: `actor` against `tracker40` with the standard mismatch"),
+    ] {
+        let Some(takes) = results.clean.get(name) else { continue };
+        text += &format!("\n## {words}\n\n{}", clean_table(takes));
     }
-    text += &format!(
-        "\n## Under stress\n\nMatched bodies, the first {STRESS_FRAMES} frames of {}; mean over takes and seeds, in mm, the interval over \
-         seeds. *Worse* are takes on which refined is worse than paper beyond the interval of their difference, seed by seed.\n\n{}",
-        STRESSED.join(", "),
-        stress_table(&results.stress)
-    );
-    text + "\n## Takes\n\nFrames of the files from 1, at 120 Hz: " + &takes.join("; ") + ".\n"
+    if !results.stress.is_empty() {
+        text += &format!(
+            "\n## Under stress\n\nMatched bodies, the first {STRESS_FRAMES} frames of {}; mean over takes and seeds, in mm, the interval \
+             over seeds. *Worse* are takes on which refined is worse than paper beyond the interval of their difference, seed by seed.\n\n{}",
+            STRESSED.join(", "),
+            stress_table(&results.stress)
+        );
+    }
+    text + &missing(results) + "\n## Takes\n\nFrames of the files from 1, at 120 Hz: " + &listed.join("; ") + ".\n"
+}
+
+/// What the plan has and the results have not.
+fn missing(results: &Results) -> String {
+    let mut lacking = Vec::new();
+    for (condition, bodies, method) in super::plan() {
+        let found = match condition {
+            Condition::Clean => results.clean.get(bodies),
+            _ => results.stress.get(condition.name()),
+        };
+        let is_known =
+            |take: &str| found.and_then(|takes| takes.get(take)).is_some_and(|o| o.contains_key(method.name));
+        let cases = super::cases(condition, bodies);
+        let not: Vec<&str> = cases.iter().map(|case| case.take.name).filter(|take| !is_known(take)).collect();
+        if !not.is_empty() {
+            let which = if not.len() == cases.len() { "all takes".to_owned() } else { not.join(", ") };
+            lacking.push(format!("- {}, {bodies}, {}: {which}", method.name, condition.name()));
+        }
+    }
+    match lacking.is_empty() {
+        true => String::new(),
+        false => format!("\n## Not measured yet\n\n{}\n", lacking.join("\n")),
+    }
 }
 
 fn clean_table(takes: &Takes) -> String {
     let mut text = String::from(
-        "| take | paper, mm | refined, mm | floor, mm | gap, paper | gap, refined | lost, paper | lost, refined | ms a frame, paper | refined |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n",
+        "| take | paper, mm | refined, mm | calibrated, mm | floor, before and after | gap, refined and calibrated | frames lost, \
+         paper, refined, calibrated | within 50 %, 90 % ellipsoid, refined | the same, calibrated | kept |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
-    let mut rows: Vec<(String, [&Outcome; 2])> = Vec::new();
-    for (take, outcomes) in takes {
-        rows.push((take.clone(), TRACKERS.map(|(name, _)| &outcomes[name])));
-    }
-    for (take, [paper, refined]) in &rows {
+    let methods = [PAPER, REFINED, CALIBRATED].map(|method| method.name);
+    let of = |take: &str, method: &str| takes.get(take).and_then(|outcomes| outcomes.get(method));
+    let number = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
+    for take in takes::REPORTED.iter().map(|take| take.name).filter(|take| takes.contains_key(*take)) {
+        let outcomes = methods.map(|method| of(take, method));
+        let errors =
+            outcomes.map(|o| o.map_or("-".to_owned(), |o| with_interval(std::slice::from_ref(&o.humaneva_mm))));
+        let lost = outcomes.map(|o| number(o.map(|o| 100.0 * mean(&o.lost)), 1) + " %");
+        let kept = outcomes[2].map_or("-".to_owned(), |o| format!("{} of {}", count(&o.kept), o.kept.len()));
         text += &format!(
-            "| {take} | {} | **{}** | {:.1} | {:+.3} | {:+.3} | {:.2} | {:.2} | {:.1} | {:.1} |\n",
-            with_interval(std::slice::from_ref(&paper.humaneva_mm)),
-            with_interval(std::slice::from_ref(&refined.humaneva_mm)),
-            refined.floor_mm,
-            mean(&paper.energy_gap),
-            mean(&refined.energy_gap),
-            mean(&paper.lost),
-            mean(&refined.lost),
-            paper.ms_per_frame,
-            refined.ms_per_frame,
+            "| {take} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {kept} |\n",
+            errors[0],
+            errors[1],
+            errors[2],
+            number(outcomes[1].map(|o| o.floor_mm), 1),
+            number(outcomes[2].map(|o| o.floor_mm), 1),
+            number(outcomes[1].map(|o| mean(&o.energy_gap)), 3),
+            number(outcomes[2].map(|o| mean(&o.energy_gap)), 3),
+            lost.join(", "),
+            inside(outcomes[1]),
+            inside(outcomes[2]),
         );
     }
-    let all = |tracker: usize, of: fn(&Outcome) -> f64| {
-        mean(&rows.iter().map(|(_, outcomes)| of(outcomes[tracker])).collect::<Vec<_>>())
-    };
-    let errors = |tracker: usize| {
-        with_interval(&rows.iter().map(|(_, outcomes)| outcomes[tracker].humaneva_mm.clone()).collect::<Vec<_>>())
-    };
-    text + &format!(
-        "| mean | {} | **{}** | {:.1} | {:+.3} | {:+.3} | {:.2} | {:.2} | {:.1} | {:.1} |\n",
-        errors(0),
-        errors(1),
-        all(1, |o| o.floor_mm),
-        all(0, |o| mean(&o.energy_gap)),
-        all(1, |o| mean(&o.energy_gap)),
-        all(0, |o| mean(&o.lost)),
-        all(1, |o| mean(&o.lost)),
-        all(0, |o| o.ms_per_frame),
-        all(1, |o| o.ms_per_frame),
-    )
+    // Only takes that every method has, so that the means are of the same takes.
+    let known: Vec<&str> =
+        methods.into_iter().filter(|method| takes.values().any(|o| o.contains_key(*method))).collect();
+    let common: Vec<_> = takes.iter().filter(|(_, o)| known.iter().all(|method| o.contains_key(*method))).collect();
+    let mut means = methods.map(|_| "-".to_owned());
+    for (place, method) in means.iter_mut().zip(methods) {
+        if known.contains(&method) && !common.is_empty() {
+            let all: Vec<Vec<f64>> = common.iter().map(|(_, o)| o[method].humaneva_mm.clone()).collect();
+            *place = format!("**{}**", with_interval(&all));
+        }
+    }
+    text + &format!("| mean of {} takes | {} | | | | | | |\n", common.len(), means.join(" | "))
+}
+
+/// Shares of the markers within the ellipsoids that should hold 50 and 90 %.
+fn inside(outcome: Option<&Outcome>) -> String {
+    let share = |name: &str| outcome.and_then(|o| Some(format!("{:.0}", 100.0 * mean(o.metrics.get(name)?))));
+    match (share("ellipsoid50"), share("ellipsoid90")) {
+        (Some(half), Some(most)) => format!("{half} %, {most} %"),
+        _ => "-".to_owned(),
+    }
+}
+
+fn count(kept: &[bool]) -> usize {
+    kept.iter().filter(|kept| **kept).count()
 }
 
 fn stress_table(stress: &BTreeMap<String, Takes>) -> String {
     let mut text = String::from(
-        "| condition | paper, mm | refined, mm | take by take, refined | worse |\n|---|---|---|---|---|\n",
+        "| condition | takes | paper, mm | refined, mm | take by take, refined | worse |\n|---|---|---|---|---|---|\n",
     );
-    for condition in super::Condition::STRESS {
+    for condition in Condition::STRESS {
         let Some(takes) = stress.get(condition.name()) else { continue };
-        let errors =
-            |tracker: &str| -> Vec<Vec<f64>> { takes.values().map(|o| o[tracker].humaneva_mm.clone()).collect() };
-        let each: Vec<String> =
-            takes.iter().map(|(take, o)| format!("{take} {:.1}", mean(&o["refined"].humaneva_mm))).collect();
-        let worse: Vec<&str> =
-            takes.iter().filter(|(_, o)| is_worse(&o["paper"], &o["refined"])).map(|(t, _)| t.as_str()).collect();
-        let worse = if worse.is_empty() { "none".to_owned() } else { worse.join(", ") };
+        let both: Vec<&BTreeMap<String, Outcome>> = takes
+            .values()
+            .filter(|o| [PAPER.name, REFINED.name].iter().all(|method| o.contains_key(*method)))
+            .collect();
+        let refined: Vec<Vec<f64>> =
+            takes.values().filter_map(|o| Some(o.get(REFINED.name)?.humaneva_mm.clone())).collect();
+        let paper: Vec<Vec<f64>> =
+            takes.values().filter_map(|o| Some(o.get(PAPER.name)?.humaneva_mm.clone())).collect();
+        let each: Vec<String> = takes
+            .iter()
+            .filter_map(|(take, o)| Some(format!("{take} {:.1}", mean(&o.get(REFINED.name)?.humaneva_mm))))
+            .collect();
+        let worse: Vec<&str> = takes
+            .iter()
+            .filter(|(_, o)| o.get(PAPER.name).zip(o.get(REFINED.name)).is_some_and(|(p, r)| is_worse(p, r)))
+            .map(|(take, _)| take.as_str())
+            .collect();
+        let worse = match (both.is_empty(), worse.is_empty()) {
+            (true, _) => "-".to_owned(),
+            (false, true) => format!("none of {}", both.len()),
+            (false, false) => worse.join(", "),
+        };
+        let told = |errors: &[Vec<f64>]| if errors.is_empty() { "-".to_owned() } else { with_interval(errors) };
         text += &format!(
-            "| {} | {} | **{}** | {} | {worse} |\n",
+            "| {} | {} | {} | **{}** | {} | {worse} |\n",
             condition.name(),
-            with_interval(&errors("paper")),
-            with_interval(&errors("refined")),
+            refined.len(),
+            told(&paper),
+            told(&refined),
             each.join(", ")
         );
     }

@@ -29,8 +29,7 @@ pub(crate) enum Condition {
 }
 
 impl Condition {
-    pub(crate) const STRESS: [Self; 10] = [
-        Self::Clean,
+    pub(crate) const STRESS: [Self; 9] = [
         Self::TwoViews,
         Self::TwoViewsAcross,
         Self::At15Hz,

@@ -6,11 +6,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use skiagraph::benchmark_set::{BenchmarkSet, SetParts};
+use skiagraph::benchmark_set::{BenchmarkSet, Observed, SetParts};
+use skiagraph::body::{Humanoid, Markers, Pose};
 use skiagraph::experiment::{Measures, Models, Staged, Unwatched, track};
 use skiagraph::observation::Observer;
+use skiagraph::retarget::{FitOptions, fit_motion_to_markers};
 use skiagraph::scenario::ScenarioFile;
 use skiagraph::scene::GroundTruth;
+use skiagraph::tracker::CalibrationVerdict;
 
 use super::spoiled::Condition;
 use super::takes::Take;
@@ -36,14 +39,32 @@ pub(crate) struct Outcome {
     pub(crate) frames: usize,
     pub(crate) evaluations_per_frame: f64,
     pub(crate) ms_per_frame: f64,
-    /// Error of the truth refitted to the tracker's body.
+    /// Error of the truth refitted to the body that the tracker used.
     pub(crate) floor_mm: f64,
+    /// Whether the calibrated body was kept; empty without calibration.
+    #[serde(default)]
+    pub(crate) kept: Vec<bool>,
+    /// Mean square of the residuals, and energy, each with the body as given and with the calibrated one.
+    #[serde(default)]
+    pub(crate) gate: Vec<[f64; 4]>,
+}
+
+/// A tracker: its name in the results, its settings, and whether it calibrates its body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Method {
+    pub(crate) name: &'static str,
+    pub(crate) settings: &'static str,
+    pub(crate) calibrate: bool,
 }
 
 /// Overrides of the bodies.
-pub(crate) const BODIES: [(&str, &[&str]); 2] = [
+pub(crate) const BODIES: [(&str, &[&str]); 3] = [
     ("matched", &["actor.robot=\"tracker25\"", "tracker_body.robot=\"tracker25\"", "tracker_body.mismatch=\"none\""]),
     ("mismatch", &["actor.robot=\"actor\"", "tracker_body.robot=\"tracker25\"", "tracker_body.mismatch=\"standard\""]),
+    (
+        "mismatch, tracker40",
+        &["actor.robot=\"actor\"", "tracker_body.robot=\"tracker40\"", "tracker_body.mismatch=\"standard\""],
+    ),
 ];
 
 /// Outcomes on disk, one line each, so that a study that was stopped goes on where it was.
@@ -69,45 +90,54 @@ impl Ledger {
 }
 
 impl Case<'_> {
-    fn key(&self, (tracker, settings): (&str, &str), seeds: u32) -> String {
+    fn key(&self, method: &Method, seeds: u32) -> String {
+        let Method { name: tracker, settings, .. } = method;
         let [width, height] = self.size_px;
         let (take, condition, most) = (self.take.name, self.condition.name(), self.most_frames);
         format!("{take}|{}|{condition}|{tracker}|{settings}|{seeds}|{most}|{width}x{height}", self.bodies)
     }
 
-    /// Outcomes of every tracker, those that are not known measured.
+    /// The outcome of a method, as far as it is known.
+    pub(crate) fn known(&self, method: &Method, seeds: u32, ledger: &Ledger) -> Option<Outcome> {
+        ledger.known.get(&self.key(method, seeds)).cloned()
+    }
+
+    /// Outcomes of every method, those that are not known measured.
     pub(crate) fn outcomes(
         &self,
-        trackers: &[(&str, &str)],
+        methods: &[Method],
         seeds: u32,
         mocap: &Path,
         ledger: &mut Ledger,
     ) -> Result<BTreeMap<String, Outcome>, Box<dyn Error>> {
         let mut set = None;
         let mut outcomes = BTreeMap::new();
-        for tracker in trackers {
-            let key = self.key(*tracker, seeds);
+        for method in methods {
+            let key = self.key(method, seeds);
             if !ledger.known.contains_key(&key) {
                 let set = match &mut set {
                     Some(set) => set,
                     none => none.insert(self.set(mocap)?),
                 };
-                let outcome = measured(&self.file(tracker.1)?, set, seeds)?;
+                set.blind.start.calibrate = method.calibrate;
+                let outcome = measured(&self.file(method.settings)?, set, seeds)?;
                 let mean = outcome.humaneva_mm.iter().sum::<f64>() / outcome.humaneva_mm.len() as f64;
                 eprintln!(
-                    "{}, {}, {}, {}: {mean:.1} mm, {:.1} ms, {:.0} evaluations, gap {:+.3}, floor {:.1}",
+                    "{}, {}, {}, {}: {mean:.1} mm, {:.1} ms, {:.0} evaluations, gap {:+.3}, floor {:.1} {:?} {:.4?}",
                     self.take.name,
                     self.bodies,
                     self.condition.name(),
-                    tracker.0,
+                    method.name,
                     outcome.ms_per_frame,
                     outcome.evaluations_per_frame,
                     outcome.energy_gap.iter().sum::<f64>() / outcome.energy_gap.len() as f64,
-                    outcome.floor_mm
+                    outcome.floor_mm,
+                    outcome.kept,
+                    outcome.gate
                 );
                 ledger.add(key.clone(), outcome)?;
             }
-            outcomes.insert(tracker.0.to_owned(), ledger.known[&key].clone());
+            outcomes.insert(method.name.to_owned(), ledger.known[&key].clone());
         }
         Ok(outcomes)
     }
@@ -145,6 +175,7 @@ impl Case<'_> {
             refitted: Some(&staged.refitted),
             facts: &staged.facts,
             recordings: &[],
+            observed: Observed::default(),
         };
         let observer = Observer::new(&staged.ground_truth, &staged.rig);
         Ok(BenchmarkSet::assemble(&parts, |frame| self.condition.spoil(observer.observe(frame)))?)
@@ -162,7 +193,9 @@ fn measured(file: &ScenarioFile, set: &BenchmarkSet, seeds: u32) -> Result<Outco
             metrics.entry((*name).to_owned()).or_default().push(metric.mean);
         }
     }
-    let timing = tracked.record.ok_or("a record")?.timing;
+    let floors: Vec<f64> = (0..all.len()).map(|seed| floor(set, tracked.estimates.bodies.get(seed))).collect();
+    let record = tracked.record.ok_or("a record")?;
+    let timing = record.timing;
     let frames = set.blind.frame_count;
     let answers = (frames * all.len()) as f64;
     let mut take = |name: &str| metrics.remove(name).ok_or_else(|| format!("no {name}"));
@@ -173,16 +206,33 @@ fn measured(file: &ScenarioFile, set: &BenchmarkSet, seeds: u32) -> Result<Outco
         frames,
         evaluations_per_frame: timing.likelihood_evaluations as f64 / answers,
         ms_per_frame: 1000.0 * timing.seconds / answers,
-        floor_mm: floor(set),
+        floor_mm: mean(&floors),
         metrics,
+        kept: record.calibration.iter().map(|report| report.verdict == CalibrationVerdict::Kept).collect(),
+        gate: record
+            .calibration
+            .iter()
+            .map(|report| {
+                let ([a, b], [c, d]) = (report.cost.unwrap_or_default(), report.energy.unwrap_or_default());
+                [a, b, c, d]
+            })
+            .collect(),
     })
 }
 
-/// Mean distance of the markers of the truth refitted to the tracker's body, frame 0 left out.
-fn floor(set: &BenchmarkSet) -> f64 {
-    let Some(refitted) = &set.truth.refitted else { return f64::NAN };
-    let body = &set.blind.start.body;
-    let pairs = refitted.poses.iter().zip(&set.truth.ground_truth.frames).skip(1);
+/// Mean distance of the markers of the truth refitted to the tracker's body, or to a calibrated one; frame 0 left out.
+fn floor(set: &BenchmarkSet, calibrated: Option<&Humanoid>) -> f64 {
+    let poses: Vec<Pose> = match (calibrated, &set.truth.refitted) {
+        (Some(body), _) => {
+            let markers: Vec<Markers> = set.truth.ground_truth.frames.iter().map(|frame| frame.markers).collect();
+            let fits = fit_motion_to_markers(body, &markers, &body.zero_pose(), &FitOptions::default());
+            fits.into_iter().map(|fit| fit.pose).collect()
+        }
+        (None, Some(refitted)) => refitted.poses.clone(),
+        (None, None) => return f64::NAN,
+    };
+    let body = calibrated.unwrap_or(&set.blind.start.body);
+    let pairs = poses.iter().zip(&set.truth.ground_truth.frames).skip(1);
     let of_frame = pairs.map(|(pose, frame)| {
         let markers = body.markers(&body.link_frames(pose));
         let both = markers.iter().zip(&frame.markers).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm()));

@@ -16,6 +16,9 @@ const TOLERANCE_PX: u64 = 2;
 
 pub(super) fn check(files: &SetFiles, parts: &Parts, how: Thoroughness<'_>) -> Outcome {
     let (truth, rig) = parts.scene()?;
+    if parts.masks_are_spoiled() {
+        return Ok((parts.spoiled().unwrap_or_default(), Vec::new()));
+    }
     let observer = Observer::new(truth, rig);
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
     let of_frame = |index: usize| {

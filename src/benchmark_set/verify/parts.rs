@@ -12,12 +12,16 @@ use crate::benchmark_set::{
 use crate::body::Motion;
 use crate::camera::CameraRig;
 use crate::npz::Npz;
+use crate::observation::SilhouetteSource;
 use crate::scene::GroundTruth;
 
 /// What a set consists of; `None` for a part that cannot be read.
 pub(super) struct Parts {
     pub(super) manifest: Option<BlindManifest>,
+    /// The cameras that a tracker is told.
     pub(super) rig: Option<CameraRig>,
+    /// The cameras that saw the actor, where trackers are told others.
+    true_rig: Option<CameraRig>,
     pub(super) start: Option<Start>,
     pub(super) truth: Option<GroundTruth>,
     pub(super) refitted: Option<Motion>,
@@ -46,7 +50,12 @@ impl Parts {
         let cameras = rig.as_ref().map(|rig| rig.cameras.len());
         let truth = cameras.and_then(|cameras| read_truth(files, cameras).map_err(&mut keep).ok());
         let (truth, refitted) = truth.unzip();
-        let parts = Self { manifest, rig, start, truth, refitted: refitted.flatten() };
+        let true_rig = files.has(cameras_file::TRUTH_PATH).then(|| {
+            let bytes = files.read(cameras_file::TRUTH_PATH)?;
+            cameras_file::from_file(cameras_file::TRUTH_PATH, &bytes)
+        });
+        let true_rig = true_rig.and_then(|rig| rig.map_err(&mut keep).ok());
+        let parts = Self { manifest, rig, true_rig, start, truth, refitted: refitted.flatten() };
         faults.extend(parts.disagreements());
         faults.extend(parts.names(files));
         faults.extend(parts.missing(files));
@@ -65,7 +74,24 @@ impl Parts {
     pub(super) fn scene(&self) -> Result<(&GroundTruth, &CameraRig), String> {
         let truth = self.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
         let rig = self.rig.as_ref().ok_or("not checked: cameras.json cannot be read")?;
-        Ok((truth, rig))
+        let count = rig.cameras.len();
+        match self.true_rig.as_ref().unwrap_or(rig) {
+            rig if rig.cameras.len() == count => Ok((truth, rig)),
+            _ => Err("not checked: truth/cameras.json and cameras.json have different numbers of cameras".to_owned()),
+        }
+    }
+
+    /// Whether the set says that its silhouettes are not exact.
+    pub(super) fn masks_are_spoiled(&self) -> bool {
+        let facts = self.manifest.as_ref().and_then(|manifest| manifest.observation.as_ref());
+        facts.is_some_and(|facts| facts.silhouette != SilhouetteSource::Exact)
+    }
+
+    /// Why silhouettes and told cameras need not fit the truth, where the set says so.
+    pub(super) fn spoiled(&self) -> Option<String> {
+        let facts = self.manifest.as_ref()?.observation.as_ref()?;
+        let spoiled = facts.silhouette != SilhouetteSource::Exact || facts.corruption.changes_cameras();
+        spoiled.then(|| format!("not compared: the observations are {}", facts.in_words()))
     }
 
     /// Counts, rates and directions of `set.toml` that the other parts contradict.

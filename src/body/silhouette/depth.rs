@@ -2,7 +2,6 @@
 
 use nalgebra::Isometry3;
 
-use super::pixel_rays::PixelRays;
 use super::{SilhouettePainter, solid};
 use crate::body::{Humanoid, LinkFrames, Prop, Skin, Solid};
 use crate::raster::Mask;
@@ -40,14 +39,14 @@ impl SilhouettePainter {
     fn depth_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> DepthImage {
         let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
         skin.deform_with(&self.camera.camera_from_world, frames, &mut self.skin);
-        let rays = self.rays.get_or_init(|| PixelRays::new(&self.camera));
+        let rays = self.rays();
         let pixels = width as usize * height as usize;
         let mut image = DepthImage { width, height, depth: vec![f32::INFINITY; pixels], part: vec![0; pixels] };
         solid::each_depth_of_mesh(&self.skin, skin.triangles(), rays, near, &mut |x, y, depth, triangle| {
             let pixel = y as usize * width as usize + x as usize;
             if (depth as f32) < image.depth[pixel] {
                 image.depth[pixel] = depth as f32;
-                image.part[pixel] = skin.part_of(triangle) + 1;
+                image.part[pixel] = skin.part_of(triangle as usize) + 1;
             }
         });
         image
@@ -55,13 +54,13 @@ impl SilhouettePainter {
 
     fn depth_of<'a>(&mut self, parts: impl Iterator<Item = (&'a [Solid], Isometry3<f64>)>) -> DepthImage {
         let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
-        let rays = self.rays.get_or_init(|| PixelRays::new(&self.camera));
+        let rays = self.rays();
         let pixels = width as usize * height as usize;
         let mut image = DepthImage { width, height, depth: vec![f32::INFINITY; pixels], part: vec![0; pixels] };
         for ((solids, world_from_link), part) in parts.zip(1..) {
             let camera_from_link = self.camera.camera_from_world * world_from_link;
             for solid in solids {
-                solid::each_depth(solid, &camera_from_link, rays, near, &mut |x, y, depth| {
+                solid::each_depth(solid, &camera_from_link, rays, near, &mut |x, y, depth, _| {
                     let pixel = y as usize * width as usize + x as usize;
                     if (depth as f32) < image.depth[pixel] {
                         image.depth[pixel] = depth as f32;

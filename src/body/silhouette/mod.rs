@@ -8,6 +8,7 @@
 mod depth;
 mod pixel_rays;
 mod solid;
+mod surface;
 
 use std::sync::{Arc, OnceLock};
 
@@ -18,6 +19,7 @@ use crate::camera::Camera;
 use crate::raster::{CapsulePainter, Mask, MeshScratch, TaperedCapsule};
 pub use depth::DepthImage;
 use pixel_rays::PixelRays;
+pub use surface::SurfacePixel;
 
 /// Writes every tapered capsule of the body into `capsules` (cleared first), in the camera's frame, metres: the input
 /// of [`CapsulePainter`] and of trackers' energies. Other solids are left out.
@@ -110,14 +112,17 @@ impl SilhouettePainter {
         if self.camera.distortion.is_none() {
             return skin.topology().paint(&self.camera.pinhole, &self.skin, &mut self.mesh, mask);
         }
-        let rays = self.rays.get_or_init(|| PixelRays::new(&self.camera));
-        let near = self.camera.pinhole.near;
+        let (rays, near) = (self.rays.get_or_init(|| PixelRays::new(&self.camera)), self.camera.pinhole.near);
         solid::each_depth_of_mesh(&self.skin, skin.triangles(), rays, near, &mut |x, y, _, _| mask.set(x, y, true));
     }
 
+    /// The rays of all pixels, computed on first use.
+    fn rays(&self) -> &PixelRays {
+        self.rays.get_or_init(|| PixelRays::new(&self.camera))
+    }
+
     fn paint_by_rays(&mut self, solid: &Solid, camera_from_link: &Isometry3<f64>, mask: &mut Mask) {
-        let rays = self.rays.get_or_init(|| PixelRays::new(&self.camera));
-        solid::paint(solid, camera_from_link, rays, self.camera.pinhole.near, mask);
+        solid::paint(solid, camera_from_link, self.rays(), self.camera.pinhole.near, mask);
     }
 }
 

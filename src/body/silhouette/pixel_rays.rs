@@ -97,6 +97,11 @@ impl PixelRays {
         whole
     }
 
+    /// The ray of one pixel, NaN where the lens shows nothing.
+    pub(super) fn ray(&self, x: u32, y: u32) -> [f64; 2] {
+        self.rays[y as usize * self.width as usize + x as usize]
+    }
+
     /// The tiles that overlap `view`.
     pub(super) fn tiles(&self, view: &View) -> Tiles<'_> {
         Tiles { rays: self, chosen: self.tiles.iter().filter(|t| t.view.meets(view)).collect() }

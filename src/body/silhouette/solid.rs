@@ -7,17 +7,17 @@ use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 
 /// Calls `visit` with every pixel that sees `solid` at or beyond z = `near`, and the least depth z at which it does.
-/// Pixels that see several triangles of a mesh are visited for each.
+/// Pixels that see several triangles of a mesh are visited for each. The last argument is the triangle, 0 of other solids.
 pub(super) fn each_depth(
     solid: &Solid,
     camera_from_link: &Isometry3<f64>,
     rays: &PixelRays,
     near: f64,
-    visit: &mut impl FnMut(u32, u32, f64),
+    visit: &mut impl FnMut(u32, u32, f64, u32),
 ) {
     if let Solid::Mesh { vertices, triangles } = solid {
         let vertices: Vec<Point3<f64>> = vertices.iter().map(|v| camera_from_link * v).collect();
-        return each_depth_of_mesh(&vertices, triangles, rays, near, &mut |x, y, depth, _| visit(x, y, depth));
+        return each_depth_of_mesh(&vertices, triangles, rays, near, visit);
     }
     let Some(view) = reach_of(solid, camera_from_link).view(near) else { return };
     let link_from_camera = camera_from_link.inverse();
@@ -25,7 +25,7 @@ pub(super) fn each_depth(
         // The direction's z is 1: lengths along the ray count in depth.
         let ray = Ray { origin: Point3::from(direction * near), direction: *direction };
         if let Some(beyond) = solid.ray_entry(&ray.transformed(&link_from_camera)) {
-            visit(x, y, near + beyond);
+            visit(x, y, near + beyond, 0);
         }
     });
 }
@@ -39,7 +39,7 @@ pub(super) fn paint(solid: &Solid, camera_from_link: &Isometry3<f64>, rays: &Pix
             let seen = |ray: &Vector3<f64>| capsule.exit_along(ray).is_some_and(|depth| depth >= near);
             paint_where(&reach_of(solid, camera_from_link), rays, near, mask, seen);
         }
-        _ => each_depth(solid, camera_from_link, rays, near, &mut |x, y, _| mask.set(x, y, true)),
+        _ => each_depth(solid, camera_from_link, rays, near, &mut |x, y, _, _| mask.set(x, y, true)),
     }
 }
 
@@ -89,17 +89,17 @@ pub(super) fn each_depth_of_mesh(
     triangles: &[[u32; 3]],
     rays: &PixelRays,
     near: f64,
-    visit: &mut impl FnMut(u32, u32, f64, usize),
+    visit: &mut impl FnMut(u32, u32, f64, u32),
 ) {
     let Some(whole) = Reach::around(vertices.iter().copied()).view(near) else { return };
     let tiles = rays.tiles(&whole);
-    for (number, triangle) in triangles.iter().enumerate() {
+    for (facet, triangle) in (0..).zip(triangles) {
         let corners = triangle.map(|i| vertices[i as usize]);
         let Some(view) = Reach::around(corners).view(near) else { continue };
         let facing = Facing::new(&corners);
         tiles.each_pixel(&view, |x, y, ray| {
             if let Some(depth) = facing.depth_along(ray).filter(|depth| *depth >= near) {
-                visit(x, y, depth, number);
+                visit(x, y, depth, facet);
             }
         });
     }

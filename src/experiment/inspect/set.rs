@@ -40,6 +40,8 @@ pub struct SetSummary {
     /// How it came to stand on the ground; absent where contact was neither measured nor changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<Box<ContactFacts>>,
+    /// How the observations were made, in words.
+    pub observation: String,
     /// Frames of training motion on the blind side.
     pub training_frames: usize,
     /// What a tracker may learn from, in words.
@@ -92,6 +94,7 @@ impl SetSummary {
             matched: truth.facts.matched,
             mismatch: truth.facts.mismatch.clone(),
             motion: truth.facts.motion.clone(),
+            observation: blind.observation.as_ref().map_or("exact".to_owned(), |facts| facts.in_words()),
             contact: truth.facts.contact.clone().map(Box::new),
             training_frames: blind.start.training.frames(),
             learned_from: blind.start.training.in_words(),

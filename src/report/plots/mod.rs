@@ -7,12 +7,14 @@
 mod bars;
 mod lines;
 mod paths;
+mod scatter;
 mod spans;
 mod style;
 
 pub use bars::{Bar, BarGroup, BarPlot};
 pub use lines::{Line, LinePlot};
 pub use paths::{Path, PathPanel, PathPlot};
+pub use scatter::{ScatterGroup, ScatterPlot, ScatterPoint};
 pub use spans::{SpanPlot, SpanRow};
 pub use style::{Colour, Stroke, Svg, css_rules, css_variables};
 

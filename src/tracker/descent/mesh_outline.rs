@@ -68,6 +68,11 @@ impl MeshOutline {
         Self { vertices, triangles, edges }
     }
 
+    /// A vertex, in the link's frame.
+    pub(super) fn vertex(&self, vertex: u32) -> Option<Point3<f64>> {
+        self.vertices.get(vertex as usize).copied()
+    }
+
     /// Samples about `spacing` pixels apart on all edges where the surface turns away from the camera.
     pub(super) fn sample(&self, camera_from_link: &Isometry3<f64>, spacing: f64, sink: &mut Sink<'_>) {
         let vertices: Vec<Point3<f64>> = self.vertices.iter().map(|v| camera_from_link * v).collect();
@@ -78,8 +83,8 @@ impl MeshOutline {
 }
 
 /// Samples about `spacing` pixels apart on all edges where a surface turns away from the camera; `vertices` are in its
-/// frame. Edges come with their ends and the triangles that meet there, beyond the last where there is none; `at` is
-/// told of every edge that is sampled.
+/// frame. Edges come with their ends and the triangles that meet there, beyond the last where there is none; `at_edge`
+/// is told of every edge that is sampled.
 pub(super) fn sample_edges(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
@@ -113,17 +118,17 @@ pub(super) fn sample_edges(
         let mut at = rest;
         // An edge that is partly behind the camera may be seen as endlessly long.
         while at < length.min(512.0 * spacing) {
-            sink.push(perspective_point(&from, &to, at / length), normal);
+            let share = perspective_share(&from, &to, at / length);
+            sink.push(from + share * (to - from), normal, ends, share);
             at += spacing;
         }
         rest = if length < 512.0 * spacing { at - length } else { 0.5 * spacing };
     }
 }
 
-/// The point of the segment that is seen at `share` of the way between the images of its ends.
-fn perspective_point(from: &Point3<f64>, to: &Point3<f64>, share: f64) -> Point3<f64> {
-    let along = share * from.z / (to.z + share * (from.z - to.z));
-    from + along * (to - from)
+/// The share of the segment at which it is seen at `share` of the way between the images of its ends.
+fn perspective_share(from: &Point3<f64>, to: &Point3<f64>, share: f64) -> f64 {
+    share * from.z / (to.z + share * (from.z - to.z))
 }
 
 fn box_surface(link_from_box: &Isometry3<f64>, half: &[f64; 3]) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {

@@ -12,9 +12,9 @@ mod normal_equations;
 mod observed;
 mod outline;
 
-pub(super) use normal_equations::Accumulator;
-pub(super) use observed::ObservedOutline;
-pub(super) use outline::{BodyOutline, OutlineSample};
+pub(super) use normal_equations::{Accumulator, robust_weight, slide, wrench};
+pub(super) use observed::{ObservedOutline, Residual};
+pub(super) use outline::{BodyOutline, OutlineSample, Spot};
 
 use crate::body::{Humanoid, LinkFrames, SilhouettePainter};
 use crate::camera::Camera;
@@ -59,18 +59,17 @@ impl DescentScratch {
     }
 }
 
-/// The residuals of one view at a pose whose links are at `frames`, added to `equations`.
+/// Calls `add` with the residuals of one view at a pose whose links are at `frames`.
 #[expect(clippy::too_many_arguments, reason = "one view's data, the pose and the memory to work in")]
-pub(super) fn add_view(
+pub(super) fn each_residual(
     body: &Humanoid,
     frames: &LinkFrames,
     outline: &BodyOutline,
     camera: &Camera,
     view: usize,
     observed: &ObservedOutline,
-    width: f64,
     scratch: &mut DescentScratch,
-    equations: &mut Accumulator,
+    add: impl FnMut(&OutlineSample, Residual),
 ) {
     let DescentScratch { painters, drawn, samples } = scratch;
     let (Some(painter), Some(mask)) = (painters.get_mut(view), drawn.get_mut(view)) else { return };
@@ -80,9 +79,7 @@ pub(super) fn add_view(
     samples.clear();
     outline.sample(body, frames, camera, SAMPLE_SPACING * length, samples);
     samples.retain(|sample| is_on_the_contour(sample, mask));
-    observed.each_residual(samples, length, |sample, residual| {
-        equations.add(camera, sample, residual, length, width);
-    });
+    observed.each_residual(samples, length, add);
 }
 
 /// Whether the pixel just outside a sample is in the image and not of the body itself: else the sample lies within the

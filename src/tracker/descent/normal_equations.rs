@@ -8,6 +8,34 @@ use crate::body::{Humanoid, LinkFrames};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 
+/// The robust weight of Geman and McClure, `1 / (1 + (r / width)^2)^2`.
+pub(in crate::tracker) fn robust_weight(residual: f64, width: f64) -> f64 {
+    let ratio = residual / width;
+    let falloff = 1.0 / (1.0 + ratio * ratio);
+    falloff * falloff
+}
+
+/// Derivative of a residual, in lengths of `length` pixels, by the place in the world of `point`, which is given in the
+/// camera's frame.
+pub(in crate::tracker) fn slide(
+    camera: &Camera,
+    point: &Point3<f64>,
+    residual: &Residual,
+    length: f64,
+) -> Vector3<f64> {
+    let [fx, fy] = camera.pinhole.focal;
+    let [gu, gv] = residual.gradient.map(|g| g / length);
+    let (du, dv) = (gu * fx / point.z, gv * fy / point.z);
+    let in_camera = Vector3::new(du, dv, -(du * point.x + dv * point.y) / point.z);
+    camera.camera_from_world.inverse_transform_vector(&in_camera)
+}
+
+/// What a derivative by a place is by the twist of what the place, `arm` away from the twist's point, is fixed to.
+pub(in crate::tracker) fn wrench(slide: &Vector3<f64>, arm: &Vector3<f64>) -> Vector6<f64> {
+    let turn = arm.cross(slide);
+    Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z)
+}
+
 /// Sums per link, in twists about a common point.
 pub(in crate::tracker) struct Accumulator {
     about: Point3<f64>,
@@ -23,8 +51,8 @@ impl Accumulator {
         Self { about, links: vec![(Matrix6::zeros(), Vector6::zeros()); links], cost: 0.0, weight: 0.0, residuals: 0 }
     }
 
-    /// Adds a residual with the robust weight of Geman and McClure, `1 / (1 + (r / width)^2)^2`; `width` and residual
-    /// in lengths of `length` pixels. The sample is taken as fixed to its link.
+    /// Adds a residual with the robust weight of `width`, times `importance`; `width` and residual in lengths of
+    /// `length` pixels. The sample is taken as fixed to its link.
     pub(in crate::tracker) fn add(
         &mut self,
         camera: &Camera,
@@ -32,19 +60,12 @@ impl Accumulator {
         residual: Residual,
         length: f64,
         width: f64,
+        importance: f64,
     ) {
-        let ratio = residual.value / width;
-        let falloff = 1.0 / (1.0 + ratio * ratio);
-        let weight = falloff * falloff;
-        let ([fx, fy], p) = (camera.pinhole.focal, &sample.point);
-        let [gu, gv] = residual.gradient.map(|g| g / length);
-        let (du, dv) = (gu * fx / p.z, gv * fy / p.z);
-        let in_camera = Vector3::new(du, dv, -(du * p.x + dv * p.y) / p.z);
-        let camera_from_world = &camera.camera_from_world;
-        let slide = camera_from_world.inverse_transform_vector(&in_camera);
-        let arm = camera_from_world.inverse_transform_point(p) - self.about;
-        let turn = arm.cross(&slide);
-        let row = Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z);
+        let weight = importance * robust_weight(residual.value, width);
+        let slide = slide(camera, &sample.point, &residual, length);
+        let arm = camera.camera_from_world.inverse_transform_point(&sample.point) - self.about;
+        let row = wrench(&slide, &arm);
         let (matrix, gradient) = &mut self.links[sample.link];
         for j in 0..6 {
             let weighted = weight * row[j];
@@ -56,6 +77,26 @@ impl Accumulator {
         self.cost += weight * residual.value * residual.value;
         self.weight += weight;
         self.residuals += 1;
+    }
+
+    /// How the pulls of links scatter: the sum of the outer products of what the residuals of each link pull at the
+    /// numbers of a step. Residuals of one link that face the same way in one view go wrong together; were all
+    /// independent, this sum would be their spread times the matrix of [`Self::finish`].
+    pub(in crate::tracker) fn scatter(&self, body: &Humanoid, frames: &LinkFrames) -> DMatrix<f64> {
+        let mut scatter = DMatrix::zeros(body.step_len(), body.step_len());
+        let mut twists = Vec::new();
+        for (link, (own, force)) in self.links.iter().enumerate() {
+            if own.trace() <= 0.0 {
+                continue;
+            }
+            body.step_twists(frames, link, &self.about, &mut twists);
+            let mut pull = DVector::zeros(body.step_len());
+            for (number, [v, w]) in &twists {
+                pull[*number] += force.dot(&Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z));
+            }
+            scatter.ger(1.0, &pull, &pull, 1.0);
+        }
+        scatter
     }
 
     /// Spreads the sums over the numbers of a step of `body`, whose links are at `frames`.

@@ -12,6 +12,8 @@ use crate::raster::TaperedCapsule;
 pub(in crate::tracker) struct OutlineSample {
     /// The link that it belongs to.
     pub(in crate::tracker) link: usize,
+    /// Where on the link's solid it is.
+    pub(in crate::tracker) spot: Spot,
     /// In the camera's frame, metres.
     pub(in crate::tracker) point: Point3<f64>,
     /// Where the camera sees it.
@@ -20,17 +22,39 @@ pub(in crate::tracker) struct OutlineSample {
     pub(in crate::tracker) normal: [f64; 2],
 }
 
+impl OutlineSample {
+    /// The surface's outward unit normal at the sample, in the camera's frame: that of the plane through the camera's
+    /// centre which touches the surface there.
+    pub(in crate::tracker) fn surface_normal(&self, pinhole: &Pinhole) -> Vector3<f64> {
+        let ([fx, fy], [cx, cy]) = (pinhole.focal, pinhole.principal_point);
+        let ([nu, nv], [u, v]) = (self.normal, self.pixel);
+        Vector3::new(nu * fx, nv * fy, nu * (cx - u) + nv * (cy - v)).normalize()
+    }
+}
+
+/// Where on the solid of a link a sample is: what a change of the body's shape moves it with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(in crate::tracker) struct Spot {
+    /// Number of the solid on its link.
+    pub(in crate::tracker) solid: u32,
+    /// Between which two of the solid's points: the ends of a capsule's axis (0 and 1), else vertices of its surface.
+    pub(in crate::tracker) ends: [u32; 2],
+    /// Share of the way between them.
+    pub(in crate::tracker) share: f64,
+}
+
 /// A body's solids, ready for asking where cameras see them end.
 #[derive(Debug)]
 pub(in crate::tracker) struct BodyOutline {
-    /// What is no tapered capsule: link and surface.
-    surfaces: Vec<(usize, MeshOutline)>,
+    /// What is no tapered capsule: link, number of the solid on it, and surface.
+    surfaces: Vec<(usize, u32, MeshOutline)>,
 }
 
 impl BodyOutline {
     pub(in crate::tracker) fn new(body: &Humanoid) -> Self {
         let of_link = |(link, solids): (usize, &Vec<Solid>)| {
-            solids.iter().filter_map(move |solid| Some((link, MeshOutline::of_solid(solid)?))).collect::<Vec<_>>()
+            let surface = |(number, solid)| Some((link, number, MeshOutline::of_solid(solid)?));
+            (0..).zip(solids).filter_map(surface).collect::<Vec<_>>()
         };
         Self { surfaces: body.links.iter().map(|l| &l.solids).enumerate().flat_map(of_link).collect() }
     }
@@ -50,17 +74,24 @@ impl BodyOutline {
         }
         for (link, solids) in body.links.iter().map(|link| &link.solids).enumerate() {
             let camera_from_link = camera.camera_from_world * frames[link];
-            for solid in solids {
+            for (number, solid) in (0..).zip(solids) {
                 if let Solid::TaperedCapsule(capsule) = solid {
-                    let mut sink = Sink { link, pinhole: &camera.pinhole, samples };
+                    let mut sink = Sink { link, solid: number, pinhole: &camera.pinhole, samples };
                     sample_capsule(&capsule.transformed(&camera_from_link), spacing, &mut sink);
                 }
             }
         }
-        for (link, surface) in &self.surfaces {
+        for (link, solid, surface) in &self.surfaces {
             let camera_from_link: Isometry3<f64> = camera.camera_from_world * frames[*link];
-            surface.sample(&camera_from_link, spacing, &mut Sink { link: *link, pinhole: &camera.pinhole, samples });
+            let mut sink = Sink { link: *link, solid: *solid, pinhole: &camera.pinhole, samples };
+            surface.sample(&camera_from_link, spacing, &mut sink);
         }
+    }
+
+    /// A vertex of a solid that is no tapered capsule, in its link's frame.
+    pub(in crate::tracker) fn vertex(&self, link: usize, solid: u32, vertex: u32) -> Option<Point3<f64>> {
+        let found = self.surfaces.iter().find(|(of, number, _)| (*of, *number) == (link, solid));
+        found.and_then(|(_, _, surface)| surface.vertex(vertex))
     }
 }
 
@@ -70,7 +101,7 @@ fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, 
     let mut vertices = Vec::new();
     skin.deform_with(&camera.camera_from_world, frames, &mut vertices);
     let edges = skin.topology().edges().iter().map(|edge| (edge.ends, edge.triangles));
-    let mut sink = Sink { link: 0, pinhole: &camera.pinhole, samples };
+    let mut sink = Sink { link: 0, solid: 0, pinhole: &camera.pinhole, samples };
     let parts = skin.parts();
     sample_edges(&vertices, skin.topology().triangles(), edges, spacing, &mut sink, |sink, ends| {
         sink.link = parts[ends[0] as usize] as usize;
@@ -80,6 +111,7 @@ fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, 
 /// Where samples of one link go.
 pub(super) struct Sink<'a> {
     link: usize,
+    solid: u32,
     pub(super) pinhole: &'a Pinhole,
     samples: &'a mut Vec<OutlineSample>,
 }
@@ -91,20 +123,22 @@ impl Sink<'_> {
         (point.z >= *near).then(|| [0, 1].map(|i| principal_point[i] + focal[i] * point[i] / point.z))
     }
 
-    /// Adds a sample whose normal in the image is along `normal`, of any length.
-    pub(super) fn push(&mut self, point: Point3<f64>, normal: [f64; 2]) {
+    /// Adds a sample at a share of the way between two of the solid's points, whose normal in the image is along
+    /// `normal`, of any length.
+    pub(super) fn push(&mut self, point: Point3<f64>, normal: [f64; 2], ends: [u32; 2], share: f64) {
         let norm = (normal[0] * normal[0] + normal[1] * normal[1]).sqrt();
         let normal = normal.map(|n| n / norm);
         if let (Some(pixel), true) = (self.project(&point), normal[0].is_finite() && normal[1].is_finite()) {
-            self.samples.push(OutlineSample { link: self.link, point, pixel, normal });
+            let spot = Spot { solid: self.solid, ends, share };
+            self.samples.push(OutlineSample { link: self.link, spot, point, pixel, normal });
         }
     }
 
     /// Adds a sample at which the surface's own normal is `normal`, perpendicular to the ray through it: the plane
     /// through the camera's centre with that normal is seen as a line whose normal in pixels is this.
-    fn push_grazed(&mut self, point: Point3<f64>, normal: &Vector3<f64>) {
+    fn push_grazed(&mut self, point: Point3<f64>, normal: &Vector3<f64>, ends: [u32; 2], share: f64) {
         let [fx, fy] = self.pinhole.focal;
-        self.push(point, [normal.x / fx, normal.y / fy]);
+        self.push(point, [normal.x / fx, normal.y / fy], ends, share);
     }
 }
 
@@ -116,20 +150,21 @@ fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut Sink<'_>) {
         let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MOST_SAMPLES) as u32;
         for step in 0..steps {
             let share = (f64::from(step) + 0.5) / f64::from(steps);
-            sink.push_grazed(from + share * (to - from), &normal);
+            sink.push_grazed(from + share * (to - from), &normal, [0, 1], share);
         }
     }
     let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
-    for (centre, radius, other, other_radius) in [(a, radius_a, b, radius_b), (b, radius_b, a, radius_a)] {
+    for (end, centre, radius, other, other_radius) in [(0, a, radius_a, b, radius_b), (1, b, radius_b, a, radius_a)] {
         let beyond = |normal: &Vector3<f64>| normal.dot(&(other - centre)) + other_radius - radius < 0.0;
-        sample_ball(&centre, radius, spacing, beyond, sink);
+        sample_ball(&centre, radius, spacing, beyond, end, sink);
     }
 }
 
 /// More samples than any outline in sight needs: what is partly behind the camera may be seen as endlessly long.
 const MOST_SAMPLES: f64 = 512.0;
 
-/// The circle along which rays graze a ball, where `is_outline` holds for the surface's normal.
+/// The circle along which rays graze the ball at an `end` of a capsule, where `is_outline` holds for the surface's
+/// normal.
 ///
 /// With centre c, radius r and unit normal n the grazed points are c + r n with n.(c + r n) = 0, that is n.c = -r.
 fn sample_ball(
@@ -137,6 +172,7 @@ fn sample_ball(
     radius: f64,
     spacing: f64,
     is_outline: impl Fn(&Vector3<f64>) -> bool,
+    end: u32,
     sink: &mut Sink<'_>,
 ) {
     let square = centre.coords.norm_squared();
@@ -154,7 +190,7 @@ fn sample_ball(
         let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * f64::from(k) / f64::from(count));
         let normal = axis * (-radius / square.sqrt()) + (first * cos + second * sin) * rest.sqrt();
         if is_outline(&normal) {
-            sink.push_grazed(centre + normal * radius, &normal);
+            sink.push_grazed(centre + normal * radius, &normal, [end, end], 0.0);
         }
     }
 }

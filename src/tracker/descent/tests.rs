@@ -176,7 +176,7 @@ fn derivatives_of_a_residual_agree_with_finite_differences_for_every_number_of_a
             let gradient = [0.8, -0.6];
             let residual = observed::Residual { value: 2.5, gradient };
             let mut equations = Accumulator::new(body.links.len(), Point3::new(0.3, 0.2, 0.1));
-            equations.add(camera, sample, residual, length, 1e9);
+            equations.add(camera, sample, residual, length, 1e9, 1.0);
             let equations = equations.finish(&body, &frames);
             let point_in_link = frames[sample.link].inverse() * (camera.camera_from_world.inverse() * sample.point);
             let pixel = |pose: &Pose| {

@@ -1,0 +1,49 @@
+//! Depth as 16-bit grey PNG, for readers without OpenEXR: millimetres along the camera's z axis, 0 without geometry,
+//! 65535 for 65.535 m and farther.
+
+use super::SetError;
+use super::files::LAYERS;
+use crate::body::DepthImage;
+
+/// Where the depth of a camera and frame lies.
+pub(super) fn path(camera: usize, frame: usize) -> String {
+    format!("{LAYERS}cam{camera:02}/{frame:06}-depth.png")
+}
+
+/// The PNG of a depth image.
+pub(super) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError> {
+    let millimetres = |depth: &f32| match depth.is_finite() {
+        true => (f64::from(*depth) * 1000.0).round().clamp(1.0, 65_535.0) as u16,
+        false => 0,
+    };
+    let pixels: Vec<u8> = image.depth.iter().flat_map(|depth| millimetres(depth).to_be_bytes()).collect();
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, image.width, image.height);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.set_compression(png::Compression::Fastest);
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(&pixels)?;
+        writer.finish()
+    });
+    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depths_are_read_back_in_millimetres_and_nothing_is_zero() {
+        let depth = vec![f32::INFINITY, 1.5, 2.0004, 0.0001, 65.6, 1000.0];
+        let image = DepthImage { width: 3, height: 2, depth, part: vec![0, 1, 1, 1, 1, 1] };
+        let bytes = encode("x", &image).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut pixels = vec![0; 12];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!((info.width, info.height, info.bit_depth), (3, 2, png::BitDepth::Sixteen));
+        let values: Vec<u16> = pixels.as_chunks::<2>().0.iter().map(|b| u16::from_be_bytes(*b)).collect();
+        assert_eq!(values, [0, 1500, 2000, 1, 65_535, 65_535]);
+    }
+}

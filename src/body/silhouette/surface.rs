@@ -1,0 +1,143 @@
+//! The surface point that every pixel sees.
+
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
+
+use super::{SilhouettePainter, solid};
+use crate::body::{Humanoid, LinkFrames, Prop, Skin, Solid};
+
+/// The nearest surface point at the centre of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePixel {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+    /// Index of the link; of a prop, the prop's.
+    pub part: usize,
+    /// Depth along the camera's z axis, metres.
+    pub depth: f64,
+    /// The point in the link's frame; of a prop in the world.
+    pub point_in_link: Point3<f64>,
+    /// Outward normal in the world, towards the camera.
+    pub normal_in_world: Unit<Vector3<f64>>,
+}
+
+/// What a pixel saw last.
+#[derive(Clone, Copy)]
+struct Nearest {
+    depth: f64,
+    part: u32,
+    solid: u32,
+    facet: u32,
+}
+
+const NOTHING: Nearest = Nearest { depth: f64::INFINITY, part: u32::MAX, solid: 0, facet: 0 };
+
+impl SilhouettePainter {
+    /// The surface of a body pixel by pixel, by rays through their centres, row by row; pixels that show none are left
+    /// out. The same pixels as [`Self::depth`] has.
+    pub fn surface(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> Vec<SurfacePixel> {
+        if let Some(skin) = &humanoid.skin {
+            return self.surface_of_skin(skin, frames);
+        }
+        let parts: Vec<(&[Solid], Isometry3<f64>)> =
+            humanoid.links.iter().map(|link| link.solids.as_slice()).zip(frames.0.iter().copied()).collect();
+        self.surface_of(&parts)
+    }
+
+    /// As [`Self::surface`], of the props.
+    pub fn surface_of_props(&mut self, props: &[Prop]) -> Vec<SurfacePixel> {
+        let parts: Vec<_> =
+            props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())).collect();
+        self.surface_of(&parts)
+    }
+
+    /// Of a skin: the part is the link that carries most of the triangle, the normal the triangle's.
+    fn surface_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> Vec<SurfacePixel> {
+        let (width, near) = (self.camera.pinhole.width as usize, self.camera.pinhole.near);
+        let world_from_camera = self.camera.camera_from_world.inverse();
+        skin.deform_with(&self.camera.camera_from_world, frames, &mut self.skin);
+        let (rays, vertices) = (self.rays(), &self.skin);
+        let mut nearest = vec![NOTHING; width * self.camera.pinhole.height as usize];
+        solid::each_depth_of_mesh(vertices, skin.triangles(), rays, near, &mut |x, y, depth, facet| {
+            let pixel = &mut nearest[y as usize * width + x as usize];
+            if (depth as f32) < pixel.depth as f32 {
+                *pixel = Nearest { depth, part: skin.part_of(facet as usize), solid: 0, facet };
+            }
+        });
+        let seen = nearest.iter().enumerate().filter(|(_, pixel)| pixel.part != u32::MAX);
+        seen.map(|(index, pixel)| {
+            let (x, y, part) = ((index % width) as u32, (index / width) as u32, pixel.part as usize);
+            let [u, v] = rays.ray(x, y);
+            let in_camera = Point3::new(u, v, 1.0) * pixel.depth;
+            let [a, b, c] = skin.triangles()[pixel.facet as usize].map(|corner| vertices[corner as usize]);
+            let normal = Unit::new_normalize((b - a).cross(&(c - a)));
+            // a mesh is seen from either side
+            let normal = if normal.dot(&in_camera.coords) > 0.0 { -normal } else { normal };
+            let point_in_link = frames[part].inverse() * (world_from_camera * in_camera);
+            SurfacePixel { x, y, part, depth: pixel.depth, point_in_link, normal_in_world: world_from_camera * normal }
+        })
+        .collect()
+    }
+
+    fn surface_of(&mut self, parts: &[(&[Solid], Isometry3<f64>)]) -> Vec<SurfacePixel> {
+        let (width, near) = (self.camera.pinhole.width as usize, self.camera.pinhole.near);
+        let camera_from_world = self.camera.camera_from_world;
+        let rays = self.rays();
+        let mut nearest = vec![NOTHING; width * self.camera.pinhole.height as usize];
+        for (part, (solids, world_from_link)) in parts.iter().enumerate() {
+            let camera_from_link = camera_from_world * world_from_link;
+            for (index, solid) in solids.iter().enumerate() {
+                solid::each_depth(solid, &camera_from_link, rays, near, &mut |x, y, depth, facet| {
+                    let pixel = &mut nearest[y as usize * width + x as usize];
+                    // as depth images compare, so that ties fall alike
+                    if (depth as f32) < pixel.depth as f32 {
+                        *pixel = Nearest { depth, part: part as u32, solid: index as u32, facet };
+                    }
+                });
+            }
+        }
+        let links_from_camera: Vec<Isometry3<f64>> =
+            parts.iter().map(|(_, world_from_link)| (camera_from_world * world_from_link).inverse()).collect();
+        let seen = nearest.iter().enumerate().filter(|(_, pixel)| pixel.part != u32::MAX);
+        seen.map(|(index, pixel)| {
+            let (x, y, part) = ((index % width) as u32, (index / width) as u32, pixel.part as usize);
+            let [u, v] = rays.ray(x, y);
+            let in_camera = Point3::new(u, v, 1.0) * pixel.depth;
+            let point_in_link = links_from_camera[part] * in_camera;
+            let (solids, world_from_link) = &parts[part];
+            let normal = world_from_link * solids[pixel.solid as usize].normal_at(&point_in_link, pixel.facet as usize);
+            let away = (camera_from_world * normal).dot(&in_camera.coords) > 0.0;
+            // a mesh is seen from either side
+            let normal_in_world = if away { -normal } else { normal };
+            SurfacePixel { x, y, part, depth: pixel.depth, point_in_link, normal_in_world }
+        })
+        .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::body::SilhouettePainter;
+    use crate::body::fixture::{person, walk};
+    use crate::scene::fixture::rig;
+
+    #[test]
+    fn the_surface_has_the_pixels_depths_and_parts_of_the_depth_image_and_faces_the_camera() {
+        let body = person();
+        let frames = body.link_frames(&walk(3).poses[2]);
+        for camera in &rig().cameras {
+            let mut painter = SilhouettePainter::new(camera);
+            let (image, surface) = (painter.depth(&body, &frames), painter.surface(&body, &frames));
+            assert_eq!(surface.len(), image.part.iter().filter(|part| **part > 0).count());
+            for pixel in surface {
+                let index = (pixel.y * 320 + pixel.x) as usize;
+                assert_eq!((image.depth[index], image.part[index]), (pixel.depth as f32, pixel.part as u32 + 1));
+                let in_world = frames[pixel.part] * pixel.point_in_link;
+                let seen_at = camera.project(&in_world).unwrap();
+                assert!((seen_at.x - f64::from(pixel.x) - 0.5).abs() < 1e-6);
+                assert!(pixel.normal_in_world.dot(&(in_world - camera.centre())) <= 1e-9);
+            }
+        }
+    }
+}

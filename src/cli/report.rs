@@ -1,0 +1,68 @@
+//! `skiagraph report`.
+
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::volume::Volume;
+use super::{CommandError, output};
+use crate::experiment::sweep::{PlannedSweep, ask, page_input};
+use crate::experiment::{Destination, ExperimentError, put_file};
+use crate::report::{sweep_markdown, sweep_page};
+
+/// Report on a sweep: error against cost, what to choose, what matters, failures
+///
+/// Writes one HTML page that needs no network: settings by error and by cost with their Pareto front, the cheapest that
+/// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
+/// interactions, failures, and every cell with a link to its report where it has one. With a name that ends in .md the same is
+/// written as Markdown. Works while the sweep still runs.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
+                        skiagraph report sweeps/mine --out results/particles.md\n  \
+                        skiagraph report sweeps/mine --ask")]
+pub(super) struct Arguments {
+    /// Directory of the sweep
+    #[arg(value_name = "SWEEP")]
+    sweep: PathBuf,
+
+    /// File of the page, .html or .md [default: SWEEP/report.html, whose links lead to the reports of cells]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+
+    /// By how much a setting may be worse than the best, in the unit of the objective [default: 5 mm, or 0.02 for shares]
+    #[arg(long, value_name = "X")]
+    within: Option<f64>,
+
+    /// Print one JSON object for an optimiser: axes, direction, and what was tried with its means
+    #[arg(long, conflicts_with_all = ["out", "within"])]
+    ask: bool,
+
+    /// Rename an existing file that skiagraph did not write to NAME~
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let sweep = PlannedSweep::open(&arguments.sweep)?;
+    if arguments.ask {
+        output::print_json(&ask(&sweep)?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
+        let detail = format!("expected a number from 0, found {within}");
+        return Err(ExperimentError::Argument { argument: "--within", detail }.into());
+    }
+    let path = arguments.out.clone().unwrap_or_else(|| arguments.sweep.join("report.html"));
+    let input = page_input(&sweep, arguments.within)?;
+    let text = if path.extension() == Some(OsStr::new("md")) {
+        sweep_markdown(&input, &sweep.command())
+    } else {
+        sweep_page(&input).map_err(ExperimentError::from)?
+    };
+    put_file(Destination { path: &path, force: arguments.force }, text.as_bytes())?;
+    volume.written(&path);
+    output::print(&format!("{}: {} settings", path.display(), input.settings.len()))?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,115 @@
+//! `skiagraph segment`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+
+use super::output_arguments::OutputArguments;
+use super::progress::Progress;
+use super::volume::Volume;
+use super::{CommandError, output};
+use crate::experiment::{SegmentInput, segment};
+use crate::observation::{BackgroundSettings, Cleaning, OnlineSettings};
+
+/// Cut silhouettes out of camera images by background subtraction
+///
+/// Reads PNG, PPM, PGM and JPEG images of one camera that stands still; grey or colour. Writes one mask per image (8-bit
+/// grey PNG, 255 foreground) and segment.json.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph segment --background empty/ --frames walk/ --out masks/\n  \
+                        skiagraph segment --background monday/ --background friday/ --frames walk/ --out masks/\n  \
+                        skiagraph segment --background empty/ --frames grey/ --risk 1e4 --out masks/\n  \
+                        skiagraph segment --method online --background empty/ --frames walk/ --out masks/")]
+pub(super) struct Arguments {
+    /// Directory with images of the background alone, at least one per component, better 20; once per period of the
+    /// background, or once in all and then cut into --components periods of equal length, in the order of names
+    #[arg(long, value_name = "DIR", required = true)]
+    background: Vec<PathBuf>,
+
+    /// Directory with the images to segment, in the order of their names
+    #[arg(long, value_name = "DIR")]
+    frames: PathBuf,
+
+    /// Output directory; an existing result of skiagraph is replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Frozen mixture with one Gaussian per period and pixel, or Stauffer and Grimson's, which learns from every image
+    #[arg(long, value_enum, default_value_t = Method::Mixture)]
+    method: Method,
+
+    /// Components of the mixture, if one directory holds the whole background
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=16))]
+    components: u16,
+
+    /// What a false alarm costs compared with a miss; higher finds less foreground [default: 1 in colour, 100 in grey]
+    #[arg(long, value_name = "R", value_parser = positive)]
+    risk: Option<f64>,
+
+    /// Learning rate of the online method
+    #[arg(long, value_name = "A", default_value_t = 0.005, value_parser = share)]
+    rate: f64,
+
+    /// Keep pixels that look like the background in shadow (the online method always keeps them)
+    #[arg(long)]
+    keep_shadows: bool,
+
+    /// Write the masks as they are found: not opened, closed, filled or cleared of specks
+    #[arg(long)]
+    raw: bool,
+
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Method {
+    Mixture,
+    Online,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    if number > 0.0 && number.is_finite() { Ok(number) } else { Err("expected a number above 0".to_owned()) }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    positive(text).ok().filter(|number| *number < 1.0).ok_or("expected a number between 0 and 1".to_owned())
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let cleaning = if arguments.raw { Cleaning::NONE } else { Cleaning::default() };
+    let settings = BackgroundSettings {
+        risk: arguments.risk,
+        remove_shadows: !arguments.keep_shadows && !arguments.raw,
+        cleaning,
+    };
+    let online = OnlineSettings { rate: arguments.rate, ..OnlineSettings::default() };
+    let input = SegmentInput {
+        background: &arguments.background,
+        frames: &arguments.frames,
+        components: arguments.components.into(),
+        settings,
+        online: (arguments.method == Method::Online).then_some(online),
+    };
+    let progress = Progress::new(volume);
+    let segmented = segment(&input, arguments.output.destination(&arguments.out), &progress)?;
+    drop(progress);
+    volume.written(&arguments.out);
+    if arguments.output.json {
+        output::print_json(&segmented)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let background: Vec<String> = segmented.background_frames.iter().map(usize::to_string).collect();
+    let [width, height] = segmented.size_px;
+    output::print(&format!(
+        "{}: {} masks of {width} x {height} pixels, {:.2} % foreground, {:.0} images a second; background: {} images",
+        arguments.out.display(),
+        segmented.frames,
+        100.0 * segmented.foreground,
+        segmented.frames_per_second,
+        background.join(" + ")
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,132 @@
+//! `SWEEP|SCENARIO [KEY=VALUE,VALUE...]` and the options that define a sweep.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::super::CommandError;
+use super::super::output;
+use super::cores::all_cores;
+use super::words::cost_in_words;
+use crate::experiment::ExperimentError;
+use crate::experiment::sweep::{Draft, sweep_cost};
+use crate::scenario::{Expansion, ScenarioError, ScenarioFile, Sweep, SweepFile};
+
+/// What is varied.
+#[derive(Args, Clone, Debug, Default)]
+pub(super) struct Definition {
+    /// Sweep file, or the scenario that is varied [default: the built-in walk]
+    #[arg(value_name = "SWEEP|SCENARIO")]
+    file: Option<PathBuf>,
+
+    /// Axes (key=value,value,...) and overrides for all settings (key=value): a dotted key, or its last parts if they are
+    /// unambiguous
+    #[arg(value_name = "KEY=VALUES")]
+    assignments: Vec<String>,
+
+    /// First random seed, instead of the sweep's or the scenario's
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+
+    /// Number of seeds of every setting, instead of the sweep's or the scenario's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    seeds: Option<u32>,
+
+    /// Take the values of all axes side by side instead of every combination
+    #[arg(long)]
+    zip: bool,
+
+    /// Keep settings where this is true, such as "particles * layers <= 2000"; may be repeated
+    #[arg(long, value_name = "CONDITION")]
+    keep: Vec<String>,
+
+    /// Metric that settings are compared by [default: humaneva_mm]
+    #[arg(long, value_name = "METRIC")]
+    objective: Option<String>,
+
+    /// Leave a whole run with its report for every cell, about 1 MB each
+    #[arg(long)]
+    reports: bool,
+
+    /// Directory that is searched, with its subdirectories, for clips of the scenario [default: $SKIAGRAPH_MOCAP]
+    #[arg(long, value_name = "DIR")]
+    mocap_dir: Option<PathBuf>,
+}
+
+impl Definition {
+    /// The cells that are defined.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] that names the file, key or option.
+    pub(super) fn draft(&self) -> Result<Draft, ExperimentError> {
+        let file = self.read()?;
+        Draft::new(&file, self.mocap_directory().as_deref()).map_err(|error| error.about(&file.origin))
+    }
+
+    fn read(&self) -> Result<SweepFile, ExperimentError> {
+        let (path, assignments) = self.parts();
+        let file = match path {
+            Some(path) if SweepFile::is_one(path) => SweepFile::open(path)?,
+            Some(path) => {
+                // the scenario's own errors come first
+                let scenario = ScenarioFile::open(path, &[])?;
+                let base = Some(path.display().to_string());
+                let sweep = Sweep { base, ..Sweep::named(&scenario.scenario.name) };
+                SweepFile::new(sweep, &path.display().to_string(), PathBuf::new())?
+            }
+            None => SweepFile::new(Sweep::named("walk"), "walk.toml (built in)", PathBuf::new())?,
+        };
+        let mut sweep = file.sweep.clone();
+        for assignment in &assignments {
+            sweep.assign(assignment).map_err(ScenarioError::from)?;
+        }
+        sweep.seed = self.seed.or(sweep.seed);
+        sweep.seeds = self.seeds.or(sweep.seeds);
+        sweep.keep.extend(self.keep.iter().cloned());
+        sweep.reports |= self.reports;
+        if self.zip {
+            sweep.method = Expansion::Zip;
+        }
+        if let Some(objective) = &self.objective {
+            sweep.objective.clone_from(objective);
+        }
+        Ok(file.with(sweep)?)
+    }
+
+    fn parts(&self) -> (Option<&Path>, Vec<String>) {
+        match &self.file {
+            Some(first) => match first.to_str().filter(|text| text.contains('=') && !first.exists()) {
+                Some(assignment) => (None, [vec![assignment.to_owned()], self.assignments.clone()].concat()),
+                None => (Some(first), self.assignments.clone()),
+            },
+            None => (None, self.assignments.clone()),
+        }
+    }
+
+    fn mocap_directory(&self) -> Option<PathBuf> {
+        self.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from))
+    }
+
+    /// Says how many cells there are, and what they cost with so many at a time.
+    pub(super) fn check(&self, jobs: usize, json: bool) -> Result<ExitCode, CommandError> {
+        let draft = self.draft()?;
+        let cost = sweep_cost(&draft, jobs)?;
+        if json {
+            output::print_json(&cost)?;
+        } else {
+            output::print(&cost_in_words(&cost))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// `skiagraph check SWEEP`.
+pub(in crate::cli) fn check_file(
+    path: &Path,
+    mocap_dir: Option<PathBuf>,
+    json: bool,
+) -> Result<ExitCode, CommandError> {
+    let definition = Definition { file: Some(path.to_owned()), mocap_dir, ..Definition::default() };
+    definition.check(all_cores(), json)
+}

@@ -1,0 +1,73 @@
+//! `skiagraph sweep`.
+
+mod cell;
+mod cores;
+mod definition;
+mod gather;
+mod plan;
+mod progress;
+mod run;
+mod status;
+mod submit;
+mod words;
+
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+
+use self::definition::Definition;
+use super::CommandError;
+use super::volume::Volume;
+
+pub(super) use self::definition::check_file;
+
+/// Run many settings of a scenario: a grid on the command line, or a sweep file
+///
+/// Without a subcommand: plan, run on this machine, gather and rank the settings. A value with commas is an axis, a value
+/// without applies to all settings. Cells that have results are not run again: repeat the command to resume.
+#[derive(Args, Debug)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:\n  skiagraph sweep scenarios/walk.toml particles=50,100,200 rig.ring.count=2,4 --seeds 5\n  \
+                  skiagraph sweep scenarios/sweeps/particles-layers.toml --out sweeps/mine -j 2\n  \
+                  skiagraph sweep check scenarios/sweeps/particles-layers.toml\n  \
+                  skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \
+                  skiagraph sweep run sweeps/mine -j 8\n  \
+                  skiagraph sweep submit sweeps/mine --engine slurm --dry-run\n  \
+                  skiagraph sweep status sweeps/mine --missing"
+)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    action: Option<Action>,
+
+    #[command(flatten)]
+    definition: Definition,
+
+    #[command(flatten)]
+    direct: run::Direct,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    Check(plan::CheckArguments),
+    Plan(plan::Arguments),
+    Run(run::Arguments),
+    Cell(cell::Arguments),
+    Status(status::Arguments),
+    Gather(gather::Arguments),
+    Submit(submit::Arguments),
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    match &arguments.action {
+        None => run::directly(&arguments.definition, &arguments.direct, volume),
+        Some(Action::Check(arguments)) => plan::check(arguments, volume),
+        Some(Action::Plan(arguments)) => plan::run(arguments, volume),
+        Some(Action::Run(arguments)) => run::run(arguments, volume),
+        Some(Action::Cell(arguments)) => cell::run(arguments, volume),
+        Some(Action::Status(arguments)) => status::run(arguments),
+        Some(Action::Gather(arguments)) => gather::run(arguments),
+        Some(Action::Submit(arguments)) => submit::run(arguments),
+    }
+}

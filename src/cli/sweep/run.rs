@@ -1,0 +1,148 @@
+//! `skiagraph sweep run`, and `skiagraph sweep` itself.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+
+use super::super::volume::Volume;
+use super::super::{CommandError, output};
+use super::cores::all_cores;
+use super::definition::Definition;
+use super::progress::SweepProgress;
+use super::words::{failures_in_words, ranking};
+use crate::experiment::ExperimentError;
+use crate::experiment::sweep::{Draft, PlannedSweep, RUNS_TABLE, Ran, RunOptions, SweepSummary, gather, run_sweep};
+
+/// Settings in the table; `runs.csv` has all.
+const SHOWN: usize = 12;
+
+/// Run all cells of a sweep that have no result, one cell a core
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph sweep run sweeps/mine\n  skiagraph sweep run sweeps/mine -j 8\n\n\
+                        Stopped or killed, it resumes where it was: run the same command again. Exit code 1: some cells\n\
+                        cannot be run; their messages are in runs.csv.")]
+pub(super) struct Arguments {
+    /// Directory of the sweep
+    #[arg(value_name = "DIR")]
+    sweep: PathBuf,
+
+    #[command(flatten)]
+    how: How,
+}
+
+/// Options of running.
+#[derive(Args, Clone, Debug)]
+struct How {
+    /// Cells at a time, each on one core [default: all cores]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+
+    /// Try cells again that could not be run
+    #[arg(long)]
+    retry_failed: bool,
+
+    /// Print one JSON object: every setting with its mean and interval
+    #[arg(long)]
+    json: bool,
+}
+
+/// Options of `skiagraph sweep` without a subcommand.
+#[derive(Args, Clone, Debug)]
+pub(super) struct Direct {
+    /// Directory of the sweep [default: sweeps/NAME, or sweeps/NAME-2 and so on if another sweep is there]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    #[command(flatten)]
+    how: How,
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    work(&arguments.sweep, &arguments.how, volume)
+}
+
+/// Plans, runs, gathers and ranks.
+pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume) -> Result<ExitCode, CommandError> {
+    let draft = definition.draft()?;
+    let root = freeze(&draft, direct.out.as_deref())?;
+    let record = draft.record();
+    if !volume.quiet && !direct.how.json {
+        volume.notes(&[format!(
+            "{}: {} ({} x {})",
+            root.display(),
+            output::counted(record.cells, "cell"),
+            output::counted(record.settings, "setting"),
+            output::counted(record.seeds.len(), "seed"),
+        )]);
+    }
+    work(&root, &direct.how, volume)
+}
+
+/// Freezes the plan where the user asked, or in the first folder that is free or has the same plan.
+fn freeze(draft: &Draft, asked: Option<&Path>) -> Result<PathBuf, ExperimentError> {
+    if let Some(path) = asked {
+        draft.freeze(path, false)?;
+        return Ok(path.to_owned());
+    }
+    let name = &draft.record().name;
+    let first = Path::new("sweeps").join(name);
+    for number in 1_u32.. {
+        let path = if number == 1 { first.clone() } else { first.with_file_name(format!("{name}-{number}")) };
+        match draft.freeze(&path, false) {
+            Err(ExperimentError::OtherPlan { .. }) => {}
+            other => return other.map(|_| path),
+        }
+    }
+    Ok(first)
+}
+
+fn work(root: &Path, how: &How, volume: Volume) -> Result<ExitCode, CommandError> {
+    let sweep = PlannedSweep::open(root)?;
+    let jobs = how.jobs.map_or_else(all_cores, usize::from);
+    let progress = SweepProgress::new(volume, &sweep.plan.objective);
+    let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: how.retry_failed }, &progress);
+    drop(progress);
+    let ran = ran.map_err(|error| resumable(error, root, volume))?;
+    gather(&sweep, false)?;
+    let summary = SweepSummary::of(&sweep)?;
+    if how.json {
+        output::print_json(&json!({
+            "schema": "skiagraph.sweep_run/1",
+            "run": ran.run,
+            "cached": ran.cached,
+            "diverged": ran.diverged,
+            "failed": ran.failed,
+            "summary": summary,
+        }))?;
+    } else {
+        output::print(&told(root, &ran, &summary))?;
+    }
+    Ok(if ran.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
+    let had = if ran.cached > 0 { format!(", {} had results", ran.cached) } else { String::new() };
+    let lost = if ran.diverged > 0 {
+        format!(", the tracker lost the body in {}", output::counted(ran.diverged, "cell"))
+    } else {
+        String::new()
+    };
+    format!(
+        "{}: ran {}{had}{lost}\n\n{}{}\n\n  table: {}",
+        summary.name,
+        output::counted(ran.run, "cell"),
+        ranking(summary, SHOWN),
+        failures_in_words(&ran.failed),
+        root.join(RUNS_TABLE).display(),
+    )
+}
+
+/// An interruption leaves more here than elsewhere.
+fn resumable(error: ExperimentError, root: &Path, volume: Volume) -> ExperimentError {
+    if matches!(error, ExperimentError::Interrupted) {
+        volume.notes(&[format!("finished cells are kept; resume with skiagraph sweep run {}", root.display())]);
+    }
+    error
+}

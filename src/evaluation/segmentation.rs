@@ -1,0 +1,135 @@
+//! How good observed silhouettes are: against the exact ones.
+
+use serde::{Deserialize, Serialize};
+
+use super::statistics::mean_of;
+use crate::raster::{DistanceMap, Mask, contour, overlap};
+
+/// How far an observed outline may be from the exact one to count as found, pixels.
+pub const BOUNDARY_TOLERANCE_PX: f64 = 2.0;
+
+/// Agreement of one observed silhouette with the exact one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaskQuality {
+    /// Intersection over union; `None` where both are empty.
+    pub iou: Option<f64>,
+    /// Share of the body's pixels that are observed; `None` without a body.
+    pub recall: Option<f64>,
+    /// Share of the observed pixels that are the body's; `None` without an observed pixel.
+    pub precision: Option<f64>,
+    /// Harmonic mean of the shares of the observed outline near the exact one and of the exact outline near the
+    /// observed one, both within [`BOUNDARY_TOLERANCE_PX`]; `None` where both are empty.
+    pub boundary_f: Option<f64>,
+    /// Share of the background's pixels that are observed as body; `None` without a background.
+    pub false_positives: Option<f64>,
+}
+
+/// Agreement of a set's observed silhouettes with the exact ones: the means over cameras and frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SegmentationQuality {
+    /// Mean intersection over union.
+    pub iou: Option<f64>,
+    /// Mean share of the body's pixels that are observed.
+    pub recall: Option<f64>,
+    /// Mean share of the observed pixels that are the body's.
+    pub precision: Option<f64>,
+    /// Mean boundary F-measure.
+    pub boundary_f: Option<f64>,
+    /// Mean share of the background's pixels that are observed as body.
+    pub false_positives: Option<f64>,
+}
+
+impl MaskQuality {
+    /// Of an observed mask against the exact one of the same size.
+    pub fn new(observed: &Mask, exact: &Mask) -> Self {
+        let counts = overlap(observed, exact);
+        let share = |part: u64, whole: u64| (whole > 0).then(|| part as f64 / whole as f64);
+        let pixels = u64::from(exact.width()) * u64::from(exact.height());
+        Self {
+            iou: share(counts.both, counts.union()),
+            recall: share(counts.both, counts.both + counts.only_observed),
+            precision: share(counts.both, counts.both + counts.only_model),
+            boundary_f: boundary_f(observed, exact),
+            false_positives: share(counts.only_model, pixels - exact.count()),
+        }
+    }
+}
+
+fn boundary_f(observed: &Mask, exact: &Mask) -> Option<f64> {
+    let (observed, exact) = (contour(observed), contour(exact));
+    match (observed.is_empty(), exact.is_empty()) {
+        (true, true) => return None,
+        (true, false) | (false, true) => return Some(0.0),
+        (false, false) => {}
+    }
+    let near = |outline: &Mask, other: &Mask| {
+        let distances = DistanceMap::new(other);
+        let found = outline.pixels().filter(|(x, y)| distances.distance(*x, *y) <= BOUNDARY_TOLERANCE_PX).count();
+        found as f64 / outline.count() as f64
+    };
+    let (precision, recall) = (near(&observed, &exact), near(&exact, &observed));
+    Some(if precision + recall > 0.0 { 2.0 * precision * recall / (precision + recall) } else { 0.0 })
+}
+
+impl SegmentationQuality {
+    /// The means of the values that there are.
+    pub fn mean(masks: &[MaskQuality]) -> Self {
+        let mean = |of: fn(&MaskQuality) -> Option<f64>| mean_of(masks.iter().filter_map(of));
+        Self {
+            iou: mean(|m| m.iou),
+            recall: mean(|m| m.recall),
+            precision: mean(|m| m.precision),
+            boundary_f: mean(|m| m.boundary_f),
+            false_positives: mean(|m| m.false_positives),
+        }
+    }
+
+    /// Name and value of each mean, for reports.
+    pub fn in_words(&self) -> Vec<(&'static str, String)> {
+        let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
+        let share = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.3} %", 100.0 * value));
+        vec![
+            ("overlap with the exact silhouettes (IoU)", number(self.iou)),
+            ("share of the body that is observed", number(self.recall)),
+            ("share of what is observed that is body", number(self.precision)),
+            ("outlines within 2 px of each other (boundary F)", number(self.boundary_f)),
+            ("background observed as body (false positives)", share(self.false_positives)),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(left: u32, right: u32) -> Mask {
+        Mask::from_fn(100, 40, |x, y| (left..right).contains(&x) && (10..30).contains(&y))
+    }
+
+    #[test]
+    fn a_block_that_is_moved_by_three_of_thirty_columns_scores_what_counting_says() {
+        let quality = MaskQuality::new(&block(23, 53), &block(20, 50));
+        assert_eq!(quality.iou, Some(27.0 / 33.0));
+        assert_eq!((quality.recall, quality.precision), (Some(0.9), Some(0.9)));
+        assert_eq!(quality.false_positives, Some(60.0 / (4000.0 - 600.0)));
+        // of 96 pixels of an outline those beyond 2 px: the 20 of the side that moved out, less the two at each end
+        // that are near the other's upper or lower side, or near none: checked by brute force
+        let (a, b) = (contour(&block(23, 53)), contour(&block(20, 50)));
+        let near = |x: u32, y: u32| b.pixels().any(|(i, j)| i.abs_diff(x).pow(2) + j.abs_diff(y).pow(2) <= 4);
+        let share = a.pixels().filter(|(x, y)| near(*x, *y)).count() as f64 / a.count() as f64;
+        assert!((quality.boundary_f.unwrap() - share).abs() < 1e-12, "the same both ways, by symmetry");
+        assert!(share < 0.9 && share > 0.5, "{share}");
+    }
+
+    #[test]
+    fn equal_masks_are_perfect_and_empty_ones_are_left_out_of_the_mean() {
+        let same = MaskQuality::new(&block(20, 50), &block(20, 50));
+        assert_eq!((same.iou, same.boundary_f, same.false_positives), (Some(1.0), Some(1.0), Some(0.0)));
+        let empty = MaskQuality::new(&block(0, 0), &block(0, 0));
+        assert_eq!((empty.iou, empty.boundary_f, empty.precision), (None, None, None));
+        let missed = MaskQuality::new(&block(0, 0), &block(20, 50));
+        assert_eq!((missed.iou, missed.boundary_f, missed.precision), (Some(0.0), Some(0.0), None));
+        let mean = SegmentationQuality::mean(&[same, empty, missed]);
+        assert_eq!((mean.iou, mean.precision), (Some(0.5), Some(1.0)));
+    }
+}

@@ -1,0 +1,208 @@
+//! `skiagraph segment`: silhouettes from images of a camera that stands still.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::inputs::Inputs;
+use super::ours::Kind;
+use super::partial_directory::PartialDirectory;
+use super::pictures::{images_in, read_image};
+use super::watch::{Stage, Watch, advance};
+use super::{Destination, ExperimentError, to_json};
+use crate::benchmark_set::silhouette_to_png;
+use crate::observation::{BackgroundSettings, Image, OnlineBackground, OnlineSettings, Segmenter};
+use crate::parallel;
+use crate::raster::Mask;
+
+/// The record's name.
+pub const SEGMENT_FILE: &str = "segment.json";
+
+/// What to segment, and how.
+#[derive(Clone, Debug)]
+pub struct SegmentInput<'a> {
+    /// Directories with images of the background, one a period; a single one is cut into `components` periods of equal
+    /// length, by name.
+    pub background: &'a [PathBuf],
+    /// Directory with the images to segment.
+    pub frames: &'a Path,
+    /// Components of the mixture, if one directory holds all periods.
+    pub components: usize,
+    /// Settings of the mixture, the shadow rule and the cleaning.
+    pub settings: BackgroundSettings,
+    /// Learns while it goes on, in place of the mixture: the background comes first, then every frame is learned.
+    pub online: Option<OnlineSettings>,
+}
+
+/// What was segmented: `segment.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Segmented {
+    /// `skiagraph.segment/1`.
+    pub schema: String,
+    /// `mixture` or `online`.
+    pub method: String,
+    /// Frames of the background in each period.
+    pub background_frames: Vec<usize>,
+    /// Frames that were segmented.
+    pub frames: usize,
+    /// Width and height, pixels.
+    pub size_px: [u32; 2],
+    /// 1 for grey, 3 for colour.
+    pub channels: usize,
+    /// Mean share of the pixels that is foreground.
+    pub foreground: f64,
+    /// Settings of the mixture, the shadow rule and the cleaning.
+    pub settings: BackgroundSettings,
+    /// Frames a second, reading and writing included, on all threads.
+    pub frames_per_second: f64,
+}
+
+/// Segments the images of a directory: one mask each, under the image's name with the ending `.png`.
+///
+/// # Errors
+/// [`ExperimentError`] naming the image or argument; then nothing has changed on the disk.
+pub fn segment(input: &SegmentInput<'_>, to: Destination<'_>, watch: &dyn Watch) -> Result<Segmented, ExperimentError> {
+    let inputs = input.background.iter().cloned().chain([input.frames.to_owned()]);
+    Inputs::new(inputs).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
+    let frames = images_in(input.frames)?;
+    let names = names_of(&frames, input.frames)?;
+    let periods = periods_of(input)?;
+    let images = read_periods(&periods)?;
+    let (mut shape, begin) = ((0, 0, 0), Instant::now());
+    if let Some(first) = images.iter().flatten().next() {
+        shape = first.shape();
+    }
+    watch.begin(Stage::Segment, frames.len());
+    let write = |index: usize, mask: &Mask| -> Result<u64, ExperimentError> {
+        directory.write(&names[index], &silhouette_to_png(&names[index], mask)?)?;
+        Ok(mask.count())
+    };
+    let counts = match input.online {
+        None => by_mixture(input, &images, &frames, watch, &write)?,
+        Some(settings) => online(input, settings, &images, &frames, watch, &write)?,
+    };
+    let pixels = f64::from(shape.0) * f64::from(shape.1) * frames.len() as f64;
+    let segmented = Segmented {
+        schema: "skiagraph.segment/1".to_owned(),
+        method: if input.online.is_some() { "online" } else { "mixture" }.to_owned(),
+        background_frames: images.iter().map(Vec::len).collect(),
+        frames: frames.len(),
+        size_px: [shape.0, shape.1],
+        channels: shape.2,
+        foreground: counts.iter().sum::<u64>() as f64 / pixels,
+        settings: input.settings,
+        frames_per_second: frames.len() as f64 / begin.elapsed().as_secs_f64(),
+    };
+    directory.write(SEGMENT_FILE, &to_json(&segmented)?)?;
+    directory.finish()?;
+    Ok(segmented)
+}
+
+/// Writes a frame's mask and counts its pixels.
+type Write<'a> = &'a (dyn Fn(usize, &Mask) -> Result<u64, ExperimentError> + Sync);
+
+fn by_mixture(
+    input: &SegmentInput<'_>,
+    images: &[Vec<Image>],
+    frames: &[PathBuf],
+    watch: &dyn Watch,
+    write: Write<'_>,
+) -> Result<Vec<u64>, ExperimentError> {
+    let periods: Vec<&[Image]> = images.iter().map(Vec::as_slice).collect();
+    let segmenter = Segmenter::learn(&periods, &input.settings)
+        .map_err(|e| ExperimentError::Argument { argument: "--background", detail: e.to_string() })?;
+    let of_frame = |index: usize| {
+        advance(watch)?;
+        let mask = segmenter.silhouette(&read_image(&frames[index])?).map_err(misfit(&frames[index]))?;
+        write(index, &mask)
+    };
+    parallel::map(frames.len(), of_frame).into_iter().collect()
+}
+
+fn online(
+    input: &SegmentInput<'_>,
+    settings: OnlineSettings,
+    images: &[Vec<Image>],
+    frames: &[PathBuf],
+    watch: &dyn Watch,
+    write: Write<'_>,
+) -> Result<Vec<u64>, ExperimentError> {
+    let mut background = images.iter().flatten();
+    let first = match background.next() {
+        Some(first) => first.clone(),
+        None => read_image(&frames[0])?,
+    };
+    let mut model = OnlineBackground::new(&first, settings);
+    for image in background {
+        model.update(image).map_err(misfit(input.frames))?;
+    }
+    let mut counts = Vec::with_capacity(frames.len());
+    for (index, path) in frames.iter().enumerate() {
+        advance(watch)?;
+        let mask = model.update(&read_image(path)?).map_err(misfit(path))?;
+        counts.push(write(index, &input.settings.cleaning.clean(&mask))?);
+    }
+    Ok(counts)
+}
+
+fn misfit(path: &Path) -> impl Fn(crate::observation::BackgroundError) -> ExperimentError {
+    move |e| ExperimentError::Malformed { path: path.to_owned(), detail: e.to_string() }
+}
+
+/// Names of the masks; two images that differ by their ending only would share one.
+fn names_of(frames: &[PathBuf], directory: &Path) -> Result<Vec<String>, ExperimentError> {
+    let name =
+        |path: &PathBuf| path.file_stem().map(|stem| format!("{}.png", stem.to_string_lossy())).unwrap_or_default();
+    let mut names: Vec<String> = frames.iter().map(name).collect();
+    let in_order = names.clone();
+    names.sort();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        None => Ok(in_order),
+        Some(twice) => {
+            let detail = format!("two images would become {}; rename one", twice[0]);
+            Err(ExperimentError::Malformed { path: directory.to_owned(), detail })
+        }
+    }
+}
+
+/// The images of each period of the background.
+fn periods_of(input: &SegmentInput<'_>) -> Result<Vec<Vec<PathBuf>>, ExperimentError> {
+    let [one] = input.background else {
+        return input.background.iter().map(|directory| images_in(directory)).collect();
+    };
+    let images = images_in(one)?;
+    let (count, components) = (images.len(), input.components.max(1));
+    if count < components {
+        let detail = format!(
+            "{count} background frame(s) in {} for {components} components of the mixture; give more frames, or fewer \
+             --components",
+            one.display()
+        );
+        return Err(ExperimentError::Argument { argument: "--background", detail });
+    }
+    let period = |index: usize| images[index * count / components..(index + 1) * count / components].to_vec();
+    Ok((0..components).map(period).collect())
+}
+
+/// All images of the background, which must have one size.
+fn read_periods(periods: &[Vec<PathBuf>]) -> Result<Vec<Vec<Image>>, ExperimentError> {
+    let paths: Vec<&PathBuf> = periods.iter().flatten().collect();
+    let mut images =
+        parallel::map(paths.len(), |i| read_image(paths[i])).into_iter().collect::<Result<Vec<_>, _>>()?.into_iter();
+    let mut expected = None;
+    let mut of_period = |period: &Vec<PathBuf>| {
+        let of_image = |path: &PathBuf| {
+            let image = images.next().ok_or(ExperimentError::Interrupted)?;
+            let shape = *expected.get_or_insert(image.shape());
+            if image.shape() != shape {
+                let error = crate::observation::BackgroundError::Shape { found: image.shape(), expected: shape };
+                return Err(misfit(path)(error));
+            }
+            Ok(image)
+        };
+        period.iter().map(of_image).collect::<Result<Vec<_>, ExperimentError>>()
+    };
+    periods.iter().map(&mut of_period).collect()
+}

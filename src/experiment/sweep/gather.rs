@@ -1,0 +1,174 @@
+//! Results in one place: `runs.csv` and `runs.jsonl`, the same to the byte whatever ran the cells, and `timing.csv`.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::index_ranges::to_ranges;
+use super::plan::{Cell, PlannedSweep};
+use super::record::{CellRecord, Results, Status};
+use crate::evaluation::METRICS;
+use crate::experiment::error::output;
+use crate::experiment::place::sync_parent;
+use crate::experiment::{ExperimentError, unfinished};
+use crate::scenario::as_toml;
+
+/// The table of all cells.
+pub const RUNS_TABLE: &str = "runs.csv";
+/// The same with one JSON object a line.
+pub const RUNS_LINES: &str = "runs.jsonl";
+/// What every cell cost: this differs from run to run.
+pub const TIMING_TABLE: &str = "timing.csv";
+
+/// What was gathered.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gathered {
+    /// Cells with a result.
+    pub done: usize,
+    /// Cells without.
+    pub missing: Vec<usize>,
+    /// Those of the former whose tracker lost the body.
+    pub diverged: usize,
+    /// Those of the former that cannot be run.
+    pub failed: usize,
+}
+
+/// Writes the tables of a sweep into its folder; with `partial` also where cells are missing, which then have no row.
+///
+/// # Errors
+/// [`ExperimentError::SweepIncomplete`] where cells are missing, [`ExperimentError::Output`]; then nothing has changed.
+pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<Gathered, ExperimentError> {
+    let cells = sweep.cells()?;
+    let tables = [RUNS_TABLE, RUNS_LINES, TIMING_TABLE].map(|name| Table::begin(&sweep.root.join(name)));
+    let [runs, lines, timing] = tables;
+    let (mut runs, mut lines, mut timing) = (runs?, lines?, timing?);
+    let columns = Columns { axes: &sweep.plan.axes };
+    runs.row(&columns.header())?;
+    timing.row(&["index", "cell", "track_s", "track_processor_s", "processor_s", "host"].map(str::to_owned))?;
+    let mut gathered = Gathered::default();
+    Results::of(sweep).for_each(&cells, |cell, record| {
+        let Some(record) = record else {
+            gathered.missing.push(cell.index);
+            return Ok(());
+        };
+        gathered.done += 1;
+        gathered.diverged += usize::from(record.status == Status::Diverged);
+        gathered.failed += usize::from(record.status == Status::Failed);
+        runs.row(&columns.row(cell, &record))?;
+        lines.line(&of_line(cell, &record)?)?;
+        timing.row(&of_timing(cell, &record))
+    })?;
+    if !gathered.missing.is_empty() && !partial {
+        return Err(ExperimentError::SweepIncomplete {
+            path: sweep.root.clone(),
+            done: gathered.done,
+            cells: cells.len(),
+            missing: to_ranges(&gathered.missing),
+        });
+    }
+    [runs, lines, timing].into_iter().try_for_each(Table::finish)?;
+    Ok(gathered)
+}
+
+struct Columns<'a> {
+    axes: &'a [String],
+}
+
+impl Columns<'_> {
+    fn header(&self) -> Vec<String> {
+        let before = ["index", "cell", "setting", "seed"].map(str::to_owned);
+        let between = ["status", "grade", "frames", "cameras", "likelihood_evaluations"].map(str::to_owned);
+        let metrics = METRICS.iter().map(|metric| metric.name.to_owned());
+        let last = ["set_hash", "error"].map(str::to_owned);
+        before.into_iter().chain(self.axes.iter().cloned()).chain(between).chain(metrics).chain(last).collect()
+    }
+
+    fn row(&self, cell: &Cell, record: &CellRecord) -> Vec<String> {
+        let mut row = vec![cell.index.to_string(), cell.cell.clone(), cell.setting.to_string(), cell.seed.to_string()];
+        row.extend(self.axes.iter().map(|axis| cell.axes.get(axis).map(plain).unwrap_or_default()));
+        row.extend([
+            record.status.name().to_owned(),
+            record.grade.clone().unwrap_or_default(),
+            record.frames.to_string(),
+            record.cameras.to_string(),
+            record.likelihood_evaluations.to_string(),
+        ]);
+        let value = |name: &str| record.metrics.get(name).map(ToString::to_string).unwrap_or_default();
+        row.extend(METRICS.iter().map(|metric| value(metric.name)));
+        row.extend([record.set_hash.clone().unwrap_or_default(), record.error.clone().unwrap_or_default()]);
+        row
+    }
+}
+
+/// A value as a table shows it: text without quotes.
+pub(super) fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| as_toml(value), str::to_owned)
+}
+
+fn of_line(cell: &Cell, record: &CellRecord) -> Result<Value, ExperimentError> {
+    let mut line = serde_json::Map::new();
+    line.insert("index".to_owned(), cell.index.into());
+    line.insert("setting".to_owned(), cell.setting.into());
+    line.insert("axes".to_owned(), Value::Object(cell.axes.clone()));
+    line.extend(record.lasting()?);
+    Ok(Value::Object(line))
+}
+
+fn of_timing(cell: &Cell, record: &CellRecord) -> [String; 6] {
+    let env = &record.env;
+    [
+        cell.index.to_string(),
+        cell.cell.clone(),
+        env.track_s.to_string(),
+        env.track_processor_s.to_string(),
+        env.processor_s.to_string(),
+        env.host.clone(),
+    ]
+}
+
+/// A file of the sweep's folder that is written bit by bit, and put in its place when it is whole.
+struct Table {
+    path: PathBuf,
+    meanwhile: PathBuf,
+    file: BufWriter<File>,
+}
+
+impl Table {
+    fn begin(path: &Path) -> Result<Self, ExperimentError> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let meanwhile = path.with_file_name(format!(".{name}.writing-{}", std::process::id()));
+        unfinished::begin(&meanwhile);
+        let file = File::create(&meanwhile).map_err(output(path, "write"))?;
+        Ok(Self { path: path.to_owned(), meanwhile, file: BufWriter::new(file) })
+    }
+
+    fn row<S: AsRef<[u8]>>(&mut self, fields: &[S]) -> Result<(), ExperimentError> {
+        let mut text = csv::WriterBuilder::new().from_writer(Vec::new());
+        let failed = |e: String| ExperimentError::Malformed { path: self.path.clone(), detail: e };
+        text.write_record(fields).map_err(|e| failed(e.to_string()))?;
+        let text = text.into_inner().map_err(|e| failed(e.to_string()))?;
+        self.file.write_all(&text).map_err(output(&self.path, "write"))
+    }
+
+    fn line(&mut self, value: &Value) -> Result<(), ExperimentError> {
+        writeln!(self.file, "{value}").map_err(output(&self.path, "write"))
+    }
+
+    fn finish(mut self) -> Result<(), ExperimentError> {
+        let written = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
+        written.map_err(output(&self.path, "write"))?;
+        std::fs::rename(&self.meanwhile, &self.path).map_err(output(&self.path, "write"))?;
+        sync_parent(&self.path);
+        Ok(())
+    }
+}
+
+impl Drop for Table {
+    fn drop(&mut self) {
+        // after `finish` nothing is there any more
+        std::fs::remove_file(&self.meanwhile).ok();
+        unfinished::end(&self.meanwhile);
+    }
+}

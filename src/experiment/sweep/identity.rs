@@ -1,0 +1,189 @@
+//! What cells and sets are known by: hashes of all that their results depend on.
+//!
+//! | hash | of |
+//! |---|---|
+//! | set | program version, scenario without its trackers and seeds, contents of recordings and robots |
+//! | cell | program version, scenario with one tracker and one seed, contents of recordings, robots and models |
+//!
+//! Names of files count as the scenario writes them, folders above them do not: a sweep may be moved.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use serde::{Deserialize, Serialize};
+
+use crate::experiment::ExperimentError;
+use crate::experiment::inputs::Inputs;
+use crate::input::{self, hex_sha256, hex_sha256_of};
+use crate::scenario::{Scenario, ScenarioFile};
+
+/// Hexadecimal digits of a hash that are kept.
+pub(super) const DIGITS: usize = 16;
+
+/// Bytes of an input that is hashed: more than any recording or model may have.
+const LARGEST_INPUT: u64 = 4 << 30;
+
+/// A file that cells read, and its content.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct InputFile {
+    /// The file.
+    pub path: PathBuf,
+    /// Its SHA-256.
+    pub sha256: String,
+}
+
+impl InputFile {
+    /// The file as it is now.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Unreadable`].
+    pub(super) fn read(path: &Path) -> Result<Self, ExperimentError> {
+        let unreadable = |source| ExperimentError::Unreadable { path: path.to_owned(), source };
+        let file = input::open(path, LARGEST_INPUT).map_err(unreadable)?;
+        Ok(Self { path: path.to_owned(), sha256: hex_sha256_of(file).map_err(unreadable)? })
+    }
+}
+
+/// The hashes of a scenario.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Identity {
+    /// The set that is tracked.
+    pub(super) set: String,
+    /// The setting: the cell but for its seed.
+    setting: String,
+}
+
+impl Identity {
+    /// The cell of a seed.
+    pub(super) fn cell(&self, seed: u64) -> String {
+        short(&format!("skiagraph.cell/1\n{}\nseed {seed}\n", self.setting))
+    }
+}
+
+/// Makes identities; every input is read once.
+#[derive(Debug, Default)]
+pub(super) struct Identities {
+    mocap_directory: Option<PathBuf>,
+    /// By what names inputs: the files.
+    known: Mutex<BTreeMap<String, Vec<InputFile>>>,
+}
+
+impl Identities {
+    /// For scenarios whose clips are searched for below this folder.
+    pub(super) fn new(mocap_directory: Option<&Path>) -> Self {
+        Self { mocap_directory: mocap_directory.map(Path::to_owned), known: Mutex::default() }
+    }
+
+    /// The identity of a scenario with one tracker.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Unreadable`] for an input that cannot be read.
+    pub(super) fn of(&self, file: &ScenarioFile) -> Result<Identity, ExperimentError> {
+        let inputs = self.inputs(file)?;
+        let contents: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
+        let contents = contents.join("\n");
+        let bare = Scenario {
+            description: String::new(),
+            seed: 0,
+            seeds: 1,
+            layers: Vec::new(),
+            methods: BTreeMap::new(),
+            ..file.scenario.clone()
+        };
+        let hashed = |kind: &str, scenario: &Scenario| {
+            let scenario = serde_json::to_string(scenario).unwrap_or_default();
+            format!("skiagraph.{kind}/1\n{}\n{scenario}\n{contents}\n", env!("CARGO_PKG_VERSION"))
+        };
+        let setting = hex_sha256(hashed("setting", &bare).as_bytes());
+        let set = short(&hashed("set", &Scenario { tracker: None, ..bare }));
+        Ok(Identity { set, setting })
+    }
+
+    /// All files that were read so far, by path.
+    pub(super) fn into_inputs(self) -> Vec<InputFile> {
+        let known = self.known.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mut all: Vec<InputFile> = known.into_values().flatten().collect();
+        all.sort();
+        all.dedup();
+        all
+    }
+
+    fn inputs(&self, file: &ScenarioFile) -> Result<Vec<InputFile>, ExperimentError> {
+        let scenario = &file.scenario;
+        let trackers = scenario.trackers();
+        let models: Vec<&str> = trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).collect();
+        let robots = [&scenario.actor.robot, &scenario.tracker_body.robot];
+        let named = serde_json::to_string(&(&scenario.motion, &scenario.training, robots, models)).unwrap_or_default();
+        if let Some(known) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&named) {
+            return Ok(known.clone());
+        }
+        let own = file.path.as_deref();
+        let paths = Inputs::of_scenario(file, self.mocap_directory.as_deref()).into_paths();
+        let paths = paths.iter().filter(|path| Some(path.as_path()) != own);
+        let inputs = paths.map(|path| InputFile::read(path)).collect::<Result<Vec<_>, _>>()?;
+        self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(named, inputs.clone());
+        Ok(inputs)
+    }
+}
+
+/// The first digits of a SHA-256.
+pub(super) fn short(text: &str) -> String {
+    let mut digest = hex_sha256(text.as_bytes());
+    digest.truncate(DIGITS);
+    digest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn identity(overrides: &[&str]) -> Identity {
+        let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+        Identities::default().of(&ScenarioFile::built_in(&overrides).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_cell_is_known_by_what_its_result_depends_on_and_by_nothing_else() {
+        let base = identity(&[]);
+        assert_eq!(base.cell(0).len(), DIGITS);
+        assert_ne!(base.cell(0), base.cell(1));
+        for same in [
+            "seed=7",
+            "seeds=2",
+            "description=\"other words\"",
+            "layers=[\"depth\"]",
+            "tracker.annealed_particle_filter.layers=5",
+        ] {
+            assert_eq!(identity(&[same]), base, "{same}");
+        }
+        for tracker in ["particles=61", "survival_rate=0.4", "tracker.frozen={}"] {
+            let other = identity(&[tracker]);
+            assert_eq!(other.set, base.set, "{tracker}: the set is shared");
+            assert_ne!(other.cell(0), base.cell(0), "{tracker}");
+        }
+        for scene in ["rig.ring.count=3", "motion.loop_to_s=4", "tracker_body.seed=2"] {
+            let other = identity(&[scene]);
+            assert!(other.set != base.set && other.cell(0) != base.cell(0), "{scene}");
+        }
+    }
+
+    #[test]
+    fn a_recording_counts_by_its_content() {
+        let folder = tempfile::tempdir().unwrap();
+        let clip = folder.path().join("walk.txt");
+        let of = |content: &str| {
+            std::fs::write(&clip, content).unwrap();
+            let overrides = ["motion.clip=walk.txt".to_owned()];
+            let file =
+                ScenarioFile::parse(crate::scenario::DEFAULT_SCENARIO, "a", folder.path().to_owned(), &overrides);
+            let identities = Identities::new(None);
+            let identity = identities.of(&file.unwrap()).unwrap();
+            (identity, identities.into_inputs())
+        };
+        let (one, inputs) = of("one");
+        assert_eq!((inputs.len(), &inputs[0].path), (1, &clip));
+        assert_ne!(one, of("two").0);
+        assert_eq!(one, of("one").0);
+    }
+}

@@ -1,0 +1,194 @@
+//! Scripts for the engines of clusters. What they do is left to `skiagraph sweep cell --shard`: an engine only decides
+//! where and when.
+
+use std::path::Path;
+
+/// How often what is missing is submitted again by itself.
+pub(super) const ROUNDS: usize = 3;
+/// How often a task that said "try again" (exit code 75) is begun again.
+const RETRIES: usize = 5;
+
+/// An engine that runs tasks on a cluster.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// Slurm's job arrays.
+    Slurm,
+    /// HyperQueue's task arrays.
+    HyperQueue,
+}
+
+/// What scripts are written for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Job<'a> {
+    /// The sweep's name.
+    pub(super) name: &'a str,
+    /// The sweep's folder, absolute.
+    pub(super) root: &'a Path,
+    /// This program.
+    pub(super) program: &'a Path,
+    /// Number of shards.
+    pub(super) shards: usize,
+    /// Minutes that a shard may take.
+    pub(super) minutes: u64,
+    /// How often the sweep was submitted again.
+    pub(super) round: usize,
+    /// More arguments of the engine.
+    pub(super) extra: &'a [String],
+}
+
+/// The script of one task: one shard.
+pub(super) fn task(engine: Engine, job: &Job<'_>) -> String {
+    let (program, root) = (quoted(job.program), quoted(job.root));
+    let run = format!("{program} sweep cell {root} --shard \"$shard/{}\"", job.shards);
+    match engine {
+        Engine::Slurm => format!(
+            "#!/bin/bash\n\
+             #SBATCH --job-name=skiagraph-{name}\n\
+             #SBATCH --output={log}/%A_%a.txt\n\
+             #SBATCH --open-mode=append\n\
+             #SBATCH --cpus-per-task=1\n\
+             #SBATCH --time={minutes}\n\
+             #SBATCH --requeue\n\
+             shard=$((SLURM_ARRAY_TASK_ID + ${{SKIAGRAPH_OFFSET:-0}}))\n\
+             {run}\n\
+             code=$?\n\
+             # 75: try again. Some sites do so themselves (RequeueExit), others have to be asked.\n\
+             if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt {RETRIES} ]; then\n\
+             \x20 scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\" && sleep 60\n\
+             fi\n\
+             exit \"$code\"\n",
+            name = job.name,
+            log = in_directive(&job.root.join("log")),
+            minutes = job.minutes,
+        ),
+        Engine::HyperQueue => format!(
+            "#!/bin/bash\n\
+             # HyperQueue gives a task that lost its worker to another one, and never repeats a task that failed.\n\
+             shard=$HQ_TASK_ID\n\
+             for attempt in $(seq {RETRIES}); do\n\
+             \x20 {run}\n\
+             \x20 code=$?\n\
+             \x20 [ \"$code\" = 75 ] || break\n\
+             \x20 sleep 10\n\
+             done\n\
+             exit \"$code\"\n"
+        ),
+    }
+}
+
+/// The script of the job that ends a sweep: it submits again what is missing, and gathers.
+pub(super) fn closer(engine: Engine, job: &Job<'_>) -> String {
+    let (program, root) = (quoted(job.program), quoted(job.root));
+    let head = match engine {
+        Engine::Slurm => format!(
+            "#!/bin/bash\n\
+             #SBATCH --job-name=skiagraph-{}-close\n\
+             #SBATCH --output={}/close_%j.txt\n\
+             #SBATCH --time=60\n",
+            job.name,
+            in_directive(&job.root.join("log")),
+        ),
+        Engine::HyperQueue => "#!/bin/bash\n".to_owned(),
+    };
+    let more: String = job.extra.iter().map(|argument| format!(" {}", quoted(Path::new(argument)))).collect();
+    let more = if more.is_empty() { more } else { format!(" --{more}") };
+    let again = format!(
+        "{program} sweep submit {root} --engine {} --shards {} --round {}{more}",
+        match engine {
+            Engine::Slurm => "slurm",
+            Engine::HyperQueue => "hq",
+        },
+        job.shards,
+        job.round + 1,
+    );
+    let again = match job.round + 1 < ROUNDS {
+        true => format!("exec {again}\n"),
+        false => format!(
+            "echo \"still missing after {ROUNDS} rounds: $missing\" >&2\n\
+             {program} sweep gather {root} --allow-partial\n\
+             exit 1\n"
+        ),
+    };
+    format!(
+        "{head}missing=$({program} sweep status {root} --missing) || exit\n\
+         if [ -z \"$missing\" ]; then exec {program} sweep gather {root}; fi\n\
+         {again}"
+    )
+}
+
+/// A path for a shell.
+pub(super) fn quoted(path: &Path) -> String {
+    let text = path.to_string_lossy();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
+    match !text.is_empty() && text.chars().all(plain) {
+        true => text.into_owned(),
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
+}
+
+/// A path in a line that begins with `#SBATCH`.
+fn in_directive(path: &Path) -> String {
+    let text = path.to_string_lossy().replace('%', "%%");
+    if text.contains(' ') { format!("\"{text}\"") } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use super::*;
+
+    fn job<'a>(root: &'a Path, extra: &'a [String]) -> Job<'a> {
+        Job { name: "walk", root, program: Path::new("/opt/a b/skiagraph"), shards: 40, minutes: 50, round: 0, extra }
+    }
+
+    /// Bash takes the script.
+    fn assert_parses(script: &str) {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), script).unwrap();
+        let checked = Command::new("bash").arg("-n").arg(file.path()).output().unwrap();
+        assert!(checked.status.success(), "{script}\n{}", String::from_utf8_lossy(&checked.stderr));
+    }
+
+    #[test]
+    fn slurms_task_runs_its_shard_and_asks_for_another_try() {
+        let root = Path::new("/scratch/it's/walk");
+        let script = task(Engine::Slurm, &job(root, &[]));
+        assert_parses(&script);
+        for words in [
+            "#SBATCH --output=/scratch/it's/walk/log/%A_%a.txt\n",
+            "shard=$((SLURM_ARRAY_TASK_ID + ${SKIAGRAPH_OFFSET:-0}))\n",
+            "'/opt/a b/skiagraph' sweep cell '/scratch/it'\\''s/walk' --shard \"$shard/40\"\n",
+            "scontrol requeue \"${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}\"",
+            "#SBATCH --time=50\n",
+        ] {
+            assert!(script.contains(words), "no {words} in {script}");
+        }
+    }
+
+    #[test]
+    fn hyperqueues_task_runs_its_shard_and_tries_again_itself() {
+        let script = task(Engine::HyperQueue, &job(Path::new("/scratch/walk"), &[]));
+        assert_parses(&script);
+        assert!(script.contains("shard=$HQ_TASK_ID\n") && script.contains("--shard \"$shard/40\""), "{script}");
+        assert!(script.contains("[ \"$code\" = 75 ] || break") && !script.contains("SLURM"), "{script}");
+    }
+
+    #[test]
+    fn the_closer_gathers_or_submits_again_and_gives_up_in_the_end() {
+        let extra = ["--partition=long jobs".to_owned()];
+        let first = job(Path::new("/scratch/walk"), &extra);
+        let script = closer(Engine::Slurm, &first);
+        assert_parses(&script);
+        assert!(
+            script.contains(
+                "sweep submit /scratch/walk --engine slurm --shards 40 --round 1 -- '--partition=long jobs'\n"
+            ),
+            "{script}"
+        );
+        assert!(script.contains("if [ -z \"$missing\" ]; then exec") && script.contains("sweep gather /scratch/walk"));
+        let last = closer(Engine::Slurm, &Job { round: ROUNDS - 1, ..first });
+        assert_parses(&last);
+        assert!(!last.contains("sweep submit") && last.contains("--allow-partial"), "{last}");
+    }
+}

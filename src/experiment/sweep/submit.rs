@@ -1,0 +1,314 @@
+//! Hands a sweep to a cluster's engine.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde::{Deserialize, Serialize};
+
+use super::estimate::core_seconds;
+use super::index_ranges::to_ranges;
+use super::plan::{Cell, PlannedSweep, put};
+use super::record::Results;
+use super::script::{Engine, Job, closer, quoted, task};
+use super::shard::shard;
+use crate::experiment::error::output;
+use crate::experiment::place::Place;
+use crate::experiment::{ExperimentError, to_json};
+use crate::input::plain;
+
+/// The folder of scripts and of engines' logs.
+const SCRIPTS: &str = "submit";
+const LOGS: &str = "log";
+/// What was submitted last.
+const SUBMITTED: &str = "submitted.json";
+/// Array sizes of clusters that do not tell theirs: Slurm's default.
+const USUAL_ARRAY: usize = 1001;
+/// How much longer than estimated a shard may take: nodes differ.
+const SLACK: u64 = 4;
+
+/// How a sweep is to be submitted.
+#[derive(Clone, Debug)]
+pub struct SubmitOptions {
+    /// Which engine.
+    pub engine: Engine,
+    /// Minutes that a shard should take.
+    pub minutes: u32,
+    /// Number of shards; by the estimated time where it is not said.
+    pub shards: Option<usize>,
+    /// How often the sweep was submitted again by itself.
+    pub round: usize,
+    /// Write and submit nothing.
+    pub dry_run: bool,
+    /// More arguments of `sbatch` or `hq submit`.
+    pub extra: Vec<String>,
+}
+
+/// What was, or would be, submitted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Submission {
+    /// Number of shards.
+    pub shards: usize,
+    /// Shards with cells that have no result, as arrays write them.
+    pub array: String,
+    /// Names and texts of the scripts.
+    pub scripts: Vec<(PathBuf, String)>,
+    /// The commands.
+    pub commands: Vec<String>,
+    /// Numbers of the jobs; empty for a dry run.
+    pub jobs: Vec<String>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Submitted {
+    schema: String,
+    engine: String,
+    shards: usize,
+    jobs: Vec<String>,
+}
+
+/// Submits all shards that have cells without a result, and a job that depends on them, which submits again what is
+/// missing and gathers.
+///
+/// # Errors
+/// [`ExperimentError::Engine`] with the engine's own words, [`ExperimentError::Busy`] while another process submits or
+/// jobs of this sweep are still queued.
+pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submission, ExperimentError> {
+    let cells = sweep.cells()?;
+    let statuses = Results::of(sweep).statuses(&cells);
+    let missing: Vec<Cell> =
+        cells.iter().zip(&statuses).filter(|(_, status)| status.is_none()).map(|(cell, _)| cell.clone()).collect();
+    let shards = match options.shards {
+        Some(shards) => shards,
+        None => shards_of(sweep, &missing, options.minutes)?,
+    }
+    .clamp(1, cells.len().max(1));
+    let has_missing = |part: &usize| shard(&cells, *part, shards).any(|at| statuses[at].is_none());
+    let parts: Vec<usize> = (1..=shards).filter(has_missing).collect();
+    let root = fs::canonicalize(&sweep.root).map_err(output(&sweep.root, "find"))?;
+    let program = std::env::current_exe().map_err(output(Path::new("skiagraph"), "find the program itself"))?;
+    let job = Job {
+        name: &sweep.plan.name,
+        root: &root,
+        program: &program,
+        shards,
+        minutes: SLACK * u64::from(options.minutes),
+        round: options.round,
+        extra: &options.extra,
+    };
+    let folder = root.join(SCRIPTS);
+    let scripts = vec![
+        (folder.join("shard.sh"), task(options.engine, &job)),
+        (folder.join("close.sh"), closer(options.engine, &job)),
+    ];
+    let mut submission =
+        Submission { shards, array: to_ranges(&parts), scripts, commands: Vec::new(), jobs: Vec::new() };
+    if options.dry_run {
+        let limit = array_limit(options).unwrap_or(USUAL_ARRAY);
+        submission.commands = commands(options, &submission.scripts, &blocks(&parts, limit))
+            .iter()
+            .map(|command| in_words(command))
+            .collect();
+        return Ok(submission);
+    }
+    // held while it submits
+    let _place = Place::take(&sweep.root.join(SCRIPTS))?;
+    if options.round == 0 {
+        refuse_queued(sweep)?;
+    }
+    if parts.is_empty() {
+        return Ok(submission);
+    }
+    let limit = array_limit(options)?;
+    for folder in [&folder, &root.join(LOGS)] {
+        fs::create_dir_all(folder).map_err(output(folder, "create the directory"))?;
+    }
+    for (path, text) in &submission.scripts {
+        put(path, text.as_bytes())?;
+    }
+    for command in commands(options, &submission.scripts, &blocks(&parts, limit)) {
+        let mut command = command;
+        command.iter_mut().for_each(|part| *part = part.replace(JOBS, &submission.jobs.join(":")));
+        submission.commands.push(in_words(&command));
+        let said = called(&command)?;
+        // `123;cluster` of sbatch --parsable, `Job submitted successfully, job ID: 3` of hq
+        let number = said.trim().split(';').next().unwrap_or_default().rsplit(' ').next().unwrap_or_default();
+        submission.jobs.push(number.to_owned());
+    }
+    let submitted = Submitted {
+        schema: "skiagraph.sweep_submitted/1".to_owned(),
+        engine: format!("{:?}", options.engine),
+        shards,
+        jobs: submission.jobs.clone(),
+    };
+    put(&sweep.root.join(SUBMITTED), &to_json(&submitted)?)?;
+    Ok(submission)
+}
+
+/// So many that each takes about the wanted time.
+fn shards_of(sweep: &PlannedSweep, missing: &[Cell], minutes: u32) -> Result<usize, ExperimentError> {
+    if missing.is_empty() {
+        return Ok(1);
+    }
+    let seconds = core_seconds(missing, |cell| sweep.scenario(cell), &sweep.plan)?;
+    let share = missing.len() as f64 / sweep.plan.cells as f64;
+    let whole = seconds.core_s / share.max(1e-9);
+    Ok((whole / (60.0 * f64::from(minutes))).ceil() as usize)
+}
+
+/// Where the numbers of the jobs go that a command depends on.
+const JOBS: &str = "@JOBS@";
+
+/// Shards that one array takes: first offset, then indices within the array.
+fn blocks(parts: &[usize], limit: usize) -> Vec<(usize, Vec<usize>)> {
+    let most = limit.saturating_sub(1).max(1);
+    let mut blocks: Vec<(usize, Vec<usize>)> = Vec::new();
+    for part in parts {
+        let offset = (part - 1) / most * most;
+        match blocks.last_mut() {
+            Some((known, indices)) if *known == offset => indices.push(part - offset),
+            _ => blocks.push((offset, vec![part - offset])),
+        }
+    }
+    blocks
+}
+
+fn commands(
+    options: &SubmitOptions,
+    scripts: &[(PathBuf, String)],
+    blocks: &[(usize, Vec<usize>)],
+) -> Vec<Vec<String>> {
+    let script = |at: usize| scripts[at].0.display().to_string();
+    let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    let mut commands: Vec<Vec<String>> = Vec::new();
+    match options.engine {
+        Engine::Slurm => {
+            for (offset, indices) in blocks {
+                let mut command = words(&["sbatch", "--parsable"]);
+                command.push(format!("--array={}", to_ranges(indices)));
+                command.push(format!("--export=ALL,SKIAGRAPH_OFFSET={offset}"));
+                command.extend(options.extra.iter().cloned());
+                command.push(script(0));
+                commands.push(command);
+            }
+            let mut command = words(&["sbatch", "--parsable"]);
+            command.push(format!("--dependency=afterany:{JOBS}"));
+            command.extend(options.extra.iter().cloned());
+            command.push(script(1));
+            commands.push(command);
+        }
+        Engine::HyperQueue => {
+            let parts: Vec<usize> =
+                blocks.iter().flat_map(|(offset, indices)| indices.iter().map(move |index| offset + index)).collect();
+            let mut command = words(&["hq", "submit", "--cpus=1", "--stdout=none", "--stderr=none"]);
+            command.push(format!("--array={}", to_ranges(&parts)));
+            command.extend(options.extra.iter().cloned());
+            command.extend(words(&["--", "bash"]));
+            command.push(script(0));
+            commands.push(command);
+        }
+    }
+    commands
+}
+
+/// The greatest array that the cluster takes.
+fn array_limit(options: &SubmitOptions) -> Result<usize, ExperimentError> {
+    if options.engine == Engine::HyperQueue {
+        return Ok(usize::MAX);
+    }
+    let config = called(&["scontrol", "show", "config"].map(str::to_owned))?;
+    let value = |line: &str| line.strip_prefix("MaxArraySize")?.split('=').nth(1)?.trim().parse().ok();
+    Ok(config.lines().find_map(value).unwrap_or(USUAL_ARRAY))
+}
+
+/// An error while jobs of an earlier submission are queued or running.
+fn refuse_queued(sweep: &PlannedSweep) -> Result<(), ExperimentError> {
+    let Ok(bytes) = fs::read(sweep.root.join(SUBMITTED)) else { return Ok(()) };
+    let Ok(last) = serde_json::from_slice::<Submitted>(&bytes) else { return Ok(()) };
+    if last.engine != "Slurm" || last.jobs.is_empty() {
+        return Ok(());
+    }
+    // squeue refuses numbers that it has forgotten: then none of them is there
+    let queued = called(&[
+        "squeue".to_owned(),
+        "--noheader".to_owned(),
+        "--format=%i".to_owned(),
+        format!("--jobs={}", last.jobs.join(",")),
+    ]);
+    match queued {
+        Ok(queued) if !queued.trim().is_empty() => Err(ExperimentError::Queued {
+            path: sweep.root.clone(),
+            jobs: queued.split_whitespace().take(5).collect::<Vec<_>>().join(", "),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// What a command prints.
+fn called(command: &[String]) -> Result<String, ExperimentError> {
+    let Some((program, arguments)) = command.split_first() else { return Ok(String::new()) };
+    let failed = |detail: String| ExperimentError::Engine { command: in_words(command), detail };
+    let done = Command::new(program).args(arguments).output().map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => failed(format!(
+            "`{program}` is not on the PATH: run this where jobs are submitted (a login node), or see the scripts with \
+             --dry-run"
+        )),
+        _ => failed(e.to_string()),
+    })?;
+    match done.status.success() {
+        true => Ok(String::from_utf8_lossy(&done.stdout).into_owned()),
+        false => Err(failed(plain(String::from_utf8_lossy(&done.stderr).trim()))),
+    }
+}
+
+fn in_words(command: &[String]) -> String {
+    command.iter().map(|part| quoted(Path::new(part))).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_are_split_at_the_clusters_limit() {
+        let parts: Vec<usize> = (1..=25).filter(|part| part % 7 != 0).collect();
+        // indices 1 to 9 of an array of at most 10
+        let found = blocks(&parts, 10);
+        let offsets: Vec<usize> = found.iter().map(|(offset, _)| *offset).collect();
+        assert_eq!(offsets, [0, 9, 18]);
+        assert!(found.iter().flat_map(|(_, indices)| indices).all(|index| (1..=9).contains(index)));
+        let again: Vec<usize> =
+            found.iter().flat_map(|(offset, indices)| indices.iter().map(move |i| offset + i)).collect();
+        assert_eq!(again, parts);
+    }
+
+    #[test]
+    fn the_closer_depends_on_all_arrays() {
+        let options = SubmitOptions {
+            engine: Engine::Slurm,
+            minutes: 15,
+            shards: None,
+            round: 0,
+            dry_run: true,
+            extra: vec!["--partition=cpu".to_owned()],
+        };
+        let scripts =
+            vec![(PathBuf::from("/s/shard.sh"), String::new()), (PathBuf::from("/s/close.sh"), String::new())];
+        let commands: Vec<String> =
+            commands(&options, &scripts, &blocks(&[1, 2, 3, 5], 4)).iter().map(|command| in_words(command)).collect();
+        assert_eq!(
+            commands,
+            [
+                "sbatch --parsable --array=1-3 --export=ALL,SKIAGRAPH_OFFSET=0 --partition=cpu /s/shard.sh",
+                "sbatch --parsable --array=2 --export=ALL,SKIAGRAPH_OFFSET=3 --partition=cpu /s/shard.sh",
+                "sbatch --parsable --dependency=afterany:@JOBS@ --partition=cpu /s/close.sh",
+            ]
+        );
+        let hq = SubmitOptions { engine: Engine::HyperQueue, extra: Vec::new(), ..options };
+        let commands: Vec<String> = super::commands(&hq, &scripts, &blocks(&[1, 2, 3, 5], usize::MAX))
+            .iter()
+            .map(|command| in_words(command))
+            .collect();
+        assert_eq!(commands, ["hq submit --cpus=1 --stdout=none --stderr=none --array=1-3,5 -- bash /s/shard.sh"]);
+    }
+}

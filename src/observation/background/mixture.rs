@@ -1,0 +1,330 @@
+//! The frozen mixture: one Gaussian a pixel for each period of the background.
+//!
+//! A pixel `x` is foreground iff `ln sum_i eta N(x; mu_i, Sigma_i) < -C ln 256 - ln risk`, with `eta = 1 / K`, `C`
+//! channels, diagonal `Sigma_i`, and means and variances over the frames of period `i` (HumanEva's
+//! `BackgroundSubtraction.m`, `[Sigal 2010]`). `256^-C` is the density of a foreground of even colours; `risk` is what
+//! a false alarm costs compared with a miss. Densities are compared as logarithms, for they underflow. A variance is at
+//! least 1 grey value squared: that is the rounding of the image, and less makes saturated pixels flicker.
+
+use super::BackgroundError;
+use super::lanes::{LANES, Lane, groups_per_row, lane_of, put};
+use crate::observation::Image;
+use crate::raster::Mask;
+use crate::simd::{Dispatched, dispatch};
+
+/// Least variance of a channel, grey values squared.
+const LEAST_VARIANCE: f64 = 1.0;
+
+/// What a false alarm costs compared with a miss.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Risk(pub f64);
+
+impl Risk {
+    /// HumanEva's 1 for colour. Grey values tell a foreground apart less well: 100 leaves 2 pixels in 10,000 of a
+    /// background with a deviation of 3 grey values, where 1 would leave 3 in 100.
+    pub fn usual(channels: usize) -> Self {
+        Self(if channels == 1 { 100.0 } else { 1.0 })
+    }
+}
+
+/// A background that is learned once and then only compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BackgroundMixture {
+    shape: (u32, u32, usize),
+    components: usize,
+    /// `[component][group]`: means of every channel, then `1 / (2 variance)` of every channel, then the logarithm of
+    /// the weighted density at the mean; each for eight pixels.
+    blocks: Vec<Vec<Lane>>,
+    /// Logarithm of the density below which a pixel is foreground.
+    threshold: f32,
+}
+
+impl BackgroundMixture {
+    /// Learns one component from each period's images, all of one camera.
+    ///
+    /// # Errors
+    /// [`BackgroundError`] for a period without an image and for images that differ in size or channels.
+    pub fn learn(periods: &[&[Image]], risk: Risk) -> Result<Self, BackgroundError> {
+        let frames = periods.iter().map(|period| period.len()).sum();
+        let first = periods.first().and_then(|period| period.first());
+        let (Some(first), false) = (first, periods.iter().any(|period| period.is_empty())) else {
+            return Err(BackgroundError::TooFew { frames, components: periods.len().max(1) });
+        };
+        let (shape, components) = (first.shape(), periods.len());
+        if let Some(other) = periods.iter().flat_map(|period| period.iter()).find(|image| image.shape() != shape) {
+            return Err(BackgroundError::Shape { found: other.shape(), expected: shape });
+        }
+        let blocks = periods.iter().map(|period| component(period, shape, components)).collect();
+        let threshold = -(shape.2 as f64) * 256_f64.ln() - risk.0.ln();
+        Ok(Self { shape, components, blocks, threshold: threshold as f32 })
+    }
+
+    /// Width, height and channels of its images.
+    pub fn shape(&self) -> (u32, u32, usize) {
+        self.shape
+    }
+
+    /// Number of components.
+    pub fn components(&self) -> usize {
+        self.components
+    }
+
+    /// The pixels of the foreground.
+    ///
+    /// # Errors
+    /// [`BackgroundError::Shape`] for an image of another size or number of channels.
+    pub fn foreground(&self, image: &Image) -> Result<Mask, BackgroundError> {
+        if image.shape() != self.shape {
+            return Err(BackgroundError::Shape { found: image.shape(), expected: self.shape });
+        }
+        let mut mask = Mask::new(self.shape.0, self.shape.1);
+        match self.shape.2 {
+            1 => dispatch(Classify::<1> { model: self, image, mask: &mut mask }),
+            _ => dispatch(Classify::<3> { model: self, image, mask: &mut mask }),
+        }
+        Ok(mask)
+    }
+
+    /// The mean of each component at a pixel, channel by channel.
+    pub(super) fn means(&self, x: u32, y: u32) -> impl Iterator<Item = Vec<f32>> + '_ {
+        let channels = self.shape.2;
+        let group = y as usize * groups_per_row(self.shape.0) + x as usize / LANES;
+        self.blocks.iter().map(move |blocks| {
+            let block = &blocks[group * (2 * channels + 1)..];
+            (0..channels).map(|channel| block[channel][x as usize % LANES]).collect()
+        })
+    }
+}
+
+/// Means, precisions and weights of one period, group by group.
+fn component(period: &[Image], (width, height, channels): (u32, u32, usize), components: usize) -> Vec<Lane> {
+    let (columns, groups) = (width as usize, groups_per_row(width));
+    let mut blocks = vec![[0.0; LANES]; groups * height as usize * (2 * channels + 1)];
+    let weight = -(components as f64).ln();
+    for (y, x) in (0..height as usize).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+        let first = (y * groups + x / LANES) * (2 * channels + 1);
+        let mut at_mean = weight;
+        for channel in 0..channels {
+            let (mean, variance) =
+                moments(period.iter().map(|image| f64::from(image.planes()[channel][y * columns + x])));
+            let variance = variance.max(LEAST_VARIANCE);
+            blocks[first + channel][x % LANES] = mean as f32;
+            blocks[first + channels + channel][x % LANES] = (0.5 / variance) as f32;
+            at_mean -= 0.5 * (std::f64::consts::TAU * variance).ln();
+        }
+        blocks[first + 2 * channels][x % LANES] = at_mean as f32;
+    }
+    blocks
+}
+
+/// Mean and unbiased variance by Welford's recurrence; a single value has variance 0.
+fn moments(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (mut count, mut mean, mut squares) = (0.0, 0.0, 0.0);
+    for value in values {
+        count += 1.0;
+        let off = value - mean;
+        mean += off / count;
+        squares += off * (value - mean);
+    }
+    (mean, if count > 1.0 { squares / (count - 1.0) } else { 0.0 })
+}
+
+struct Classify<'a, const CHANNELS: usize> {
+    model: &'a BackgroundMixture,
+    image: &'a Image,
+    mask: &'a mut Mask,
+}
+
+impl<const CHANNELS: usize> Dispatched for Classify<'_, CHANNELS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Self { model, image, mask } = self;
+        let (width, groups) = (image.width() as usize, groups_per_row(image.width()));
+        // the component that explained the last group is tried first: where it explains all eight pixels the others,
+        // which are most of the memory, need not be looked at
+        let mut likely = 0;
+        for y in 0..image.height() as usize {
+            let rows: [&[u8]; CHANNELS] = std::array::from_fn(|c| &image.planes()[c][y * width..(y + 1) * width]);
+            for group in 0..groups {
+                let pixels: [Lane; CHANNELS] = std::array::from_fn(|c| lane_of(rows[c], group));
+                let first = (y * groups + group) * (2 * CHANNELS + 1);
+                let score = log_density(&model.blocks[likely][first..first + 2 * CHANNELS + 1], &pixels);
+                if score.iter().all(|s| *s >= model.threshold) {
+                    continue;
+                }
+                let (bits, best) = decide::<CHANNELS>(model, first, &pixels, score, likely);
+                likely = best;
+                put(mask, y as u32, group, bits);
+            }
+        }
+    }
+}
+
+/// Logarithm of the weighted density of one component at eight pixels.
+#[inline(always)]
+fn log_density<const CHANNELS: usize>(block: &[Lane], pixels: &[Lane; CHANNELS]) -> Lane {
+    let mut score = block[2 * CHANNELS];
+    for channel in 0..CHANNELS {
+        let (mean, precision, pixel) = (&block[channel], &block[CHANNELS + channel], &pixels[channel]);
+        for lane in 0..LANES {
+            let off = pixel[lane] - mean[lane];
+            score[lane] -= off * off * precision[lane];
+        }
+    }
+    score
+}
+
+/// The foreground among eight pixels, by all components, and the component that explains most of them.
+#[inline(always)]
+fn decide<const CHANNELS: usize>(
+    model: &BackgroundMixture,
+    first: usize,
+    pixels: &[Lane; CHANNELS],
+    known: Lane,
+    likely: usize,
+) -> (u8, usize) {
+    let mut most = known;
+    let (mut best, mut explained) = (likely, count_above(&known, model.threshold));
+    for (index, blocks) in model.blocks.iter().enumerate().filter(|(index, _)| *index != likely) {
+        let score = log_density(&blocks[first..first + 2 * CHANNELS + 1], pixels);
+        for (most, score) in most.iter_mut().zip(score) {
+            *most = if score > *most { score } else { *most };
+        }
+        let above = count_above(&score, model.threshold);
+        if above > explained {
+            (best, explained) = (index, above);
+        }
+    }
+    // the sum lies between the greatest density and K times it
+    let surely_less = model.threshold - (model.components as f32).ln();
+    let mut bits = 0;
+    for (lane, &most) in most.iter().enumerate() {
+        let is_foreground = most < surely_less || (most < model.threshold && sum_is_below(model, first, pixels, lane));
+        bits |= u8::from(is_foreground) << lane;
+    }
+    (bits, best)
+}
+
+#[inline(always)]
+fn count_above(score: &Lane, threshold: f32) -> u32 {
+    score.iter().map(|s| u32::from(*s >= threshold)).sum()
+}
+
+/// Whether the densities of all components together are below the threshold, by the logarithm of the sum.
+fn sum_is_below<const CHANNELS: usize>(
+    model: &BackgroundMixture,
+    first: usize,
+    pixels: &[Lane; CHANNELS],
+    lane: usize,
+) -> bool {
+    let scores = model
+        .blocks
+        .iter()
+        .map(|blocks| f64::from(log_density(&blocks[first..first + 2 * CHANNELS + 1], pixels)[lane]));
+    let threshold = f64::from(model.threshold);
+    scores.map(|score| (score - threshold).exp()).sum::<f64>() < 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, normal, stream};
+    use rand::RngExt;
+
+    /// Noise about a level that may differ from pixel to pixel.
+    fn noisy(shape: (u32, u32, usize), seed: u64, level: impl Fn(usize) -> f64, deviation: f64) -> Image {
+        let mut random = stream(seed, Purpose::Corruption, 0, 0, 0);
+        let mut plane = || -> Vec<u8> {
+            let pixels = (shape.0 * shape.1) as usize;
+            (0..pixels).map(|i| (level(i) + deviation * normal(&mut random)).round().clamp(0.0, 255.0) as u8).collect()
+        };
+        let planes = (0..shape.2).map(|_| plane()).collect();
+        Image::from_planes(shape.0, shape.1, planes).unwrap()
+    }
+
+    fn periods(shape: (u32, u32, usize), levels: [f64; 3], deviation: f64) -> Vec<Vec<Image>> {
+        let of = |(period, level): (usize, f64)| {
+            (0..30).map(|i| noisy(shape, 100 * period as u64 + i, |_| level, deviation)).collect()
+        };
+        levels.into_iter().enumerate().map(of).collect()
+    }
+
+    fn learned(shape: (u32, u32, usize), levels: [f64; 3], deviation: f64, risk: Risk) -> BackgroundMixture {
+        let periods = periods(shape, levels, deviation);
+        BackgroundMixture::learn(&periods.iter().map(Vec::as_slice).collect::<Vec<_>>(), risk).unwrap()
+    }
+
+    /// The definition, in f64.
+    fn by_definition(periods: &[Vec<Image>], image: &Image, risk: f64) -> Mask {
+        let (width, height, channels) = image.shape();
+        Mask::from_fn(width, height, |x, y| {
+            let index = (y * width + x) as usize;
+            let density = |period: &Vec<Image>| -> f64 {
+                let of_channel = |c: usize| {
+                    let (mean, variance) = moments(period.iter().map(|i| f64::from(i.planes()[c][index])));
+                    let (variance, off) = (variance.max(1.0), f64::from(image.planes()[c][index]) - mean);
+                    (-0.5 * off * off / variance).exp() / (std::f64::consts::TAU * variance).sqrt()
+                };
+                (0..channels).map(of_channel).product()
+            };
+            let sum: f64 = periods.iter().map(density).sum::<f64>() / periods.len() as f64;
+            sum < 256_f64.powi(-(channels as i32)) / risk
+        })
+    }
+
+    #[test]
+    fn the_foreground_is_what_the_definition_says_whatever_the_width_and_the_channels() {
+        for (width, channels) in [(67, 3), (64, 1), (5, 3)] {
+            let shape = (width, 40, channels);
+            let periods = periods(shape, [100.0, 112.0, 90.0], 3.0);
+            let model =
+                BackgroundMixture::learn(&periods.iter().map(Vec::as_slice).collect::<Vec<_>>(), Risk(2.0)).unwrap();
+            // a gradient through the background and beyond it on both sides
+            let image = noisy(shape, 77, |i| 60.0 + 90.0 * (i % width as usize) as f64 / f64::from(width), 4.0);
+            let (found, expected) = (model.foreground(&image).unwrap(), by_definition(&periods, &image, 2.0));
+            let differing = expected.count() + found.count() - 2 * expected.count_common(&found);
+            assert!(expected.count() > 40 && expected.count() < u64::from(width) * 40 - 20, "{}", expected.count());
+            assert!(differing <= 1, "{differing} pixels at the threshold, which f32 may turn");
+        }
+    }
+
+    #[test]
+    fn a_background_of_any_period_is_background_and_false_alarms_are_as_rare_as_computed() {
+        for (channels, risk, expected) in [(3, Risk::usual(3), 4e-4), (1, Risk(1.0), 0.03), (1, Risk::usual(1), 4e-4)] {
+            let shape = (320, 240, channels);
+            let model = learned(shape, [100.0, 130.0, 70.0], 3.0, risk);
+            for level in [100.0, 130.0, 70.0] {
+                let share = model.foreground(&noisy(shape, 999, |_| level, 3.0)).unwrap().count() as f64 / 76_800.0;
+                // 30 frames tell the variance to within a quarter, which makes tails heavier
+                assert!(share < 6.0 * expected && share > 0.2 * expected, "{channels} channels: {share}, {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn too_few_frames_and_frames_of_another_size_are_refused() {
+        let image = noisy((8, 8, 3), 1, |_| 50.0, 1.0);
+        let other = noisy((9, 8, 3), 1, |_| 50.0, 1.0);
+        let some = vec![image.clone()];
+        let refused = BackgroundMixture::learn(&[&some, &[]], Risk(1.0)).unwrap_err();
+        assert!(refused.to_string().starts_with("1 background frame(s) for 2 component(s)"), "{refused}");
+        assert!(BackgroundMixture::learn(&[], Risk(1.0)).is_err());
+        let mixed = vec![image, other.clone()];
+        let refused = BackgroundMixture::learn(&[&mixed], Risk(1.0)).unwrap_err();
+        assert!(refused.to_string().starts_with("9 x 8 pixels with 3 channel(s), expected 8 x 8 with 3"), "{refused}");
+        assert!(BackgroundMixture::learn(&[&some], Risk(1.0)).unwrap().foreground(&other).is_err());
+    }
+
+    #[test]
+    fn moments_are_those_of_the_definition() {
+        let mut random = stream(1, Purpose::Corruption, 0, 0, 0);
+        let values: Vec<f64> = (0..50).map(|_| 200.0 + random.random::<f64>()).collect();
+        let mean = values.iter().sum::<f64>() / 50.0;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 49.0;
+        let found = moments(values.iter().copied());
+        assert!((found.0 - mean).abs() < 1e-12 && (found.1 - variance).abs() < 1e-12);
+        assert_eq!(moments([3.0].into_iter()), (3.0, 0.0));
+    }
+}

@@ -1,0 +1,62 @@
+//! From images to silhouettes: mixture, shadow rule, cleaning.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{BackgroundError, BackgroundMixture, Cleaning, Risk, ShadowRule};
+use crate::observation::Image;
+use crate::raster::Mask;
+
+/// How silhouettes are segmented.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BackgroundSettings {
+    /// What a false alarm costs compared with a miss. Default: 1 in colour, 100 in grey.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub risk: Option<f64>,
+    /// Whether pixels that look like the background in shadow are taken out. Default: true.
+    pub remove_shadows: bool,
+    /// How masks are cleaned.
+    pub cleaning: Cleaning,
+}
+
+impl Default for BackgroundSettings {
+    fn default() -> Self {
+        Self { risk: None, remove_shadows: true, cleaning: Cleaning::default() }
+    }
+}
+
+/// Segments the images of one camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segmenter {
+    background: BackgroundMixture,
+    shadow: Option<ShadowRule>,
+    cleaning: Cleaning,
+}
+
+impl Segmenter {
+    /// Learns the background from the images of each period.
+    ///
+    /// # Errors
+    /// As [`BackgroundMixture::learn`].
+    pub fn learn(periods: &[&[Image]], settings: &BackgroundSettings) -> Result<Self, BackgroundError> {
+        let channels = periods.iter().flat_map(|period| period.iter()).next().map_or(3, |image| image.planes().len());
+        let background = BackgroundMixture::learn(periods, settings.risk.map_or(Risk::usual(channels), Risk))?;
+        let shadow = settings.remove_shadows.then(ShadowRule::default);
+        Ok(Self { background, shadow, cleaning: settings.cleaning })
+    }
+
+    /// The silhouette in an image.
+    ///
+    /// # Errors
+    /// [`BackgroundError::Shape`] for an image of another size or number of channels.
+    pub fn silhouette(&self, image: &Image) -> Result<Mask, BackgroundError> {
+        let mut mask = self.background.foreground(image)?;
+        if let Some(shadow) = &self.shadow {
+            // specks first: each of their pixels would be looked at
+            mask = self.cleaning.clean(&mask);
+            shadow.remove(&mut mask, image, &self.background);
+        }
+        Ok(self.cleaning.clean(&mask))
+    }
+}

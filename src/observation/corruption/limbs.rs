@@ -1,0 +1,79 @@
+//! Limbs that the segmentation misses.
+
+use rand::RngExt;
+
+use super::{Corruption, Draw, draws};
+use crate::body::{Humanoid, Landmark};
+
+/// How long a limb stays missing, seconds.
+const SPELL_S: f64 = 0.5;
+
+/// Where the parts that may be missing begin.
+const LIMBS: [Landmark; 4] = [Landmark::LeftElbow, Landmark::RightElbow, Landmark::LeftKnee, Landmark::RightKnee];
+
+/// Copies of a body, each without one limb from the link of its elbow or knee marker on; limbs without a marker are
+/// left out.
+pub(super) fn without_limbs(body: &Humanoid) -> Vec<Humanoid> {
+    let roots = LIMBS.iter().filter_map(|limb| Some(body.markers[*limb as usize]?.link));
+    roots.filter(|root| *root > 0).map(|root| without_subtree(body, root)).collect()
+}
+
+fn without_subtree(body: &Humanoid, root: usize) -> Humanoid {
+    let mut less = body.clone();
+    let mut gone = vec![false; body.links.len()];
+    for link in root..body.links.len() {
+        // parents come first; joint `link - 1` moves `link`
+        gone[link] = link == root || gone[body.joints[link - 1].parent];
+        if gone[link] {
+            less.links[link].solids.clear();
+        }
+    }
+    less
+}
+
+/// Which of `limbs` limbs camera `camera` misses at `time_s`, if any.
+pub(super) fn missing(corruption: &Corruption, seed: u64, time_s: f64, camera: usize, limbs: usize) -> Option<usize> {
+    if corruption.missing_limb == 0.0 || limbs == 0 {
+        return None;
+    }
+    let spell = (time_s / SPELL_S).floor().max(0.0) as usize;
+    let mut random = draws(seed, spell, Draw::Limb, camera);
+    (random.random::<f64>() < corruption.missing_limb).then(|| random.random_range(0..limbs))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+
+    #[test]
+    fn a_missing_limb_takes_all_that_hangs_on_it_and_nothing_else() {
+        let body = shipped("actor").unwrap();
+        let limbs = without_limbs(&body);
+        assert_eq!(limbs.len(), 4);
+        let bare = |less: &Humanoid| -> Vec<String> {
+            let both = body.links.iter().zip(&less.links);
+            both.filter(|(a, b)| a.solids.len() != b.solids.len()).map(|(a, _)| a.name.clone()).collect()
+        };
+        for (limb, hand) in limbs.iter().zip(["left_hand", "right_hand", "left_foot", "right_foot"]) {
+            let bare = bare(limb);
+            assert!(bare.contains(&hand.to_owned()), "{bare:?}");
+            let side = &hand[..4];
+            assert!(bare.iter().all(|name| name.starts_with(side)), "{bare:?}");
+            assert!(!bare.iter().any(|name| name.contains("thorax") || name.contains("pelvis")));
+        }
+    }
+
+    #[test]
+    fn limbs_are_missing_for_half_a_second_in_the_share_of_time_that_was_asked_for() {
+        let corruption = Corruption { missing_limb: 0.25, ..Corruption::default() };
+        let spells: Vec<_> = (0..4000).map(|i| missing(&corruption, 8, f64::from(i) * 0.5 + 0.01, 0, 4)).collect();
+        let share = spells.iter().flatten().count();
+        assert!(share.abs_diff(1000) < 4 * 28, "{share}");
+        for (i, spell) in spells.iter().enumerate() {
+            assert_eq!(missing(&corruption, 8, i as f64 * 0.5 + 0.49, 0, 4), *spell);
+        }
+        let of_limb = |limb| spells.iter().flatten().filter(|l| **l == limb).count();
+        assert!((0..4).all(|limb| of_limb(limb).abs_diff(share / 4) < 70));
+    }
+}

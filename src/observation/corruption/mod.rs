@@ -1,0 +1,121 @@
+//! Corruption of observations: calibrated axes that make a set harder, one number each.
+//!
+//! [`Corruption`] has one strength per axis; zero changes nothing. [`AXES`] lists the axes with their units, formulas
+//! and levels. The axes of masks are applied by [`CorruptedObserver`], those of what a tracker is told (cameras, body,
+//! start) by [`told_rig`] and [`told_start`]. Every random number comes from a stream that is keyed by seed, frame,
+//! axis and camera ([`crate::rng::Purpose::Corruption`]), so that each camera's image of each frame is the same
+//! whatever else is drawn.
+
+mod axes;
+mod discs;
+mod limbs;
+mod noise;
+mod observer;
+mod outline;
+mod timing;
+mod told;
+
+pub use axes::{AXES, Axis};
+pub use observer::CorruptedObserver;
+pub use told::{told_rig, told_start};
+
+use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::rng::{Purpose, stream};
+
+/// How strongly observations are corrupted, axis by axis; zero leaves them as they are. [`AXES`] has the formulas.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Corruption {
+    /// Standard deviation by which the outline is displaced, pixels. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub boundary_px: f64,
+    /// Share of the silhouette's area that is cut out in discs. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub holes: f64,
+    /// Area of false discs anywhere in the image, as a share of the silhouette's. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub blobs: f64,
+    /// Share of the half seconds of a camera in which one arm or leg is not seen from the elbow or knee on. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub missing_limb: f64,
+    /// Length of the cast shadow on the ground that counts as silhouette, metres. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub shadow_m: f64,
+    /// Share of all pixels that are flipped. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub salt_and_pepper: f64,
+    /// Share of a camera's frames that are lost; the camera's last image is shown instead. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub dropped_frames: f64,
+    /// Standard deviation of the cameras' time offsets, milliseconds. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub desynchronisation_ms: f64,
+    /// Standard deviation of the error of each coordinate of the cameras' positions, millimetres. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub calibration_mm: f64,
+    /// Standard deviation of the error of the cameras' orientation about each of their axes, degrees. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub calibration_deg: f64,
+    /// Standard deviation of the error of the cameras' focal lengths, pixels. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub calibration_px: f64,
+    /// Share of the lens distortion that the tracker is not told. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub lens_ignored: f64,
+    /// Greatest error of lengths and girths of the tracker's body, besides its mismatch, %. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub wrong_body_percent: f64,
+    /// Standard deviation of the error of each coordinate of the start pose's root, millimetres. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub start_mm: f64,
+    /// Standard deviation of the error of the start pose's joint angles and of its root about each axis, degrees.
+    /// Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub start_deg: f64,
+}
+
+fn is_zero(strength: &f64) -> bool {
+    *strength == 0.0
+}
+
+impl Corruption {
+    /// Whether nothing is corrupted.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether the cameras that a tracker is told differ from the true ones.
+    pub fn changes_cameras(&self) -> bool {
+        [self.calibration_mm, self.calibration_deg, self.calibration_px, self.lens_ignored].iter().any(|s| *s != 0.0)
+    }
+
+    /// The axes that are not zero, in words: `boundary_px 2 px, holes 0.1`.
+    pub fn in_words(&self) -> String {
+        let strong = AXES.iter().filter(|axis| (axis.strength)(self) != 0.0);
+        let words = strong.map(|axis| format!("{} {} {}", axis.name, (axis.strength)(self), axis.unit));
+        words.map(|words| words.trim_end().to_owned()).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// What a stream of random numbers is for; part of its key.
+#[derive(Clone, Copy, Debug)]
+#[repr(u64)]
+enum Draw {
+    Boundary = 1,
+    Holes = 2,
+    Blobs = 3,
+    Limb = 4,
+    Shadow = 5,
+    Pixels = 6,
+    Dropped = 7,
+    Offset = 8,
+    Camera = 9,
+    Start = 10,
+}
+
+fn draws(seed: u64, frame: usize, draw: Draw, camera: usize) -> ChaCha8Rng {
+    stream(seed, Purpose::Corruption, frame as u64, draw as u64, camera as u64)
+}

@@ -1,0 +1,86 @@
+//! Jitter of the outline.
+
+use rand_chacha::ChaCha8Rng;
+
+use crate::raster::{Mask, PixelBounds, SignedDistance};
+use crate::rng::normal;
+
+/// Distance of the grid's points, pixels: over it the outline's displacement changes its mind.
+const GRID: u32 = 8;
+
+/// A mask whose outline is displaced by a smooth random field of `deviation` pixels; see the axis `boundary_px`.
+pub(super) fn jittered(mask: &Mask, deviation: f64, random: &mut ChaCha8Rng) -> Mask {
+    // four deviations reach all but one pixel of 16,000
+    let margin = (4.0 * deviation).ceil().min(16_384.0) as u32 + 2;
+    let Some(distance) = SignedDistance::new(mask, None, margin) else { return mask.clone() };
+    let window = mask.bounds().grown(margin, mask.width(), mask.height());
+    let field = Field::new(&window, random);
+    let mut jittered = mask.clone();
+    for y in window.top..window.bottom {
+        for x in window.left..window.right {
+            let Some(sample) = distance.sample(f64::from(x) + 0.5, f64::from(y) + 0.5) else { continue };
+            jittered.set(x, y, sample.distance < deviation * field.at(x, y));
+        }
+    }
+    jittered
+}
+
+/// Normal deviates on a grid over a window.
+struct Field {
+    left: u32,
+    top: u32,
+    columns: usize,
+    values: Vec<f64>,
+}
+
+impl Field {
+    fn new(window: &PixelBounds, random: &mut ChaCha8Rng) -> Self {
+        let columns = ((window.right - window.left) / GRID + 2) as usize;
+        let rows = ((window.bottom - window.top) / GRID + 2) as usize;
+        let values = (0..columns * rows).map(|_| normal(random)).collect();
+        Self { left: window.left, top: window.top, columns, values }
+    }
+
+    /// The field at a pixel of the window: a normal deviate of variance 1.
+    fn at(&self, x: u32, y: u32) -> f64 {
+        let (x, y) = (x - self.left, y - self.top);
+        let (column, row) = ((x / GRID) as usize, (y / GRID) as usize);
+        let share = |at: u32| f64::from(at % GRID) / f64::from(GRID);
+        let (s, t) = (share(x), share(y));
+        let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
+        let first = row * self.columns + column;
+        let corners = [first, first + 1, first + self.columns, first + self.columns + 1];
+        let sum: f64 = weights.iter().zip(corners).map(|(weight, corner)| weight * self.values[corner]).sum();
+        sum / weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, stream};
+
+    #[test]
+    fn the_edges_of_a_wall_are_displaced_with_the_deviation_that_was_asked_for() {
+        let mask = Mask::from_fn(400, 3000, |x, _| (100..300).contains(&x));
+        for deviation in [1.5, 4.0] {
+            let jittered = jittered(&mask, deviation, &mut stream(3, Purpose::Corruption, 0, 0, 0));
+            // every row's left end, but for the last, which has no distance
+            let ends: Vec<f64> =
+                (0..2999).filter_map(|y| jittered.runs(y).next()).map(|run| f64::from(run.start)).collect();
+            let mean = ends.iter().sum::<f64>() / ends.len() as f64;
+            let variance = ends.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / ends.len() as f64;
+            // 375 independent values: 4 % of the deviation and, of the mean, 5 %; the slope of the field along a row
+            // brings the first set pixel a little outwards
+            assert!((variance.sqrt() / deviation - 1.0).abs() < 0.15, "{deviation}: {}", variance.sqrt());
+            assert!((mean - 100.0).abs() < 0.3 * deviation, "{mean}");
+        }
+    }
+
+    #[test]
+    fn a_full_and_an_empty_mask_have_no_outline_to_move() {
+        for mask in [Mask::new(50, 40), Mask::from_fn(50, 40, |_, _| true)] {
+            assert_eq!(jittered(&mask, 5.0, &mut stream(1, Purpose::Corruption, 0, 0, 0)), mask);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Frames that are lost, and cameras that are early or late.
+
+use rand::RngExt;
+
+use super::{Corruption, Draw, draws};
+use crate::rng::normal;
+
+/// The frame whose image camera `camera` shows in `frame`: itself, or the last one before it that was not lost. The
+/// first frame is never lost.
+pub(super) fn shown_frame(corruption: &Corruption, seed: u64, frame: usize, camera: usize) -> usize {
+    if corruption.dropped_frames == 0.0 {
+        return frame;
+    }
+    let lost = |frame: &usize| draws(seed, *frame, Draw::Dropped, camera).random::<f64>() < corruption.dropped_frames;
+    (1..=frame).rev().find(|frame| !lost(frame)).unwrap_or(0)
+}
+
+/// How much later than it should camera `camera` sees the scene, seconds.
+pub(super) fn offset_s(corruption: &Corruption, seed: u64, camera: usize) -> f64 {
+    match corruption.desynchronisation_ms {
+        0.0 => 0.0,
+        deviation => 1e-3 * deviation * normal(&mut draws(seed, 0, Draw::Offset, camera)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_share_of_lost_frames_is_as_asked_for_and_the_last_image_stays() {
+        let corruption = Corruption { dropped_frames: 0.3, ..Corruption::default() };
+        let shown: Vec<usize> = (0..4000).map(|frame| shown_frame(&corruption, 2, frame, 1)).collect();
+        let lost = shown.iter().enumerate().filter(|(frame, shown)| frame != *shown).count();
+        assert!(lost.abs_diff(1200) < 4 * 29, "{lost}");
+        assert_eq!(shown[0], 0);
+        assert!(shown.windows(2).enumerate().all(|(frame, pair)| pair[1] == pair[0] || pair[1] == frame + 1));
+        let all_lost = Corruption { dropped_frames: 1.0, ..Corruption::default() };
+        assert_eq!(shown_frame(&all_lost, 2, 50, 0), 0);
+    }
+
+    #[test]
+    fn offsets_differ_from_camera_to_camera_with_their_deviation() {
+        let corruption = Corruption { desynchronisation_ms: 20.0, ..Corruption::default() };
+        let offsets: Vec<f64> = (0..2000).map(|camera| offset_s(&corruption, 2, camera)).collect();
+        let deviation = (offsets.iter().map(|o| o * o).sum::<f64>() / 2000.0).sqrt();
+        assert!((deviation - 0.020).abs() < 0.0013, "{deviation}");
+        assert_eq!(offset_s(&Corruption::default(), 2, 3), 0.0);
+    }
+}

@@ -1,0 +1,114 @@
+//! What a tracker is told of cameras and start, in error.
+
+use nalgebra::{Isometry3, Translation3, Vector3};
+
+use super::{Corruption, Draw, draws};
+use crate::body::{Humanoid, Pose, rotation_from_vector};
+use crate::camera::{Camera, CameraRig, Distortion};
+use crate::rng::normal;
+
+/// Least focal length that a tracker is told, as a share of the true one.
+const LEAST_FOCAL: f64 = 0.1;
+
+/// The cameras that a tracker is told: the true ones in error by the axes `calibration_mm`, `calibration_deg`,
+/// `calibration_px` and `lens_ignored`.
+pub fn told_rig(rig: &CameraRig, corruption: &Corruption, seed: u64) -> CameraRig {
+    if !corruption.changes_cameras() {
+        return rig.clone();
+    }
+    let told = rig.cameras.iter().enumerate().map(|(index, camera)| told_camera(camera, corruption, seed, index));
+    CameraRig { cameras: told.collect() }
+}
+
+fn told_camera(camera: &Camera, corruption: &Corruption, seed: u64, index: usize) -> Camera {
+    // all numbers are drawn whatever the strengths, so that a level changes a strength alone
+    let mut random = draws(seed, 0, Draw::Camera, index);
+    let mut vector = || Vector3::from_fn(|_, _| normal(&mut random));
+    let (shift, turn, focal) = (vector(), vector(), vector().x);
+    let mut told = camera.clone();
+    if corruption.calibration_mm != 0.0 || corruption.calibration_deg != 0.0 {
+        let centre = camera.centre().coords + shift * (1e-3 * corruption.calibration_mm);
+        let turned = rotation_from_vector(&(turn * corruption.calibration_deg.to_radians()));
+        let rotation = turned * camera.camera_from_world.rotation;
+        told.camera_from_world = Isometry3::from_parts(Translation3::from(-(rotation * centre)), rotation);
+    }
+    for focal_length in &mut told.pinhole.focal {
+        *focal_length = (*focal_length + corruption.calibration_px * focal).max(LEAST_FOCAL * *focal_length);
+    }
+    let known = 1.0 - corruption.lens_ignored;
+    told.distortion = Distortion::from_coefficients(camera.distortion.coefficients().map(|c| c * known));
+    told
+}
+
+/// The start pose that a tracker is told: the true one in error by the axes `start_mm` and `start_deg`.
+pub fn told_start(body: &Humanoid, start: &Pose, corruption: &Corruption, seed: u64) -> Pose {
+    let mut told = start.clone();
+    let mut random = draws(seed, 0, Draw::Start, 0);
+    let mut vector = || Vector3::from_fn(|_, _| normal(&mut random));
+    let (shift, turn) = (vector(), vector());
+    told.world_from_root.translation.vector += shift * (1e-3 * corruption.start_mm);
+    if corruption.start_deg != 0.0 {
+        let deviation = corruption.start_deg.to_radians();
+        told.world_from_root.rotation *= rotation_from_vector(&(turn * deviation));
+        for angle in told.joint_angles.iter_mut() {
+            *angle += deviation * normal(&mut random);
+        }
+        body.clamp_to_limits(&mut told);
+    }
+    told
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+    use crate::scene::fixture::rig;
+
+    #[test]
+    fn what_is_told_is_off_by_the_deviations_that_were_asked_for() {
+        let corruption =
+            Corruption { calibration_mm: 20.0, calibration_deg: 0.5, calibration_px: 6.0, ..Corruption::default() };
+        let (mut shift, mut turn, mut focal) = (0.0, 0.0, 0.0);
+        for seed in 0..400 {
+            for (told, camera) in told_rig(&rig(), &corruption, seed).cameras.iter().zip(&rig().cameras) {
+                shift += (told.centre() - camera.centre()).norm_squared() / 3.0;
+                turn += told.camera_from_world.rotation.angle_to(&camera.camera_from_world.rotation).powi(2) / 3.0;
+                focal += (told.pinhole.focal[0] - camera.pinhole.focal[0]).powi(2);
+                assert_eq!(told.distortion, camera.distortion);
+                assert!(told.validate().is_ok());
+            }
+        }
+        let deviation = |sum: f64| (sum / 1200.0).sqrt();
+        assert!((deviation(shift) * 1e3 - 20.0).abs() < 1.0, "{}", deviation(shift));
+        assert!((deviation(turn).to_degrees() - 0.5).abs() < 0.025, "{}", deviation(turn));
+        assert!((deviation(focal) - 6.0).abs() < 0.5, "{}", deviation(focal));
+    }
+
+    #[test]
+    fn an_ignored_lens_is_told_as_an_ideal_one() {
+        let half = told_rig(&rig(), &Corruption { lens_ignored: 0.5, ..Corruption::default() }, 1);
+        assert_eq!(half.cameras[1].distortion.k1, 0.5 * rig().cameras[1].distortion.k1);
+        assert!(
+            told_rig(&rig(), &Corruption { lens_ignored: 1.0, ..Corruption::default() }, 1).cameras[1]
+                .distortion
+                .is_none()
+        );
+        assert_eq!(half.cameras[1].camera_from_world, rig().cameras[1].camera_from_world);
+    }
+
+    #[test]
+    fn zero_strength_tells_the_truth_and_a_start_keeps_to_the_limits() {
+        let body = shipped("tracker25").unwrap();
+        let start = body.zero_pose();
+        assert_eq!(told_rig(&rig(), &Corruption::default(), 4), rig());
+        assert_eq!(told_start(&body, &start, &Corruption::default(), 4), start);
+        let off =
+            told_start(&body, &start, &Corruption { start_mm: 50.0, start_deg: 20.0, ..Corruption::default() }, 4);
+        let mut clamped = off.clone();
+        body.clamp_to_limits(&mut clamped);
+        assert_eq!(off, clamped);
+        assert_ne!(off.joint_angles, start.joint_angles);
+        let shift = off.world_from_root.translation.vector.norm();
+        assert!((0.01..0.3).contains(&shift), "{shift}");
+    }
+}

@@ -1,0 +1,102 @@
+//! How ground, walls, props and clothing look, and how light falls on them.
+
+use nalgebra::{Point3, Vector3};
+use rand::RngExt;
+
+use super::settings::ImageSettings;
+use super::texture::noise;
+use crate::body::Humanoid;
+use crate::rng::{Purpose, normal, stream};
+
+/// Red, green and blue, grey values.
+pub(super) type Colour = [f32; 3];
+
+/// Mean colours of the ground and of the walls; clothing is measured against their mean.
+const GROUND: Colour = [138.0, 128.0, 112.0];
+const WALL: Colour = [150.0, 148.0, 140.0];
+/// Share of the light that comes from everywhere.
+const AMBIENT: f32 = 0.5;
+
+/// Light on a surface with this normal, as a share of the most there is; `sunny` where nothing casts a shadow.
+pub(super) fn light(normal: &Vector3<f64>, towards_sun: &Vector3<f64>, sunny: bool) -> f32 {
+    let direct = if sunny { normal.dot(towards_sun).max(0.0) as f32 } else { 0.0 };
+    AMBIENT + (1.0 - AMBIENT) * direct
+}
+
+/// The ground at a point: slabs of one metre, grain and stains.
+pub(super) fn ground(x: f32, y: f32) -> Colour {
+    let joint = |v: f32| (v - v.floor() - 0.5).abs() > 0.492;
+    let stain = 14.0 * noise(x, y, 0.0, 0.7, 1) + 9.0 * noise(x, y, 0.0, 0.09, 2) + 5.0 * noise(x, y, 0.0, 0.02, 3);
+    let slab = 10.0 * noise(x.floor() * 3.7, y.floor() * 5.3, 0.0, 1.0, 4);
+    let dark = if joint(x) || joint(y) { -35.0 } else { 0.0 };
+    GROUND.map(|c| c + stain + slab + dark)
+}
+
+/// A wall at a point: plaster, and panels of 1.2 metres with dark seams.
+pub(super) fn wall(point: &Point3<f64>, along: f64) -> Colour {
+    let (along, z) = (along as f32, point.z as f32);
+    let seam = (along / 1.2 - (along / 1.2).floor() - 0.5).abs() > 0.49 || (0.0..0.1).contains(&z);
+    let plaster = 10.0 * noise(along, z, point.x as f32, 0.9, 5) + 6.0 * noise(along, z, point.y as f32, 0.06, 6);
+    let panel = 12.0 * noise((along / 1.2).floor() * 2.9, 0.0, 0.0, 1.0, 7);
+    let dark = if seam { -45.0 } else { 0.0 };
+    [WALL[0] + plaster + panel + dark, WALL[1] + plaster + panel + dark, WALL[2] + plaster + dark]
+}
+
+/// A prop at a point.
+pub(super) fn prop(index: usize, point: &Point3<f64>) -> Colour {
+    let [x, y, z] = [point.x, point.y, point.z].map(|c| c as f32);
+    let grain = 12.0 * noise(x, y, z, 0.05, 20 + index as u32);
+    let shade = 30.0 * noise(index as f32 * 7.3, 0.0, 0.0, 1.0, 8);
+    [120.0 + shade + grain, 100.0 + grain, 85.0 - shade + grain]
+}
+
+/// The colours of a body's links.
+pub(super) struct Clothing {
+    of_link: Vec<Colour>,
+}
+
+impl Clothing {
+    /// One colour for links of the same garment, which left and right share: it lies `clothing_contrast` from the mean
+    /// of ground and walls in a direction that is drawn.
+    pub(super) fn new(body: &Humanoid, settings: &ImageSettings, seed: u64) -> Self {
+        let mut garments: Vec<(String, Colour)> = Vec::new();
+        let of_link = body.links.iter().map(|link| {
+            let garment = garment_of(&link.name);
+            if let Some((_, colour)) = garments.iter().find(|(name, _)| *name == garment) {
+                return *colour;
+            }
+            let mut random = stream(seed, Purpose::Imaging, garments.len() as u64, 9, 0);
+            let direction = Vector3::from_fn(|_, _| normal(&mut random)).try_normalize(1e-9).unwrap_or_else(Vector3::x);
+            // colours that would leave the sensor's range are turned to the other side
+            let side = if random.random::<f64>() < 0.65 { -1.0 } else { 1.0 };
+            let length = settings.clothing_contrast;
+            let colour = std::array::from_fn(|c| {
+                let mean = f64::from(0.5 * (GROUND[c] + WALL[c]));
+                (mean + side * length * direction[c].abs()).clamp(5.0, 250.0) as f32
+            });
+            garments.push((garment, colour));
+            colour
+        });
+        Self { of_link: of_link.collect() }
+    }
+
+    /// The colour of a point on a link, with the weave of its cloth.
+    pub(super) fn at(&self, link: usize, point_in_link: &Point3<f64>) -> Colour {
+        let [x, y, z] = [point_in_link.x, point_in_link.y, point_in_link.z].map(|c| c as f32);
+        let folds = 10.0 * noise(x, y, z, 0.08, 40) + 5.0 * noise(x, y, z, 0.015, 41);
+        self.of_link[link].map(|c| c + folds)
+    }
+}
+
+/// What a link wears, by words in its name: trousers, shoes, a shirt, or skin.
+fn garment_of(link: &str) -> String {
+    let name = link.to_ascii_lowercase();
+    let is = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    let garment = match () {
+        () if is(&["hand", "head", "neck", "wrist"]) => "skin",
+        () if is(&["foot", "toe", "ankle"]) => "shoes",
+        () if is(&["thigh", "shank", "hip", "knee", "pelvis", "leg", "femur", "tibia"]) => "trousers",
+        () => "shirt",
+    };
+    garment.to_owned()
+}

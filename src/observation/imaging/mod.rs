@@ -1,0 +1,279 @@
+//! Camera images of the scene, in which the actor has to be found again.
+//!
+//! Ground z = 0 with slabs, four walls behind the cameras, props, a dressed actor, light from everywhere and from a sun
+//! 45 degrees high; the actor's shadow falls on the ground (not on walls, props or itself). A sensor adds gain, offset
+//! and noise; gain and offset drift between three periods in which the background is recorded alone. Edges are not
+//! blended: a pixel shows what its centre sees. Brightness is computed in f32, the same bits on any number of threads.
+
+mod looks;
+mod segmented;
+mod sensor;
+mod settings;
+mod texture;
+
+pub use segmented::SegmentedObserver;
+pub use settings::ImageSettings;
+
+use nalgebra::{Point2, Point3, Vector3};
+use rand::RngExt;
+
+use crate::body::SurfacePixel;
+use crate::camera::{Camera, CameraRig};
+use crate::observation::light::{GroundPixels, Sun};
+use crate::observation::{Image, Observer};
+use crate::parallel;
+use crate::rng::{Purpose, stream};
+use crate::scene::GroundTruth;
+use looks::{Clothing, Colour};
+use sensor::{Exposure, Sensor};
+use settings::PERIODS;
+
+/// How far behind the farthest camera the walls stand, metres.
+const WALL_DISTANCE: f64 = 1.5;
+
+/// Takes images of the scene, of any camera and frame, from any thread.
+pub struct SceneCamera<'a> {
+    truth: &'a GroundTruth,
+    observer: Observer<'a>,
+    settings: ImageSettings,
+    backdrops: Vec<Backdrop>,
+    clothing: Clothing,
+    sensor: Sensor,
+    sun: Sun,
+}
+
+/// What a camera sees without the actor.
+struct Backdrop {
+    width: u32,
+    height: u32,
+    /// Brightness, plane by plane.
+    planes: Vec<Vec<f32>>,
+    ground: GroundPixels,
+    /// Depths of props; empty without any.
+    screen: Vec<f32>,
+}
+
+impl<'a> SceneCamera<'a> {
+    /// Cameras of `rig` around the actor of `truth`; `seed` draws clothing, the sun's azimuth, drift and noise.
+    pub fn new(truth: &'a GroundTruth, rig: &CameraRig, settings: &ImageSettings, seed: u64) -> Self {
+        Self::in_room(truth, rig, distance_of_walls(rig), settings, seed)
+    }
+
+    /// As [`Self::new`], of camera `index` alone; it sees the same scene as all of them.
+    pub(super) fn of_one(
+        truth: &'a GroundTruth,
+        rig: &CameraRig,
+        index: usize,
+        settings: &ImageSettings,
+        seed: u64,
+    ) -> Self {
+        let alone = CameraRig { cameras: vec![rig.cameras[index].clone()] };
+        Self::in_room(truth, &alone, distance_of_walls(rig), settings, seed)
+    }
+
+    fn in_room(truth: &'a GroundTruth, rig: &CameraRig, walls: f64, settings: &ImageSettings, seed: u64) -> Self {
+        let observer = Observer::new(truth, rig);
+        let azimuth = std::f64::consts::TAU * stream(seed, Purpose::Imaging, 0, 10, 0).random::<f64>();
+        let sun = Sun::new(azimuth);
+        let props = observer.props_surface(&truth.props);
+        let backdrop = |index: usize| {
+            let screen = observer.screen(index).map(|screen| screen.depth.clone()).unwrap_or_default();
+            let ground = GroundPixels::new(&rig.cameras[index], observer.screen(index));
+            let props = props.get(index).map_or(&[][..], Vec::as_slice);
+            Backdrop::new(&rig.cameras[index], walls, &sun, props, ground, screen)
+        };
+        let mut backdrops = parallel::map(rig.cameras.len(), backdrop);
+        if settings.grey {
+            backdrops.iter_mut().for_each(|backdrop| backdrop.planes = vec![grey_of(&backdrop.planes)]);
+        }
+        let clothing = Clothing::new(&truth.actor, settings, seed);
+        Self { truth, observer, settings: *settings, backdrops, clothing, sensor: Sensor::new(settings, seed), sun }
+    }
+
+    /// Number of periods in which the background is recorded.
+    pub fn periods(&self) -> usize {
+        PERIODS
+    }
+
+    /// An image of a camera's background alone.
+    pub fn background(&self, camera: usize, period: usize, number: usize) -> Image {
+        let Backdrop { width, height, planes, .. } = &self.backdrops[camera];
+        self.sensor.expose(*width, *height, planes, camera, Exposure::Background(period.min(PERIODS - 1), number))
+    }
+
+    /// The images of one frame, which the truth must have, camera by camera.
+    pub fn images(&self, frame: usize) -> Vec<Image> {
+        let exposure = Exposure::Frame(frame, self.truth.frames.len());
+        let each = self.brightness(frame).into_iter().zip(&self.backdrops).enumerate();
+        each.map(|(camera, (planes, backdrop))| {
+            self.sensor.expose(backdrop.width, backdrop.height, &planes, camera, exposure)
+        })
+        .collect()
+    }
+
+    /// Brightness before the sensor in one frame, grey values from 0 to 255, camera by camera and plane by plane.
+    pub(super) fn brightness(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
+        let link_frames = &self.truth.frames[frame].link_frames;
+        let shadow = self.settings.shadow.then(|| self.sun.shadow_of(&self.truth.actor, link_frames));
+        let surfaces = self.observer.surfaces(frame);
+        let each = self.backdrops.iter().zip(surfaces);
+        each.map(|(backdrop, surface)| {
+            let mut planes = backdrop.planes.clone();
+            if let Some(shadow) = &shadow {
+                let lit = looks::light(&Vector3::z(), &self.sun.towards(), true);
+                let share = looks::light(&Vector3::z(), &self.sun.towards(), false) / lit;
+                backdrop.ground.each_shaded(shadow, |index| planes.iter_mut().for_each(|plane| plane[index] *= share));
+            }
+            for pixel in &surface {
+                self.paint(pixel, backdrop, &mut planes);
+            }
+            planes
+        })
+        .collect()
+    }
+
+    fn paint(&self, pixel: &SurfacePixel, backdrop: &Backdrop, planes: &mut [Vec<f32>]) {
+        let index = pixel.y as usize * backdrop.width as usize + pixel.x as usize;
+        if backdrop.screen.get(index).is_some_and(|screen| *screen < pixel.depth as f32) {
+            return;
+        }
+        let light = looks::light(&pixel.normal_in_world, &self.sun.towards(), true);
+        let colour = self.clothing.at(pixel.part, &pixel.point_in_link).map(|c| (c * light).clamp(0.0, 255.0));
+        match planes {
+            [grey] => grey[index] = grey_value(colour),
+            _ => planes.iter_mut().zip(colour).for_each(|(plane, value)| plane[index] = value),
+        }
+    }
+}
+
+/// How far from the middle the walls stand so that all cameras are inside, metres.
+fn distance_of_walls(rig: &CameraRig) -> f64 {
+    let reach = |camera: &Camera| camera.centre().coords.xy().amax();
+    WALL_DISTANCE + rig.cameras.iter().map(reach).fold(0.0, f64::max)
+}
+
+impl Backdrop {
+    fn new(
+        camera: &Camera,
+        walls: f64,
+        sun: &Sun,
+        props: &[SurfacePixel],
+        ground: GroundPixels,
+        screen: Vec<f32>,
+    ) -> Self {
+        let (width, height, centre) = (camera.pinhole.width, camera.pinhole.height, camera.centre());
+        let mut planes: Vec<Vec<f32>> = (0..3).map(|_| Vec::with_capacity(width as usize * height as usize)).collect();
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            let ray = camera.ray_through(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            let colour = ray.map_or([0.0; 3], |ray| room(&centre, &ray, walls, &sun.towards()));
+            planes.iter_mut().zip(colour).for_each(|(plane, value)| plane.push(value));
+        }
+        for pixel in props {
+            let index = pixel.y as usize * width as usize + pixel.x as usize;
+            let light = looks::light(&pixel.normal_in_world, &sun.towards(), true);
+            let colour = looks::prop(pixel.part, &pixel.point_in_link).map(|c| (c * light).clamp(0.0, 255.0));
+            planes.iter_mut().zip(colour).for_each(|(plane, value)| plane[index] = value);
+        }
+        Self { width, height, planes, ground, screen }
+    }
+}
+
+/// The brightness of ground or wall where a ray from inside the room meets it first.
+fn room(centre: &Point3<f64>, ray: &Vector3<f64>, walls: f64, sun: &Vector3<f64>) -> Colour {
+    let to_ground = if ray.z < 0.0 { centre.z / -ray.z } else { f64::INFINITY };
+    let to_wall = |axis: usize| match ray[axis] {
+        0.0 => f64::INFINITY,
+        speed => (walls.copysign(speed) - centre[axis]) / speed,
+    };
+    let (axis, wall) = if to_wall(0) < to_wall(1) { (0, to_wall(0)) } else { (1, to_wall(1)) };
+    let (colour, normal) = if to_ground < wall {
+        let point = centre + ray * to_ground;
+        (looks::ground(point.x as f32, point.y as f32), Vector3::z())
+    } else {
+        let point = centre + ray * wall;
+        let mut normal = Vector3::zeros();
+        normal[axis] = -ray[axis].signum();
+        (looks::wall(&point, point[1 - axis]), normal)
+    };
+    let light = looks::light(&normal, sun, true);
+    colour.map(|c| (c * light).clamp(0.0, 255.0))
+}
+
+/// Brightness by the weights of ITU-R BT.601.
+fn grey_value([red, green, blue]: Colour) -> f32 {
+    0.299 * red + 0.587 * green + 0.114 * blue
+}
+
+fn grey_of(planes: &[Vec<f32>]) -> Vec<f32> {
+    (0..planes[0].len()).map(|index| grey_value([planes[0][index], planes[1][index], planes[2][index]])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::{person, walk};
+    use crate::observation::observe;
+    use crate::scene::fixture::rig;
+
+    fn truth() -> GroundTruth {
+        GroundTruth::from_motion(person(), &walk(4), &rig()).unwrap()
+    }
+
+    const QUIET: ImageSettings = ImageSettings {
+        grey: false,
+        clothing_contrast: 100.0,
+        shadow: false,
+        read_noise: 0.0,
+        shot_noise: 0.0,
+        gain_drift: 0.0,
+        offset_drift: 0.0,
+        background_frames: 2,
+    };
+
+    #[test]
+    fn without_noise_and_shadow_an_image_differs_from_the_background_in_the_silhouette_alone() {
+        let truth = truth();
+        let camera = SceneCamera::new(&truth, &rig(), &QUIET, 4);
+        for (index, (image, mask)) in camera.images(2).iter().zip(&observe(&truth, &rig())[2].silhouettes).enumerate() {
+            let background = camera.background(index, 1, 0);
+            let differs = |i: usize| (0..3).any(|c| image.planes()[c][i] != background.planes()[c][i]);
+            let changed = (0..320 * 240).filter(|i| differs(*i)).count();
+            let outside = (0..320 * 240).filter(|i| differs(*i) && !mask.get(*i as u32 % 320, *i as u32 / 320)).count();
+            assert!(outside <= 5, "{outside} pixels on the outline, up to rounding");
+            assert!(changed as f64 > 0.95 * mask.count() as f64, "{changed} of {}", mask.count());
+        }
+    }
+
+    #[test]
+    fn a_shadow_darkens_the_ground_by_the_share_of_the_direct_light() {
+        let truth = truth();
+        let (lit, shaded) = (QUIET, ImageSettings { shadow: true, ..QUIET });
+        let images = |settings| SceneCamera::new(&truth, &rig(), &settings, 4).images(2);
+        let mask = &observe(&truth, &rig())[2].silhouettes[2];
+        let (lit, shaded) = (&images(lit)[2], &images(shaded)[2]);
+        let ratio = |i: usize| f64::from(shaded.planes()[1][i]) / f64::from(lit.planes()[1][i]);
+        let darker: Vec<usize> = (0..320 * 240).filter(|i| shaded.planes()[1][*i] < lit.planes()[1][*i]).collect();
+        assert!(darker.len() > 300, "{}", darker.len());
+        let expected = 0.5 / (0.5 + 0.5 * std::f64::consts::FRAC_1_SQRT_2);
+        assert!(darker.iter().all(|i| (ratio(*i) - expected).abs() < 0.02), "all by the same share");
+        let on_body = darker.iter().filter(|i| mask.get(**i as u32 % 320, **i as u32 / 320)).count();
+        assert!(on_body <= 5, "{on_body} pixels on the outline, up to rounding");
+    }
+
+    #[test]
+    fn images_are_the_same_on_any_thread_and_grey_ones_have_one_plane() {
+        let truth = truth();
+        let camera = SceneCamera::new(&truth, &rig(), &ImageSettings::default(), 4);
+        let one_by_one: Vec<_> = (0..4).map(|frame| camera.images(frame)).collect();
+        assert_eq!(parallel::map(4, |frame| camera.images(frame)), one_by_one);
+        let grey = SceneCamera::new(&truth, &rig(), &ImageSettings { grey: true, ..QUIET }, 4);
+        let (grey, colour) =
+            (grey.images(1).remove(0), SceneCamera::new(&truth, &rig(), &QUIET, 4).images(1).remove(0));
+        assert_eq!(grey.planes().len(), 1);
+        let off = |i: usize| {
+            let value = grey_value(std::array::from_fn(|c| f32::from(colour.planes()[c][i])));
+            (value - f32::from(grey.planes()[0][i])).abs()
+        };
+        assert!((0..320 * 240).all(|i| off(i) < 1.01));
+    }
+}

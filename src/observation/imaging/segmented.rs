@@ -1,0 +1,81 @@
+//! Silhouettes cut out of the scene's images.
+
+use super::{ImageSettings, SceneCamera};
+use crate::camera::CameraRig;
+use crate::observation::{BackgroundError, BackgroundSettings, Image, Observation, Segmenter};
+use crate::parallel;
+use crate::raster::Mask;
+use crate::scene::GroundTruth;
+
+/// Sees any frame of the truth by segmentation of its images, from any thread.
+pub struct SegmentedObserver<'a> {
+    truth: &'a GroundTruth,
+    camera: SceneCamera<'a>,
+    segmenters: Vec<Segmenter>,
+}
+
+impl<'a> SegmentedObserver<'a> {
+    /// Records the background of every camera in three periods, and learns it.
+    ///
+    /// # Errors
+    /// [`BackgroundError::TooFew`] without an image of the background in each period.
+    pub fn new(
+        truth: &'a GroundTruth,
+        rig: &CameraRig,
+        images: &ImageSettings,
+        background: &BackgroundSettings,
+        seed: u64,
+    ) -> Result<Self, BackgroundError> {
+        let camera = SceneCamera::new(truth, rig, images, seed);
+        let learn = |index: usize| {
+            let numbers = 0..images.background_frames as usize;
+            let period = |period| numbers.clone().map(|number| camera.background(index, period, number)).collect();
+            let periods: Vec<Vec<Image>> = (0..camera.periods()).map(period).collect();
+            Segmenter::learn(&periods.iter().map(Vec::as_slice).collect::<Vec<_>>(), background)
+        };
+        let segmenters = parallel::map(rig.cameras.len(), learn).into_iter().collect::<Result<_, _>>()?;
+        Ok(Self { truth, camera, segmenters })
+    }
+
+    /// The silhouettes of one frame, which the truth must have.
+    pub fn observe(&self, frame: usize) -> Observation {
+        let images = self.camera.images(frame);
+        let segment = |(segmenter, image): (&Segmenter, &Image)| {
+            // the background was recorded by the same camera
+            segmenter.silhouette(image).unwrap_or_else(|_| Mask::new(image.width(), image.height()))
+        };
+        let silhouettes = self.segmenters.iter().zip(&images).map(segment).collect();
+        Observation { frame, time_s: self.truth.frames[frame].time_s, silhouettes }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::{person, walk};
+    use crate::observation::observe;
+    use crate::raster::overlap;
+    use crate::scene::fixture::rig;
+
+    #[test]
+    fn the_actor_is_found_again_in_the_images() {
+        let truth = GroundTruth::from_motion(person(), &walk(4), &rig()).unwrap();
+        let images = ImageSettings {
+            clothing_contrast: 100.0,
+            background_frames: 10,
+            // dark clothing of the background's hue looks like shadow
+            shadow: false,
+            ..ImageSettings::default()
+        };
+        let background = BackgroundSettings { remove_shadows: false, ..BackgroundSettings::default() };
+        let observer = SegmentedObserver::new(&truth, &rig(), &images, &background, 4).unwrap();
+        let observed = observer.observe(2);
+        for (mask, exact) in observed.silhouettes.iter().zip(&observe(&truth, &rig())[2].silhouettes) {
+            let iou = overlap(mask, exact).iou();
+            assert!(iou > 0.85, "{iou}");
+        }
+        assert_eq!(observer.observe(2), observed);
+        let none = ImageSettings { background_frames: 0, ..images };
+        assert!(SegmentedObserver::new(&truth, &rig(), &none, &BackgroundSettings::default(), 4).is_err());
+    }
+}

@@ -1,0 +1,45 @@
+//! `[observation.images]`: the scene's looks and the sensor.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What images of the scene look like. Brightness is in grey values, 0 to 255.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ImageSettings {
+    /// Grey images in place of colour. Default: false.
+    pub grey: bool,
+    /// How far the colours of clothing and skin are from the mean colour of the background, grey values. Default: 60.
+    pub clothing_contrast: f64,
+    /// Whether the actor casts a shadow on the ground. Default: true.
+    pub shadow: bool,
+    /// Standard deviation of the read noise, grey values. Default: 2.5.
+    pub read_noise: f64,
+    /// Variance of the shot noise a grey value of brightness, grey values. Default: 0.02.
+    pub shot_noise: f64,
+    /// Greatest drift of the gain between the three periods in which the background is recorded, as a share. Default:
+    /// 0.02.
+    pub gain_drift: f64,
+    /// Greatest drift of the offset between those periods, grey values. Default: 3.
+    pub offset_drift: f64,
+    /// Images of the background in each of the three periods. Default: 20.
+    pub background_frames: u32,
+}
+
+impl Default for ImageSettings {
+    fn default() -> Self {
+        Self {
+            grey: false,
+            clothing_contrast: 60.0,
+            shadow: true,
+            read_noise: 2.5,
+            shot_noise: 0.02,
+            gain_drift: 0.02,
+            offset_drift: 3.0,
+            background_frames: 20,
+        }
+    }
+}
+
+/// Number of periods in which the background is recorded: before, amid and after the frames.
+pub(super) const PERIODS: usize = 3;

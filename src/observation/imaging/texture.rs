@@ -1,0 +1,52 @@
+//! Textures made of noise: the same value at the same place, whatever else is drawn.
+
+/// Smooth noise between -1 and 1 that changes over `cell` metres, by its place in space; `salt` tells textures apart.
+pub(super) fn noise(x: f32, y: f32, z: f32, cell: f32, salt: u32) -> f32 {
+    let (ix, sx) = split(x / cell);
+    let (iy, sy) = split(y / cell);
+    let (iz, sz) = split(z / cell);
+    let mix = |a: f32, b: f32, s: f32| a + (b - a) * s;
+    let along_x = |dy: i32, dz: i32| mix(at(ix, iy + dy, iz + dz, salt), at(ix + 1, iy + dy, iz + dz, salt), sx);
+    let along_y = |dz: i32| mix(along_x(0, dz), along_x(1, dz), sy);
+    mix(along_y(0), along_y(1), sz)
+}
+
+/// Whole part, and the smoothed rest.
+fn split(value: f32) -> (i32, f32) {
+    let whole = value.floor().clamp(-1e9, 1e9);
+    let rest = value - whole;
+    (whole as i32, rest * rest * (3.0 - 2.0 * rest))
+}
+
+/// A value of the lattice between -1 and 1, from a hash of its place (`[Steele 2014]`, the finaliser).
+fn at(x: i32, y: i32, z: i32, salt: u32) -> f32 {
+    let place = (u64::from(x as u32) << 32 | u64::from(y as u32)) ^ (u64::from(z as u32) << 16) ^ u64::from(salt) << 48;
+    (mixed(place) >> 40) as f32 * (2.0 / (1 << 24) as f32) - 1.0
+}
+
+/// The finaliser of SplitMix64.
+pub(super) fn mixed(value: u64) -> u64 {
+    let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let value = (value ^ value >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    value ^ value >> 31
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_continuous_bounded_and_differs_from_place_to_place_and_texture_to_texture() {
+        let mut sum = 0.0;
+        for i in 0..4000 {
+            let (x, y, z) = (i as f32 * 0.013 - 20.0, i as f32 * 0.007, 0.3);
+            let here = noise(x, y, z, 0.1, 1);
+            assert!(here.abs() <= 1.0);
+            assert!((here - noise(x + 1e-4, y, z, 0.1, 1)).abs() < 0.01);
+            sum += here;
+        }
+        assert!((sum / 4000.0_f32).abs() < 0.1, "{sum}");
+        assert_ne!(noise(1.0, 2.0, 3.0, 0.3, 1), noise(1.0, 2.0, 3.0, 0.3, 2));
+    }
+}

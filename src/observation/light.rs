@@ -1,0 +1,236 @@
+//! The sun and the shadow that a body casts on the ground.
+
+use nalgebra::{Point2, Point3, Translation3, Vector3};
+
+use crate::body::{DepthImage, Humanoid, LinkFrames, SilhouettePainter};
+use crate::camera::{Camera, DEFAULT_NEAR, Distortion, Pinhole};
+use crate::raster::Mask;
+
+use std::sync::{Mutex, PoisonError};
+
+/// Height of the sun above the horizon: shadows are as long as their bodies are tall.
+const ELEVATION: f64 = std::f64::consts::FRAC_PI_4;
+/// Distance at which rays of the sun meet below the ground, metres: they differ in direction by a third of a degree at
+/// most over a body.
+const DISTANCE: f64 = 400.0;
+/// Half the side of the square around a body that is looked at, metres, and pixels of a metre.
+const HALF_SIDE: f64 = 1.6;
+const PIXELS_A_METRE: f64 = 160.0;
+
+/// The sun: a direction in which all shadows fall.
+pub(crate) struct Sun {
+    /// Below the ground, looking along the rays towards the sun: what it sees first of a body is the lowest part that
+    /// stands in the way of a ray.
+    camera: Camera,
+    idle: Mutex<Vec<SilhouettePainter>>,
+}
+
+/// Where the rays that pass a body reach the ground, and how high the body stands in their way.
+pub(crate) struct CastShadow<'a> {
+    sun: &'a Sun,
+    /// From the world to the frame in which the sun's camera saw the body.
+    shift: Vector3<f64>,
+    image: DepthImage,
+}
+
+impl Sun {
+    /// A sun in the direction of `azimuth`, radians from the world's X towards Y.
+    pub(crate) fn new(azimuth: f64) -> Self {
+        let (sin, cos) = libm::sincos(azimuth);
+        let (up, along) = libm::sincos(ELEVATION);
+        let towards = Vector3::new(cos * along, sin * along, up);
+        let side = (2.0 * HALF_SIDE * PIXELS_A_METRE) as u32;
+        let right = Vector3::new(-sin, cos, 0.0);
+        let down = towards.cross(&right);
+        let rows = nalgebra::Matrix3::from_rows(&[right.transpose(), down.transpose(), towards.transpose()]);
+        let rotation =
+            nalgebra::UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rows));
+        let eye = Vector3::z() - towards * DISTANCE;
+        let camera = Camera {
+            name: "sun".to_owned(),
+            pinhole: Pinhole {
+                focal: [DISTANCE * PIXELS_A_METRE; 2],
+                principal_point: [0.5 * f64::from(side); 2],
+                width: side,
+                height: side,
+                near: DEFAULT_NEAR,
+            },
+            distortion: Distortion::default(),
+            camera_from_world: nalgebra::Isometry3::from_parts(Translation3::from(-(rotation * eye)), rotation),
+        };
+        Self { camera, idle: Mutex::default() }
+    }
+
+    /// Towards the sun, a unit vector.
+    pub(crate) fn towards(&self) -> Vector3<f64> {
+        self.camera.camera_from_world.inverse_transform_vector(&Vector3::z())
+    }
+
+    /// The shadow of a body with its links at `frames`.
+    pub(crate) fn shadow_of(&self, body: &Humanoid, frames: &LinkFrames) -> CastShadow<'_> {
+        let root = frames.0.first().map_or(Vector3::zeros(), |root| root.translation.vector);
+        // the body is brought to the middle of what the camera sees, which stays where it is
+        let shift = Vector3::new(0.0, 0.0, 1.0) - root;
+        let shifted = LinkFrames(frames.0.iter().map(|frame| Translation3::from(shift) * frame).collect());
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let ready = idle().pop();
+        let mut painter = ready.unwrap_or_else(|| SilhouettePainter::new(&self.camera));
+        let image = painter.depth(body, &shifted);
+        idle().push(painter);
+        CastShadow { sun: self, shift, image }
+    }
+}
+
+impl CastShadow<'_> {
+    /// Whether the body keeps the sun from a point on the ground.
+    fn covers(&self, x: f64, y: f64) -> bool {
+        self.hit(x, y).is_some()
+    }
+
+    /// Where the ray from a point on the ground to the sun lies in the sun's image, and the depth of the body there.
+    fn hit(&self, x: f64, y: f64) -> Option<(Point2<f64>, f32)> {
+        let camera = &self.sun.camera;
+        let pixel = camera.project(&(Point3::new(x, y, 0.0) + self.shift))?;
+        if !camera.pinhole.contains(&pixel) {
+            return None;
+        }
+        let depth = self.image.depth[pixel.y as usize * self.image.width as usize + pixel.x as usize];
+        depth.is_finite().then_some((pixel, depth))
+    }
+
+    /// How high the lowest part of the body is that keeps the sun from a point on the ground, metres; `None` where it
+    /// shines.
+    pub(crate) fn height_above(&self, x: f64, y: f64) -> Option<f64> {
+        let camera = &self.sun.camera;
+        let (pixel, depth) = self.hit(x, y)?;
+        let (u, v) = camera.pinhole.normalised(&Point2::new(pixel.x, pixel.y));
+        let in_camera = Point3::from(Vector3::new(u, v, 1.0) * f64::from(depth));
+        Some((camera.camera_from_world.inverse_transform_point(&in_camera) - self.shift).z)
+    }
+}
+
+/// Where the pixels of a camera see the ground.
+pub(crate) struct GroundPixels {
+    width: u32,
+    height: u32,
+    /// World x and y, row by row; NaN where no ground is seen.
+    points: Vec<[f32; 2]>,
+}
+
+impl GroundPixels {
+    /// Of `camera`, except where the props of `screen` stand before the ground.
+    pub(crate) fn new(camera: &Camera, screen: Option<&DepthImage>) -> Self {
+        let (width, height) = (camera.pinhole.width, camera.pinhole.height);
+        let centre = camera.centre();
+        let mut points = Vec::with_capacity(width as usize * height as usize);
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            let direction = camera.ray_through(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            let seen = direction
+                .filter(|ray| ray.z < 0.0 && centre.z > 0.0)
+                .map(|ray| centre + ray.into_inner() * (centre.z / -ray.z));
+            let before = |point: &Point3<f64>| {
+                let depth = (camera.camera_from_world * point).z;
+                screen.is_some_and(|screen| f64::from(screen.depth[points.len()]) < depth)
+            };
+            let point = seen.filter(|point| !before(point));
+            points.push(point.map_or([f32::NAN; 2], |point| [point.x as f32, point.y as f32]));
+        }
+        Self { width, height, points }
+    }
+
+    /// The pixels of the ground in a shadow whose cause is at most `highest` metres high.
+    pub(crate) fn shadow(&self, shadow: &CastShadow<'_>, highest: f64) -> Mask {
+        let mut mask = Mask::new(self.width, self.height);
+        self.each_near(shadow, |index, x, y| {
+            if shadow.height_above(x, y).is_some_and(|height| height <= highest) {
+                mask.set(index as u32 % self.width, index as u32 / self.width, true);
+            }
+        });
+        mask
+    }
+
+    /// Calls `visit` with the place in row order of every pixel of the ground in a shadow.
+    pub(crate) fn each_shaded(&self, shadow: &CastShadow<'_>, mut visit: impl FnMut(usize)) {
+        self.each_near(shadow, |index, x, y| {
+            if shadow.covers(x, y) {
+                visit(index);
+            }
+        });
+    }
+
+    /// The pixels of the ground that a shadow may reach.
+    fn each_near(&self, shadow: &CastShadow<'_>, mut visit: impl FnMut(usize, f64, f64)) {
+        let axes = shadow.sun.camera.camera_from_world.rotation.inverse();
+        let (right, down) = (axes * Vector3::x(), axes * Vector3::y());
+        // from the middle of the square that was looked at, which stands at the height of 1 m
+        let middle = shadow.shift - Vector3::z();
+        let offsets = [right.dot(&middle) as f32, down.dot(&middle) as f32];
+        let [right, down] = [right, down].map(|axis| [axis.x as f32, axis.y as f32]);
+        // a little more than the square, for rays that are not quite parallel and for rounding
+        let reach = 1.05 * HALF_SIDE as f32;
+        for (index, &[x, y]) in self.points.iter().enumerate() {
+            let across = right[0] * x + right[1] * y + offsets[0];
+            let along = down[0] * x + down[1] * y + offsets[1];
+            if across.abs() < reach && along.abs() < reach {
+                visit(index, f64::from(x), f64::from(y));
+            }
+        }
+    }
+
+    /// World x and y of every pixel's point on the ground, row by row; NaN where no ground is seen.
+    #[cfg(test)]
+    pub(crate) fn points(&self) -> &[[f32; 2]] {
+        &self.points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::fixture::{person, walk};
+    use crate::body::{Ray, Solid};
+    use crate::scene::fixture::rig;
+
+    #[test]
+    fn a_point_is_in_the_shadow_where_a_ray_to_the_sun_meets_the_body() {
+        let body = person();
+        let frames = body.link_frames(&walk(3).poses[2]);
+        let sun = Sun::new(0.7);
+        let shadow = sun.shadow_of(&body, &frames);
+        let (mut in_shadow, mut differing) = (0, 0);
+        for (i, j) in (0..80).flat_map(|i| (0..80).map(move |j| (i, j))) {
+            let (x, y) = (f64::from(i) * 0.05 - 2.0, f64::from(j) * 0.05 - 2.0);
+            let ray = Ray { origin: Point3::new(x, y, 0.0), direction: sun.towards() };
+            let lowest = body.links.iter().zip(&frames.0).flat_map(|(link, frame)| {
+                let ray = ray.transformed(&frame.inverse());
+                link.solids.iter().filter_map(move |solid: &Solid| solid.ray_entry(&ray))
+            });
+            let expected = lowest.reduce(f64::min).map(|s| s * sun.towards().z);
+            let found = shadow.height_above(x, y);
+            in_shadow += usize::from(expected.is_some());
+            match (expected, found) {
+                (Some(a), Some(b)) if (a - b).abs() < 0.03 => {}
+                (None, None) => {}
+                _ => differing += 1,
+            }
+        }
+        assert!(in_shadow > 100, "{in_shadow}");
+        assert!(differing * 20 < in_shadow, "{differing} of {in_shadow}, which the shadow's outline may explain");
+    }
+
+    #[test]
+    fn the_ground_of_a_pixel_projects_onto_the_pixel() {
+        for camera in &rig().cameras {
+            let ground = GroundPixels::new(camera, None);
+            let mut seen = 0;
+            for (index, [x, y]) in ground.points().iter().enumerate().filter(|(_, [x, _])| x.is_finite()) {
+                let Some(pixel) = camera.project(&Point3::new(f64::from(*x), f64::from(*y), 0.0)) else { continue };
+                let (u, v) = ((index % 320) as f64 + 0.5, (index / 320) as f64 + 0.5);
+                // f32 is good for a millionth of the distance, and far pixels see far
+                assert!((pixel - Point2::new(u, v)).norm() < 1e-2, "{pixel}");
+                seen += 1;
+            }
+            assert!(seen > 10_000, "{seen}");
+        }
+    }
+}

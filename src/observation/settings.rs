@@ -1,0 +1,107 @@
+//! `[observation]`: where the silhouettes come from.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{BackgroundSettings, Corruption, ImageSettings};
+
+/// What trackers are given in place of perfect observations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ObservationSettings {
+    /// Where silhouettes come from: `"exact"`; `"segmented"`: cut out of images of the scene
+    /// (`[observation.images]`) by background subtraction (`[observation.background]`); or `"corrupted"`: the exact
+    /// ones spoiled by the axes of `[observation.corruption]`. Default: `"exact"`.
+    pub silhouette: SilhouetteSource,
+    /// Seed of all that is drawn for observations; every seed of a run sees the same observations. Default: 1.
+    pub seed: u32,
+    /// Corruption, axis by axis. Axes of masks need `silhouette = "corrupted"`; errors of cameras, body and start do
+    /// not. Default: none.
+    #[serde(skip_serializing_if = "Corruption::is_none")]
+    pub corruption: Corruption,
+    /// Looks of the scene and noise of the sensor, for `silhouette = "segmented"`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub images: ImageSettings,
+    /// How silhouettes are cut out of images, for `silhouette = "segmented"`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub background: BackgroundSettings,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+impl Default for ObservationSettings {
+    fn default() -> Self {
+        Self {
+            silhouette: SilhouetteSource::Exact,
+            seed: 1,
+            corruption: Corruption::default(),
+            images: ImageSettings::default(),
+            background: BackgroundSettings::default(),
+        }
+    }
+}
+
+/// Where silhouettes come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SilhouetteSource {
+    /// Exactly what the cameras see of the actor.
+    #[default]
+    Exact,
+    /// Cut out of images of the scene.
+    Segmented,
+    /// The exact silhouettes, spoiled.
+    Corrupted,
+}
+
+/// What a set says about its observations. The seed is not part of it: with it, a tracker could undo what was drawn.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ObservationFacts {
+    /// Where silhouettes come from.
+    pub silhouette: SilhouetteSource,
+    /// Corruption, axis by axis.
+    #[serde(skip_serializing_if = "Corruption::is_none")]
+    pub corruption: Corruption,
+    /// Looks of the scene and noise of the sensor, where silhouettes are segmented.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub images: Option<ImageSettings>,
+    /// How silhouettes were cut out, where they are segmented.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundSettings>,
+}
+
+impl ObservationSettings {
+    /// Whether a tracker is given the truth as the cameras see it.
+    pub fn is_exact(&self) -> bool {
+        self.silhouette == SilhouetteSource::Exact && self.corruption.is_none()
+    }
+
+    /// What the set says.
+    pub fn facts(&self) -> ObservationFacts {
+        let segmented = self.silhouette == SilhouetteSource::Segmented;
+        ObservationFacts {
+            silhouette: self.silhouette,
+            corruption: self.corruption,
+            images: segmented.then_some(self.images),
+            background: segmented.then_some(self.background),
+        }
+    }
+}
+
+impl ObservationFacts {
+    /// In words, for reports.
+    pub fn in_words(&self) -> String {
+        let source = match self.silhouette {
+            SilhouetteSource::Exact => "exact",
+            SilhouetteSource::Corrupted => "corrupted",
+            SilhouetteSource::Segmented => "segmented from images of the scene",
+        };
+        match self.corruption.is_none() {
+            true => source.to_owned(),
+            false => format!("{source}: {}", self.corruption.in_words()),
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Opening and closing of masks with squares, word by word.
+
+use super::Mask;
+
+/// `mask` without what a square of `2 radius + 1` pixels does not fit into: eroded, then dilated. Outside the image
+/// everything counts as set for erosion, so that what the border cuts stays.
+pub fn opened(mask: &Mask, radius: u32) -> Mask {
+    dilated(&eroded(mask, radius), radius)
+}
+
+/// `mask` with the gaps filled that a square of `2 radius + 1` pixels does not fit into: dilated, then eroded.
+pub fn closed(mask: &Mask, radius: u32) -> Mask {
+    eroded(&dilated(mask, radius), radius)
+}
+
+fn dilated(mask: &Mask, radius: u32) -> Mask {
+    (0..radius).fold(mask.clone(), |mask, _| with_neighbours(&mask, false))
+}
+
+fn eroded(mask: &Mask, radius: u32) -> Mask {
+    (0..radius).fold(mask.clone(), |mask, _| with_neighbours(&mask, true))
+}
+
+/// Every pixel and its eight neighbours joined by "or", or, of the complement, by "and". Complementing the words turns
+/// one into the other.
+fn with_neighbours(mask: &Mask, erode: bool) -> Mask {
+    let flip = if erode { u64::MAX } else { 0 };
+    let inside = match mask.width() % 64 {
+        0 => u64::MAX,
+        bits => (1 << bits) - 1,
+    };
+    let last = (mask.width() as usize).div_ceil(64).saturating_sub(1);
+    let word = |y: u32, index: usize| {
+        let whole = if index == last { inside } else { u64::MAX };
+        (mask.row(y)[index] ^ flip) & whole
+    };
+    let mut joined = Mask::new(mask.width(), mask.height());
+    let mut rows: Vec<u64> = vec![0; last + 1];
+    for y in 0..mask.height() {
+        for (index, joined) in rows.iter_mut().enumerate().take(mask.row(y).len()) {
+            let above = if y > 0 { word(y - 1, index) } else { 0 };
+            let below = if y + 1 < mask.height() { word(y + 1, index) } else { 0 };
+            *joined = above | word(y, index) | below;
+        }
+        for (index, word) in joined.row_mut(y).iter_mut().enumerate() {
+            let before = if index > 0 { rows[index - 1] >> 63 } else { 0 };
+            let after = rows.get(index + 1).map_or(0, |next| next << 63);
+            let spread = rows[index] | rows[index] << 1 | before | rows[index] >> 1 | after;
+            *word = (spread ^ flip) & if index == last { inside } else { u64::MAX };
+        }
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn by_pixel(mask: &Mask, erode: bool) -> Mask {
+        Mask::from_fn(mask.width(), mask.height(), |x, y| {
+            let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (i64::from(x) + dx, i64::from(y) + dy)));
+            let inside = |(u, v): &(i64, i64)| {
+                (0..i64::from(mask.width())).contains(u) && (0..i64::from(mask.height())).contains(v)
+            };
+            let mut values = around.filter(inside).map(|(u, v)| mask.get(u as u32, v as u32));
+            if erode { values.all(|set| set) } else { values.any(|set| set) }
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn a_step_is_what_the_neighbours_of_every_pixel_say(
+            width in 1..150_u32, height in 1..9_u32, seed in any::<u64>(), share in 1..10_u64,
+        ) {
+            let mut state = seed | 1;
+            let mask = Mask::from_fn(width, height, |_, _| {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (state >> 33) % 10 < share
+            });
+            prop_assert_eq!(dilated(&mask, 1), by_pixel(&mask, false));
+            prop_assert_eq!(eroded(&mask, 1), by_pixel(&mask, true));
+            let opened = opened(&mask, 2);
+            prop_assert_eq!(opened.count_common(&mask), opened.count(), "opening adds nothing");
+            prop_assert_eq!(closed(&mask, 2).count_common(&mask), mask.count(), "closing takes nothing");
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The same as text: Markdown, for a repository.
+
+use std::fmt::Write;
+
+use super::analysis::{Cost, Effect, cheapest_within, effects, pareto_front};
+use super::input::{SweepPageInput, SweepPoint};
+use super::page::{choice, labelled, maps, three_digits};
+use crate::report::html::GENERATOR;
+use crate::report::page::{between, number, symbol};
+
+/// Settings that have a row.
+const ROWS: usize = 60;
+
+/// The findings of a sweep as Markdown; `command` is what made them.
+pub fn sweep_markdown(input: &SweepPageInput, command: &str) -> String {
+    let mut text = format!("<!-- {GENERATOR} -->\n# {}\n\n", input.title);
+    if !input.description.is_empty() {
+        text.push_str(&format!("{}\n\n", input.description));
+    }
+    text.push_str(&format!("    {command}\n\n"));
+    for (name, value) in &input.facts {
+        writeln!(text, "- {name}: {value}").ok();
+    }
+    text.push_str("\n## What to choose\n\n");
+    for choice in [Cost::Evaluations, Cost::Processor].iter().filter_map(|cost| choice(input, *cost)) {
+        writeln!(text, "- {choice}").ok();
+    }
+    text.push_str(
+        "\nThe interval of a difference is Welch's over the seeds of both settings, which are not paired. The best of many \
+         settings looks better than it is.\n",
+    );
+    heat_maps(input, &mut text);
+    matters(input, &mut text);
+    failures(input, &mut text);
+    table(input, &mut text);
+    text
+}
+
+fn heat_maps(input: &SweepPageInput, text: &mut String) {
+    let (axes, maps, averaged) = maps(input);
+    let Some([down, across]) = axes else { return };
+    writeln!(text, "\n## {} (down) by {} (across)\n", input.axes[down], input.axes[across]).ok();
+    let aside = if averaged { ", averaged over all other axes" } else { "" };
+    writeln!(text, "Mean {}{aside}.", labelled(input)).ok();
+    for map in maps {
+        let title = if map.title.is_empty() { String::new() } else { format!("\n{}\n", map.title) };
+        writeln!(text, "{title}\n| | {} |", map.columns.join(" | ")).ok();
+        writeln!(text, "|---|{}", "---:|".repeat(map.columns.len())).ok();
+        for (name, cells) in &map.rows {
+            let cells: Vec<&str> =
+                cells.iter().map(|cell| if cell.text.is_empty() { "-" } else { &cell.text }).collect();
+            writeln!(text, "| {name} | {} |", cells.join(" | ")).ok();
+        }
+    }
+}
+
+fn matters(input: &SweepPageInput, text: &mut String) {
+    let Some((single, pairs)) = effects(&input.settings, input.axes.len()) else { return };
+    text.push_str(
+        "\n## What matters\n\nShare of the variance of the settings' means; of two axes beyond the sum of both.\n\n",
+    );
+    text.push_str("| axis | range | share | mean by value |\n|---|---:|---:|---|\n");
+    let unit = input.objective.unit;
+    let row = |effect: &Effect| {
+        let axes: Vec<&str> = effect.axes.iter().map(|axis| input.axes[*axis].as_str()).collect();
+        let means: Vec<String> =
+            effect.means.iter().map(|(value, mean)| format!("{value}: {}", number(*mean, unit))).collect();
+        format!(
+            "| {} | {} {} | {:.1} % | {} |\n",
+            axes.join(" x "),
+            number(effect.range, unit),
+            symbol(unit),
+            100.0 * effect.share,
+            means.join(", ")
+        )
+    };
+    single.iter().chain(&pairs).for_each(|effect| text.push_str(&row(effect)));
+}
+
+fn failures(input: &SweepPageInput, text: &mut String) {
+    let count = |state: &str| input.settings.iter().flat_map(|p| &p.cells).filter(|cell| cell.state == state).count();
+    let all: usize = input.settings.iter().map(|p| p.cells.len()).sum();
+    writeln!(
+        text,
+        "\n## Failures\n\nThe tracker lost the body in {} of {all} cells (their errors count), {} cannot be run, {} have no \
+         result.",
+        count("diverged"),
+        count("failed"),
+        count("missing")
+    )
+    .ok();
+}
+
+fn table(input: &SweepPageInput, text: &mut String) {
+    let front = pareto_front(&input.settings, Cost::Evaluations, input.objective);
+    let best = cheapest_within(&input.settings, Cost::Evaluations, input.objective, 0.0).map(|choice| choice.best);
+    let unit = input.objective.unit;
+    let shown: Vec<usize> = match input.settings.len() <= ROWS {
+        true => (0..input.settings.len()).collect(),
+        false => front.clone(),
+    };
+    let title = if input.settings.len() <= ROWS { "All settings" } else { "The Pareto front by evaluations" };
+    writeln!(text, "\n## {title}\n\nThe best in bold; `*` is on the Pareto front by evaluations.\n").ok();
+    writeln!(
+        text,
+        "| {} | {} | 95 % interval | evaluations a frame | processor ms a frame | lost | |",
+        input.axes.join(" | "),
+        labelled(input)
+    )
+    .ok();
+    writeln!(text, "|{}---:|---:|---:|---:|---:|---|", "---|".repeat(input.axes.len().max(1))).ok();
+    for at in shown {
+        let point: &SweepPoint = &input.settings[at];
+        let mean = point.mean.map_or("-".to_owned(), |mean| number(mean, unit));
+        let mean = if best == Some(at) { format!("**{mean}**") } else { mean };
+        let cost = |cost: Cost| cost.of(point).map_or("-".to_owned(), three_digits);
+        writeln!(
+            text,
+            "| {} | {mean} | {} | {} | {} | {} of {} | {} |",
+            point.labels.join(" | "),
+            point.interval.map_or("-".to_owned(), |i| between(i.low, i.high, unit)),
+            cost(Cost::Evaluations),
+            cost(Cost::Processor),
+            point.diverged(),
+            point.cells.len(),
+            if front.contains(&at) { "*" } else { "" },
+        )
+        .ok();
+    }
+}

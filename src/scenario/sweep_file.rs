@@ -1,0 +1,597 @@
+//! A sweep: many settings of one scenario, as in `scenarios/sweeps/*.toml`.
+//!
+//! The doc comments of these types are the documentation of the format: `skiagraph schema --sweep` prints them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use super::ScenarioError;
+use super::complaint::{Complaint, Place, locate};
+use super::read::parse_value;
+use super::tree::{settings_of, tree_of};
+use crate::input::{self, limits};
+
+/// Most values of one axis.
+const MOST_VALUES: usize = 100_000;
+/// Most axes.
+const MOST_AXES: usize = 32;
+
+/// Many settings of one scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sweep {
+    /// The version of this format; always `"skiagraph.sweep/1"`.
+    pub schema: SweepTag,
+    /// Short name: letters, digits, `-` and `_`. Results go to `sweeps/NAME` unless `--out` says otherwise.
+    pub name: String,
+    /// Description in one or two sentences. Default: empty.
+    #[serde(default)]
+    pub description: String,
+    /// The scenario that is varied: a path relative to this file. Default: the built-in walk.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<String>,
+    /// Overrides of the scenario for all cells, as on the command line: `["motion.loop_to_s=2"]`. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
+    /// First random seed. Default: the scenario's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u32>,
+    /// Number of seeds of every setting. Default: the scenario's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seeds: Option<u32>,
+    /// How settings are made of the axes. Default: `"grid"`.
+    #[serde(default)]
+    pub method: Expansion,
+    /// Axes by dotted key, or by its last parts if they are unambiguous. A value is any TOML value; a table `{ name =
+    /// "...", set = ["key=value", ...] }` sets several keys at once, and its axis may have any name. With `method =
+    /// "random"` an axis may be `{ uniform = [low, high] }` or `{ log_uniform = [low, high] }`, with `integer = true` for
+    /// whole numbers. Default: none.
+    #[serde(default, skip_serializing_if = "Map::is_empty")]
+    pub axes: Map<String, Value>,
+    /// The settings of `method = "list"`: tables of keys and values. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<Map<String, Value>>,
+    /// Number of settings of `method = "random"`. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u32>,
+    /// Seed of `method = "random"`. Default: 0.
+    #[serde(default)]
+    pub random_seed: u32,
+    /// A product of keys that is the same in all cells. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
+    /// Settings are kept where all of these are true: `["particles * layers <= 2000"]`. Names are those of axes, or
+    /// dotted keys of the scenario. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep: Vec<String>,
+    /// The metric that settings are compared by. Default: `"humaneva_mm"`.
+    #[serde(default = "default_objective")]
+    pub objective: String,
+    /// Whether every cell leaves a whole run with its report (about 1 MB each) beside its numbers. Default: false.
+    #[serde(default)]
+    pub reports: bool,
+}
+
+/// The version of the sweep format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SweepTag {
+    /// The only one so far.
+    #[serde(rename = "skiagraph.sweep/1")]
+    V1,
+}
+
+/// How settings are made of axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Expansion {
+    /// Every combination of the values.
+    #[default]
+    Grid,
+    /// The first values of all axes, the second, and so on.
+    Zip,
+    /// Values drawn at random.
+    Random,
+    /// The settings of `[[points]]`.
+    List,
+}
+
+/// A product of keys that is held constant: the same amount of work for every setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    /// The keys that are multiplied: `["particles", "layers"]`.
+    pub product: Vec<String>,
+    /// What the product has to be.
+    pub equals: f64,
+    /// The key that is set to what is left of the budget, rounded to a whole number; it must be no axis. Default: none;
+    /// settings that miss the budget are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solve: Option<String>,
+    /// By what share the product may miss the budget. Default: 0 without `solve`, 0.05 with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+}
+
+/// The values of one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Axis {
+    /// Exactly these.
+    Values(Vec<AxisValue>),
+    /// Drawn from a range; on a logarithmic scale or not, whole numbers or not.
+    Range {
+        /// Least and greatest value.
+        ends: [f64; 2],
+        /// Whether logarithms are uniform.
+        logarithmic: bool,
+        /// Whether values are rounded to whole numbers.
+        integer: bool,
+    },
+}
+
+/// One value of an axis: what it is called and what it sets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisValue {
+    /// The value itself, or the name of a table of several keys.
+    pub label: Value,
+    /// Overrides.
+    pub set: Vec<String>,
+}
+
+/// A sweep and where its relative paths start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepFile {
+    /// The sweep.
+    pub sweep: Sweep,
+    /// The file as it was named.
+    pub origin: String,
+    /// The scenario's path is relative to this folder.
+    pub folder: PathBuf,
+    text: String,
+}
+
+impl SweepFile {
+    /// Reads a sweep file.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or an invalid value.
+    pub fn open(path: &Path) -> Result<Self, ScenarioError> {
+        let text = input::read_to_string(path, limits::SETTINGS)
+            .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
+        Self::parse(&text, &path.display().to_string(), path.parent().map(Path::to_owned).unwrap_or_default())
+    }
+
+    /// As [`Self::open`], from a text.
+    ///
+    /// # Errors
+    /// As [`Self::open`], except reading errors.
+    pub fn parse(text: &str, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
+        let tree = tree_of(text, origin)?;
+        let sweep: Sweep = settings_of(tree, |mistake| mistake.in_text(origin, text))?;
+        let file = Self { sweep, origin: origin.to_owned(), folder, text: text.to_owned() };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// A sweep that no file holds.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], except errors of the text.
+    pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
+        let file = Self { sweep, origin: origin.to_owned(), folder, text: String::new() };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// The same file with another sweep, such as one that was changed on the command line.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], except errors of the text.
+    pub fn with(self, sweep: Sweep) -> Result<Self, ScenarioError> {
+        let file = Self { sweep, ..self };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// Whether a file says that it is a sweep; `false` for one that cannot be read.
+    pub fn is_one(path: &Path) -> bool {
+        let text = input::read_to_string(path, limits::SETTINGS).unwrap_or_default();
+        let schema = |tree: Value| tree["schema"].as_str().is_some_and(|tag| tag.starts_with("skiagraph.sweep/"));
+        tree_of(&text, "").is_ok_and(schema)
+    }
+
+    /// An error about a key of the file, with its line.
+    pub fn complaint(&self, key: &str, message: String) -> Complaint {
+        let place = locate(&self.text, key).map(|spot| Place::from_span(&self.text, &spot.value));
+        Complaint { origin: self.origin.clone(), place, key: key.to_owned(), message }
+    }
+
+    /// The axes, by their full names, in alphabetical order.
+    ///
+    /// # Errors
+    /// [`Complaint`] for what is neither a list of values nor a range.
+    pub fn axes(&self) -> Result<BTreeMap<String, Axis>, Complaint> {
+        let mut axes = BTreeMap::new();
+        self.add_axes("", &self.sweep.axes, &mut axes)?;
+        if axes.len() > MOST_AXES {
+            return Err(self.complaint("axes", format!("expected at most {MOST_AXES} axes, found {}", axes.len())));
+        }
+        Ok(axes)
+    }
+
+    /// The settings of `[[points]]`: axis and value, in alphabetical order of the axes.
+    ///
+    /// # Errors
+    /// [`Complaint`] for values that set nothing.
+    pub fn points(&self) -> Result<Vec<BTreeMap<String, AxisValue>>, Complaint> {
+        let point = |(index, point): (usize, &Map<String, Value>)| {
+            let mut values = BTreeMap::new();
+            for (key, value) in flat("", point) {
+                let at = format!("points[{index}].{key}");
+                values.insert(key.clone(), self.axis_value(&at, &key, &value)?);
+            }
+            Ok(values)
+        };
+        self.sweep.points.iter().enumerate().map(point).collect()
+    }
+
+    /// `[axes] rig.ring.count = [...]` is a table in a table.
+    fn add_axes(
+        &self,
+        prefix: &str,
+        table: &Map<String, Value>,
+        axes: &mut BTreeMap<String, Axis>,
+    ) -> Result<(), Complaint> {
+        for (key, value) in table {
+            let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+            match value {
+                Value::Object(inner) if !is_range(inner) => self.add_axes(&name, inner, axes)?,
+                value => drop(axes.insert(name.clone(), self.axis(&name, value)?)),
+            }
+        }
+        Ok(())
+    }
+
+    fn axis(&self, name: &str, value: &Value) -> Result<Axis, Complaint> {
+        let key = format!("axes.{name}");
+        match value {
+            Value::Array(values) if values.is_empty() => {
+                Err(self.complaint(&key, "expected at least one value, found none: the grid is empty".to_owned()))
+            }
+            Value::Array(values) if values.len() > MOST_VALUES => {
+                Err(self.complaint(&key, format!("expected at most {MOST_VALUES} values, found {}", values.len())))
+            }
+            Value::Array(values) => {
+                let values = values.iter().map(|value| self.axis_value(&key, name, value));
+                let values = values.collect::<Result<Vec<_>, _>>()?;
+                let twice = values.iter().enumerate().find(|(i, v)| values[..*i].iter().any(|w| w.label == v.label));
+                match twice {
+                    Some((_, value)) => {
+                        Err(self.complaint(&key, format!("expected different values, found {} twice", value.label)))
+                    }
+                    None => Ok(Axis::Values(values)),
+                }
+            }
+            Value::Object(range) => self.range(&key, range),
+            other => {
+                let message = format!("expected a list of values such as [50, 100, 200], found {other}");
+                Err(self.complaint(&key, message))
+            }
+        }
+    }
+
+    fn range(&self, key: &str, range: &Map<String, Value>) -> Result<Axis, Complaint> {
+        let refuse = |message: String| Err(self.complaint(key, message));
+        if self.sweep.method != Expansion::Random {
+            return refuse("expected a list of values; ranges need method = \"random\"".to_owned());
+        }
+        let logarithmic = range.contains_key("log_uniform");
+        let known = ["uniform", "log_uniform", "integer"];
+        if let Some(key) = range.keys().find(|key| !known.contains(&key.as_str())) {
+            return refuse(format!("unknown key `{key}` (known here: {})", known.join(", ")));
+        }
+        let ends = range.get(if logarithmic { "log_uniform" } else { "uniform" });
+        let ends: Option<Vec<f64>> =
+            ends.and_then(Value::as_array).map(|e| e.iter().filter_map(Value::as_f64).collect());
+        let integer = range.get("integer").is_some_and(|integer| integer == &Value::Bool(true));
+        match ends.as_deref() {
+            Some(&[low, high]) if low < high && (low > 0.0 || !logarithmic) && range.len() <= 1 + usize::from(integer) => {
+                Ok(Axis::Range { ends: [low, high], logarithmic, integer })
+            }
+            _ => refuse(
+                "expected { uniform = [low, high] } or { log_uniform = [low, high] } with low below high (and above 0 on \
+                a logarithmic scale), and integer = true for whole numbers"
+                    .to_owned(),
+            ),
+        }
+    }
+
+    fn axis_value(&self, at: &str, name: &str, value: &Value) -> Result<AxisValue, Complaint> {
+        let several = value.as_object().and_then(|table| Some((table.get("name")?, table.get("set")?, table.len())));
+        let Some((label, set, parts)) = several else {
+            return Ok(AxisValue { label: value.clone(), set: vec![format!("{name}={}", as_toml(value))] });
+        };
+        let set: Option<Vec<String>> =
+            set.as_array().and_then(|set| set.iter().map(|one| one.as_str().map(str::to_owned)).collect());
+        match (label.is_string(), set, parts) {
+            (true, Some(set), 2) => Ok(AxisValue { label: label.clone(), set }),
+            _ => Err(self.complaint(at, "expected { name = \"...\", set = [\"key=value\", ...] }".to_owned())),
+        }
+    }
+
+    fn check(&self) -> Result<(), Complaint> {
+        let sweep = &self.sweep;
+        let refuse = |key: &str, message: String| Err(self.complaint(key, message));
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+        if sweep.name.is_empty() || sweep.name.len() > 64 || !sweep.name.chars().all(plain) {
+            return refuse(
+                "name",
+                format!("expected 1 to 64 letters, digits, `-` or `_`, found {:?}", input::excerpt(&sweep.name)),
+            );
+        }
+        if sweep.seeds == Some(0) {
+            return refuse("seeds", "expected at least 1, found 0".to_owned());
+        }
+        let (axes, listed) = (self.axes()?, self.points()?);
+        match sweep.method {
+            Expansion::List if !axes.is_empty() => {
+                return refuse("axes", "expected none with method = \"list\"".to_owned());
+            }
+            Expansion::List if listed.is_empty() => {
+                return refuse("points", "expected [[points]] with method = \"list\", found none".to_owned());
+            }
+            Expansion::List => {}
+            _ if !listed.is_empty() => {
+                return refuse("points", "expected none without method = \"list\"".to_owned());
+            }
+            Expansion::Random if sweep.samples.is_none_or(|samples| samples == 0) => {
+                return refuse(
+                    "samples",
+                    "expected the number of settings to draw with method = \"random\"".to_owned(),
+                );
+            }
+            _ => {}
+        }
+        if sweep.samples.is_some() && sweep.method != Expansion::Random {
+            return refuse("samples", "expected it only with method = \"random\"".to_owned());
+        }
+        sweep.budget.as_ref().map_or(Ok(()), |budget| self.check_budget(budget, &axes))
+    }
+
+    fn check_budget(&self, budget: &Budget, axes: &BTreeMap<String, Axis>) -> Result<(), Complaint> {
+        let refuse = |key: &str, message: String| Err(self.complaint(&format!("budget.{key}"), message));
+        if budget.product.len() < 2 {
+            return refuse("product", format!("expected two keys or more, found {}", budget.product.len()));
+        }
+        if budget.equals.is_nan() || budget.equals <= 0.0 || budget.equals.is_infinite() {
+            return refuse("equals", format!("expected a number above 0, found {}", budget.equals));
+        }
+        if let Some(tolerance) = budget.tolerance.filter(|tolerance| !(0.0..=1.0).contains(tolerance)) {
+            return refuse("tolerance", format!("expected 0 to 1, found {tolerance}"));
+        }
+        match &budget.solve {
+            Some(key) if axes.contains_key(key) => {
+                let message = format!("`{key}` is an axis and cannot follow from the budget too; remove one of them");
+                refuse("solve", message)
+            }
+            Some(key) if !budget.product.contains(key) => {
+                refuse("solve", format!("expected one of the keys of `product`, found `{}`", input::excerpt(key)))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Sweep {
+    /// A sweep without axes.
+    pub fn named(name: &str) -> Self {
+        Self {
+            schema: SweepTag::V1,
+            name: name.to_owned(),
+            description: String::new(),
+            base: None,
+            set: Vec::new(),
+            seed: None,
+            seeds: None,
+            method: Expansion::Grid,
+            axes: Map::new(),
+            points: Vec::new(),
+            samples: None,
+            random_seed: 0,
+            budget: None,
+            keep: Vec::new(),
+            objective: default_objective(),
+            reports: false,
+        }
+    }
+
+    /// Applies `key=value` (for all cells) or `key=value,value,...` (an axis) of the command line.
+    ///
+    /// # Errors
+    /// [`Complaint`] for what is neither.
+    pub fn assign(&mut self, assignment: &str) -> Result<(), Complaint> {
+        let complain = |message: String| Complaint {
+            origin: format!("axis {assignment}"),
+            place: None,
+            key: String::new(),
+            message,
+        };
+        let (key, values) = assignment
+            .split_once('=')
+            .ok_or_else(|| complain("expected key=value,value,... such as particles=50,100,200".to_owned()))?;
+        let values = split_at_commas(values);
+        if values.len() == 1 {
+            self.set.push(assignment.to_owned());
+            return Ok(());
+        }
+        let values = values.iter().map(|value| parse_value(value.trim()));
+        let values = values.collect::<Result<Vec<Value>, _>>().map_err(complain)?;
+        self.axes.insert(key.trim().to_owned(), Value::Array(values));
+        Ok(())
+    }
+
+    /// The JSON schema of the format, for editors.
+    pub fn json_schema() -> Value {
+        schemars::schema_for!(Self).to_value()
+    }
+}
+
+/// Parts between commas that stand in no bracket and no quote.
+fn split_at_commas(text: &str) -> Vec<&str> {
+    let (mut parts, mut begin, mut depth, mut quote) = (Vec::new(), 0, 0_usize, None);
+    for (at, c) in text.char_indices() {
+        match (c, quote) {
+            (c, Some(open)) if c == open => quote = None,
+            (_, Some(_)) => {}
+            ('"' | '\'', None) => quote = Some(c),
+            ('[' | '{', None) => depth += 1,
+            (']' | '}', None) => depth = depth.saturating_sub(1),
+            (',', None) if depth == 0 => {
+                parts.push(&text[begin..at]);
+                begin = at + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&text[begin..]);
+    parts
+}
+
+/// A value as TOML writes it in a line.
+pub fn as_toml(value: &Value) -> String {
+    match value {
+        Value::Object(table) => {
+            let entries: Vec<String> =
+                table.iter().map(|(key, value)| format!("{} = {}", quoted_key(key), as_toml(value))).collect();
+            format!("{{ {} }}", entries.join(", "))
+        }
+        Value::Array(values) => format!("[{}]", values.iter().map(as_toml).collect::<Vec<_>>().join(", ")),
+        // JSON's escapes of strings and its numbers are TOML's
+        other => other.to_string(),
+    }
+}
+
+fn quoted_key(key: &str) -> String {
+    let bare = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_'));
+    if bare { key.to_owned() } else { Value::String(key.to_owned()).to_string() }
+}
+
+fn is_range(table: &Map<String, Value>) -> bool {
+    ["uniform", "log_uniform", "integer"].iter().any(|key| table.contains_key(*key))
+}
+
+/// Tables in tables by dotted keys; those that are a value themselves, `{ name, set }` and a tracker's settings, stay.
+fn flat(prefix: &str, table: &Map<String, Value>) -> Vec<(String, Value)> {
+    let mut found = Vec::new();
+    for (key, value) in table {
+        let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        match value {
+            Value::Object(inner) if !inner.contains_key("set") && !inner.is_empty() => found.extend(flat(&name, inner)),
+            value => found.push((name, value.clone())),
+        }
+    }
+    found
+}
+
+fn default_objective() -> String {
+    "humaneva_mm".to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<SweepFile, String> {
+        let text = format!("schema = \"skiagraph.sweep/1\"\nname = \"a\"\n{text}");
+        SweepFile::parse(&text, "a.toml", PathBuf::new()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn axes_are_read_by_dotted_keys_quoted_or_not() {
+        for text in [
+            "[axes]\n\"rig.ring.count\" = [2, 4]\n",
+            "[axes]\nrig.ring.count = [2, 4]\n",
+            "[axes.rig]\nring.count = [2, 4]\n",
+        ] {
+            let axes = parse(text).unwrap().axes().unwrap();
+            let Axis::Values(values) = &axes["rig.ring.count"] else { panic!("{axes:?}") };
+            assert_eq!(values[1], AxisValue { label: 4.into(), set: vec!["rig.ring.count=4".to_owned()] });
+        }
+    }
+
+    #[test]
+    fn a_value_may_set_several_keys_under_a_name() {
+        let text =
+            "[axes]\nclip = [{ name = \"run\", set = [\"motion.clip=embedded:run\", \"motion.loop_to_s=2\"] }]\n";
+        let Axis::Values(values) = &parse(text).unwrap().axes().unwrap()["clip"] else { panic!() };
+        assert_eq!((values[0].label.as_str(), values[0].set.len()), (Some("run"), 2));
+        assert!(
+            parse("[axes]\nclip = [{ name = \"run\", set = 3 }]\n")
+                .unwrap_err()
+                .contains("a.toml:4: axes.clip: expected { name")
+        );
+    }
+
+    #[test]
+    fn values_are_written_as_toml_reads_them_back() {
+        let tree: Value = toml::from_str("a = [1, 2.5, \"x\\\"y\", true, { b = 1, \"c d\" = [] }]").unwrap();
+        let again: Value = toml::from_str(&format!("a = {}", as_toml(&tree["a"]))).unwrap();
+        assert_eq!(again, tree);
+    }
+
+    #[test]
+    fn the_command_line_gives_axes_and_values_for_all_cells() {
+        let mut sweep = Sweep::named("a");
+        for assignment in ["particles=50,100", "size_px=[160,120],[320,240]", "clip=a/b.bvh,embedded:run", "layers=3"] {
+            sweep.assign(assignment).unwrap();
+        }
+        let axes: Value = toml::from_str(
+            "particles = [50, 100]\nsize_px = [[160, 120], [320, 240]]\nclip = [\"a/b.bvh\", \"embedded:run\"]",
+        )
+        .unwrap();
+        assert_eq!(Value::Object(sweep.axes.clone()), axes);
+        assert_eq!(sweep.set, ["layers=3"]);
+        assert!(sweep.assign("particles").unwrap_err().to_string().contains("expected key=value,value,..."));
+        assert!(sweep.assign("particles=5,[").unwrap_err().to_string().contains("not TOML"));
+    }
+
+    #[test]
+    fn what_makes_no_sweep_is_refused_with_its_line() {
+        for (text, words) in [
+            (
+                "[axes]\nparticles = []\n",
+                "a.toml:4: axes.particles: expected at least one value, found none: the grid is empty",
+            ),
+            ("[axes]\nparticles = 50\n", "axes.particles: expected a list of values such as [50, 100, 200], found 50"),
+            ("[axes]\nparticles = [50, 50]\n", "expected different values, found 50 twice"),
+            ("[axes]\nparticles = { uniform = [1, 2] }\n", "ranges need method = \"random\""),
+            (
+                "method = \"random\"\nsamples = 3\n[axes]\na = { log_uniform = [0, 2] }\n",
+                "above 0 on a logarithmic scale",
+            ),
+            ("method = \"random\"\n[axes]\na = { uniform = [1, 2] }\n", "samples: expected the number of settings"),
+            ("samples = 3\n", "samples: expected it only with method = \"random\""),
+            ("method = \"list\"\n", "points: expected [[points]]"),
+            ("method = \"gird\"\n", "did you mean `grid`?"),
+            ("seeds = 0\n", "seeds: expected at least 1, found 0"),
+            ("axis = 3\n", "unknown key `axis`, did you mean `axes`?"),
+            (
+                "[budget]\nproduct = [\"particles\"]\nequals = 100\n",
+                "budget.product: expected two keys or more, found 1",
+            ),
+            (
+                "[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 100\nsolve = \"particles\"\n[axes]\nparticles = [1]\n",
+                "budget.solve: `particles` is an axis and cannot follow from the budget too",
+            ),
+            ("[budget]\nproduct = [\"a\", \"b\"]\nequals = -3\n", "budget.equals: expected a number above 0, found -3"),
+        ] {
+            let error = parse(text).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+        let other = SweepFile::parse("schema = \"skiagraph.sweep/2\"\nname = \"a\"", "a.toml", PathBuf::new());
+        assert!(other.unwrap_err().to_string().contains("schema"));
+    }
+}

@@ -1,0 +1,377 @@
+//! The numbers of a body's shape that silhouettes can tell: lengths, girths, places of joints, and one inflation.
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use crate::body::{BodyShape, Humanoid, JointKind, LANDMARKS, Landmark, LinkShape, Solid, without_side};
+use crate::raster::TaperedCapsule;
+
+/// Standard deviations of the prior: of lengths and girths as shares, of places and the inflation in metres.
+const LENGTH_DEVIATION: f64 = 0.03;
+const GIRTH_DEVIATION: f64 = 0.10;
+const PLACE_DEVIATION_M: f64 = 0.01;
+const INFLATION_DEVIATION_M: f64 = 0.01;
+/// A link reaches along an axis where it has a point farther than this from its origin, metres.
+const REACHES_M: f64 = 0.05;
+/// How far two solids of a link may be from mirroring each other to have one girth, metres.
+const MIRRORED_M: f64 = 0.001;
+/// What hands and feet without joints of their own count beside the rest: bodies with and without differ in kind, not
+/// in size.
+const EXTREMITY_IMPORTANCE: f64 = 0.1;
+/// Least factor on a length or girth.
+const LEAST_FACTOR: f64 = 0.3;
+
+/// A body and the numbers by which its shape may differ. Left and right differ alike.
+#[derive(Debug)]
+pub(super) struct ShapeModel {
+    body: Humanoid,
+    pub(super) numbers: Vec<ShapeNumber>,
+}
+
+/// One number of a shape; 0 is the body as it is.
+#[derive(Debug)]
+pub(super) struct ShapeNumber {
+    pub(super) name: String,
+    kind: Kind,
+}
+
+#[derive(Debug)]
+enum Kind {
+    /// Share that positions on these links are farther away along one of their axes.
+    Length { links: Vec<usize>, axis: usize },
+    /// Share that these solids, given by link and number on it, are thicker.
+    Girth { solids: Vec<[usize; 2]> },
+    /// Metres by which these joints lie farther along a direction of their parent's frame.
+    Place { joints: Vec<(usize, Vector3<f64>)> },
+    /// Metres by which the surfaces of all solids lie farther outside: masks are biased outlines.
+    Inflation,
+}
+
+impl ShapeNumber {
+    /// Standard deviation before anything is seen.
+    pub(super) fn deviation(&self) -> f64 {
+        match self.kind {
+            Kind::Length { .. } => LENGTH_DEVIATION,
+            Kind::Girth { .. } => GIRTH_DEVIATION,
+            Kind::Place { .. } => PLACE_DEVIATION_M,
+            Kind::Inflation => INFLATION_DEVIATION_M,
+        }
+    }
+
+    /// Whether it is a share, not metres.
+    pub(super) fn is_share(&self) -> bool {
+        matches!(self.kind, Kind::Length { .. } | Kind::Girth { .. })
+    }
+}
+
+impl ShapeModel {
+    pub(super) fn new(body: &Humanoid) -> Self {
+        let body_from_links = body.body_from_links();
+        let mut numbers = lengths(body, &body_from_links);
+        numbers.extend(girths(body, &body_from_links));
+        numbers.extend(places(body, &body_from_links));
+        numbers.push(ShapeNumber { name: "all radii".to_owned(), kind: Kind::Inflation });
+        Self { body: body.clone(), numbers }
+    }
+
+    /// The body with another shape, one value per number. Masses follow lengths and girths at constant density, but not
+    /// the inflation, which is the masks' and not the body's.
+    pub(super) fn shaped(&self, values: &[f64]) -> Humanoid {
+        let mut shape = BodyShape::identity(&self.body);
+        let mut girths: Vec<Vec<f64>> = self.body.links.iter().map(|link| vec![1.0; link.solids.len()]).collect();
+        let mut inflation = 0.0;
+        for (number, value) in self.numbers.iter().zip(values) {
+            let factor = (1.0 + value).max(LEAST_FACTOR);
+            match &number.kind {
+                Kind::Length { links, axis } => {
+                    links.iter().for_each(|link| shape.links[*link].length[*axis] *= factor)
+                }
+                Kind::Girth { solids } => solids.iter().for_each(|[link, solid]| girths[*link][*solid] *= factor),
+                Kind::Inflation => inflation += value,
+                Kind::Place { .. } => {}
+            }
+        }
+        for (link, girths) in shape.links.iter_mut().zip(&girths) {
+            link.girth = if girths.is_empty() { 1.0 } else { girths.iter().sum::<f64>() / girths.len() as f64 };
+        }
+        let mut body = self.body.reshaped(&shape);
+        for (index, link) in body.links.iter_mut().enumerate() {
+            let of_solid = |(number, solid): (usize, &Solid)| {
+                LinkShape { girth: girths[index][number], ..shape.links[index] }.solid(solid).inflated(inflation)
+            };
+            link.solids = self.body.links[index].solids.iter().enumerate().map(of_solid).collect();
+        }
+        for (number, value) in self.numbers.iter().zip(values) {
+            let Kind::Place { joints } = &number.kind else { continue };
+            joints.iter().for_each(|(joint, direction)| {
+                body.joints[*joint].parent_from_joint.translation.vector += direction * *value;
+            });
+        }
+        body
+    }
+}
+
+/// Links, each with its mirror image.
+fn segments(body: &Humanoid) -> Vec<(String, Vec<usize>)> {
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    for (index, link) in body.links.iter().enumerate() {
+        let name = without_side(&link.name);
+        match groups.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, links)) => links.push(index),
+            None => groups.push((name, vec![index])),
+        }
+    }
+    groups
+}
+
+fn lengths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<ShapeNumber> {
+    let mut numbers = Vec::new();
+    for (name, links) in segments(body) {
+        let reach = links.iter().map(|link| reach(body, *link)).fold(Vector3::zeros(), |a, b| a.sup(&b));
+        let longest = reach.imax();
+        for axis in (0..3).filter(|axis| reach[*axis] > REACHES_M) {
+            let kind = Kind::Length { links: links.clone(), axis };
+            let way = match axis == longest {
+                true => "length",
+                false => body_way(&body_from_links[links[0]], axis),
+            };
+            numbers.push(ShapeNumber { name: format!("{} {way}", words(&name)), kind });
+        }
+    }
+    numbers
+}
+
+/// Along which of the body's axes an axis of a link lies, in words.
+fn body_way(body_from_link: &UnitQuaternion<f64>, axis: usize) -> &'static str {
+    let direction = body_from_link * Vector3::ith_axis(axis).into_inner();
+    ["depth", "width", "height"][direction.iamax()]
+}
+
+/// How far the points of a link lie from its origin along each axis.
+fn reach(body: &Humanoid, link: usize) -> Vector3<f64> {
+    let of_solid = |solid: &Solid| -> Vec<Point3<f64>> {
+        match solid {
+            Solid::TaperedCapsule(c) => vec![c.a, c.b],
+            Solid::Box { link_from_box: frame, .. } | Solid::Cylinder { link_from_cylinder: frame, .. } => {
+                vec![frame.translation.vector.into()]
+            }
+            Solid::Mesh { vertices, .. } => vertices.clone(),
+        }
+    };
+    let solids = body.links[link].solids.iter().flat_map(of_solid);
+    let joints = body.joints.iter().filter(|joint| joint.parent == link);
+    let joints = joints.map(|joint| Point3::from(joint.parent_from_joint.translation.vector));
+    let markers = body.markers.iter().flatten().filter(|marker| marker.link == link).map(|marker| marker.point_in_link);
+    solids.chain(joints).chain(markers).fold(Vector3::zeros(), |reach, point| reach.sup(&point.coords.abs()))
+}
+
+fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<ShapeNumber> {
+    let mut numbers = Vec::new();
+    for (name, links) in segments(body) {
+        let most = links.iter().map(|link| body.links[*link].solids.len()).max().unwrap_or(0);
+        let mut classes: Vec<Vec<[usize; 2]>> = Vec::new();
+        for solid in 0..most {
+            let alike: Vec<[usize; 2]> = links
+                .iter()
+                .filter(|link| solid < body.links[**link].solids.len())
+                .map(|link| [*link, solid])
+                .collect();
+            let mirrored = |class: &&mut Vec<[usize; 2]>| {
+                let ([a, b], [link, other]) = (alike[0], class[0]);
+                let solid = &body.links[link].solids;
+                a == link && is_mirrored(&solid[b], &solid[other], &body_from_links[link])
+            };
+            match classes.iter_mut().find(mirrored) {
+                Some(class) => class.extend(alike),
+                None => classes.push(alike),
+            }
+        }
+        let count = classes.len();
+        for (number, solids) in classes.into_iter().enumerate() {
+            let which = if count > 1 { format!(" {}", number + 1) } else { String::new() };
+            numbers.push(ShapeNumber { name: format!("{} girth{which}", words(&name)), kind: Kind::Girth { solids } });
+        }
+    }
+    numbers
+}
+
+/// Whether two capsules of a link are each other's mirror images from the body's left to its right.
+fn is_mirrored(one: &Solid, other: &Solid, body_from_link: &UnitQuaternion<f64>) -> bool {
+    let (Solid::TaperedCapsule(one), Solid::TaperedCapsule(other)) = (one, other) else { return false };
+    let mirror = |p: &Point3<f64>| {
+        let p = body_from_link * p;
+        Point3::new(p.x, -p.y, p.z)
+    };
+    let TaperedCapsule { a, b, radius_a, radius_b } = one;
+    (mirror(a) - body_from_link * other.a).norm() < MIRRORED_M
+        && (mirror(b) - body_from_link * other.b).norm() < MIRRORED_M
+        && (radius_a - other.radius_a).abs() < MIRRORED_M
+        && (radius_b - other.radius_b).abs() < MIRRORED_M
+}
+
+/// Places of the joints at which chains part: hips, shoulders, neck.
+fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<ShapeNumber> {
+    let moves = |joint: usize| body.joints[joint].kind != JointKind::Fixed;
+    let parts = |joint: &usize| {
+        let parent = body.joints[*joint].parent;
+        let chains = (0..body.joints.len()).filter(|other| moves(*other) && body.joints[*other].parent == parent);
+        moves(*joint) && chains.count() > 1
+    };
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    for joint in (0..body.joints.len()).filter(parts) {
+        let name = without_side(&body.joints[joint].name);
+        match groups.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, joints)) => joints.push(joint),
+            None => groups.push((name, vec![joint])),
+        }
+    }
+    let mut numbers = Vec::new();
+    for (name, joints) in groups {
+        for (way, word) in ["forward", "outward", "up"].into_iter().enumerate() {
+            let direction = |joint: &usize| {
+                let (parent, frame) = (body.joints[*joint].parent, &body.joints[*joint].parent_from_joint);
+                let body_from_parent = &body_from_links[parent];
+                let side = (body_from_parent * frame.translation.vector).y;
+                let mut direction = Vector3::ith_axis(way).into_inner();
+                direction.y *= if side.abs() < MIRRORED_M { 0.0 } else { side.signum() };
+                (*joint, body_from_parent.inverse() * direction)
+            };
+            let joints: Vec<(usize, Vector3<f64>)> = joints.iter().map(direction).collect();
+            // A single joint in the middle stays there.
+            if joints.iter().any(|(_, direction)| direction.norm() > 0.5) && (joints.len() > 1 || way != 1) {
+                numbers
+                    .push(ShapeNumber { name: format!("{} joint {word}", words(&name)), kind: Kind::Place { joints } });
+            }
+        }
+    }
+    numbers
+}
+
+fn words(name: &str) -> String {
+    name.trim_matches('_').replace('_', " ")
+}
+
+/// What each solid of each link counts when a body is compared that may differ: hands and feet that cannot move against
+/// forearm and shank count little, for they would pull these along.
+pub(in crate::tracker) fn importance(body: &Humanoid) -> Vec<Vec<f64>> {
+    const ENDS: [Landmark; 4] = [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle];
+    let mut importance: Vec<Vec<f64>> = body.links.iter().map(|link| vec![1.0; link.solids.len()]).collect();
+    for end in ENDS {
+        let marker = LANDMARKS.iter().position(|landmark| *landmark == end).and_then(|index| body.markers[index]);
+        let Some(marker) = marker else { continue };
+        for (number, solid) in body.links[marker.link].solids.iter().enumerate() {
+            if is_beyond(&marker.point_in_link, solid) {
+                importance[marker.link][number] = EXTREMITY_IMPORTANCE;
+            }
+        }
+    }
+    importance
+}
+
+/// Whether the middle of a solid lies farther from the link's origin than a marker does, in the marker's direction.
+fn is_beyond(marker: &Point3<f64>, solid: &Solid) -> bool {
+    let middle = match solid {
+        Solid::TaperedCapsule(c) => nalgebra::center(&c.a, &c.b),
+        Solid::Box { link_from_box: frame, .. } | Solid::Cylinder { link_from_cylinder: frame, .. } => {
+            frame.translation.vector.into()
+        }
+        Solid::Mesh { vertices, .. } => {
+            let sum = vertices.iter().fold(Vector3::zeros(), |sum, vertex| sum + vertex.coords);
+            (sum / vertices.len().max(1) as f64).into()
+        }
+    };
+    match marker.coords.try_normalize(REACHES_M) {
+        Some(along) => (middle - marker).dot(&along) > 0.0,
+        // The marker is where the link begins, which has a joint there.
+        None => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+
+    #[test]
+    fn nothing_changed_is_the_same_body_and_names_are_unique() {
+        for name in ["tracker25", "actor"] {
+            let body = shipped(name).unwrap();
+            let model = ShapeModel::new(&body);
+            let same = model.shaped(&vec![0.0; model.numbers.len()]);
+            assert_eq!((&same.joints, &same.markers), (&body.joints, &body.markers));
+            assert!(same.links.iter().zip(&body.links).all(|(a, b)| a.solids == b.solids));
+            let names: std::collections::BTreeSet<&str> = model.numbers.iter().map(|n| n.name.as_str()).collect();
+            assert_eq!(names.len(), model.numbers.len(), "{names:?}");
+        }
+    }
+
+    #[test]
+    fn the_numbers_of_tracker25_are_those_of_a_human() {
+        let model = ShapeModel::new(&shipped("tracker25").unwrap());
+        let names: Vec<&str> = model.numbers.iter().map(|number| number.name.as_str()).collect();
+        let expected = [
+            "pelvis width",
+            "pelvis length",
+            "head length",
+            "upper arm length",
+            "forearm length",
+            "thigh length",
+            "shank depth",
+            "shank length",
+            "pelvis girth 1",
+            "pelvis girth 2",
+            "head girth 1",
+            "head girth 2",
+            "upper arm girth",
+            "forearm girth 1",
+            "forearm girth 2",
+            "thigh girth",
+            "shank girth 1",
+            "shank girth 2",
+            "head flexion joint forward",
+            "head flexion joint up",
+            "shoulder flexion joint forward",
+            "shoulder flexion joint outward",
+            "shoulder flexion joint up",
+            "hip flexion joint forward",
+            "hip flexion joint outward",
+            "hip flexion joint up",
+            "all radii",
+        ];
+        assert_eq!(names, expected);
+    }
+
+    #[test]
+    fn a_longer_shank_lowers_both_ankles_and_a_wider_hip_parts_the_legs() {
+        let body = shipped("tracker25").unwrap();
+        let model = ShapeModel::new(&body);
+        let with = |name: &str, value: f64| {
+            let values: Vec<f64> = model.numbers.iter().map(|n| if n.name == name { value } else { 0.0 }).collect();
+            let body = model.shaped(&values);
+            let markers = body.markers(&body.link_frames(&body.zero_pose()));
+            [Landmark::LeftAnkle, Landmark::RightAnkle].map(|ankle| markers[ankle as usize].unwrap())
+        };
+        let [left, right] = with("shank length", 0.0);
+        let longer = with("shank length", 0.1);
+        assert!((left.z - longer[0].z - 0.04305).abs() < 1e-9 && (right.z - longer[1].z - 0.04305).abs() < 1e-9);
+        let wider = with("hip flexion joint outward", 0.01);
+        assert!((wider[0].y - left.y - 0.01).abs() < 1e-12 && (right.y - wider[1].y - 0.01).abs() < 1e-12);
+    }
+
+    #[test]
+    fn hands_and_feet_without_joints_count_little() {
+        for (name, few) in [("tracker25", 4), ("tracker40", 0), ("actor", 0)] {
+            let body = shipped(name).unwrap();
+            let importance = importance(&body);
+            let light: Vec<&str> = (0..body.links.len())
+                .filter(|link| importance[*link].iter().any(|value| *value < 1.0))
+                .map(|link| body.links[link].name.as_str())
+                .collect();
+            assert_eq!(light.len(), few, "{light:?}");
+            let arm = body.find_link("left_upper_arm").unwrap();
+            assert!(importance[arm].iter().all(|value| *value == 1.0));
+        }
+        let body = shipped("tracker25").unwrap();
+        let forearm = body.find_link("left_forearm").unwrap();
+        assert_eq!(importance(&body)[forearm], [1.0, EXTREMITY_IMPORTANCE]);
+    }
+}

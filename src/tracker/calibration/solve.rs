@@ -1,0 +1,404 @@
+//! Poses of several frames and one shape of the body, solved together on the residuals of outlines.
+//!
+//! With pose steps `p_k` of the frames and a step `s` of the shape, one Gauss-Newton step solves
+//! `[H_k C_k; C_k' S] [p_k; s] = -[g_k; t]`. Poses do not meet each other, so that they are eliminated first (Schur's
+//! complement, as in `[Triggs 2000]`): `(S - sum C_k' H_k^-1 C_k) s = -(t - sum C_k' H_k^-1 g_k)`.
+
+use nalgebra::{DMatrix, DVector, Point3, Vector3};
+use rayon::prelude::*;
+
+use super::shape::ShapeModel;
+use crate::body::{Humanoid, LinkFrames, Pose, ROOT_STEP, Solid};
+use crate::camera::Camera;
+use crate::motion_model::NormalEquations;
+use crate::tracker::descent::{
+    self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, Spot, length_px, robust_weight,
+    slide, wrench,
+};
+
+/// Gauss-Newton steps.
+const STEPS: usize = 16;
+/// Width of the residuals' robust weight in the first and last step, lengths.
+const WIDTHS: [f64; 2] = [5.0, 2.0];
+/// Share of the diagonal that is added to it.
+const DAMPING: f64 = 0.01;
+/// Farthest that one step moves the root, metres, and turns it or a joint, radians.
+const SLIDE_M: f64 = 0.1;
+const TURN_RAD: f64 = 0.3;
+/// Step of the differences by which a body's shape is differentiated, standard deviations of its numbers.
+const DIFFERENCE: f64 = 0.01;
+
+/// What is to be solved.
+pub(super) struct Problem<'a> {
+    pub(super) model: &'a ShapeModel,
+    pub(super) cameras: Vec<Camera>,
+    /// What each solid of each link counts.
+    pub(super) importance: Vec<Vec<f64>>,
+    /// `[frame][view]`: what was observed.
+    pub(super) observed: Vec<Vec<Option<ObservedOutline>>>,
+    /// The poses in which the search begins, one a frame.
+    pub(super) tracked: Vec<Pose>,
+    /// Precision by which every number of a pose's step is held to the tracked pose.
+    pub(super) precision: Vec<f64>,
+}
+
+/// Poses and a shape.
+#[derive(Clone, Debug)]
+pub(super) struct Solution {
+    /// One value per number of the shape.
+    pub(super) values: Vec<f64>,
+    pub(super) poses: Vec<Pose>,
+    /// Mean of the weighted squares of the residuals, lengths squared; NaN without residuals.
+    pub(super) cost: f64,
+}
+
+/// A body, and where it lies.
+struct Variant {
+    body: Humanoid,
+    outline: BodyOutline,
+}
+
+/// The equations of one frame.
+struct FrameEquations {
+    pose: NormalEquations,
+    /// One row per number of the pose, one column per number of the shape.
+    cross: DMatrix<f64>,
+    shape: DMatrix<f64>,
+    shape_gradient: DVector<f64>,
+}
+
+/// A frame's pose, eliminated.
+struct Eliminated {
+    /// `H^-1 C` and `H^-1 g`.
+    by_shape: DMatrix<f64>,
+    alone: DVector<f64>,
+}
+
+impl Problem<'_> {
+    /// The solution, with the shape held or free.
+    pub(super) fn solve(&self, is_free: bool) -> Solution {
+        let count = if is_free { self.model.numbers.len() } else { 0 };
+        let mut values = vec![0.0; self.model.numbers.len()];
+        let mut poses = self.tracked.clone();
+        for step in 0..STEPS {
+            let share = step as f64 / (STEPS - 1) as f64;
+            let width = WIDTHS[0] * libm::pow(WIDTHS[1] / WIDTHS[0], share);
+            let body = self.model.shaped(&values);
+            let equations = self.equations(&values, &poses, count, width);
+            let Some((shape_step, pose_steps)) = self.step(&body, &values, &poses, &equations, count) else { break };
+            values.iter_mut().zip(shape_step.iter()).for_each(|(value, step)| *value += step);
+            for (pose, step) in poses.iter_mut().zip(&pose_steps) {
+                *pose = body.step(pose, step.as_slice());
+                body.clamp_to_limits(pose);
+            }
+        }
+        let last = self.equations(&values, &poses, 0, WIDTHS[1]);
+        let cost = last.iter().map(|frame| frame.pose.cost).sum::<f64>();
+        let cost = cost / last.iter().map(|frame| frame.pose.weight).sum::<f64>();
+        Solution { values, poses, cost }
+    }
+
+    fn equations(&self, values: &[f64], poses: &[Pose], count: usize, width: f64) -> Vec<FrameEquations> {
+        let variant = |values: &[f64]| {
+            let body = self.model.shaped(values);
+            Variant { outline: BodyOutline::new(&body), body }
+        };
+        let base = variant(values);
+        let varied = |number: usize| {
+            let mut values = values.to_vec();
+            values[number] += self.difference(number);
+            variant(&values)
+        };
+        let variants: Vec<Variant> = (0..count).map(varied).collect();
+        let frames = (0..poses.len()).into_par_iter();
+        let buffers = || DescentScratch::new(self.cameras.iter());
+        frames
+            .map_init(buffers, |scratch, frame| self.frame(&base, &variants, &poses[frame], frame, width, scratch))
+            .collect()
+    }
+
+    fn difference(&self, number: usize) -> f64 {
+        DIFFERENCE * self.model.numbers[number].deviation()
+    }
+
+    fn frame(
+        &self,
+        base: &Variant,
+        variants: &[Variant],
+        pose: &Pose,
+        frame: usize,
+        width: f64,
+        scratch: &mut DescentScratch,
+    ) -> FrameEquations {
+        let body = &base.body;
+        let frames = body.link_frames(pose);
+        let shape = ShapeDerivatives::new(self, base, &frames, variants, pose);
+        let count = variants.len();
+        let about: Point3<f64> = pose.world_from_root.translation.vector.into();
+        let mut links = Accumulator::new(body.links.len(), about);
+        let mut cross = vec![DMatrix::<f64>::zeros(6, count); body.links.len()];
+        let (mut square, mut gradient) = (DMatrix::zeros(count, count), DVector::zeros(count));
+        let mut moves: Vec<(usize, f64)> = Vec::new();
+        for (view, (camera, observed)) in self.cameras.iter().zip(&self.observed[frame]).enumerate() {
+            let Some(observed) = observed else { continue };
+            let length = length_px(camera);
+            descent::each_residual(
+                body,
+                &frames,
+                &base.outline,
+                camera,
+                view,
+                observed,
+                scratch,
+                |sample, residual| {
+                    let importance = self.importance[sample.link][sample.spot.solid as usize];
+                    links.add(camera, sample, residual, length, width, importance);
+                    if count == 0 {
+                        return;
+                    }
+                    let weight = importance * robust_weight(residual.value, width);
+                    let slide = slide(camera, &sample.point, &residual, length);
+                    let place = camera.camera_from_world.inverse_transform_point(&sample.point);
+                    let row = wrench(&slide, &(place - about));
+                    shape.of(sample, camera, &slide, &mut moves);
+                    for (i, (number, along)) in moves.iter().enumerate() {
+                        let weighted = weight * along;
+                        gradient[*number] += weighted * residual.value;
+                        (0..6).for_each(|k| cross[sample.link][(k, *number)] += weighted * row[k]);
+                        moves[..=i].iter().for_each(|(other, by)| square[(*other, *number)] += weighted * by);
+                    }
+                },
+            );
+        }
+        square.fill_lower_triangle_with_upper_triangle();
+        let mut spread = DMatrix::zeros(body.step_len(), count);
+        let mut twists = Vec::new();
+        for (link, cross) in cross.iter().enumerate().filter(|_| count > 0) {
+            body.step_twists(&frames, link, &about, &mut twists);
+            for (number, [v, w]) in &twists {
+                for column in 0..count {
+                    let part = |from: usize| Vector3::from(cross.fixed_view::<3, 1>(from, column));
+                    spread[(*number, column)] += v.dot(&part(0)) + w.dot(&part(3));
+                }
+            }
+        }
+        FrameEquations { pose: links.finish(body, &frames), cross: spread, shape: square, shape_gradient: gradient }
+    }
+
+    /// The steps of the shape and of every pose; `None` where the equations are singular.
+    fn step(
+        &self,
+        body: &Humanoid,
+        values: &[f64],
+        poses: &[Pose],
+        equations: &[FrameEquations],
+        count: usize,
+    ) -> Option<(DVector<f64>, Vec<DVector<f64>>)> {
+        let both = equations.iter().zip(poses).zip(&self.tracked);
+        let eliminated: Vec<Eliminated> =
+            both.map(|((frame, pose), anchor)| self.eliminate(body, frame, pose, anchor)).collect::<Option<_>>()?;
+        let frames = equations.len() as f64;
+        let mut square = DMatrix::zeros(count, count);
+        let mut gradient = DVector::zeros(count);
+        for (frame, gone) in equations.iter().zip(&eliminated) {
+            square += &frame.shape - frame.cross.transpose() * &gone.by_shape;
+            gradient += &frame.shape_gradient - frame.cross.transpose() * &gone.alone;
+        }
+        for number in 0..count {
+            // The prior grows with the frames as the evidence does: neighbouring frames tell the same.
+            let precision = frames / self.model.numbers[number].deviation().powi(2);
+            square[(number, number)] += precision;
+            gradient[number] += precision * values[number];
+            square[(number, number)] *= 1.0 + DAMPING;
+        }
+        let mut shape_step = -square.cholesky()?.solve(&gradient);
+        for (number, step) in shape_step.iter_mut().enumerate() {
+            let deviation = self.model.numbers[number].deviation();
+            *step = step.clamp(-deviation, deviation);
+        }
+        let pose_step = |gone: &Eliminated| {
+            let mut step = -(&gone.alone + &gone.by_shape * &shape_step);
+            for (number, step) in step.iter_mut().enumerate() {
+                let most = if number < 3 { SLIDE_M } else { TURN_RAD };
+                *step = step.clamp(-most, most);
+            }
+            step
+        };
+        let pose_steps: Vec<DVector<f64>> = eliminated.iter().map(pose_step).collect();
+        let finite = shape_step.iter().chain(pose_steps.iter().flatten()).all(|number| number.is_finite());
+        finite.then_some((shape_step, pose_steps))
+    }
+
+    /// A frame's pose, held to the tracked one and solved for any step of the shape. Angles that are pushed against
+    /// their limits are held.
+    fn eliminate(&self, body: &Humanoid, frame: &FrameEquations, pose: &Pose, anchor: &Pose) -> Option<Eliminated> {
+        let mut towards = vec![0.0; body.step_len()];
+        body.difference(pose, anchor, &mut towards);
+        let (mut matrix, mut gradient) = (frame.pose.matrix.clone(), frame.pose.gradient.clone());
+        let mut cross = frame.cross.clone();
+        for (number, (towards, precision)) in towards.iter().zip(&self.precision).enumerate() {
+            matrix[(number, number)] = (matrix[(number, number)] + precision) * (1.0 + DAMPING);
+            gradient[number] -= precision * towards;
+        }
+        for (index, limits) in body.degrees_of_freedom.iter().enumerate() {
+            let (angle, number) = (pose.joint_angles[index], ROOT_STEP + index);
+            let pushed_down = angle <= limits.lower && gradient[number] >= 0.0;
+            let pushed_up = angle >= limits.upper && gradient[number] <= 0.0;
+            if pushed_down || pushed_up {
+                matrix.row_mut(number).fill(0.0);
+                matrix.column_mut(number).fill(0.0);
+                cross.row_mut(number).fill(0.0);
+                (matrix[(number, number)], gradient[number]) = (1.0, 0.0);
+            }
+        }
+        let solver = matrix.cholesky()?;
+        Some(Eliminated { by_shape: solver.solve(&cross), alone: solver.solve(&gradient) })
+    }
+}
+
+/// How every number of the shape moves what is seen of the body in one pose.
+struct ShapeDerivatives<'a> {
+    base: &'a Variant,
+    frames: &'a LinkFrames,
+    variants: &'a [Variant],
+    varied_frames: Vec<LinkFrames>,
+    differences: Vec<f64>,
+    /// `[link][solid]`: the numbers that move it.
+    moving: Vec<Vec<Vec<usize>>>,
+}
+
+impl<'a> ShapeDerivatives<'a> {
+    fn new(
+        problem: &Problem<'_>,
+        base: &'a Variant,
+        frames: &'a LinkFrames,
+        variants: &'a [Variant],
+        pose: &Pose,
+    ) -> Self {
+        let varied_frames: Vec<LinkFrames> = variants.iter().map(|variant| variant.body.link_frames(pose)).collect();
+        let is_moved = |number: usize, link: usize, solid: usize| {
+            varied_frames[number][link] != frames[link]
+                || variants[number].body.links[link].solids[solid] != base.body.links[link].solids[solid]
+        };
+        let of_solid = |link: usize, solid: usize| -> Vec<usize> {
+            (0..variants.len()).filter(|number| is_moved(*number, link, solid)).collect()
+        };
+        let of_link = |(link, solids): (usize, usize)| (0..solids).map(|solid| of_solid(link, solid)).collect();
+        let moving = base.body.links.iter().map(|link| link.solids.len()).enumerate().map(of_link).collect();
+        let differences = (0..variants.len()).map(|number| problem.difference(number)).collect();
+        Self { base, frames, variants, differences, moving, varied_frames }
+    }
+
+    /// The derivatives of a residual at `sample` whose derivative by its place in the world is `slide`: number of the
+    /// shape and value.
+    fn of(&self, sample: &OutlineSample, camera: &Camera, slide: &Vector3<f64>, found: &mut Vec<(usize, f64)>) {
+        found.clear();
+        let Some((place, radius)) = spot(self.base, self.frames, sample.link, &sample.spot) else { return };
+        let normal = camera.camera_from_world.inverse_transform_vector(&sample.surface_normal(&camera.pinhole));
+        for &number in &self.moving[sample.link][sample.spot.solid as usize] {
+            let moved = spot(&self.variants[number], &self.varied_frames[number], sample.link, &sample.spot);
+            let Some((moved, thicker)) = moved else { continue };
+            let by = (moved - place + normal * (thicker - radius)) / self.differences[number];
+            found.push((number, slide.dot(&by)));
+        }
+    }
+}
+
+/// Where in the world the middle of a solid's surface is at a spot, and how far the surface lies from it.
+fn spot(variant: &Variant, frames: &LinkFrames, link: usize, spot: &Spot) -> Option<(Point3<f64>, f64)> {
+    let ends = match variant.body.links[link].solids.get(spot.solid as usize)? {
+        Solid::TaperedCapsule(c) => spot.ends.map(|end| if end == 0 { (c.a, c.radius_a) } else { (c.b, c.radius_b) }),
+        _ => {
+            let vertex = |end| Some((variant.outline.vertex(link, spot.solid, end)?, 0.0));
+            [vertex(spot.ends[0])?, vertex(spot.ends[1])?]
+        }
+    };
+    let [(from, thin), (to, thick)] = ends;
+    Some((frames[link] * (from + spot.share * (to - from)), thin + spot.share * (thick - thin)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+    use crate::camera::{CameraRig, RingParameters};
+    use crate::tracker::descent::Residual;
+
+    #[test]
+    fn derivatives_by_the_shape_agree_with_finite_differences_of_the_outline() {
+        let body = shipped("tracker25").unwrap();
+        let model = ShapeModel::new(&body);
+        let ring = RingParameters {
+            count: 1,
+            radius: 3.5,
+            height: 1.6,
+            look_at: Point3::new(0.0, 0.0, 0.95),
+            first_azimuth: 0.8,
+            field_of_view: 1.05,
+            image_size: [640, 480],
+            near: 0.05,
+        };
+        let camera = CameraRig::ring(&ring).unwrap().cameras.remove(0);
+        let mut pose = body.zero_pose();
+        pose.world_from_root.translation.z = 0.93;
+        let variant = |values: &[f64]| {
+            let body = model.shaped(values);
+            Variant { outline: BodyOutline::new(&body), body }
+        };
+        let problem = Problem {
+            model: &model,
+            cameras: vec![camera.clone()],
+            importance: Vec::new(),
+            observed: Vec::new(),
+            tracked: Vec::new(),
+            precision: Vec::new(),
+        };
+        let zero = vec![0.0; model.numbers.len()];
+        let varied = |number: usize, by: f64| {
+            let mut values = zero.clone();
+            values[number] = by;
+            variant(&values)
+        };
+        let (base, frames) = (variant(&zero), body.link_frames(&pose));
+        let variants: Vec<Variant> = (0..zero.len()).map(|number| varied(number, problem.difference(number))).collect();
+        let shape = ShapeDerivatives::new(&problem, &base, &frames, &variants, &pose);
+        let outline = |variant: &Variant| {
+            let mut samples = Vec::new();
+            let frames = variant.body.link_frames(&pose);
+            variant.outline.sample(&variant.body, &frames, &camera, 5.0, &mut samples);
+            samples
+        };
+        let samples = outline(&base);
+        let mut found = Vec::new();
+        let mut checked = 0;
+        for (number, name) in model.numbers.iter().map(|number| number.name.as_str()).enumerate() {
+            let h = 2e-5;
+            let (more, less) = (outline(&varied(number, h)), outline(&varied(number, -h)));
+            for sample in samples.iter().step_by(7) {
+                // The sample of the changed body at the same spot, where it still has one with the same normal.
+                let same = |all: &[OutlineSample]| {
+                    let near = |s: &&OutlineSample| {
+                        s.link == sample.link
+                            && s.spot == sample.spot
+                            && s.normal[0] * sample.normal[0] + s.normal[1] * sample.normal[1] > 0.9999
+                    };
+                    all.iter().find(near).map(|s| s.pixel)
+                };
+                let (Some(more), Some(less)) = (same(&more), same(&less)) else { continue };
+                // Across the outline, for along it a sample is any point of it.
+                let across = [0, 1]
+                    .map(|i| (more[i] - less[i]) / (2.0 * h))
+                    .iter()
+                    .zip(sample.normal)
+                    .map(|(d, n)| d * n)
+                    .sum::<f64>();
+                let residual = Residual { value: 1.0, gradient: sample.normal };
+                shape.of(sample, &camera, &slide(&camera, &sample.point, &residual, 1.0), &mut found);
+                let along = found.iter().find(|(of, _)| *of == number).map_or(0.0, |(_, along)| *along);
+                assert!((along - across).abs() < 0.02 * across.abs() + 1.5, "{name}: {along} is not {across}");
+                checked += 1;
+            }
+        }
+        assert!(checked > 200, "{checked}");
+    }
+}

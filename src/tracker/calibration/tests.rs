@@ -1,0 +1,157 @@
+//! Planted bodies found again, right ones left alone.
+
+use nalgebra::Point3;
+
+use super::*;
+use crate::body::{BodyShape, draw_silhouette};
+use crate::camera::RingParameters;
+use crate::raster::Mask;
+
+fn rig(cameras: u32) -> CameraRig {
+    let ring = RingParameters {
+        count: cameras,
+        radius: 3.5,
+        height: 1.6,
+        look_at: Point3::new(0.0, 0.0, 0.95),
+        first_azimuth: 0.8,
+        field_of_view: 1.05,
+        image_size: [320, 240],
+        near: 0.05,
+    };
+    CameraRig::ring(&ring).unwrap()
+}
+
+/// A march with swinging arms, `frame` of twelve.
+fn marching(body: &Humanoid, frame: usize) -> Pose {
+    let mut pose = body.zero_pose();
+    pose.world_from_root.translation.vector = nalgebra::Vector3::new(0.03 * frame as f64, 0.0, 0.93);
+    let swing = libm::sin(frame as f64 / 12.0 * std::f64::consts::TAU);
+    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+        let angles = [("hip_flexion", 0.3 + 0.5 * sign * swing), ("knee_flexion", 0.7 - 0.4 * sign * swing)];
+        let arm = [("shoulder_flexion", -0.5 * sign * swing), ("shoulder_abduction", 0.5), ("elbow_flexion", 0.8)];
+        for (name, angle) in angles.into_iter().chain(arm) {
+            pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{name}")).unwrap()] = angle;
+        }
+    }
+    pose
+}
+
+/// What the cameras see of an actor in `frames` poses, and those poses.
+fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, Pose)> {
+    let observe = |frame: usize| {
+        let pose = marching(actor, frame);
+        let silhouettes = rig.cameras.iter().map(|camera| {
+            let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+            draw_silhouette(actor, &actor.link_frames(&pose), camera, &mut mask);
+            mask
+        });
+        (Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect() }, pose.clone())
+    };
+    (0..frames).map(observe).collect()
+}
+
+fn calibrated(body: &Humanoid, rig: &CameraRig, seen: &[(Observation, Pose)]) -> Calibration {
+    calibrate(body, rig, SilhouetteSettings::default(), seen).unwrap()
+}
+
+/// Mean distance of the markers of a body in a pose from those of another, mm.
+fn apart_mm((a, pose_a): (&Humanoid, &Pose), (b, pose_b): (&Humanoid, &Pose)) -> f64 {
+    let (a, b) = (a.markers(&a.link_frames(pose_a)), b.markers(&b.link_frames(pose_b)));
+    let all: Vec<f64> = a.iter().zip(&b).filter_map(|(a, b)| Some((a.as_ref()? - b.as_ref()?).norm())).collect();
+    1000.0 * all.iter().sum::<f64>() / all.len() as f64
+}
+
+#[test]
+fn a_planted_body_is_found_from_its_silhouettes() {
+    let body = Humanoid::tracker25().unwrap();
+    let model = ShapeModel::new(&body);
+    let planted = |name: &str| match name {
+        "thigh length" => 0.05,
+        "forearm length" => -0.04,
+        "upper arm girth" => 0.15,
+        "shank girth 1" => -0.12,
+        _ => 0.0,
+    };
+    let values: Vec<f64> = model.numbers.iter().map(|number| planted(&number.name)).collect();
+    let actor = model.shaped(&values);
+    let rig = rig(4);
+    let seen = seen(&actor, &rig, 8);
+    let found = calibrated(&body, &rig, &seen);
+    assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.in_words());
+    for (name, value) in &found.report.shares {
+        // Half a pixel is 2 % of a thigh's girth; hands and feet count little.
+        let within = if name.contains("girth") { 0.06 } else { 0.02 };
+        let told =
+            name.contains("length") || ["upper arm girth", "thigh girth", "shank girth 1"].contains(&name.as_str());
+        assert!(!told || (value - planted(name)).abs() < within, "{name}: {value} is not {}", planted(name));
+    }
+    let truth = (&actor, &seen[0].1);
+    let (before, after) = (apart_mm(truth, (&body, &seen[0].1)), apart_mm(truth, (&found.body, &found.start)));
+    assert!(after < 5.0 && after < 0.5 * before, "{before:.1} to {after:.1} mm");
+    let energy = found.report.energy.unwrap();
+    assert!(energy[1] < energy[0], "{energy:?}");
+}
+
+#[test]
+fn a_right_body_stays_as_it_is() {
+    let body = Humanoid::tracker25().unwrap();
+    let rig = rig(4);
+    let found = calibrated(&body, &rig, &seen(&body, &rig, 6));
+    assert_eq!(found.report.verdict, CalibrationVerdict::NoBetter, "{}", found.report.in_words());
+    assert!(found.body.is_same_body(&body));
+}
+
+#[test]
+fn one_camera_leaves_the_body_alone_and_empty_masks_do() {
+    let body = Humanoid::tracker25().unwrap();
+    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
+    let one = rig(1);
+    let found = calibrated(&body, &one, &seen(&actor, &one, 3));
+    assert_eq!(found.report.verdict, CalibrationVerdict::TooFewViews);
+    let four = rig(4);
+    let mut blank = seen(&actor, &four, 3);
+    for mask in blank.iter_mut().flat_map(|(observation, _)| &mut observation.silhouettes) {
+        *mask = Mask::new(320, 240);
+    }
+    let found = calibrated(&body, &four, &blank);
+    assert_eq!((found.report.verdict, found.report.cost), (CalibrationVerdict::TooFewViews, None));
+    assert!(found.body.is_same_body(&body) && found.start == blank[0].1);
+    assert!(found.report.in_words().contains("fewer than two cameras"));
+}
+
+#[test]
+fn a_frame_without_silhouettes_between_others_does_no_harm() {
+    let body = Humanoid::tracker25().unwrap();
+    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
+    let rig = rig(3);
+    let mut seen = seen(&actor, &rig, 5);
+    seen[2].0.silhouettes.iter_mut().for_each(|mask| *mask = Mask::new(320, 240));
+    let found = calibrated(&body, &rig, &seen);
+    assert!(found.report.shares.iter().all(|(_, share)| share.is_finite()));
+    assert!(found.start.joint_angles.iter().all(|angle| angle.is_finite()));
+}
+
+#[test]
+fn any_number_of_threads_finds_the_same_bits() {
+    let body = Humanoid::tracker25().unwrap();
+    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 2, 0.03, 0.1));
+    let rig = rig(2);
+    let seen = seen(&actor, &rig, 3);
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| calibrated(&body, &rig, &seen)).report
+    };
+    let one = with(1);
+    assert_eq!(with(2), one);
+    assert_eq!(with(8), one);
+}
+
+#[test]
+fn no_frame_is_an_error_and_so_is_another_rig() {
+    let body = Humanoid::tracker25().unwrap();
+    let settings = SilhouetteSettings::default();
+    let error = calibrate(&body, &rig(2), settings, &[]).unwrap_err().to_string();
+    assert_eq!(error, "calibration of the tracker's body: expected at least one frame, found none");
+    let seen = seen(&body, &rig(2), 1);
+    assert!(calibrate(&body, &rig(3), settings, &seen).unwrap_err().to_string().contains("expected 3 silhouettes"));
+}

@@ -1,0 +1,77 @@
+//! A tracker that calibrates its body: what is written, said and measured, and what it reads.
+
+use serde_json::Value;
+use skiagraph::benchmark_set::{BlindSet, Estimates, bodies_from_json};
+
+use super::sandbox::{Sandbox, TINY};
+
+/// [`TINY`] with more cameras, frames and pixels, an actor of the tracker's kind and other size, and calibration.
+fn scenario() -> String {
+    TINY.replace("last_frame = 3", "last_frame = 7")
+        .replace("count = 2", "count = 3")
+        .replace("[80, 60]", "[160, 120]")
+        .replace("seeds = 2", "seeds = 1")
+        + "\n[actor]\nrobot = \"tracker25\"\n\n[tracker_body]\ncalibrate = true\n\
+           mismatch = { percent = { length = 6.0, girth = 25.0 } }\n"
+}
+
+fn json(bytes: &[u8]) -> Value {
+    serde_json::from_slice(bytes).unwrap()
+}
+
+#[test]
+fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
+    let room = Sandbox::new();
+    room.write("fit.toml", scenario());
+    let said = room.succeed("run fit.toml --out whole").stderr;
+    assert!(said.contains("calibration, seed 0: the calibrated body is kept") && said.contains("energy"), "{said}");
+    room.succeed("render fit.toml --out set");
+    // Whatever lies beside the truth is not there to be read.
+    std::fs::rename(room.path("set/truth"), room.path("truth")).unwrap();
+    let said = room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --out parts").stderr;
+    assert!(said.contains("calibration, seed 0: the calibrated body is kept"), "{said}");
+    std::fs::rename(room.path("truth"), room.path("set/truth")).unwrap();
+    room.succeed("evaluate set parts");
+    for file in ["bodies.json", "poses.npz", "search.npz", "per_frame.csv", "report.html"] {
+        assert!(room.read(&format!("whole/{file}")) == room.read(&format!("parts/{file}")), "{file} differs");
+    }
+    let (whole, track) = (json(&room.read("whole/run.json")), json(&room.read("parts/track.json")));
+    assert_eq!(track["calibration"][0]["verdict"], "kept");
+    let report = String::from_utf8(room.read("whole/report.html")).unwrap();
+    assert!(report.contains("Calibration of the tracker") && report.contains("thigh length"));
+
+    // Evaluated again by hand: the markers are those of the body that the run carries.
+    let set = BlindSet::read(&room.path("set")).unwrap();
+    let bodies = bodies_from_json("bodies.json", &room.read("whole/bodies.json")).unwrap();
+    assert!(!bodies[0].is_same_body(&set.start.body));
+    let estimates =
+        Estimates::of_bodies("poses.npz", &room.read("whole/poses.npz"), &set.start.body, bodies.clone()).unwrap();
+    let sequence = &estimates.sequences[0];
+    let markers = bodies[0].markers(&bodies[0].link_frames(sequence.pose(5).unwrap()));
+    assert_eq!(sequence.markers[5], markers);
+    let frames = whole["frames"].as_u64().unwrap();
+    assert_eq!(frames as usize, sequence.frames());
+
+    // Without calibration the energy of the estimate is higher: the body is the wrong one.
+    room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --calibrate false --out given");
+    room.succeed("evaluate set given");
+    assert!(!room.path("given/bodies.json").exists());
+    let overlap = |run: &str| json(&room.read(run))["metrics"]["silhouette_iou"]["mean"].as_f64().unwrap();
+    let (given, fitted) = (overlap("given/run.json"), overlap("whole/run.json"));
+    assert!(fitted > given + 0.02, "{given} {fitted}");
+}
+
+#[test]
+fn a_tracker_that_keeps_its_body_says_so_and_a_body_that_was_changed_is_refused() {
+    let room = Sandbox::new();
+    room.write("fit.toml", scenario());
+    room.succeed("render fit.toml --out set");
+    let said = room.succeed("track set --tracker frozen --out frozen").stderr;
+    assert!(said.contains("tracker_body.calibrate: frozen keeps the body as it is"), "{said}");
+    assert!(!room.path("frozen/bodies.json").exists());
+    room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --out run");
+    let text = String::from_utf8(room.read("run/bodies.json")).unwrap();
+    room.write("run/bodies.json", text.replacen("\"bodies\"", "\"corpses\"", 1));
+    let answer = room.skiagraph(["evaluate", "set", "run"]);
+    assert_eq!(answer.code, 2, "{}", answer.stderr);
+}

@@ -1,0 +1,85 @@
+//! Observations that are corrupted on purpose.
+
+use super::sandbox::{Sandbox, TINY};
+
+fn observation(room: &Sandbox, set: &str) -> toml::Table {
+    let text = String::from_utf8(room.read(&format!("{set}/set.toml"))).unwrap();
+    let mut manifest: toml::Table = text.parse().unwrap();
+    match manifest.remove("observation") {
+        Some(toml::Value::Table(observation)) => observation,
+        _ => toml::Table::new(),
+    }
+}
+
+#[test]
+fn a_ladder_is_one_set_a_level_with_the_truth_of_the_exact_set() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out exact");
+    assert!(observation(&room, "exact").is_empty());
+    room.succeed("render tiny.toml --ladder holes --levels 0,0.2 --out ladder");
+    let level = observation(&room, "ladder/holes-0.2");
+    assert_eq!(level["silhouette"].as_str(), Some("corrupted"));
+    assert_eq!(level["corruption"]["holes"].as_float(), Some(0.2));
+    assert!(!level.contains_key("seed"), "with the seed a tracker could undo what was drawn");
+    let mask = "observations/cam00/silhouette/000003.png";
+    assert_eq!(room.read(&format!("ladder/holes-0/{mask}")), room.read(&format!("exact/{mask}")));
+    assert_ne!(room.read(&format!("ladder/holes-0.2/{mask}")), room.read(&format!("exact/{mask}")));
+    for truth in ["truth/truth.npz", "truth/actor.json", "cameras.json", "start/start.json"] {
+        assert_eq!(room.read(&format!("ladder/holes-0.2/{truth}")), room.read(&format!("exact/{truth}")), "{truth}");
+    }
+    let again = room.skiagraph(["render", "tiny.toml", "--ladder", "holes", "--out", "ladder"]);
+    assert_eq!(again.code, 2, "a level is there already");
+    assert!(again.stderr.contains("a benchmark set exists here"), "{}", again.stderr);
+}
+
+#[test]
+fn errors_of_cameras_are_told_to_the_tracker_and_the_true_ones_stand_on_the_other_side() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out exact");
+    room.succeed("render tiny.toml calibration_mm=50 start_mm=100 --out told");
+    assert_eq!(room.read("told/truth/cameras.json"), room.read("exact/cameras.json"));
+    assert_ne!(room.read("told/cameras.json"), room.read("exact/cameras.json"));
+    assert_ne!(room.read("told/start/start.json"), room.read("exact/start/start.json"));
+    let mask = "observations/cam00/silhouette/000003.png";
+    assert_eq!(room.read(&format!("told/{mask}")), room.read(&format!("exact/{mask}")));
+}
+
+#[test]
+fn a_run_on_corrupted_silhouettes_says_how_good_they_are() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml --out exact");
+    room.succeed("run tiny.toml observation.silhouette=corrupted boundary_px=2 blobs=0.2 --out rough");
+    let record =
+        |run: &str| -> serde_json::Value { serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap() };
+    assert!(record("exact").get("segmentation").is_none());
+    let quality = &record("rough")["segmentation"];
+    let iou = quality["iou"].as_f64().unwrap();
+    assert!(iou > 0.3 && iou < 0.9, "{quality}");
+    assert!(quality["boundary_f"].as_f64().unwrap() < 1.0 && quality["false_positives"].as_f64().unwrap() > 0.0);
+    let page = String::from_utf8(room.read("rough/report.html")).unwrap();
+    assert!(page.contains("corrupted: boundary_px 2 px, blobs 0.2") && page.contains("boundary F"));
+}
+
+#[test]
+fn strengths_out_of_range_and_axes_of_masks_on_exact_ones_are_refused_by_key() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    for (key, words) in [
+        ("holes=1.5", "observation.corruption.holes: expected 0 to 1, found 1.5"),
+        (
+            "holes=0.1",
+            "observation.corruption.holes: expected 0, or `observation.silhouette = \"corrupted\"`, found 0.1",
+        ),
+        ("start_mm=-3", "observation.corruption.start_mm: expected 0 to 100000, found -3"),
+        ("observation.silhouette=perfect", "observation.silhouette"),
+        ("observation.corruption.hole=0.1", "hole"),
+    ] {
+        let refused = room.skiagraph(["render", "tiny.toml", key, "--out", "set"]);
+        assert!(refused.code == 2 && refused.stderr.contains(words), "{key}: {}", refused.stderr);
+    }
+    let refused = room.skiagraph(["render", "tiny.toml", "--ladder", "speed", "--out", "set"]);
+    assert!(refused.code == 2 && refused.stderr.contains("boundary_px"), "{}", refused.stderr);
+}
