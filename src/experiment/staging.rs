@@ -73,6 +73,10 @@ impl Staged {
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
         let actor_template = dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        if tracker.calibrate && tracker.skin.is_some() {
+            let message = "expected false for a tracker's body with a skin, which cannot be calibrated yet, found true";
+            return Err(scenario_error(file, "tracker_body.calibrate", message.to_owned()));
+        }
         let tracker_template =
             dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         let Performance { retargeted: mut performed, seams } =
