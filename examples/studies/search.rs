@@ -87,6 +87,8 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
             results.add(condition, bodies, case.take.name, method.name, outcome);
         }
     }
+    let tuning = Ledger::open(root.join("runs/search/tuning.jsonl"))?;
+    results.tuning = page::tuning_rows(&tuning);
     let folder = root.join("results");
     std::fs::write(folder.join("search.json"), serde_json::to_string_pretty(&results)? + "\n")?;
     std::fs::write(folder.join("search.md"), page::page(&results, seeds))?;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use skiagraph::evaluation::{ValueRange, mean_interval};
 
 use super::spoiled::Condition;
-use super::units::{BODIES, Outcome, mean};
+use super::units::{BODIES, Ledger, Outcome, mean};
 use super::{CALIBRATED, MOST_FRAMES, PAPER, REFINED, STRESS_FRAMES, STRESSED, takes};
 
 /// `[take][method]`.
@@ -18,6 +18,30 @@ pub(crate) struct Results {
     pub(crate) clean: BTreeMap<String, Takes>,
     /// `[condition]`.
     pub(crate) stress: BTreeMap<String, Takes>,
+    /// Takes on which settings were chosen, in small pictures.
+    pub(crate) tuning: Vec<TuningRow>,
+}
+
+/// A take on which settings were chosen, with one kind of bodies and one method.
+#[derive(Serialize)]
+pub(crate) struct TuningRow {
+    take: String,
+    bodies: String,
+    method: String,
+    size: String,
+    outcome: Outcome,
+}
+
+/// What was measured of the tuning takes with the default settings and clean views.
+pub(crate) fn tuning_rows(ledger: &Ledger) -> Vec<TuningRow> {
+    let row = |(key, outcome): (Vec<&str>, &Outcome)| match key.as_slice() {
+        [take, bodies, condition, method, "", _, _, size] if *condition == Condition::Clean.name() => {
+            let [take, bodies, method, size] = [take, bodies, method, size].map(|part| (*part).to_owned());
+            Some(TuningRow { take, bodies, method, size, outcome: outcome.clone() })
+        }
+        _ => None,
+    };
+    ledger.entries().filter_map(row).collect()
 }
 
 impl Results {
@@ -61,6 +85,13 @@ pub(crate) fn page(results: &Results, seeds: u32) -> String {
             stress_table(&results.stress)
         );
     }
+    if !results.tuning.is_empty() {
+        text += &format!(
+            "\n## Takes on which settings were chosen\n\nNot a measure of what to expect; by `SKIAGRAPH_TUNE=`. The gate compares energies in \
+             the frames of the calibration, with the body as given and calibrated.\n\n{}",
+            tuning_table(&results.tuning)
+        );
+    }
     text + &missing(results) + "\n## Takes\n\nFrames of the files from 1, at 120 Hz: " + &listed.join("; ") + ".\n"
 }
 
@@ -99,7 +130,7 @@ fn clean_table(takes: &Takes) -> String {
         let outcomes = methods.map(|method| of(take, method));
         let errors =
             outcomes.map(|o| o.map_or("-".to_owned(), |o| with_interval(std::slice::from_ref(&o.humaneva_mm))));
-        let lost = outcomes.map(|o| number(o.map(|o| 100.0 * mean(&o.lost)), 1) + " %");
+        let lost = outcomes.map(|o| o.map_or("-".to_owned(), |o| format!("{:.1} %", 100.0 * mean(&o.lost))));
         let kept = outcomes[2].map_or("-".to_owned(), |o| format!("{} of {}", count(&o.kept), o.kept.len()));
         text += &format!(
             "| {take} | {} | {} | {} | {}, {} | {}, {} | {} | {} | {} | {kept} |\n",
@@ -136,6 +167,25 @@ fn inside(outcome: Option<&Outcome>) -> String {
         (Some(half), Some(most)) => format!("{half} %, {most} %"),
         _ => "-".to_owned(),
     }
+}
+
+fn tuning_table(rows: &[TuningRow]) -> String {
+    let mut text = String::from(
+        "| take | bodies | calibration | pictures | seeds | error, mm | floor, mm | gate: energies | kept |\n|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for TuningRow { take, bodies, method, size, outcome } in rows {
+        let gate =
+            outcome.gate.first().map_or("-".to_owned(), |[_, _, before, after]| format!("{before:.4}, {after:.4}"));
+        let calibrates = if method == CALIBRATED.name { "yes" } else { "no" };
+        text += &format!(
+            "| {take} | {bodies} | {calibrates} | {size} | {} | {:.1} | {:.1} | {gate} | {} |\n",
+            outcome.humaneva_mm.len(),
+            mean(&outcome.humaneva_mm),
+            outcome.floor_mm,
+            count(&outcome.kept)
+        );
+    }
+    text
 }
 
 fn count(kept: &[bool]) -> usize {

@@ -81,6 +81,11 @@ impl Ledger {
         Ok(Self { path, known })
     }
 
+    /// What is known of cases by the parts of their key: take, bodies, condition, method, settings, seeds, frames, size.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (Vec<&str>, &Outcome)> {
+        self.known.iter().map(|(key, outcome)| (key.split('|').collect(), outcome))
+    }
+
     fn add(&mut self, key: String, outcome: Outcome) -> Result<(), Box<dyn Error>> {
         let mut file = std::fs::OpenOptions::new().create(true).append(true).open(&self.path)?;
         writeln!(file, "{}", serde_json::to_string(&(&key, &outcome))?)?;

@@ -104,7 +104,7 @@ fn work(root: &Path, how: &How, volume: Volume) -> Result<ExitCode, CommandError
     let progress = SweepProgress::new(volume, &sweep.plan.objective);
     let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: how.retry_failed }, &progress);
     drop(progress);
-    let ran = ran.map_err(|error| resumable(error, root, volume))?;
+    let ran = ran.map_err(|error| resumable(error, root))?;
     gather(&sweep, false)?;
     let summary = SweepSummary::of(&sweep)?;
     if how.json {
@@ -130,19 +130,20 @@ fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
         String::new()
     };
     format!(
-        "{}: ran {}{had}{lost}\n\n{}{}\n\n  table: {}",
+        "{}: ran {}{had}{lost}\n\n{}{}\n\n  table: {}\n  page: skiagraph report {}",
         summary.name,
         output::counted(ran.run, "cell"),
         ranking(summary, SHOWN),
         failures_in_words(&ran.failed),
         root.join(RUNS_TABLE).display(),
+        root.display(),
     )
 }
 
-/// An interruption leaves more here than elsewhere.
-fn resumable(error: ExperimentError, root: &Path, volume: Volume) -> ExperimentError {
-    if matches!(error, ExperimentError::Interrupted) {
-        volume.notes(&[format!("finished cells are kept; resume with skiagraph sweep run {}", root.display())]);
+/// An interruption leaves more here than elsewhere: finished cells are kept.
+fn resumable(error: ExperimentError, root: &Path) -> ExperimentError {
+    match error {
+        ExperimentError::Interrupted => ExperimentError::TrainingInterrupted { partial: root.to_owned() },
+        error => error,
     }
-    error
 }

@@ -573,3 +573,33 @@ fn absolute(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() { parent_of(path) } else { path };
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sweep_that_ships_can_be_planned_and_is_the_same_from_anywhere() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/sweeps");
+        let mut count = 0;
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let draft = Draft::new(&SweepFile::open(&path).unwrap(), None).unwrap();
+            let record = draft.record();
+            assert_eq!(record.cells, record.settings * record.seeds.len());
+            assert!(draft.cells.iter().all(|cell| draft.scenario(cell).is_ok()), "{}", path.display());
+            let mut sets: Vec<&String> = draft.cells.iter().map(|cell| &cell.set).collect();
+            sets.dedup();
+            assert_eq!(sets.len(), record.sets, "cells of a set stand side by side");
+            count += 1;
+        }
+        assert!(count >= 5, "{count}");
+    }
+
+    #[test]
+    fn the_first_line_that_differs_is_told() {
+        assert_eq!(first_difference("a\nb\n", "a\nb\n"), None);
+        assert_eq!(first_difference("a\nb\n", "a\nc\n"), Some((2, "b".to_owned(), "c".to_owned())));
+        assert_eq!(first_difference("a\n", "a\nb\n"), Some((2, "(nothing)".to_owned(), "b".to_owned())));
+    }
+}

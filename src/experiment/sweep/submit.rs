@@ -105,9 +105,10 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
         Submission { shards, array: to_ranges(&parts), scripts, commands: Vec::new(), jobs: Vec::new() };
     if options.dry_run {
         let limit = array_limit(options).unwrap_or(USUAL_ARRAY);
+        // numbers of jobs are known once they are submitted
         submission.commands = commands(options, &submission.scripts, &blocks(&parts, limit))
             .iter()
-            .map(|command| in_words(command))
+            .map(|command| in_words(command).replace(JOBS, "<jobs above>"))
             .collect();
         return Ok(submission);
     }
