@@ -17,6 +17,7 @@ mod plausibility;
 mod s1;
 mod search;
 mod simulation;
+mod skin;
 mod tune_s1;
 
 use std::error::Error;
@@ -25,7 +26,7 @@ use std::process::ExitCode;
 type Study = fn() -> Result<(), Box<dyn Error>>;
 
 /// Name, what it measures, and the study.
-const STUDIES: [(&str, &str, Study); 10] = [
+const STUDIES: [(&str, &str, Study); 11] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
     ("background", "segmentation beside OpenCV's: results/background.md", background::study),
     ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
@@ -35,6 +36,7 @@ const STUDIES: [(&str, &str, Study); 10] = [
     ("s1", "learned motion models with one camera: results/s1.md", s1::study),
     ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
+    ("skin", "a skin against capsules as the tracker's body: results/skin.md", skin::study),
     (
         "tune_s1",
         "settings of learned motion models, tried on recordings that are not reported; prints only",

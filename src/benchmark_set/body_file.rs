@@ -6,13 +6,17 @@
 //! joint is its frame in the parent link, which is the child link's frame at zero angle.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::SetError;
-use super::rigid::RigidRecord;
-use crate::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Solid};
+use super::rigid::{self, RigidRecord};
+use crate::body::{
+    Blending, DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Skin, SkinParts,
+    Solid,
+};
 use crate::input::excerpt;
 use crate::raster::TaperedCapsule;
 
@@ -37,6 +41,25 @@ struct BodyRecord {
     /// HumanEva's virtual markers by name.
     markers: BTreeMap<String, MarkerRecord>,
     notes: Vec<String>,
+    /// The skin, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    skin: Option<SkinRecord>,
+}
+
+/// A surface that bends with the links.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SkinRecord {
+    name: String,
+    /// `linear` or `dual_quaternion`.
+    blending: String,
+    /// In the bind pose.
+    vertices: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+    /// For every vertex links and their shares.
+    influences: Vec<Vec<(u32, f64)>>,
+    /// `world_from_link` in the bind pose, for every link `x y z qw qx qy qz`.
+    bind: Vec<[f64; 7]>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -170,6 +193,7 @@ impl BodyRecord {
             degrees_of_freedom: body.degrees_of_freedom.iter().map(DegreeRecord::new).collect(),
             markers: markers.collect(),
             notes: body.notes.clone(),
+            skin: body.skin.as_ref().map(|skin| SkinRecord::new(skin)),
         }
     }
 
@@ -197,7 +221,10 @@ impl BodyRecord {
             }
             markers[slot] = Some(LinkPoint { link: marker.link, point_in_link: marker.point.into() });
         }
+        let links = self.links.len();
+        let skin = self.skin.map(|skin| skin.skin(links).map_err(|e| format!("skin: {e}"))).transpose()?;
         Ok(Humanoid {
+            skin: skin.map(Arc::new),
             name: self.name,
             links: self.links.into_iter().map(LinkRecord::link).collect::<Result<_, _>>()?,
             joints,
@@ -209,6 +236,40 @@ impl BodyRecord {
             markers,
             notes: self.notes,
         })
+    }
+}
+
+impl SkinRecord {
+    fn new(skin: &Skin) -> Self {
+        let parts = skin.to_parts();
+        Self {
+            name: parts.name,
+            blending: match parts.blending {
+                Blending::Linear => "linear",
+                Blending::DualQuaternion => "dual_quaternion",
+            }
+            .to_string(),
+            vertices: parts.vertices.into_iter().map(Into::into).collect(),
+            triangles: parts.triangles,
+            influences: parts.influences,
+            bind: parts.bind.iter().map(rigid::to_row).collect(),
+        }
+    }
+
+    fn skin(self, links: usize) -> Result<Skin, String> {
+        let parts = SkinParts {
+            blending: match self.blending.as_str() {
+                "linear" => Blending::Linear,
+                "dual_quaternion" => Blending::DualQuaternion,
+                other => return Err(format!("blending {:?}; expected linear or dual_quaternion", excerpt(other))),
+            },
+            name: self.name,
+            vertices: self.vertices.into_iter().map(Point3::from).collect(),
+            triangles: self.triangles,
+            influences: self.influences,
+            bind: self.bind.iter().map(rigid::from_row).collect::<Result<_, _>>()?,
+        };
+        Skin::from_parts(parts, links)
     }
 }
 

@@ -97,6 +97,7 @@ pub(super) fn every_kind_of_body() -> Humanoid {
         joints: kinds.map(joint).into(),
         degrees_of_freedom: (0..11).map(degree).collect(),
         markers,
+        skin: None,
         notes: vec!["a limit was assumed".to_string()],
     }
 }

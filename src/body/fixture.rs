@@ -23,6 +23,7 @@ pub(crate) fn person() -> Humanoid {
         joints: Vec::new(),
         degrees_of_freedom: Vec::new(),
         markers: [None; LANDMARKS.len()],
+        skin: None,
         notes: Vec::new(),
     };
     let mut add = |name: &str, parent: usize, at: [f64; 3], solid: Solid, hinge: bool| {

@@ -1,8 +1,10 @@
 //! The articulated body: links, joints and degrees of freedom.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
-use super::{LANDMARKS, LinkPoint, Solid};
+use super::{LANDMARKS, LinkPoint, Skin, Solid};
 
 /// An articulated body. Invariants: links are in topological order (a link's parent has a smaller index), link 0 is the
 /// root, joint `i` moves link `i + 1`, every axis is unit length, every limit is ordered.
@@ -18,6 +20,8 @@ pub struct Humanoid {
     pub degrees_of_freedom: Vec<DegreeOfFreedom>,
     /// Positions of the virtual markers, in the order of [`LANDMARKS`]; `None` for markers that this body lacks.
     pub markers: [Option<LinkPoint>; LANDMARKS.len()],
+    /// The surface that cameras see and the ground touches; without it these are the links' solids.
+    pub skin: Option<Arc<Skin>>,
     /// Notes about its file: limits that were assumed, joints that are locked.
     pub notes: Vec<String>,
 }
@@ -123,14 +127,15 @@ impl Drive {
 }
 
 impl Humanoid {
-    /// Whether it is the same body as `other`: links with geometry and inertia, joints, degrees of freedom and markers,
-    /// bit for bit. The robot's name and the notes do not count.
+    /// Whether it is the same body as `other`: links with geometry and inertia, joints, degrees of freedom, markers and
+    /// skin, bit for bit. The robot's name and the notes do not count.
     pub fn is_same_body(&self, other: &Self) -> bool {
-        let Self { name: _, links, joints, degrees_of_freedom, markers, notes: _ } = self;
+        let Self { name: _, links, joints, degrees_of_freedom, markers, skin, notes: _ } = self;
         *links == other.links
             && *joints == other.joints
             && *degrees_of_freedom == other.degrees_of_freedom
             && *markers == other.markers
+            && *skin == other.skin
     }
 
     /// Index of the link of that name.

@@ -223,6 +223,7 @@ mod tests {
             joints: joints.collect(),
             degrees_of_freedom: (0..11).map(degree).collect(),
             markers: Default::default(),
+            skin: None,
             notes: vec![],
         }
     }

@@ -63,10 +63,21 @@ impl Humanoid {
         })
     }
 
-    /// The lowest point of these links' geometry, world, metres; `None` if they have none.
+    /// The lowest point of these links' surface, the skin's if there is one, world, metres; `None` if they have none.
     pub fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<Point3<f64>> {
-        let solids = links.iter().flat_map(|&link| self.links[link].solids.iter().map(move |solid| (link, solid)));
-        solids.filter_map(|(link, solid)| solid.lowest_point(&frames[link])).min_by(|a, b| a.z.total_cmp(&b.z))
+        self.lowest_on_link(frames, links).map(|(_, point)| point)
+    }
+
+    /// As [`Self::lowest_point`], with the link that carries the point.
+    pub(crate) fn lowest_on_link(&self, frames: &LinkFrames, links: &[usize]) -> Option<(usize, Point3<f64>)> {
+        let lower = |a: &(usize, Point3<f64>), b: &(usize, Point3<f64>)| a.1.z.total_cmp(&b.1.z);
+        if let Some(skin) = &self.skin {
+            return skin.deformed_parts(frames, links).min_by(lower);
+        }
+        let of_link = |&link: &usize| {
+            self.links[link].solids.iter().filter_map(move |solid| Some((link, solid.lowest_point(&frames[link])?)))
+        };
+        links.iter().flat_map(of_link).min_by(lower)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The same body with other lengths and girths.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use super::{Humanoid, Inertia, Solid};
@@ -49,7 +51,7 @@ impl Humanoid {
     ///
     /// Boxes, cylinders and meshes scale with the length along their longest direction and with the girth across it. A
     /// link's mass scales with its length (along the line from its origin to its centre of mass) and the square of its
-    /// girth: the density is constant. Angles, limits and joint axes do not change.
+    /// girth: the density is constant. A skin follows the solids. Angles, limits and joint axes do not change.
     pub fn reshaped(&self, shape: &BodyShape) -> Self {
         let mut body = self.clone();
         for (index, change) in shape.links.iter().enumerate().take(self.links.len()) {
@@ -64,6 +66,7 @@ impl Humanoid {
                 marker.point_in_link = change.place(&marker.point_in_link);
             }
         }
+        body.skin = self.skin.as_ref().map(|skin| Arc::new(skin.reshaped(self, shape)));
         body
     }
 }

@@ -135,6 +135,7 @@ pub(super) mod tests {
             ],
             degrees_of_freedom: ["hinge", "ball.x", "ball.y", "ball.z"].map(free).to_vec(),
             markers: [None; 15],
+            skin: None,
             notes: Vec::new(),
         }
     }

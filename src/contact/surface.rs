@@ -19,14 +19,9 @@ pub trait Surface: Sync {
     fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<SurfacePoint>;
 }
 
-/// The solids of the body.
+/// The skin of the body, or its solids.
 impl Surface for Humanoid {
     fn lowest_point(&self, frames: &LinkFrames, links: &[usize]) -> Option<SurfacePoint> {
-        let lowest = |&link: &usize| {
-            let points = self.links[link].solids.iter().filter_map(|solid| solid.lowest_point(&frames[link]));
-            let point = points.min_by(|a, b| a.z.total_cmp(&b.z))?;
-            Some(SurfacePoint { link, point })
-        };
-        links.iter().filter_map(lowest).min_by(|a, b| a.point.z.total_cmp(&b.point.z))
+        self.lowest_on_link(frames, links).map(|(link, point)| SurfacePoint { link, point })
     }
 }

@@ -5,6 +5,21 @@
 //! does the same with one take and itself, [`along_path`] turns a motion along waypoints, [`varied`] lets tempo,
 //! amplitude and posture drift slowly, as those of people do.
 //!
+//! ```
+//! use skiagraph::body::shipped;
+//! use skiagraph::editing::{JoinSettings, Take, repeated};
+//! use skiagraph::mocap::{ReadOptions, parse_deepmimic};
+//! use skiagraph::retarget::{RetargetOptions, retarget};
+//! # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/motions/humanoid3d_walk.txt");
+//! let text = std::fs::read_to_string(file)?;
+//! let clip = parse_deepmimic(&text, "walk", &ReadOptions::default())?;
+//! let walk = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
+//! let take = Take { name: clip.name, motion: walk.motion };
+//! let longer = repeated(&walk.humanoid, &take, 3.0, &JoinSettings::default())?;
+//! assert_eq!(longer.motion.poses.len(), 91);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Feet slide a little through a blend and on a bent path: plant them afterwards (`physics::plant_feet`).
 
 mod blending;

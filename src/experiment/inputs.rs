@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{ExperimentError, clip_file};
+use super::{ExperimentError, clip_file, skins};
 use crate::benchmark_set::is_set;
 use crate::scenario::{ScenarioFile, TrackerSettings};
 
@@ -36,7 +36,8 @@ impl Inputs {
         let trackers = scenario.trackers();
         let models =
             trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).map(|name| file.folder.join(name));
-        Self::new(file.path.iter().cloned().chain(recordings).chain(robots).chain(cameras).chain(models))
+        let skins = skins::paths_of(file);
+        Self::new(file.path.iter().cloned().chain(recordings).chain(robots).chain(cameras).chain(models).chain(skins))
     }
 
     /// Of a tracker that reads a set.

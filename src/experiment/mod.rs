@@ -50,6 +50,7 @@ mod run_place;
 mod run_reading;
 mod scene_check;
 mod segmenting;
+mod skins;
 mod staging;
 pub mod sweep;
 mod tracking;

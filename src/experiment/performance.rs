@@ -71,7 +71,8 @@ impl<'a> Recordings<'a> {
         let (mut takes, mut seams) = (Vec::new(), Vec::new());
         for (table, settings, recording) in &self.takes {
             let key = format!("{table}.clip");
-            let mut own = retargeted(file, (&key, &settings.clip), robot, &recording.clip, template)?;
+            let mut own =
+                retargeted(file, (&key, &settings.clip), robot, &recording.clip, &settings.joint_map, template)?;
             let body = first.as_ref().map_or(&own.humanoid, |first| &first.humanoid);
             let motion = match &first {
                 None => std::mem::replace(&mut own.motion, Motion { frames_per_second: 1.0, poses: Vec::new() }),

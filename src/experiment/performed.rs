@@ -1,5 +1,7 @@
 //! From a recording to a motion of a body: the steps that the test and what is learned from share.
 
+use std::collections::BTreeMap;
+
 use super::ExperimentError;
 use super::error::scenario_error;
 use crate::benchmark_set::ContactFacts;
@@ -17,9 +19,11 @@ pub(super) fn retargeted(
     (clip_key, clip_name): (&str, &str),
     (robot_key, robot_name): (&str, &str),
     clip: &Clip,
+    joint_map: &BTreeMap<String, String>,
     template: &Humanoid,
 ) -> Result<Retargeted, ExperimentError> {
-    retarget(clip, template, &RetargetOptions::default()).map_err(|error| {
+    let options = RetargetOptions { landmarks: joint_map.clone(), ..RetargetOptions::default() };
+    retarget(clip, template, &options).map_err(|error| {
         let (key, name) = match error {
             RetargetError::MissingMarkers { .. } => (robot_key, robot_name),
             _ => (clip_key, clip_name),

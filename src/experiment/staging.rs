@@ -7,6 +7,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use super::error::scenario_error;
 use super::performance::{Performance, Recordings};
 use super::performed::{plant_feet_if_asked, refit};
+use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
@@ -20,7 +21,7 @@ use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
     CameraFileSettings, CameraSettings, ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings,
-    RingSettings, ScenarioFile, VariationSettings, did_you_mean,
+    RingSettings, ScenarioFile, SkinBlending, VariationSettings, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -70,10 +71,18 @@ impl Staged {
             false => robot(file, "tracker_body.robot", &scenario.tracker_body.robot)?,
         };
         let same_robot = actor_template.is_same_body(&tracker_template);
+        let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
+        let actor_template = dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        if tracker.calibrate && tracker.skin.is_some() {
+            let message = "expected false for a tracker's body with a skin, which cannot be calibrated yet, found true";
+            return Err(scenario_error(file, "tracker_body.calibrate", message.to_owned()));
+        }
+        let tracker_template =
+            dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         let Performance { retargeted: mut performed, seams } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         let contact = apply_contact(file, &mut performed)?;
-        let body = tracker_body(file, &tracker_template, &performed.humanoid, same_robot);
+        let body = tracker_body(file, &tracker_template, &performed, same_robot);
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
@@ -220,11 +229,11 @@ fn lens_without_effect(corruption: &Corruption, rig: &CameraRig) -> Option<Strin
 }
 
 /// The tracker's body: scaled to the subject that the actor was scaled to, then made wrong.
-fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid, same_robot: bool) -> Humanoid {
+fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Retargeted, same_robot: bool) -> Humanoid {
     let settings = &file.scenario.tracker_body;
     let body = match same_robot {
-        true => actor.clone(),
-        false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(actor))),
+        true => template.reshaped(&actor.shape),
+        false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid))),
     };
     let body = match settings.mismatch.percents() {
         None => body,
@@ -412,7 +421,10 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
         let seed = scenario.tracker_body.seed;
         format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}")
     });
+    let named = |skin: &Option<String>| skin.as_ref().map_or("solids".to_owned(), |skin| format!("skin `{skin}`"));
+    let (own, believed) = (&scenario.actor.skin, &scenario.tracker_body.skin);
+    let skins = (own != believed).then(|| format!("{} against {}", named(own), named(believed)));
     let wrong = scenario.observation.corruption.wrong_body_percent;
     let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
-    robots.into_iter().chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
+    robots.into_iter().chain(skins).chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
 }

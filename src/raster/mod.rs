@@ -2,7 +2,7 @@
 //!
 //! [`CapsulePainter`] draws what a [`crate::camera::Pinhole`] sees of [`TaperedCapsule`]s into a [`Mask`];
 //! [`SilhouetteComparer`] does the same thousands of times a frame against one observed mask. [`paint_polygon`] and
-//! [`paint_triangles`] fill everything else. Everything is in the ideal
+//! [`paint_triangles`] fill everything else, [`MeshTopology`] fine meshes by their outline. Everything is in the ideal
 //! (undistorted) pixels of a pinhole.
 //!
 //! ```
@@ -31,6 +31,7 @@ mod contour;
 mod contour_distance;
 mod distance;
 mod mask;
+mod mesh_silhouette;
 mod morphology;
 mod outline;
 mod overlap;
@@ -47,6 +48,7 @@ pub use comparer::{Comparison, SilhouetteComparer};
 pub use contour::contour;
 pub use distance::DistanceMap;
 pub use mask::Mask;
+pub use mesh_silhouette::{MeshScratch, MeshTopology};
 pub use morphology::{closed, opened};
 pub use overlap::{Overlap, overlap};
 pub use polygon::paint_polygon;

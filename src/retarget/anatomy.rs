@@ -36,6 +36,8 @@ const SIDED: [(Landmark, Landmark, &[&str]); 6] = [
     (Landmark::LeftElbow, Landmark::RightElbow, &["forearm", "lowarm", "lowerarm", "radius", "elbow"]),
     (Landmark::LeftWrist, Landmark::RightWrist, &["wrist", "hand"]),
 ];
+/// What Mixamo puts before every name, in files whose program dropped the colon behind it.
+const MIXAMO: &str = "mixamorig";
 const NECK: [&str; 3] = ["upperneck", "neck1", "neck"];
 const HEAD: [&str; 2] = ["head", "neck"];
 const TOES: [&str; 4] = ["toebase", "toes", "toe", "ball"];
@@ -222,8 +224,11 @@ impl Names {
     fn from_skeleton(skeleton: &Skeleton) -> Self {
         let mut names = BTreeMap::new();
         for (index, joint) in skeleton.joints.iter().enumerate() {
-            let bare = joint.name.rsplit(':').next().unwrap_or(&joint.name);
-            let key = bare.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect();
+            let bare = joint.name.rsplit([':', '|']).next().unwrap_or(&joint.name);
+            let key: String =
+                bare.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect();
+            let digits = |rest: &str| rest.trim_start_matches(|c: char| c.is_ascii_digit()).to_owned();
+            let key = key.strip_prefix(MIXAMO).map(digits).unwrap_or(key);
             names.entry(key).or_insert(index);
         }
         Self(names)
@@ -284,4 +289,51 @@ fn missing_bone(clip: &Clip, thorax: usize) -> Option<(usize, Vector3<f64>)> {
     let mut children = (0..clip.skeleton.joints.len()).filter(|&j| clip.skeleton.joints[j].parent == Some(thorax));
     let all_on_it = children.clone().count() > 1 && children.all(|j| offset(j).is_some_and(|o| o.norm() < 1e-6));
     offset(thorax).filter(|bone| all_on_it && bone.norm() > 1e-6).map(|bone| (thorax, bone))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mocap::SkeletonJoint;
+
+    /// The joints of a dialect: trunk, then stems of an arm and of a leg with the spelling of a side.
+    fn skeleton(trunk: &[&str], limbs: &[&str], spell: impl Fn(&str, &str) -> String) -> Skeleton {
+        let sided = ["Left", "Right"].into_iter().flat_map(|side| limbs.iter().map(move |stem| (side, *stem)));
+        let names = trunk.iter().map(|name| (*name).to_owned()).chain(sided.map(|(side, stem)| spell(side, stem)));
+        Skeleton { joints: names.map(|name| SkeletonJoint { name, parent: None, tip: Some(Vector3::z()) }).collect() }
+    }
+
+    #[test]
+    fn the_names_of_common_programs_give_all_landmarks() {
+        let before = |text: &'static str| move |side: &str, stem: &str| format!("{text}{side}{stem}");
+        let short = |side: &str| side[..1].to_ascii_lowercase();
+        let biped = ["Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase"];
+        let hinges = ["Collar", "Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle", "Toe"];
+        let xsens = ["Shoulder", "UpperArm", "ForeArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toe"];
+        let rokoko = ["Shoulder", "Arm", "ForeArm", "Hand", "Thigh", "Shin", "Foot", "Toe"];
+        let cmu = ["clavicle", "humerus", "radius", "wrist", "femur", "tibia", "foot", "toes"];
+        let unreal = ["clavicle", "upperarm", "lowerarm", "hand", "thigh", "calf", "foot", "ball"];
+        let trunk = ["Hips", "Spine", "Neck", "Head"];
+        let dialects = [
+            ("MotionBuilder", skeleton(&trunk, &biped, before(""))),
+            ("MotionBuilder with a name space", skeleton(&trunk, &biped, before("Actor:"))),
+            ("Mixamo", skeleton(&["mixamorig:Neck", "mixamorig:Head"], &biped, before("mixamorig:"))),
+            ("Mixamo without colons", skeleton(&["mixamorigNeck", "mixamorigHead"], &biped, before("mixamorig"))),
+            ("Mixamo's second figure", skeleton(&["mixamorig1Neck", "mixamorig1Head"], &biped, before("mixamorig1"))),
+            ("Biovision, Xsens MVN", skeleton(&["Hips", "Chest", "Neck", "Head"], &hinges, before(""))),
+            ("Xsens", skeleton(&["Pelvis", "L5", "Neck", "Head"], &xsens, before(""))),
+            ("Rokoko", skeleton(&trunk, &rokoko, before(""))),
+            ("CMU", skeleton(&["root", "upperneck", "head"], &cmu, |s, n| format!("{}{n}", short(s)))),
+            ("Unreal", skeleton(&["pelvis", "neck", "head"], &unreal, |s, n| format!("{n}_{}", short(s)))),
+        ];
+        for (dialect, skeleton) in dialects {
+            let found = named_landmarks(&Names::from_skeleton(&skeleton));
+            for (landmark, site) in LANDMARKS.iter().zip(&found) {
+                assert!(site.is_some(), "{dialect}: {}", landmark.name());
+            }
+            let shoulder = &skeleton.joints[found[Landmark::LeftShoulder as usize].unwrap().joint()].name;
+            let shoulder = shoulder.to_lowercase();
+            assert!(!shoulder.contains("collar") && !shoulder.contains("clavicle"), "{dialect}: {shoulder}");
+        }
+    }
 }

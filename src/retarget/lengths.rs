@@ -47,6 +47,11 @@ impl SegmentLengths {
         Self::measure(&[(humanoid.markers(&frames), toes)])
     }
 
+    /// Of landmarks at one instant, and the balls of the left and of the right foot.
+    pub(super) fn from_places(markers: &Markers, toes: [Option<Point3<f64>>; 2]) -> Self {
+        Self::measure(&[(*markers, toes)])
+    }
+
     pub(super) fn of_subject(frames: &[SubjectFrame]) -> Self {
         Self::measure(&frames.iter().map(|f| (f.markers, f.toes)).collect::<Vec<_>>())
     }

@@ -28,6 +28,7 @@ mod lengths;
 mod planted;
 mod residuals;
 mod shape_fit;
+mod skin_fit;
 mod spine;
 mod turning;
 
@@ -42,6 +43,7 @@ pub use goals::FitOptions;
 pub use lengths::SegmentLengths;
 pub use residuals::{FootHeight, LandmarkResidual, LimitHits, RetargetReport};
 pub use shape_fit::fit_shape;
+pub use skin_fit::with_skin;
 
 use crate::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
 use crate::input::excerpt;
@@ -99,7 +101,7 @@ pub struct Retargeted {
 pub enum RetargetError {
     /// A landmark cannot be found by name.
     #[error(
-        "no joint of the recording is recognised as: {missing}; name them in `landmarks` (\"Joint\", \"Joint:tip\" or \
+        "no joint of the recording is recognised as: {missing}; name them in `joint_map` of `[motion]` (\"Joint\", \"Joint:tip\" or \
          \"Joint+Joint\"); its joints are: {}",
         excerpt(joints)
     )]

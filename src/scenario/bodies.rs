@@ -10,6 +10,13 @@ pub struct ActorSettings {
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
     /// recorded subject. Default: `actor`.
     pub robot: String,
+    /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
+    /// path of a `.toml` relative to the scenario (`robots/skins/`). Default: the robot's solids.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skin: Option<String>,
+    /// How the transforms of several links are blended. Default: `"linear"`.
+    #[serde(skip_serializing_if = "SkinBlending::is_linear")]
+    pub skin_blending: SkinBlending,
     /// Treatment of ground contact. `"off"`: none. `"measure"`: the motion is unchanged; notes report how much it
     /// skates, sinks and floats. `"fix"`: standing feet are planted and nothing is below the ground; notes report the
     /// changes. `"simulate"`: a physics simulation drives the body towards the fixed motion; the simulated motion is
@@ -47,6 +54,23 @@ fn sideways() -> [f64; 3] {
     [0.0, 1.0, 0.0]
 }
 
+/// How a skin blends the transforms of several links.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SkinBlending {
+    /// The mean of transformed points: joints collapse when they bend or twist far.
+    #[default]
+    Linear,
+    /// Dual quaternions: no collapse.
+    DualQuaternion,
+}
+
+impl SkinBlending {
+    fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+}
+
 /// Treatment of ground contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -71,6 +95,9 @@ pub struct TrackerBodySettings {
     /// `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded subject
     /// before the mismatch. Default: `tracker25`.
     pub robot: String,
+    /// The tracker's own surface, as `actor.skin`. Default: the robot's solids.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skin: Option<String>,
     /// Mismatch of the tracker's body: `"none"`, `"standard"` or `{ percent = { length = 3.0, girth = 10.0 } }`.
     /// Default: `"standard"`.
     pub mismatch: Mismatch,
@@ -117,12 +144,20 @@ impl Mismatch {
 
 impl Default for ActorSettings {
     fn default() -> Self {
-        Self { robot: "actor".to_owned(), contact: ContactMode::Off, friction: None, root_wrench: None, push: None }
+        Self {
+            robot: "actor".to_owned(),
+            skin: None,
+            skin_blending: SkinBlending::Linear,
+            contact: ContactMode::Off,
+            friction: None,
+            root_wrench: None,
+            push: None,
+        }
     }
 }
 
 impl Default for TrackerBodySettings {
     fn default() -> Self {
-        Self { robot: "tracker25".to_owned(), mismatch: Mismatch::Standard, seed: 1, calibrate: false }
+        Self { robot: "tracker25".to_owned(), skin: None, mismatch: Mismatch::Standard, seed: 1, calibrate: false }
     }
 }

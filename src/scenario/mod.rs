@@ -33,7 +33,7 @@ mod tracker;
 mod tracker_kind;
 mod tree;
 
-pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, TrackerBodySettings};
+pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, SkinBlending, TrackerBodySettings};
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, Place};

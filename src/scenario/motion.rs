@@ -1,5 +1,7 @@
 //! `[motion]` and `[training]`: recordings and the used parts of them.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +74,10 @@ pub struct MotionSettings {
     /// Default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<usize>,
+    /// Landmark (`left_knee` and so on, HumanEva's fifteen) to the joint of the recording that it follows: `Joint`,
+    /// `Joint:tip`, or `Joint+Joint` for the middle. Default: by the joints' names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub joint_map: BTreeMap<String, String>,
     /// SHA-256 of the clip's file in hexadecimal; another file of that name is used, with a note. Default: not
     /// checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -114,6 +120,9 @@ pub struct TakeSettings {
     /// Play the recording this many times as fast. Default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
+    /// As `motion.joint_map`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub joint_map: BTreeMap<String, String>,
     /// As `motion.sha256`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
@@ -205,6 +214,7 @@ impl MotionSettings {
             path_m: Vec::new(),
             variation: None,
             frames: None,
+            joint_map: BTreeMap::new(),
             sha256: None,
             source: String::new(),
         }
@@ -243,6 +253,7 @@ impl TakeSettings {
             source_hz: take.source_hz,
             mirror: take.mirror,
             speed: take.speed,
+            joint_map: take.joint_map,
             sha256: take.sha256,
             source: take.source,
             ..MotionSettings::of_clip(&take.clip)

@@ -152,7 +152,7 @@ impl SilhouetteLikelihood {
         }
         let only_capsules = body.links.iter().flat_map(|l| &l.solids).all(|f| matches!(f, Solid::TaperedCapsule(_)));
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
-        let fast = only_capsules && one_sided;
+        let fast = only_capsules && body.skin.is_none() && one_sided;
         let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
         Ok(Self { body, settings, views, fast, outline: None, importance: Vec::new() })
     }

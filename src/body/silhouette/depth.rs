@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 
 use super::{SilhouettePainter, solid};
-use crate::body::{Humanoid, LinkFrames, Prop, Solid};
+use crate::body::{Humanoid, LinkFrames, Prop, Skin, Solid};
 use crate::raster::Mask;
 
 /// Depth and link at the centre of every pixel, row by row from the top.
@@ -24,12 +24,32 @@ impl SilhouettePainter {
     /// Depth and link by the rays of all pixels, lens included. Equals the silhouette, except for pixels whose centre
     /// lies on an outline up to rounding.
     pub fn depth(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> DepthImage {
+        if let Some(skin) = &humanoid.skin {
+            return self.depth_of_skin(skin, frames);
+        }
         self.depth_of(humanoid.links.iter().map(|link| link.solids.as_slice()).zip(frames.0.iter().copied()))
     }
 
     /// As [`Self::depth`], of the props; the part is the prop's index plus 1.
     pub fn depth_of_props(&mut self, props: &[Prop]) -> DepthImage {
         self.depth_of(props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())))
+    }
+
+    /// The part is the link that carries most of the triangle.
+    fn depth_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> DepthImage {
+        let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
+        skin.deform_with(&self.camera.camera_from_world, frames, &mut self.skin);
+        let rays = self.rays();
+        let pixels = width as usize * height as usize;
+        let mut image = DepthImage { width, height, depth: vec![f32::INFINITY; pixels], part: vec![0; pixels] };
+        solid::each_depth_of_mesh(&self.skin, skin.triangles(), rays, near, &mut |x, y, depth, triangle| {
+            let pixel = y as usize * width as usize + x as usize;
+            if (depth as f32) < image.depth[pixel] {
+                image.depth[pixel] = depth as f32;
+                image.part[pixel] = skin.part_of(triangle as usize) + 1;
+            }
+        });
+        image
     }
 
     fn depth_of<'a>(&mut self, parts: impl Iterator<Item = (&'a [Solid], Isometry3<f64>)>) -> DepthImage {

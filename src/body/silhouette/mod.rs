@@ -3,7 +3,7 @@
 //! A pixel belongs to it iff the ray through the pixel's centre meets the part of any solid at or beyond the near
 //! plane. Tapered capsules in a camera with an ideal lens are filled by their outlines ([`CapsulePainter`], thousands
 //! per second). For everything else the rays of all pixels in the solid's bounds are tested, which is exact for any
-//! lens.
+//! lens. A body with a skin is seen as that skin.
 
 mod depth;
 mod pixel_rays;
@@ -12,11 +12,11 @@ mod surface;
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 
-use super::{Humanoid, LinkFrames, Solid};
+use super::{Humanoid, LinkFrames, Skin, Solid};
 use crate::camera::Camera;
-use crate::raster::{CapsulePainter, Mask, TaperedCapsule};
+use crate::raster::{CapsulePainter, Mask, MeshScratch, TaperedCapsule};
 pub use depth::DepthImage;
 use pixel_rays::PixelRays;
 pub use surface::SurfacePixel;
@@ -50,6 +50,9 @@ pub struct SilhouettePainter {
     camera: Camera,
     outlines: CapsulePainter,
     capsules: Vec<TaperedCapsule>,
+    /// Vertices of a skin in the camera's frame.
+    skin: Vec<Point3<f64>>,
+    mesh: MeshScratch,
     /// Created on first use: undistorting every pixel takes tens of milliseconds, and 16 bytes per pixel.
     rays: Arc<OnceLock<PixelRays>>,
 }
@@ -61,6 +64,8 @@ impl SilhouettePainter {
             camera: camera.clone(),
             outlines: CapsulePainter::new(&camera.pinhole),
             capsules: Vec::new(),
+            skin: Vec::new(),
+            mesh: MeshScratch::default(),
             rays: Arc::default(),
         }
     }
@@ -71,12 +76,17 @@ impl SilhouettePainter {
             camera: self.camera.clone(),
             outlines: CapsulePainter::new(&self.camera.pinhole),
             capsules: Vec::new(),
+            skin: Vec::new(),
+            mesh: MeshScratch::default(),
             rays: self.rays.clone(),
         }
     }
 
     /// Adds the silhouette of a body with its links at `frames` to `mask`, which has the camera's size.
     pub fn paint(&mut self, humanoid: &Humanoid, frames: &LinkFrames, mask: &mut Mask) {
+        if let Some(skin) = &humanoid.skin {
+            return self.paint_skin(skin, frames, mask);
+        }
         let ideal = self.camera.distortion.is_none();
         if ideal {
             capsules_in_camera(humanoid, frames, &self.camera, &mut self.capsules);
@@ -95,6 +105,15 @@ impl SilhouettePainter {
         let mut mask = Mask::new(self.camera.pinhole.width, self.camera.pinhole.height);
         self.paint(humanoid, frames, &mut mask);
         mask
+    }
+
+    fn paint_skin(&mut self, skin: &Skin, frames: &LinkFrames, mask: &mut Mask) {
+        skin.deform_with(&self.camera.camera_from_world, frames, &mut self.skin);
+        if self.camera.distortion.is_none() {
+            return skin.topology().paint(&self.camera.pinhole, &self.skin, &mut self.mesh, mask);
+        }
+        let (rays, near) = (self.rays.get_or_init(|| PixelRays::new(&self.camera)), self.camera.pinhole.near);
+        solid::each_depth_of_mesh(&self.skin, skin.triangles(), rays, near, &mut |x, y, _, _| mask.set(x, y, true));
     }
 
     /// The rays of all pixels, computed on first use.

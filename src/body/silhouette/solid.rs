@@ -85,8 +85,9 @@ fn paint_where(reach: &Reach, rays: &PixelRays, near: f64, mask: &mut Mask, seen
     });
 }
 
-/// The surface of a mesh; if the near plane cuts a closed mesh, its far side is visible.
-fn each_depth_of_mesh(
+/// The surface of a mesh (vertices in the camera's frame), with the number of the triangle; if the near plane cuts a
+/// closed mesh, its far side is visible.
+pub(super) fn each_depth_of_mesh(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
     rays: &PixelRays,

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::{SilhouettePainter, solid};
-use crate::body::{Humanoid, LinkFrames, Prop, Solid};
+use crate::body::{Humanoid, LinkFrames, Prop, Skin, Solid};
 
 /// The nearest surface point at the centre of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,9 @@ impl SilhouettePainter {
     /// The surface of a body pixel by pixel, by rays through their centres, row by row; pixels that show none are left
     /// out. The same pixels as [`Self::depth`] has.
     pub fn surface(&mut self, humanoid: &Humanoid, frames: &LinkFrames) -> Vec<SurfacePixel> {
+        if let Some(skin) = &humanoid.skin {
+            return self.surface_of_skin(skin, frames);
+        }
         let parts: Vec<(&[Solid], Isometry3<f64>)> =
             humanoid.links.iter().map(|link| link.solids.as_slice()).zip(frames.0.iter().copied()).collect();
         self.surface_of(&parts)
@@ -47,6 +50,34 @@ impl SilhouettePainter {
         let parts: Vec<_> =
             props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())).collect();
         self.surface_of(&parts)
+    }
+
+    /// Of a skin: the part is the link that carries most of the triangle, the normal the triangle's.
+    fn surface_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> Vec<SurfacePixel> {
+        let (width, near) = (self.camera.pinhole.width as usize, self.camera.pinhole.near);
+        let world_from_camera = self.camera.camera_from_world.inverse();
+        skin.deform_with(&self.camera.camera_from_world, frames, &mut self.skin);
+        let (rays, vertices) = (self.rays(), &self.skin);
+        let mut nearest = vec![NOTHING; width * self.camera.pinhole.height as usize];
+        solid::each_depth_of_mesh(vertices, skin.triangles(), rays, near, &mut |x, y, depth, facet| {
+            let pixel = &mut nearest[y as usize * width + x as usize];
+            if (depth as f32) < pixel.depth as f32 {
+                *pixel = Nearest { depth, part: skin.part_of(facet as usize), solid: 0, facet };
+            }
+        });
+        let seen = nearest.iter().enumerate().filter(|(_, pixel)| pixel.part != u32::MAX);
+        seen.map(|(index, pixel)| {
+            let (x, y, part) = ((index % width) as u32, (index / width) as u32, pixel.part as usize);
+            let [u, v] = rays.ray(x, y);
+            let in_camera = Point3::new(u, v, 1.0) * pixel.depth;
+            let [a, b, c] = skin.triangles()[pixel.facet as usize].map(|corner| vertices[corner as usize]);
+            let normal = Unit::new_normalize((b - a).cross(&(c - a)));
+            // a mesh is seen from either side
+            let normal = if normal.dot(&in_camera.coords) > 0.0 { -normal } else { normal };
+            let point_in_link = frames[part].inverse() * (world_from_camera * in_camera);
+            SurfacePixel { x, y, part, depth: pixel.depth, point_in_link, normal_in_world: world_from_camera * normal }
+        })
+        .collect()
     }
 
     fn surface_of(&mut self, parts: &[(&[Solid], Isometry3<f64>)]) -> Vec<SurfacePixel> {

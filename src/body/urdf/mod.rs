@@ -85,7 +85,7 @@ impl Humanoid {
         }
         notes.extend(meshes.note(&links)?);
         let degrees_of_freedom = axes.degrees_of_freedom;
-        let mut body = Self { name: robot.name, links, joints, degrees_of_freedom, markers, notes };
+        let mut body = Self { name: robot.name, links, joints, degrees_of_freedom, markers, skin: None, notes };
         body.check_bounds().map_err(|problem| document.refuse_robot(problem))?;
         markers::propose(&mut body);
         Ok(body)

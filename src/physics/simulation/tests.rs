@@ -42,6 +42,7 @@ fn body(links: Vec<Link>, joints: Vec<Joint>) -> Humanoid {
         links,
         joints,
         markers: [None; 15],
+        skin: None,
         notes: Vec::new(),
     }
 }

@@ -76,36 +76,53 @@ impl MeshOutline {
     /// Samples about `spacing` pixels apart on all edges where the surface turns away from the camera.
     pub(super) fn sample(&self, camera_from_link: &Isometry3<f64>, spacing: f64, sink: &mut Sink<'_>) {
         let vertices: Vec<Point3<f64>> = self.vertices.iter().map(|v| camera_from_link * v).collect();
-        let corners = |triangle: u32| self.triangles[triangle as usize].map(|corner| vertices[corner as usize]);
-        let faces = |triangle: &u32| {
-            let [a, b, c] = corners(*triangle);
-            (b - a).cross(&(c - a)).dot(&a.coords) < 0.0
-        };
-        // Edges of fine meshes are shorter than the spacing: what is left of one goes on to the next.
-        let mut rest = 0.5 * spacing;
-        for edge in &self.edges {
-            let [Some(one), two] = edge.triangles else { continue };
-            if two.is_some_and(|two| faces(&one) == faces(&two)) {
-                continue;
-            }
-            let [from, to] = edge.ends.map(|end| vertices[end as usize]);
-            let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
-            let third = corners(one).into_iter().find(|corner| *corner != from && *corner != to);
-            let Some(inner) = third.and_then(|third| sink.project(&third)) else { continue };
-            let along = [b[0] - a[0], b[1] - a[1]];
-            let across = [along[1], -along[0]];
-            let side = across[0] * (inner[0] - a[0]) + across[1] * (inner[1] - a[1]);
-            let normal = if side > 0.0 { across.map(|n| -n) } else { across };
-            let length = along[0].hypot(along[1]);
-            let mut at = rest;
-            // An edge that is partly behind the camera may be seen as endlessly long.
-            while at < length.min(512.0 * spacing) {
-                let share = perspective_share(&from, &to, at / length);
-                sink.push(from + share * (to - from), normal, edge.ends, share);
-                at += spacing;
-            }
-            rest = if length < 512.0 * spacing { at - length } else { 0.5 * spacing };
+        let none = self.triangles.len() as u32;
+        let edges = self.edges.iter().map(|edge| (edge.ends, edge.triangles.map(|t| t.unwrap_or(none))));
+        sample_edges(&vertices, &self.triangles, edges, spacing, sink, |_, _| ());
+    }
+}
+
+/// Samples about `spacing` pixels apart on all edges where a surface turns away from the camera; `vertices` are in its
+/// frame. Edges come with their ends and the triangles that meet there, beyond the last where there is none; `at_edge`
+/// is told of every edge that is sampled.
+pub(super) fn sample_edges(
+    vertices: &[Point3<f64>],
+    triangles: &[[u32; 3]],
+    edges: impl Iterator<Item = ([u32; 2], [u32; 2])>,
+    spacing: f64,
+    sink: &mut Sink<'_>,
+    mut at_edge: impl FnMut(&mut Sink<'_>, [u32; 2]),
+) {
+    let corners = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
+    let faces = |triangle: &[u32; 3]| {
+        let [a, b, c] = corners(triangle);
+        (b - a).cross(&(c - a)).dot(&a.coords) < 0.0
+    };
+    // Edges of fine meshes are shorter than the spacing: what is left of one goes on to the next.
+    let mut rest = 0.5 * spacing;
+    for (ends, meeting) in edges {
+        let [Some(one), two] = meeting.map(|triangle| triangles.get(triangle as usize)) else { continue };
+        if two.is_some_and(|two| faces(one) == faces(two)) {
+            continue;
         }
+        let [from, to] = ends.map(|end| vertices[end as usize]);
+        let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
+        let third = corners(one).into_iter().find(|corner| *corner != from && *corner != to);
+        let Some(inner) = third.and_then(|third| sink.project(&third)) else { continue };
+        at_edge(sink, ends);
+        let along = [b[0] - a[0], b[1] - a[1]];
+        let across = [along[1], -along[0]];
+        let side = across[0] * (inner[0] - a[0]) + across[1] * (inner[1] - a[1]);
+        let normal = if side > 0.0 { across.map(|n| -n) } else { across };
+        let length = along[0].hypot(along[1]);
+        let mut at = rest;
+        // An edge that is partly behind the camera may be seen as endlessly long.
+        while at < length.min(512.0 * spacing) {
+            let share = perspective_share(&from, &to, at / length);
+            sink.push(from + share * (to - from), normal, ends, share);
+            at += spacing;
+        }
+        rest = if length < 512.0 * spacing { at - length } else { 0.5 * spacing };
     }
 }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::mesh_outline::MeshOutline;
-use crate::body::{Humanoid, LinkFrames, Solid};
+use super::mesh_outline::{MeshOutline, sample_edges};
+use crate::body::{Humanoid, LinkFrames, Skin, Solid};
 use crate::camera::{Camera, Pinhole};
 use crate::raster::TaperedCapsule;
 
@@ -69,6 +69,9 @@ impl BodyOutline {
         spacing: f64,
         samples: &mut Vec<OutlineSample>,
     ) {
+        if let Some(skin) = &body.skin {
+            return sample_skin(skin, frames, camera, spacing, samples);
+        }
         for (link, solids) in body.links.iter().map(|link| &link.solids).enumerate() {
             let camera_from_link = camera.camera_from_world * frames[link];
             for (number, solid) in (0..).zip(solids) {
@@ -90,6 +93,19 @@ impl BodyOutline {
         let found = self.surfaces.iter().find(|(of, number, _)| (*of, *number) == (link, solid));
         found.and_then(|(_, _, surface)| surface.vertex(vertex))
     }
+}
+
+/// Samples of a skin's outline. They belong to the link that carries most of the edge's first end: a step of the descent
+/// moves them with it alone, and the next step deforms the skin again.
+fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, samples: &mut Vec<OutlineSample>) {
+    let mut vertices = Vec::new();
+    skin.deform_with(&camera.camera_from_world, frames, &mut vertices);
+    let edges = skin.topology().edges().iter().map(|edge| (edge.ends, edge.triangles));
+    let mut sink = Sink { link: 0, solid: 0, pinhole: &camera.pinhole, samples };
+    let parts = skin.parts();
+    sample_edges(&vertices, skin.topology().triangles(), edges, spacing, &mut sink, |sink, ends| {
+        sink.link = parts[ends[0] as usize] as usize;
+    });
 }
 
 /// Where samples of one link go.

@@ -309,6 +309,7 @@ fn a_single_solid_is_brought_to_its_place() {
         joints: Vec::new(),
         degrees_of_freedom: Vec::new(),
         markers: [None; 15],
+        skin: None,
         notes: Vec::new(),
     };
     let mut truth = body.zero_pose();

@@ -1,0 +1,249 @@
+//! A surface that bends with the skeleton: skeletal subspace deformation, also called linear blend skinning
+//! (`[Skinned APF]`, section 4; `[Lewis 2000]`).
+//!
+//! A vertex at `v0` in the bind pose, in which the mesh was modelled, is in another pose at
+//! `v = sum_i w_i T_i(pose) T_i(bind)^-1 v0`: every link carries it along rigidly, and the weighted mean of these places
+//! is taken. Between two links that turn by an angle `a` against each other, a ring of equally weighted vertices shrinks
+//! to `cos(a / 2)` of its radius; blending dual quaternions instead ([`Blending::DualQuaternion`], `[Kavan 2007]`)
+//! keeps the radius.
+//!
+//! [`SkinMesh`] is the mesh with its weights by name of a body segment, as files have it; [`Skin`] is bound to a body.
+
+mod automatic;
+mod blend;
+mod dual_quaternion;
+mod mesh;
+mod reshape;
+mod segments;
+mod shipped;
+mod skin_file;
+mod weights_file;
+
+use nalgebra::{Isometry3, Point3};
+
+use super::{Humanoid, LinkFrames};
+use crate::raster::MeshTopology;
+
+pub use mesh::{SkinError, SkinMesh};
+pub use shipped::{SHIPPED_SKINS, shipped_skin};
+pub use skin_file::read_skin;
+
+/// Most influences of a vertex that are kept; the smallest are left out.
+const MOST_INFLUENCES: usize = 4;
+
+/// How the transforms of several links are blended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Blending {
+    /// The mean of transformed points: the paper's, and what most programs do.
+    #[default]
+    Linear,
+    /// The normalised mean of the transforms as dual quaternions: no collapse, a slight bulge.
+    DualQuaternion,
+}
+
+/// A share of a vertex that a link carries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Influence {
+    /// Index of the link.
+    pub(crate) link: u32,
+    /// Share, in (0, 1]; those of a vertex sum to 1.
+    pub(crate) weight: f64,
+}
+
+/// A skin bound to the links of a body.
+#[derive(Clone, Debug)]
+pub struct Skin {
+    /// Its name.
+    pub name: String,
+    /// How transforms are blended.
+    pub blending: Blending,
+    /// In the bind pose, metres.
+    vertices: Vec<Point3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    /// `influences[first[v] .. first[v + 1]]` are those of vertex `v`.
+    first: Vec<u32>,
+    influences: Vec<Influence>,
+    /// `world_from_link` of every link of the body in the bind pose.
+    bind: Vec<Isometry3<f64>>,
+    /// For every influence the vertex in the link's frame, times the weight, and the weight.
+    terms: Vec<blend::Term>,
+    /// Link with the greatest share of every vertex.
+    parts: Vec<u32>,
+    topology: MeshTopology,
+}
+
+/// Two skins are the same if they have the same surface, weights and bind pose, whatever they are called.
+impl PartialEq for Skin {
+    fn eq(&self, other: &Self) -> bool {
+        self.blending == other.blending
+            && self.vertices == other.vertices
+            && self.triangles == other.triangles
+            && self.first == other.first
+            && self.influences == other.influences
+            && self.bind == other.bind
+    }
+}
+
+impl Skin {
+    /// Binds `mesh` to `body`, whose links are at `bind` where the mesh was modelled. Without weights the mesh gets
+    /// automatic ones, by distance to the solids of the body's links.
+    ///
+    /// # Errors
+    /// [`SkinError`] for weights of segments that the body does not have.
+    pub fn bound(mesh: &SkinMesh, body: &Humanoid, bind: &LinkFrames) -> Result<Self, SkinError> {
+        let influences = match &mesh.weights {
+            Some(weights) => segments::of_links(weights, mesh, body)?,
+            None => automatic::weights(body, bind, &mesh.vertices, &mesh.triangles)?,
+        };
+        Ok(Self::assemble(&mesh.name, mesh.vertices.clone(), mesh.triangles.clone(), &influences, bind.0.clone()))
+    }
+
+    /// A skin of its parts; `influences` has one list a vertex.
+    fn assemble(
+        name: &str,
+        vertices: Vec<Point3<f64>>,
+        triangles: Vec<[u32; 3]>,
+        influences: &[Vec<Influence>],
+        bind: Vec<Isometry3<f64>>,
+    ) -> Self {
+        let mut first = vec![0];
+        first.extend(influences.iter().scan(0_u32, |sum, own| {
+            *sum += own.len() as u32;
+            Some(*sum)
+        }));
+        let greatest = |own: &Vec<Influence>| {
+            own.iter().fold(None, |most: Option<Influence>, next| match most {
+                Some(most) if most.weight >= next.weight => Some(most),
+                _ => Some(*next),
+            })
+        };
+        let parts = influences.iter().map(|own| greatest(own).map_or(0, |influence| influence.link)).collect();
+        let topology = MeshTopology::new(vertices.len(), &triangles);
+        let influences = influences.concat();
+        let mut skin = Self {
+            name: name.to_owned(),
+            blending: Blending::default(),
+            vertices,
+            triangles,
+            first,
+            influences,
+            bind,
+            terms: Vec::new(),
+            parts,
+            topology,
+        };
+        skin.terms = skin.bone_local();
+        skin
+    }
+
+    /// In the bind pose, metres.
+    pub fn vertices(&self) -> &[Point3<f64>] {
+        &self.vertices
+    }
+
+    /// Indices into the vertices.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Link and share of everything that carries a vertex.
+    pub fn influences(&self, vertex: usize) -> impl Iterator<Item = (usize, f64)> {
+        let own = self.first.get(vertex).zip(self.first.get(vertex + 1));
+        let range = own.map_or(0..0, |(from, to)| *from as usize..*to as usize);
+        self.influences[range].iter().map(|influence| (influence.link as usize, influence.weight))
+    }
+
+    /// `world_from_link` of every link in the bind pose.
+    pub fn bind(&self) -> &[Isometry3<f64>] {
+        &self.bind
+    }
+
+    /// For every vertex the link that carries most of it.
+    pub fn parts(&self) -> &[u32] {
+        &self.parts
+    }
+
+    /// The link that carries most of a triangle's corners.
+    pub(crate) fn part_of(&self, triangle: usize) -> u32 {
+        let [a, b, c] = self.triangles[triangle].map(|corner| self.parts[corner as usize]);
+        if b == c { b } else { a }
+    }
+
+    /// How its triangles hang together.
+    pub(crate) fn topology(&self) -> &MeshTopology {
+        &self.topology
+    }
+
+    /// The same skin with another blending.
+    #[must_use]
+    pub fn with_blending(mut self, blending: Blending) -> Self {
+        self.blending = blending;
+        self
+    }
+}
+
+/// A skin taken apart, as files of sets hold it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkinParts {
+    /// Its name.
+    pub name: String,
+    /// How transforms are blended.
+    pub blending: Blending,
+    /// In the bind pose, metres.
+    pub vertices: Vec<Point3<f64>>,
+    /// Indices into the vertices.
+    pub triangles: Vec<[u32; 3]>,
+    /// For every vertex the links that carry it, with their shares.
+    pub influences: Vec<Vec<(u32, f64)>>,
+    /// `world_from_link` of every link in the bind pose.
+    pub bind: Vec<Isometry3<f64>>,
+}
+
+impl Skin {
+    /// Its parts.
+    pub fn to_parts(&self) -> SkinParts {
+        let of = |vertex: usize| self.influences(vertex).map(|(link, weight)| (link as u32, weight)).collect();
+        SkinParts {
+            name: self.name.clone(),
+            blending: self.blending,
+            vertices: self.vertices.clone(),
+            triangles: self.triangles.clone(),
+            influences: (0..self.vertices.len()).map(of).collect(),
+            bind: self.bind.clone(),
+        }
+    }
+
+    /// The skin of these parts on a body of `links` links.
+    ///
+    /// # Errors
+    /// What is wrong with the parts, in words.
+    pub fn from_parts(parts: SkinParts, links: usize) -> Result<Self, String> {
+        let SkinParts { name, blending, vertices, triangles, influences, bind } = parts;
+        if vertices.len() > mesh::MOST_VERTICES || triangles.len() > mesh::MOST_TRIANGLES {
+            return Err(format!("{} vertices and {} triangles are too many", vertices.len(), triangles.len()));
+        }
+        if influences.len() != vertices.len() || bind.len() != links {
+            let (a, b, c) = (influences.len(), vertices.len(), bind.len());
+            return Err(format!("{a} lists of weights for {b} vertices, {c} bind frames for {links} links"));
+        }
+        if !vertices.iter().flat_map(|v| v.iter()).all(|c| c.abs() <= 1e6) {
+            return Err("a vertex that is not within 1000 km".to_owned());
+        }
+        if triangles.as_flattened().iter().any(|corner| *corner as usize >= vertices.len()) {
+            return Err("a triangle refers to a vertex that does not exist".to_owned());
+        }
+        for (vertex, own) in influences.iter().enumerate() {
+            let sum: f64 = own.iter().map(|(_, weight)| weight).sum();
+            let sound = own.iter().all(|(link, weight)| (*link as usize) < links && *weight > 0.0);
+            if !(sound && (sum - 1.0).abs() < 1e-6 && own.len() <= MOST_INFLUENCES) {
+                return Err(format!(
+                    "the weights of vertex {vertex} are not 1 to {MOST_INFLUENCES} shares of links that sum to 1"
+                ));
+            }
+        }
+        let influence =
+            |own: Vec<(u32, f64)>| own.into_iter().map(|(link, weight)| Influence { link, weight }).collect();
+        let influences: Vec<Vec<Influence>> = influences.into_iter().map(influence).collect();
+        Ok(Self::assemble(&name, vertices, triangles, &influences, bind).with_blending(blending))
+    }
+}

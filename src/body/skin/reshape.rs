@@ -1,0 +1,87 @@
+//! A skin on a body of other lengths and girths.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::{Influence, Skin};
+use crate::body::{BodyShape, Humanoid, LinkShape, Solid};
+
+impl Skin {
+    /// The skin of `body` reshaped by `shape`: as of the solids, lengths move the points of a link's axes and girths
+    /// scale the distances from them. The bind pose keeps its angles.
+    pub(in crate::body) fn reshaped(&self, body: &Humanoid, shape: &BodyShape) -> Self {
+        let of = |link: usize| shape.links.get(link).copied().unwrap_or(LinkShape::SAME);
+        let mut bind = self.bind.clone();
+        for link in 1..bind.len() {
+            let Some(parent) = body.parent(link) else { continue };
+            // as far from the parent's origin as the joint is, wherever the mesh was modelled with it
+            let offset = self.bind[parent].inverse_transform_point(&self.bind[link].translation.vector.into()).coords;
+            let place = bind[parent] * Point3::from(offset.component_mul(&of(parent).length));
+            bind[link] = Isometry3::from_parts(place.into(), bind[link].rotation);
+        }
+        let axes: Vec<Vec<Axis>> = body.links.iter().map(|link| link.solids.iter().map(Axis::of).collect()).collect();
+        let moved = |vertex: usize| {
+            let carried = self.influences(vertex).map(|(link, weight)| {
+                let own = self.bind[link].inverse_transform_point(&self.vertices[vertex]);
+                (bind[link] * stretched(&own, &axes[link], &of(link))).coords * weight
+            });
+            Point3::from(carried.sum::<Vector3<f64>>())
+        };
+        let vertices = (0..self.vertices.len()).map(moved).collect();
+        let influences: Vec<Vec<Influence>> =
+            self.first.windows(2).map(|range| self.influences[range[0] as usize..range[1] as usize].to_vec()).collect();
+        Self::assemble(&self.name, vertices, self.triangles.clone(), &influences, bind).with_blending(self.blending)
+    }
+}
+
+/// The middle line of a solid, in the link's frame.
+struct Axis {
+    from: Point3<f64>,
+    to: Point3<f64>,
+}
+
+impl Axis {
+    fn of(solid: &Solid) -> Self {
+        let line = |frame: &Isometry3<f64>, half: Vector3<f64>| Self {
+            from: frame * Point3::from(-half),
+            to: frame * Point3::from(half),
+        };
+        match solid {
+            Solid::TaperedCapsule(capsule) => Self { from: capsule.a, to: capsule.b },
+            Solid::Box { link_from_box, half_extents } => {
+                let longest = Vector3::from(*half_extents).imax();
+                line(link_from_box, Vector3::ith(longest, half_extents[longest]))
+            }
+            Solid::Cylinder { link_from_cylinder, half_length, .. } => {
+                line(link_from_cylinder, Vector3::z() * *half_length)
+            }
+            Solid::Mesh { vertices, .. } => {
+                let sum: Vector3<f64> = vertices.iter().map(|v| v.coords).sum();
+                let middle = Point3::from(sum / vertices.len().max(1) as f64);
+                Self { from: middle, to: middle }
+            }
+        }
+    }
+
+    fn nearest(&self, point: &Point3<f64>) -> Point3<f64> {
+        let axis = self.to - self.from;
+        let along = (point - self.from).dot(&axis) / axis.norm_squared().max(1e-18);
+        self.from + axis * along.clamp(0.0, 1.0)
+    }
+}
+
+/// A point of a link's frame: with `c` the mean of the nearest points of the link's axes, near ones most, it goes to
+/// `length c + girth (point - c)`.
+fn stretched(point: &Point3<f64>, axes: &[Axis], shape: &LinkShape) -> Point3<f64> {
+    if *shape == LinkShape::SAME {
+        return *point;
+    }
+    let (mut sum, mut total) = (Vector3::zeros(), 0.0);
+    for axis in axes {
+        let nearest = axis.nearest(point);
+        let weight = 1.0 / ((point - nearest).norm_squared() + 1e-4).powi(2);
+        sum += nearest.coords * weight;
+        total += weight;
+    }
+    let centre = if total > 0.0 { sum / total } else { Vector3::zeros() };
+    Point3::from(centre.component_mul(&shape.length) + (point.coords - centre) * shape.girth)
+}

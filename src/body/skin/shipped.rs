@@ -1,0 +1,65 @@
+//! The built-in skins: MakeHuman's base mesh (CC0 1.0), `robots/skins/`.
+
+use super::mesh::{SkinError, SkinMesh};
+use super::skin_file;
+use crate::body::LANDMARKS;
+
+/// Files of a built-in skin.
+struct Files {
+    settings: &'static str,
+    mesh: &'static str,
+    weights: &'static str,
+}
+
+const PERSON: Files = Files {
+    settings: include_str!("../../../robots/skins/person.toml"),
+    mesh: include_str!("../../../robots/skins/person.obj"),
+    weights: include_str!("../../../robots/skins/person.weights.json"),
+};
+
+const PERSON_COARSE: Files = Files {
+    settings: include_str!("../../../robots/skins/person_coarse.toml"),
+    mesh: include_str!("../../../robots/skins/person_coarse.obj"),
+    weights: include_str!("../../../robots/skins/person_coarse.weights.json"),
+};
+
+/// Names of the built-in skins: 5,000 triangles for actors, 1,000 for trackers.
+pub const SHIPPED_SKINS: [&str; 2] = ["person", "person_coarse"];
+
+/// The built-in skin of that name.
+///
+/// # Errors
+/// [`SkinError::NotShipped`] for a name that is not in [`SHIPPED_SKINS`].
+pub fn shipped_skin(name: &str) -> Result<SkinMesh, SkinError> {
+    let files = match name {
+        "person" => PERSON,
+        "person_coarse" => PERSON_COARSE,
+        _ => return Err(SkinError::NotShipped { name: name.to_owned(), known: SHIPPED_SKINS.join(", ") }),
+    };
+    let read = |wanted: &str, _: u64| -> Result<Vec<u8>, SkinError> {
+        Ok(if wanted.ends_with(".obj") { files.mesh.into() } else { files.weights.into() })
+    };
+    skin_file::parse(&format!("robots/skins/{name}.toml"), files.settings, &read)
+}
+
+/// Whether a skin may place a landmark of that name: the body's, and the balls of the feet.
+pub(super) fn is_landmark(name: &str) -> bool {
+    LANDMARKS.iter().any(|landmark| landmark.name() == name) || ["left_toes", "right_toes"].contains(&name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_skins_are_sound_and_of_the_size_that_they_are_said_to_have() {
+        for (name, triangles) in SHIPPED_SKINS.into_iter().zip([5000, 1000]) {
+            let mesh = shipped_skin(name).unwrap();
+            assert_eq!((mesh.name.as_str(), mesh.triangles.len()), (name, triangles));
+            let tall = mesh.vertices.iter().map(|v| v.z).fold(0.0, f64::max);
+            assert!((1.6..1.75).contains(&tall), "{tall}");
+            assert!(LANDMARKS.iter().all(|landmark| mesh.landmarks.contains_key(landmark.name())));
+        }
+        assert!(shipped_skin("dog").unwrap_err().to_string().contains("person, person_coarse"));
+    }
+}

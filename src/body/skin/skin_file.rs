@@ -1,0 +1,173 @@
+//! Skins of files: a `.toml` names a mesh and its weights.
+//!
+//! ```toml
+//! schema = "skiagraph.skin/1"
+//! mesh = "person.obj"                # OBJ, STL or Collada, beside this file
+//! weights = "person.weights.json"    # optional; without it, weights are found by distance
+//! metres_per_unit = 1.0              # optional
+//! up = "z"                           # optional: "z" (X forward), or "y" (Z forward)
+//! [landmarks]                        # where the body's landmarks are in the mesh, in its own units and axes
+//! left_shoulder = [0.01, 0.17, 1.34]
+//! ```
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use nalgebra::Point3;
+use serde::Deserialize;
+
+use super::mesh::{SkinError, SkinMesh};
+use super::weights_file;
+use crate::body::mesh_from_bytes;
+use crate::input::{self, excerpt, foreign, limits};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SkinRecord {
+    schema: String,
+    mesh: String,
+    weights: Option<String>,
+    #[serde(default = "one")]
+    metres_per_unit: f64,
+    #[serde(default)]
+    up: Up,
+    #[serde(default)]
+    landmarks: BTreeMap<String, [f64; 3]>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Up {
+    #[default]
+    Z,
+    Y,
+}
+
+impl Up {
+    /// Of the file's axes to X forward, Y left, Z up.
+    fn turned(self, [x, y, z]: [f64; 3]) -> Point3<f64> {
+        match self {
+            Self::Z => Point3::new(x, y, z),
+            Self::Y => Point3::new(z, x, y),
+        }
+    }
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Reads a skin; meshes, weights and buffers that it names must lie in its folder or below.
+///
+/// # Errors
+/// [`SkinError`] that names the file and what was expected.
+pub fn read_skin(path: &Path) -> Result<SkinMesh, SkinError> {
+    let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+    let read = |name: &str, limit: u64| -> Result<Vec<u8>, SkinError> {
+        let inside = below(&folder, name).ok_or_else(|| SkinError::Malformed {
+            file: path.display().to_string(),
+            detail: format!("names the file `{}`; expected one in its own folder or below", excerpt(name)),
+        })?;
+        input::read(&inside, limit).map_err(|source| SkinError::Unreadable { path: inside, source })
+    };
+    let whole =
+        input::read(path, limits::MESH).map_err(|source| SkinError::Unreadable { path: path.to_owned(), source })?;
+    let file = path.display().to_string();
+    match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
+        Some("toml") => parse(&file, &String::from_utf8_lossy(&whole), &read),
+        _ => Err(SkinError::Malformed {
+            file,
+            detail: "expected a skin ending in .toml, which names a mesh and its weights".to_owned(),
+        }),
+    }
+}
+
+/// The path of a name below a folder; `None` for one that leaves it.
+fn below(folder: &Path, name: &str) -> Option<PathBuf> {
+    let name = Path::new(name);
+    let plain = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    (plain && name.components().next().is_some()).then(|| folder.join(name))
+}
+
+/// Gives the bytes of a file of that name, at most as many as that.
+pub(super) type Read<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError> + 'a;
+
+/// Reads a skin's `.toml`; `read` gives the bytes of the files that it names.
+pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh, SkinError> {
+    let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
+    let record: SkinRecord = toml::from_str(text).map_err(|e| malformed(foreign(e)))?;
+    if record.schema != "skiagraph.skin/1" {
+        return Err(malformed(format!("schema: expected \"skiagraph.skin/1\", found {:?}", excerpt(&record.schema))));
+    }
+    if !(record.metres_per_unit > 0.0 && record.metres_per_unit <= 1000.0) {
+        return Err(malformed(format!("metres_per_unit: expected a length, found {}", record.metres_per_unit)));
+    }
+    let unknown = record.landmarks.keys().find(|name| !super::shipped::is_landmark(name));
+    if let Some(name) = unknown {
+        return Err(malformed(format!("landmarks: `{}` is no landmark", excerpt(name))));
+    }
+    let (vertices, triangles) = mesh_from_bytes(&record.mesh, &read(&record.mesh, limits::MESH)?)
+        .map_err(|detail| malformed(format!("mesh `{}`: {detail}", excerpt(&record.mesh))))?;
+    let weights = match &record.weights {
+        None => None,
+        Some(name) => {
+            let bytes = read(name, limits::MESH)?;
+            Some(weights_file::parse(name, &String::from_utf8_lossy(&bytes))?)
+        }
+    };
+    let place = |point: [f64; 3]| record.up.turned(point.map(|c| c * record.metres_per_unit));
+    let name = Path::new(file).file_stem().map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let mesh = SkinMesh {
+        name,
+        vertices: vertices.iter().map(|v| place((*v).into())).collect(),
+        triangles,
+        weights,
+        landmarks: record.landmarks.iter().map(|(name, point)| (name.clone(), place(*point))).collect(),
+        notes: Vec::new(),
+    };
+    mesh.checked(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(text: &str) -> Result<SkinMesh, SkinError> {
+        let read = |name: &str, _: u64| -> Result<Vec<u8>, SkinError> {
+            Ok(match name {
+                "m.obj" => b"v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n".to_vec(),
+                "w.json" => br#"{"weights": {"pelvis": [[0, 1], [1, 1], [2, 1]]}}"#.to_vec(),
+                "short.json" => br#"{"weights": {"pelvis": [[0, 1], [1, 0.4], [2, 1]]}}"#.to_vec(),
+                _ => return Err(SkinError::NotShipped { name: name.to_owned(), known: String::new() }),
+            })
+        };
+        parse("s.toml", &format!("schema = \"skiagraph.skin/1\"\n{text}"), &read)
+    }
+
+    #[test]
+    fn units_axes_and_landmarks_are_brought_to_metres_and_z_up() {
+        let text = "mesh = \"m.obj\"\nweights = \"w.json\"\nmetres_per_unit = 0.01\nup = \"y\"\n[landmarks]\npelvis = [0, 90, 5]";
+        let mesh = with(text).unwrap();
+        assert_eq!(mesh.vertices[2], Point3::new(0.0, 0.0, 1.0));
+        assert!((mesh.landmarks["pelvis"] - Point3::new(0.05, 0.0, 0.9)).norm() < 1e-15);
+        assert_eq!(mesh.weights.unwrap()["pelvis"].len(), 3);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_the_file_and_the_key() {
+        let message = |text: &str| with(text).unwrap_err().to_string();
+        assert!(message("mesh = \"m.obj\"\nweights = \"short.json\"").contains("vertex 1, from 0, sum to 0.4000"));
+        assert!(message("mesh = \"m.obj\"\n[landmarks]\ntail = [0, 0, 0]").contains("`tail` is no landmark"));
+        assert!(message("mesh = \"m.obj\"\nmetres_per_unit = nan").contains("metres_per_unit: expected a length"));
+        assert!(message("mash = \"m.obj\"").starts_with("s.toml: "));
+    }
+
+    #[test]
+    fn files_outside_the_skins_folder_are_never_opened() {
+        let folder = Path::new("skins");
+        for name in ["../secret.obj", "/etc/passwd", "a/../../b.obj", ""] {
+            assert_eq!(below(folder, name), None, "{name}");
+        }
+        assert_eq!(below(folder, "meshes/a.obj"), Some(PathBuf::from("skins/meshes/a.obj")));
+    }
+}

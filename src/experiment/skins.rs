@@ -1,0 +1,52 @@
+//! `[actor] skin` and `[tracker_body] skin`: a robot gets its surface.
+
+use std::path::{Path, PathBuf};
+
+use super::ExperimentError;
+use super::error::scenario_error;
+use crate::body::{Blending, Humanoid, SHIPPED_SKINS, Skin, SkinError, SkinMesh, read_skin, shipped_skin};
+use crate::input::excerpt;
+use crate::retarget::with_skin;
+use crate::scenario::{ScenarioFile, SkinBlending};
+use std::sync::Arc;
+
+/// `robot` with the skin of that name, if one is given; `table` is `actor` or `tracker_body`.
+///
+/// # Errors
+/// [`ExperimentError`] that names the key, and what is wrong with the skin or its fit.
+pub(super) fn dressed(
+    file: &ScenarioFile,
+    table: &str,
+    robot: Humanoid,
+    skin: Option<&String>,
+    blending: SkinBlending,
+) -> Result<Humanoid, ExperimentError> {
+    let Some(name) = skin else { return Ok(robot) };
+    let unusable = |error: SkinError| scenario_error(file, &format!("{table}.skin"), error.to_string());
+    let mesh = skin_named(&file.folder, Path::new(name)).map_err(unusable)?;
+    let mut body = with_skin(&robot, &mesh).map_err(unusable)?;
+    if blending == SkinBlending::DualQuaternion {
+        body.skin = body.skin.map(|skin| Arc::new(Skin::clone(&skin).with_blending(Blending::DualQuaternion)));
+    }
+    body.notes.extend(mesh.notes.iter().map(|note| format!("skin {}: {note}", excerpt(name))));
+    Ok(body)
+}
+
+/// A skin that ships, or one of a file below `folder`.
+fn skin_named(folder: &Path, name: &Path) -> Result<SkinMesh, SkinError> {
+    if let Some(known) = SHIPPED_SKINS.iter().find(|known| name == Path::new(known)) {
+        return shipped_skin(known);
+    }
+    let path = folder.join(name);
+    if !path.exists() {
+        return Err(SkinError::NotShipped { name: name.display().to_string(), known: SHIPPED_SKINS.join(", ") });
+    }
+    read_skin(&path)
+}
+
+/// The files of a scenario's skins that do not ship.
+pub(super) fn paths_of(file: &ScenarioFile) -> Vec<PathBuf> {
+    let scenario = &file.scenario;
+    let skins = [&scenario.actor.skin, &scenario.tracker_body.skin];
+    skins.into_iter().flatten().map(|name| file.folder.join(name)).collect()
+}

@@ -1,0 +1,149 @@
+//! A skin on a body: the body takes the size and pose in which the skin's mesh was modelled, the mesh is bound to it, and
+//! both are brought back to the body's own size.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+use super::{FitOptions, SegmentLengths, fit_shape, fit_to_markers};
+use crate::body::{
+    BodyShape, Humanoid, LANDMARKS, Landmark, LinkFrames, LinkShape, Markers, Skin, SkinError, SkinMesh,
+};
+
+/// A body whose markers stay farther than this from the mesh's landmarks is another one, metres, root mean square.
+const WORST_FIT: f64 = 0.06;
+
+/// Feet whose ankle is this far from their link's origin have no ankle joint, metres.
+const AT_ORIGIN: f64 = 0.03;
+
+/// `template` with the skin `mesh`, which is fitted by its landmarks. A mesh without landmarks is taken to be modelled on
+/// the template itself at its zero pose.
+///
+/// # Errors
+/// [`SkinError`] for weights of another skeleton, landmarks that are missing, and a body that cannot take the mesh's pose.
+pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinError> {
+    let bare = Humanoid { skin: None, ..template.clone() };
+    if mesh.landmarks.is_empty() {
+        let bind = bare.link_frames(&bare.zero_pose());
+        let skin = Skin::bound(mesh, &bare, &bind)?;
+        return Ok(Humanoid { skin: Some(Arc::new(skin)), ..bare });
+    }
+    let (targets, toes) = targets(mesh)?;
+    let shape = fit_shape(&bare, &SegmentLengths::from_places(&targets, toes));
+    let sized = bare.reshaped(&shape);
+    let mut start = sized.zero_pose();
+    if let Some(pelvis) = targets[Landmark::Pelvis as usize] {
+        start.world_from_root.translation.vector = pelvis.coords;
+    }
+    let fit = fit_to_markers(&sized, &targets, &start, &FitOptions::default());
+    if fit.residual_rms_m > WORST_FIT {
+        let detail = format!(
+            "`{}` comes within {:.0} mm of its landmarks (root mean square), expected {:.0}: the mesh must be metres, X \
+             forward, Y left, Z up, and its landmarks those of a human in a pose that the body can take",
+            template.name,
+            1000.0 * fit.residual_rms_m,
+            1000.0 * WORST_FIT
+        );
+        return Err(SkinError::Landmarks { skin: mesh.name.clone(), detail });
+    }
+    let mut bind = sized.link_frames(&fit.pose);
+    flatten_feet(&sized, &targets, toes, &mut bind);
+    let skin = Skin::bound(mesh, &sized, &bind)?;
+    let fitted = Humanoid { skin: Some(Arc::new(skin)), ..sized };
+    Ok(Humanoid { skin: fitted.reshaped(&inverse(&shape)).skin, ..bare })
+}
+
+/// Balls of the left and of the right foot.
+type Toes = [Option<Point3<f64>>; 2];
+
+/// Landmarks of a mesh, and the balls of its feet.
+fn targets(mesh: &SkinMesh) -> Result<(Markers, Toes), SkinError> {
+    let targets = LANDMARKS.map(|landmark| mesh.landmarks.get(landmark.name()).copied());
+    let missing: Vec<&str> =
+        LANDMARKS.iter().zip(&targets).filter(|(_, place)| place.is_none()).map(|(l, _)| l.name()).collect();
+    if !missing.is_empty() {
+        let detail = format!(
+            "lacks the landmarks {}; give all fifteen, or none for a mesh at the zero pose",
+            missing.join(", ")
+        );
+        return Err(SkinError::Landmarks { skin: mesh.name.clone(), detail });
+    }
+    Ok((targets, ["left_toes", "right_toes"].map(|name| mesh.landmarks.get(name).copied())))
+}
+
+/// Markers do not tell how feet are turned: in the bind pose they lie flat and point to the balls of the mesh's feet.
+fn flatten_feet(body: &Humanoid, targets: &Markers, toes: Toes, bind: &mut LinkFrames) {
+    let zero = body.link_frames(&body.zero_pose());
+    let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle];
+    for ((ankle, toes), links) in ankles.into_iter().zip(toes).zip(body.foot_links()) {
+        let (Some(marker), Some(place), Some(&foot)) =
+            (body.markers[ankle as usize], targets[ankle as usize], links.first())
+        else {
+            continue;
+        };
+        if marker.point_in_link.coords.norm() > AT_ORIGIN {
+            continue;
+        }
+        let heading = toes.map_or(0.0, |toes| libm::atan2(toes.y - place.y, toes.x - place.x));
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
+        let from_zero = Isometry3::from_parts(bind[foot].translation, turn)
+            * Isometry3::translation(-zero[foot].translation.x, -zero[foot].translation.y, -zero[foot].translation.z);
+        for link in links {
+            bind.0[link] = from_zero * zero[link];
+        }
+    }
+}
+
+/// The shape that undoes another.
+fn inverse(shape: &BodyShape) -> BodyShape {
+    let undone = |link: &LinkShape| LinkShape { length: link.length.map(|l| 1.0 / l), girth: 1.0 / link.girth };
+    BodyShape { links: shape.links.iter().map(undone).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{shipped, shipped_skin};
+
+    /// Vertices at the body's zero pose.
+    fn standing(body: &Humanoid) -> Vec<Point3<f64>> {
+        let mut vertices = Vec::new();
+        body.skin.as_ref().unwrap().deform_into(&body.link_frames(&body.zero_pose()), &mut vertices);
+        vertices
+    }
+
+    #[test]
+    fn the_built_in_person_fits_both_robots_and_stands_on_its_soles_like_their_solids() {
+        for (robot, flat) in [("actor", true), ("tracker25", false)] {
+            let bare = shipped(robot).unwrap();
+            let body = with_skin(&bare, &shipped_skin("person").unwrap()).unwrap();
+            let vertices = standing(&body);
+            let (low, high) = vertices.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v.z), h.max(v.z)));
+            let links: Vec<usize> = (0..bare.links.len()).collect();
+            let lowest = bare.lowest_point(&bare.link_frames(&bare.zero_pose()), &links).unwrap().z;
+            let tolerance = if flat { 0.02 } else { 0.04 };
+            assert!((low - lowest).abs() < tolerance, "{robot}: soles at {low}, those of the solids at {lowest}");
+            assert!((high - low - 1.75).abs() < 0.05, "{robot} is {} m tall", high - low);
+            let head = bare.markers(&bare.link_frames(&bare.zero_pose()))[Landmark::HeadTop as usize].unwrap();
+            assert!((high - head.z).abs() < 0.02, "{robot}");
+        }
+    }
+
+    #[test]
+    fn a_mesh_without_some_landmarks_or_of_no_human_is_refused() {
+        let body = shipped("actor").unwrap();
+        let mut mesh = shipped_skin("person_coarse").unwrap();
+        mesh.landmarks.remove("left_knee");
+        assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("lacks the landmarks left_knee"));
+        let mut mesh = shipped_skin("person_coarse").unwrap();
+        mesh.landmarks.insert("left_knee".into(), Point3::new(0.0, 3.0, 4.0));
+        assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("of its landmarks (root mean square)"));
+        let mut mesh = shipped_skin("person_coarse").unwrap();
+        if let Some(weights) = &mut mesh.weights {
+            let tail = weights["head"].clone();
+            weights.insert("tail".into(), tail);
+        }
+        let message = with_skin(&body, &mesh).unwrap_err().to_string();
+        assert!(message.contains("has weights for tail, which `actor` does not have"), "{message}");
+    }
+}

@@ -1,0 +1,186 @@
+//! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, and contact with the ground.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point2, Point3, Quaternion, UnitQuaternion, Vector3};
+use serde::Deserialize;
+use skiagraph::benchmark_set::{body_from_json, body_to_json};
+use skiagraph::body::{
+    Blending, Humanoid, LinkFrames, Pose, SilhouettePainter, Skin, SkinParts, shipped, shipped_skin,
+};
+use skiagraph::camera::{Camera, Distortion, FieldOfView};
+use skiagraph::retarget::with_skin;
+
+#[derive(Deserialize)]
+struct Blended {
+    bind: Vec<[f64; 7]>,
+    pose: Vec<[f64; 7]>,
+    vertices: Vec<[f64; 3]>,
+    influences: Vec<Vec<(u32, f64)>>,
+    expected: Vec<[f64; 3]>,
+}
+
+fn frames(rows: &[[f64; 7]]) -> Vec<Isometry3<f64>> {
+    let of = |[x, y, z, w, i, j, k]: &[f64; 7]| {
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(*w, *i, *j, *k));
+        Isometry3::from_parts(Vector3::new(*x, *y, *z).into(), rotation)
+    };
+    rows.iter().map(of).collect()
+}
+
+#[test]
+fn linear_blending_agrees_with_numpy_to_a_micrometre() {
+    let table: Blended = serde_json::from_str(include_str!("skin_blend.json")).unwrap();
+    let parts = SkinParts {
+        name: "random".into(),
+        blending: Blending::Linear,
+        vertices: table.vertices.iter().map(|v| Point3::from(*v)).collect(),
+        triangles: vec![[0, 1, 2]],
+        influences: table.influences,
+        bind: frames(&table.bind),
+    };
+    let skin = Skin::from_parts(parts, table.bind.len()).unwrap();
+    let mut found = Vec::new();
+    skin.deform_into(&LinkFrames(frames(&table.pose)), &mut found);
+    for (found, expected) in found.iter().zip(&table.expected) {
+        assert!((found - Point3::from(*expected)).norm() < 1e-6, "{found} {expected:?}");
+    }
+}
+
+/// The actor with a skin, in a pose with bent arms, knees and back.
+fn posed(skin: &str) -> (Humanoid, LinkFrames) {
+    let body = with_skin(&shipped("actor").unwrap(), &shipped_skin(skin).unwrap()).unwrap();
+    let mut pose = body.zero_pose();
+    for (angle, value) in [
+        ("left_shoulder_abduction", 1.2),
+        ("right_shoulder_flexion", 0.9),
+        ("right_elbow_flexion", 1.1),
+        ("left_hip_flexion", 0.8),
+        ("left_knee_flexion", 1.3),
+        ("lumbar_flexion", 0.3),
+    ] {
+        pose.joint_angles[body.find_degree_of_freedom(angle).unwrap()] = value;
+    }
+    pose.world_from_root = Isometry3::translation(0.1, 0.0, 0.95);
+    let frames = body.link_frames(&pose);
+    (body, frames)
+}
+
+fn camera(width: u32, height: u32) -> Camera {
+    let eye = Point3::new(2.3, 1.9, 1.4);
+    Camera::look_at("c", eye, Point3::new(0.0, 0.0, 0.9), Vector3::z(), FieldOfView::Vertical(0.75), width, height)
+        .unwrap()
+}
+
+/// Depth of the nearest triangle along the ray of a pixel: Moeller and Trumbore, every triangle, no index.
+fn depth_along(vertices: &[Point3<f64>], triangles: &[[u32; 3]], camera: &Camera, [u, v]: [f64; 2]) -> Option<f64> {
+    let (x, y) = camera.pinhole.normalised(&Point2::new(u, v));
+    let ray = Vector3::new(x, y, 1.0);
+    let hit = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|corner| vertices[corner as usize].coords);
+        let (p, q) = (b - a, c - a);
+        let across = ray.cross(&q);
+        let scale = p.dot(&across);
+        let from = -a;
+        let s = from.dot(&across) / scale;
+        let t = ray.dot(&from.cross(&p)) / scale;
+        (s >= 0.0 && t >= 0.0 && s + t <= 1.0).then(|| q.dot(&from.cross(&p)) / scale).filter(|depth| *depth > 0.0)
+    };
+    triangles.iter().filter_map(hit).min_by(f64::total_cmp)
+}
+
+#[test]
+fn the_skinned_silhouette_is_that_of_rays_but_for_pixels_within_half_a_pixel_of_the_outline() {
+    for (skin, [width, height]) in [("person_coarse", [200, 150]), ("person", [80, 60])] {
+        let (body, frames) = posed(skin);
+        let camera = camera(width, height);
+        let mask = SilhouettePainter::new(&camera).silhouette(&body, &frames);
+        let own = body.skin.as_ref().unwrap();
+        let mut vertices = Vec::new();
+        own.deform_into(&frames, &mut vertices);
+        vertices.iter_mut().for_each(|v| *v = camera.camera_from_world * *v);
+        let sees = |u: f64, v: f64| depth_along(&vertices, own.triangles(), &camera, [u, v]).is_some();
+        let mut differing = 0;
+        for y in 0..height {
+            for x in 0..width {
+                let centre = [f64::from(x) + 0.5, f64::from(y) + 0.5];
+                let seen = sees(centre[0], centre[1]);
+                if seen != mask.get(x, y) {
+                    differing += 1;
+                    let near = (0..16).any(|k| {
+                        let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 16.0).sin_cos();
+                        sees(centre[0] + 0.5 * cos, centre[1] + 0.5 * sin) != seen
+                    });
+                    assert!(near, "{skin}: pixel {x}, {y} differs away from the outline");
+                }
+            }
+        }
+        assert!(mask.count() > 1000 && differing <= 3, "{skin}: {differing} of {}", mask.count());
+    }
+}
+
+#[test]
+fn depth_is_that_of_rays_and_every_large_part_is_seen_with_and_without_a_lens() {
+    let (body, frames) = posed("person_coarse");
+    let camera = camera(120, 90);
+    let image = SilhouettePainter::new(&camera).depth(&body, &frames);
+    let own = body.skin.as_ref().unwrap();
+    let mut vertices = Vec::new();
+    own.deform_into(&frames, &mut vertices);
+    vertices.iter_mut().for_each(|v| *v = camera.camera_from_world * *v);
+    let mut differing = 0;
+    for (index, depth) in image.depth.iter().enumerate() {
+        let centre = [(index % 120) as f64 + 0.5, (index / 120) as f64 + 0.5];
+        match depth_along(&vertices, own.triangles(), &camera, centre) {
+            Some(expected) if depth.is_finite() => assert!((expected - f64::from(*depth)).abs() < 1e-4),
+            found => differing += usize::from(found.is_some() != depth.is_finite()),
+        }
+    }
+    assert!(differing <= 2, "{differing}");
+    for part in ["pelvis", "thorax", "head", "left_thigh", "right_forearm", "left_shank"] {
+        assert!(image.part.contains(&(body.find_link(part).unwrap() as u32 + 1)), "{part}");
+    }
+    let lens = Camera { distortion: Distortion { k1: -0.1, ..Distortion::default() }, ..camera };
+    let mut painter = SilhouettePainter::new(&lens);
+    let (mask, image) = (painter.silhouette(&body, &frames), painter.depth(&body, &frames));
+    let same = (0..120 * 90_u32).filter(|i| mask.get(i % 120, i / 120) == image.depth[*i as usize].is_finite()).count();
+    assert!(same >= 120 * 90 - 2);
+}
+
+#[test]
+fn a_body_with_a_skin_survives_its_file_to_the_bit_and_is_another_body_than_without() {
+    let (body, _) = posed("person_coarse");
+    let again = body_from_json("body.json", &body_to_json("body.json", &body).unwrap()).unwrap();
+    assert_eq!(again, body);
+    assert!(!body.is_same_body(&Humanoid { skin: None, ..body.clone() }));
+    let cured = Skin::clone(body.skin.as_ref().unwrap()).with_blending(Blending::DualQuaternion);
+    let cured = Humanoid { skin: Some(Arc::new(cured)), ..body.clone() };
+    assert!(!body.is_same_body(&cured));
+    assert_eq!(body_from_json("b", &body_to_json("b", &cured).unwrap()).unwrap(), cured);
+}
+
+#[test]
+fn a_standing_body_touches_the_ground_with_its_skin_and_grows_with_its_shape() {
+    use skiagraph::body::{BodyShape, LinkShape};
+    use skiagraph::contact::Surface;
+    let (body, _) = posed("person");
+    let frames = body.link_frames(&body.zero_pose());
+    let skin = body.skin.as_ref().unwrap();
+    let mut vertices = Vec::new();
+    skin.deform_into(&frames, &mut vertices);
+    let lowest = vertices.iter().map(|v| v.z).fold(f64::MAX, f64::min);
+    let links: Vec<usize> = (0..body.links.len()).collect();
+    let found = Surface::lowest_point(&body, &frames, &links).unwrap();
+    assert!((found.point.z - lowest).abs() < 1e-12);
+    assert!(body.links[found.link].name.contains("foot") || body.links[found.link].name.contains("toes"));
+    let tall = body
+        .reshaped(&BodyShape { links: vec![LinkShape { length: Vector3::repeat(1.1), girth: 1.1 }; body.links.len()] });
+    let mut grown = Vec::new();
+    tall.skin.as_ref().unwrap().deform_into(&tall.link_frames(&tall.zero_pose()), &mut grown);
+    for (was, is) in vertices.iter().zip(&grown) {
+        assert!((is.coords - was.coords * 1.1).norm() < 1e-3, "{was} {is}");
+    }
+    let pose = Pose { world_from_root: Isometry3::translation(0.0, 0.0, -lowest), ..body.zero_pose() };
+    let on_ground = Surface::lowest_point(&body, &body.link_frames(&pose), &links).unwrap();
+    assert!(on_ground.point.z.abs() < 1e-12);
+}
