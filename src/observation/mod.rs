@@ -9,12 +9,12 @@ mod light;
 mod observe;
 mod settings;
 
+pub use self::image::Image;
 pub use background::{
     BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, OnlineBackground, OnlineSettings, Risk,
     Segmenter, ShadowRule,
 };
 pub use corruption::{AXES, Axis, CorruptedObserver, Corruption, told_rig, told_start};
-pub use image::Image;
 pub use imaging::{ImageSettings, SceneCamera, SegmentedObserver};
 pub use layers::{LayerImages, LayerObserver, WantedLayers};
 pub use observe::{Observer, observe, observe_frame};

@@ -165,7 +165,7 @@ fn layers_that_there_are_not() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
     for (layers, words) in [
-        ("layers=[\"colour\"]", "known here: depth, parts"),
+        ("layers=[\"heat\"]", "known here: depth, parts"),
         ("layers=[\"depth\",\"depth\"]", "every layer at most once"),
     ] {
         let answer = room.skiagraph(["render", "tiny.toml", layers, "--out", "set"]);

@@ -158,7 +158,8 @@ fn a_program_is_handed_no_truth() {
     assert_eq!(found["answers"]["lost"], 5, "{found}");
     let seen = String::from_utf8(room.read("seen.txt")).unwrap();
     assert!(seen.contains("cameras.json") && seen.contains("000004.png"), "{seen}");
-    assert!(!seen.contains("truth") && !seen.contains("sha256") && !seen.contains("/set/"), "{seen}");
+    // `read_truth.py` reads the truth for whoever has it
+    assert!(!seen.contains("/truth") && !seen.contains("sha256") && !seen.contains("/set/"), "{seen}");
 }
 
 #[test]

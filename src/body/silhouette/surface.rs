@@ -120,13 +120,25 @@ impl SilhouettePainter {
 mod tests {
     use crate::body::SilhouettePainter;
     use crate::body::fixture::{person, walk};
-    use crate::scene::fixture::rig;
+    use crate::camera::{Camera, Distortion, FieldOfView};
+    use nalgebra::{Point3, Vector3};
+
+    /// A camera in front, one beside whose lens distorts, and one behind.
+    fn cameras() -> [Camera; 3] {
+        let looking = |name: &str, eye| {
+            let (target, view) = (Point3::new(0.0, 0.0, 1.0), FieldOfView::Vertical(0.9));
+            Camera::look_at(name, eye, target, Vector3::z(), view, 320, 240).unwrap()
+        };
+        let mut side = looking("side", Point3::new(0.3, 3.5, 1.4));
+        side.distortion = Distortion { k1: -0.12, k2: 0.03, p1: 0.001, p2: -0.002, k3: 0.004 };
+        [looking("front", Point3::new(3.7, 0.2, 1.1)), side, looking("back", Point3::new(-3.0, -2.0, 2.0))]
+    }
 
     #[test]
     fn the_surface_has_the_pixels_depths_and_parts_of_the_depth_image_and_faces_the_camera() {
         let body = person();
         let frames = body.link_frames(&walk(3).poses[2]);
-        for camera in &rig().cameras {
+        for camera in &cameras() {
             let mut painter = SilhouettePainter::new(camera);
             let (image, surface) = (painter.depth(&body, &frames), painter.surface(&body, &frames));
             assert_eq!(surface.len(), image.part.iter().filter(|part| **part > 0).count());
