@@ -353,7 +353,7 @@ fn same_seeds(a: &MeasuredClip, b: &MeasuredClip) -> bool {
     set(a) == set(b)
 }
 
-/// Names that [`ALIASES`] need not show again, for a predicate that tells whether two metrics agree in every run:
+/// Names that `ALIASES` need not show again, for a predicate that tells whether two metrics agree in every run:
 /// shown, with what is left out beside it.
 pub fn shown_once(agree: impl Fn(&str, &str) -> bool) -> Vec<(&'static str, &'static str)> {
     ALIASES.into_iter().filter(|(shown, alias)| agree(shown, alias)).collect()
