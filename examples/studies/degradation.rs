@@ -1,9 +1,9 @@
 //! How trackers degrade along every axis of corruption: regenerates `results/degradation.md` and `.json`.
 //!
-//! `cargo run --release --example studies -- degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed draws both the
-//! corruption and the tracker's numbers. What was measured is kept in `runs/degradation/outcomes.jsonl`, so that a study
-//! that was stopped goes on where it was; remove that file after a change of the program. `SKIAGRAPH_AXES=a,b` measures
-//! some axes only; the page then shows what is known so far.
+//! `cargo run --release --example studies -- degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed
+//! draws both the corruption and the tracker's numbers. What was measured is kept in `runs/degradation/outcomes.jsonl`,
+//! so that a study that was stopped goes on where it was; remove that file after a change of the program.
+//! `SKIAGRAPH_AXES=a,b` measures some axes only; the page then shows what is known so far.
 
 use std::collections::BTreeMap;
 use std::error::Error;

@@ -82,8 +82,8 @@ fn missing_of_one(
     missing.map(|(key, name)| scenario_error_at(key, places.missing(name, settings))).collect()
 }
 
-/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `scenario_error_at` is how a
-/// complaint about a key of the settings is put.
+/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `scenario_error_at`
+/// is how a complaint about a key of the settings is put.
 pub(super) fn read_part(
     folder: &Path,
     recording: &Path,

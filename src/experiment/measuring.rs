@@ -198,7 +198,8 @@ fn refitted(body: &Humanoid, set: &BenchmarkSet) -> Motion {
     refit(body, &markers, truth.frames_per_second)
 }
 
-/// The energy that the tracker's own likelihood, with the body that it used, gives the truth; empty for trackers without a likelihood.
+/// The energy that the tracker's own likelihood, with the body that it used, gives the truth; empty for trackers
+/// without a likelihood.
 fn truth_energy(
     tracked: &Tracked,
     set: &BlindSet,

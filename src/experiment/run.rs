@@ -255,9 +255,10 @@ pub struct Evaluated {
 }
 
 /// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's
-/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.bvh`) of which a user may declare units, axes and names. The results of a run of this program go into its folder unless `out`
-/// says otherwise; nothing else there is changed. Results of another program's estimate go beside it, into
-/// `NAME-evaluation` or `out`, never into it.
+/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.bvh`) of which a user may declare units,
+/// axes and names. The results of a run of this program go into its folder unless `out` says otherwise; nothing else
+/// there is changed. Results of another program's estimate go beside it, into `NAME-evaluation` or `out`, never into
+/// it.
 ///
 /// # Errors
 /// [`ExperimentError`]; then nothing has changed on the disk.

@@ -20,8 +20,8 @@ const FINEST: f64 = 60_000.0;
 /// frame, in order; one picture is in memory at a time.
 ///
 /// # Errors
-/// [`ReportError`] where a picture cannot be drawn; whatever `frame` answers; [`std::io::Error`]s of `to` as the encoder
-/// words them.
+/// [`ReportError`] where a picture cannot be drawn; whatever `frame` answers; [`std::io::Error`]s of `to` as the
+/// encoder words them.
 pub fn write_animation<E: From<ReportError>>(
     to: impl Write,
     camera: &Camera,

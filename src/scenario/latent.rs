@@ -53,7 +53,7 @@ pub struct LatentTrackerSettings<T> {
     /// Time constant with which such offsets decay, seconds. Default: 0.25.
     pub residual_s: f64,
     /// Factor on the noise of the root's steps (estimated from training, at least 2 mm and 0.3 degrees per frame).
-    /// Default: 5, chosen on CMU takes other than those of `scenarios/s1`.
+    /// Default: 5, chosen on CMU takes other than those of `scenarios/monocular`.
     pub root_noise_scale: f64,
     /// Source of the root's motion: `"planted"` (feet are held to footholds that each particle stores, weighted by how
     /// still feet at that height were in training; in flight the model's velocities apply) or `"model"` (the model's

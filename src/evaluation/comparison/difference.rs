@@ -93,8 +93,8 @@ pub fn difference(clips: &[ClipValues]) -> Option<Difference> {
     difference_of(clips, pairs)
 }
 
-/// As [`difference`], of sides whose seeds have nothing in common even where they are the same numbers: of runs on other
-/// sets.
+/// As [`difference`], of sides whose seeds have nothing in common even where they are the same numbers: of runs on
+/// other sets.
 pub fn independent_difference(clips: &[ClipValues]) -> Option<Difference> {
     difference_of(clips, None)
 }

@@ -439,8 +439,8 @@ fn verdict(worse_by: f64, ends: Option<Interval>, margin: f64) -> GateVerdict {
     }
 }
 
-/// Of several budgets one may seem to fail by chance: failures must hold with Holm's adjustment too. Passing needs none,
-/// since all must pass.
+/// Of several budgets one may seem to fail by chance: failures must hold with Holm's adjustment too. Passing needs
+/// none, since all must pass.
 fn adjust_failures(checks: &mut [Check]) {
     let p_of = |check: &Check| {
         let (found, margin) = (check.difference.as_ref()?, check.margin?);

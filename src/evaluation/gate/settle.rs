@@ -91,7 +91,8 @@ mod tests {
         ClipValues { base: base.collect(), other: other.collect() }
     }
 
-    /// The promise is kept: with so many more seeds of the same spread the interval is short enough, with one fewer not.
+    /// The promise is kept: with so many more seeds of the same spread the interval is short enough, with one fewer
+    /// not.
     #[test]
     fn so_many_more_seeds_do_settle_it() {
         let few = clip(5, 0.0, 100);

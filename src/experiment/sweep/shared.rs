@@ -56,8 +56,8 @@ impl Shared {
 }
 
 impl SharedSet {
-    /// The motion models that a scenario's tracker needs, learned now if no other cell has had them learned. Others that
-    /// need models of the same set wait meanwhile.
+    /// The motion models that a scenario's tracker needs, learned now if no other cell has had them learned. Others
+    /// that need models of the same set wait meanwhile.
     ///
     /// # Errors
     /// [`ExperimentError`] where a model cannot be learned or read.
