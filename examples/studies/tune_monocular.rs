@@ -246,7 +246,7 @@ fn errors(set: &BenchmarkSet, frame: usize, pose: &Pose) -> [f64; 7] {
     let truth = &set.truth.ground_truth.frames[frame].markers;
     let of = |pose: &Pose| {
         let markers = body.markers(&body.link_frames(pose));
-        let pair = Sequence::of_markers(60.0, std::slice::from_ref(truth), std::slice::from_ref(&markers));
+        let pair = Sequence::from_markers(60.0, std::slice::from_ref(truth), std::slice::from_ref(&markers));
         let distances: Vec<f64> = pair.distances_mm(0).collect();
         distances.iter().sum::<f64>() / distances.len() as f64
     };

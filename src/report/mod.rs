@@ -61,7 +61,7 @@ pub use model_page::model_page;
 pub use motion_strip::MotionStrip;
 pub use page::render;
 pub use sweep::{
-    Choice, Cost, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
+    Choice, CostMeasure, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
     pareto_front, sweep_markdown, sweep_page,
 };
 pub use verdict::{Verdict, verdict};

@@ -11,7 +11,7 @@
 //! let file = SweepFile::open("scenarios/sweeps/particles-layers.toml".as_ref())?;
 //! Draft::new(&file, None)?.freeze("sweeps/particles-layers".as_ref(), false)?;
 //! let sweep = PlannedSweep::open("sweeps/particles-layers".as_ref())?;
-//! for setting in SweepSummary::of(&sweep)?.ranked() {
+//! for setting in SweepSummary::new(&sweep)?.ranked() {
 //!     println!("{}: {:?}", setting.words, setting.mean);
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -42,9 +42,9 @@ pub use gather::{Gathered, RUNS_LINES, RUNS_TABLE, TIMING_TABLE, gather};
 pub use identity::InputFile;
 pub use index_ranges::to_ranges;
 pub use page::{ask, page_input};
-pub use plan::{BaseRecord, CELLS_FILE, Cell, Draft, PLAN_FILE, PlanRecord, Planned, PlannedSweep};
+pub use plan::{BaseRecord, CELLS_FILE, Draft, PLAN_FILE, PlanRecord, Planned, PlannedSweep, SweepCell};
 pub use record::{CellRecord, Environment, Status};
-pub use run::{Best, Ran, RunOptions, Standing, SweepWatch, in_words, run_some, run_sweep};
+pub use run::{Best, Ran, RunOptions, RunProgress, SweepWatch, in_words, run_some, run_sweep};
 pub use script::Engine;
 pub use shard::shard;
 pub use status::{SweepStatus, sweep_status};

@@ -92,7 +92,7 @@ impl Dynamics {
     /// # Errors
     /// [`PhysicsError`] for a motion that is empty, belongs to another body or is not finite, a body without mass, and
     /// contacts of another length.
-    pub fn of_motion(
+    pub fn from_motion(
         body: &Humanoid,
         motion: &Motion,
         contacts: &GroundContacts,
