@@ -29,7 +29,7 @@ use crate::benchmark_set::{
 };
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
-use crate::motion_model::{Diffusion, Prediction, ProposalScales};
+use crate::motion_model::{Diffusion, MotionModel, Prediction, ProposalScales};
 use crate::npz::{Array, Npz, Values};
 use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, TrainingUse, json_tree};
 use crate::tracker::{
@@ -330,16 +330,22 @@ impl TrackerFactory<'_> {
         seed: u64,
     ) -> Result<Box<dyn Tracker>, ExperimentError> {
         let model = models.latent(settings, self.set, self.truth, self.watch)?;
-        let body = self.set.start.body.clone();
-        let likelihood = SilhouetteLikelihood::new(body, &self.set.rig, settings.likelihood())?;
-        Ok(Box::new(AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?))
+        let body = &self.set.start.body;
+        let likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, settings.likelihood())?;
+        match settings.refinement() {
+            None => filter(settings.filter(), model, likelihood, seed, None),
+            Some(refinement) => {
+                let refinement = Refinement::new(refinement, body, Vec::new(), seed)?;
+                filter(settings.filter(), model.with_descent(), likelihood.with_descent(), seed, Some(refinement))
+            }
+        }
     }
 }
 
 /// A filter, with refinement where that is asked for.
-fn filter<L: Likelihood + 'static>(
+fn filter<M: MotionModel + 'static, L: Likelihood + 'static>(
     settings: FilterSettings,
-    model: Diffusion,
+    model: M,
     likelihood: L,
     seed: u64,
     refinement: Option<Refinement>,

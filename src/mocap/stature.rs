@@ -5,6 +5,10 @@
 //! of its bones. The up axis is the one along which the body is longer in the frames. If the rest pose indicates
 //! another axis, that one is used only if the lowest point stays at one level along it and moves along the longer one:
 //! then the subject is lying.
+//!
+//! Strides do not count. Two units are in question only where both make a body of 1.2 to 2.3 m, which of the usual ones
+//! just a decimetre and CMU's unit can; the gaits of a small child and of a very tall adult overlap there as well, and
+//! a stride says nothing of a recording without steps. Such bodies get a note that asks for `metres_per_unit`.
 
 use nalgebra::{Isometry3, Vector3};
 

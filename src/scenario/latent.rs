@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::motion_model::gpdm::TrainingOptions;
 use crate::motion_model::gpdm_graph::{Detector, GraphSettings};
 use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
-use crate::tracker::{ContourTerm, Estimator, FilterSettings, Kernel, SilhouetteSettings, SilhouetteTerm};
+use crate::tracker::{
+    ContourTerm, Estimator, FilterSettings, Kernel, RefinementSettings, SilhouetteSettings, SilhouetteTerm,
+};
 
 /// Properties of a kind of latent motion model: how it is learned, and how particles change models.
 pub trait LatentKind {
@@ -80,6 +82,27 @@ pub struct LatentTrackerSettings<T> {
     pub kernel: Kernel,
     /// As for the annealed particle filter. Default: `"weighted_mean"`.
     pub estimator: Estimator,
+    /// Descent of the estimate on the silhouettes' outlines after the last layer, within what the model expects; `{}`
+    /// for the default settings. [GPDM graph] does not have it. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<LatentRefinementSettings>,
+}
+
+/// How the estimate of a particle filter in latent space is refined.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LatentRefinementSettings {
+    /// Gauss-Newton steps of every descent. Default: 6.
+    pub iterations: usize,
+    /// Share of the particles that goes on from the refined state, in [0, 1]. Default: 0.5.
+    pub share: f64,
+}
+
+impl Default for LatentRefinementSettings {
+    fn default() -> Self {
+        let RefinementSettings { iterations, share, .. } = RefinementSettings::default();
+        Self { iterations, share }
+    }
 }
 
 /// Source of the root.
@@ -167,6 +190,12 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
             contour_reach: self.contour_reach,
             limb_side_weight: self.limb_side_weight,
         }
+    }
+
+    /// What refines the filter's answer. No limbs are drawn: the model would not know such poses.
+    pub fn refinement(&self) -> Option<RefinementSettings> {
+        let LatentRefinementSettings { iterations, share } = self.refinement?;
+        Some(RefinementSettings { iterations, share, limb_every: 0, ..RefinementSettings::default() })
     }
 
     /// The settings of the latent motion model.
@@ -267,6 +296,7 @@ impl<T: Default> Default for LatentTrackerSettings<T> {
             limb_side_weight,
             kernel,
             estimator,
+            refinement: None,
         }
     }
 }

@@ -37,7 +37,10 @@ pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, SkinBlendin
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, LineSpan};
-pub use latent::{GpdmGraphSettings, GpdmSettings, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdmSettings};
+pub use latent::{
+    GpdmGraphSettings, GpdmSettings, LatentKind, LatentRefinementSettings, LatentTrackerSettings, RootMode,
+    SwitchingGpdmSettings,
+};
 pub use motion::{JoinKeys, MotionSettings, TakeSettings, TrainingSettings, UpwardAxis, VariationSettings};
 pub use props::{PropSettings, PropShape};
 pub use ranges::InvalidValue;

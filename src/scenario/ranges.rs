@@ -346,6 +346,7 @@ pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTr
         }
         _ => Ok(()),
     }?;
+    s.refinement().map_or(Ok(()), |refinement| refinement.validate()).map_err(|e| setting(table, &e))?;
     let learning = s.model.learning();
     let said = s.model_file.is_some() && learning != T::default().learning();
     let alone = "no training keys of `model`, because the model is already trained; remove them";

@@ -173,6 +173,10 @@ impl<T: LatentKind + Default> TrackerKind for LatentTrackerSettings<T> {
         Some(self.likelihood())
     }
 
+    fn refinement(&self) -> Option<RefinementSettings> {
+        self.refinement()
+    }
+
     fn learning(&self) -> Option<GraphSettings> {
         Some(self.model.learning())
     }

@@ -5,6 +5,7 @@
 //! and heads to: `[GPDM graph]` does not say how the root moves, here it follows from the footholds that the particle
 //! remembers and from the velocities that the model maps to.
 
+mod descent;
 mod footholds;
 mod footing;
 mod initialisation;

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::{PlanarRoot, PlanarStep};
-use super::super::{MotionModel, MotionModelError};
+use super::super::{MotionModel, MotionModelError, NormalEquations};
+use super::descent::Expected;
 use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
 use super::residual::{PoseResidual, Unseen, offset_by};
@@ -31,19 +32,21 @@ const BATCH: usize = 128;
 /// A GPDM graph that moves particles: `[GPDM graph]`'s latent particles.
 #[derive(Clone, Debug)]
 pub struct LatentModel {
-    body: Humanoid,
-    graph: Arc<GpdmGraph>,
+    pub(super) body: Humanoid,
+    pub(super) graph: Arc<GpdmGraph>,
     settings: LatentSettings,
     jumps: Jumps,
     /// Per segment: the map's mean at every training latent, a row a frame.
     training_means: Vec<Mat<f64>>,
     /// Per segment: spread of the latents per coordinate.
     spreads: Vec<f64>,
-    roots: RootDynamics,
-    residual: PoseResidual,
+    pub(super) roots: RootDynamics,
+    pub(super) residual: PoseResidual,
     /// The true root of every frame, where it is given away on purpose (to tell articulated from global error).
     given_roots: Option<Arc<Vec<Isometry3<f64>>>>,
     deviations: Vec<f64>,
+    /// Whether particles remember what was expected of them, so that they can descend.
+    descends: bool,
 }
 
 /// One particle: a point in one model's latent space, and where the body stands.
@@ -56,16 +59,18 @@ pub struct LatentParticle {
     /// `z_{t-1}`.
     before: Vec<f64>,
     /// The map's mean at the latent point, an observation vector.
-    mean: Vec<f64>,
+    pub(super) mean: Vec<f64>,
     /// What the particle's observation vector has beside that mean.
-    offset: Vec<f64>,
-    place: RootPlace,
-    frame: usize,
+    pub(super) offset: Vec<f64>,
+    pub(super) place: RootPlace,
+    pub(super) frame: usize,
     /// The pose at the map's mean, and how fast that moves.
-    moving: PoseRate,
-    pose: Pose,
+    pub(super) moving: PoseRate,
+    pub(super) pose: Pose,
     /// Whether the particle had left the training region in this frame and was brought back.
     pub recovered: bool,
+    /// What was expected of it before its noise was drawn; `None` in the first frame.
+    pub(super) expected: Option<Arc<Expected>>,
 }
 
 /// Where a particle starts from in a frame, after its inter-transition.
@@ -128,6 +133,7 @@ impl LatentModel {
             residual,
             given_roots: None,
             deviations,
+            descends: false,
         })
     }
 
@@ -135,6 +141,11 @@ impl LatentModel {
     pub fn with_given_roots(mut self, roots: Vec<Isometry3<f64>>) -> Self {
         self.given_roots = Some(Arc::new(roots));
         self
+    }
+
+    /// The same, whose particles can descend on an observation: each remembers what was expected of it.
+    pub fn with_descent(self) -> Self {
+        Self { descends: true, ..self }
     }
 
     /// How far the start pose is from the nearest training pose, rad^2 per anatomical joint.
@@ -219,42 +230,59 @@ impl LatentModel {
             if c < d { from.latent[c] } else { from.before[c - d] }
         };
         let moments = gpdm.dynamics_moments(Mat::from_fn(BATCH, d * lag, input).as_ref());
-        let drawn: Vec<(Vec<f64>, bool)> = journeys
-            .iter_mut()
-            .enumerate()
-            .map(|(i, journey)| {
-                let mean = (0..d).map(|c| moments.mean[(i, c)]);
-                self.draw(segment, mean, moments.variance[i].sqrt(), journey.rng)
+        let means: Vec<(Vec<f64>, f64)> = (0..journeys.len())
+            .map(|i| {
+                let mean = (0..d).map(|c| moments.mean[(i, c)]).collect();
+                (mean, moments.variance[i].sqrt().max(self.settings.noise_floor * self.spreads[segment]))
             })
             .collect();
+        let draw = |(journey, (mean, deviation)): (&mut PendingParticle<'_>, &(Vec<f64>, f64))| {
+            self.draw(segment, mean, *deviation, journey.rng)
+        };
+        let drawn: Vec<(Vec<f64>, bool)> = journeys.iter_mut().zip(&means).map(draw).collect();
         let observations = gpdm.map_mean(Mat::from_fn(BATCH, d, |i, c| drawn[i.min(last)].0[c]).as_ref());
-        let arrive = |(i, (journey, (latent, recovered))): (usize, (&mut PendingParticle<'_>, (Vec<f64>, bool)))| {
+        let noise = |rng: &mut ChaCha8Rng| [(); 3].map(|()| normal(rng));
+        type Arriving<'a, 'b> = ((&'a mut PendingParticle<'b>, (Vec<f64>, f64)), (Vec<f64>, bool));
+        let arrive = |(i, ((journey, expected), (latent, recovered))): (usize, Arriving<'_, '_>)| {
             let mean: Vec<f64> = observations.row(i).iter().copied().collect();
             let rotations = self.graph.chart.rotations_of(&mean);
             let moving = PoseRate::between(&journey.departure.rotations, rotations, self.graph.frames_per_second);
             let offset = self.residual.next(&journey.departure.offset, journey.rng);
             let frame = journey.state.frame + 1;
             let LatentParticle { pose, place, .. } = journey.state;
-            let (place, pose) = self.roots.next(pose, place, &self.stand(&mean, &offset), journey.rng);
+            let expected = self.descends.then(|| {
+                Arc::new(Expected {
+                    latent: expected.0,
+                    deviation: expected.1,
+                    offset: self.residual.expected(&journey.departure.offset),
+                    before: pose.clone(),
+                    place: place.clone(),
+                })
+            });
+            let (place, pose) = self.roots.next(pose, place, &self.stand(&mean, &offset), noise(journey.rng));
             let pose = self.with_given_root(pose, frame);
             let before = std::mem::take(&mut journey.departure.latent);
-            let particle =
-                LatentParticle { segment, latent, before, mean, offset, place, frame, moving, pose, recovered };
+            let particle = LatentParticle {
+                segment,
+                latent,
+                before,
+                mean,
+                offset,
+                place,
+                frame,
+                moving,
+                pose,
+                recovered,
+                expected,
+            };
             (journey.index, particle)
         };
-        journeys.iter_mut().zip(drawn).enumerate().map(arrive).collect()
+        journeys.iter_mut().zip(means).zip(drawn).enumerate().map(arrive).collect()
     }
 
     /// A latent point about the dynamics' mean, and whether it had to be brought back to the training latents.
-    fn draw(
-        &self,
-        segment: usize,
-        mean: impl Iterator<Item = f64>,
-        deviation: f64,
-        rng: &mut ChaCha8Rng,
-    ) -> (Vec<f64>, bool) {
-        let deviation = deviation.max(self.settings.noise_floor * self.spreads[segment]);
-        let next: Vec<f64> = mean.map(|m| m + deviation * normal(rng)).collect();
+    fn draw(&self, segment: usize, mean: &[f64], deviation: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, bool) {
+        let next: Vec<f64> = mean.iter().map(|m| m + deviation * normal(rng)).collect();
         let row = self.nearest_row(segment, &next);
         let nearest = self.training_latent(Candidate { segment, row });
         let squared: f64 = next.iter().zip(&nearest).map(|(a, b)| (a - b) * (a - b)).sum();
@@ -263,16 +291,16 @@ impl LatentModel {
     }
 
     /// The mean observation vector at a latent point (`[GPDM graph]` Eq. 6).
-    fn observation(&self, segment: usize, latent: &[f64]) -> Vec<f64> {
+    pub(super) fn observation(&self, segment: usize, latent: &[f64]) -> Vec<f64> {
         let point = Mat::from_fn(1, latent.len(), |_, c| latent[c]);
         self.graph.segments[segment].gpdm.map_mean(point.as_ref()).row(0).iter().copied().collect()
     }
 
-    fn stand<'a>(&'a self, mean: &'a [f64], offset: &'a [f64]) -> Stand<'a> {
+    pub(super) fn stand<'a>(&'a self, mean: &'a [f64], offset: &'a [f64]) -> Stand<'a> {
         Stand { body: &self.body, chart: &self.graph.chart, mean, offset }
     }
 
-    fn with_given_root(&self, mut pose: Pose, frame: usize) -> Pose {
+    pub(super) fn with_given_root(&self, mut pose: Pose, frame: usize) -> Pose {
         if let Some(given) = self.given_roots.as_ref().and_then(|roots| roots.get(frame)) {
             pose.world_from_root = *given;
         }
@@ -299,7 +327,8 @@ impl LatentModel {
         let offset = self.offset_to(&mean, &standing, start);
         let pose = self.with_given_root(self.roots.stand(&self.stand(&mean, &offset), &root), 0);
         let (segment, place) = (at.segment, self.roots.place(&self.body, root, &pose));
-        LatentParticle { segment, latent, before, mean, offset, place, frame: 0, moving, pose, recovered: false }
+        let (recovered, expected) = (false, None);
+        LatentParticle { segment, latent, before, mean, offset, place, frame: 0, moving, pose, recovered, expected }
     }
 }
 
@@ -375,6 +404,14 @@ impl MotionModel for LatentModel {
         let (carried, _) = self.roots.nudged(&from.pose, &from.place.root, &self.stand(&to.mean, &to.offset), &still);
         let apart = carried.step_to(&to.place.root);
         root.copy_from_slice(&[apart.forward, apart.left, apart.turn]);
+    }
+
+    fn descends(&self) -> bool {
+        self.descends
+    }
+
+    fn descend(&self, state: &LatentParticle, _anchor: &Pose, evidence: NormalEquations) -> Option<LatentParticle> {
+        self.descended(state, &evidence)
     }
 
     fn occupied(&self, state: &LatentParticle) -> usize {

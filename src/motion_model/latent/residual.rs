@@ -58,9 +58,31 @@ impl PoseResidual {
 
     /// The offset one frame on.
     pub(super) fn next(&self, offset: &[f64], rng: &mut ChaCha8Rng) -> Vec<f64> {
-        let drawn: Vec<f64> = offset.iter().map(|_| self.fresh() * normal(rng)).collect();
-        let added = |row: &Vec<f64>| row.iter().zip(&drawn).map(|(l, e)| l * e).sum::<f64>();
-        offset.iter().zip(&self.factor).map(|(r, row)| self.keep * r + added(row)).collect()
+        let drawn: Vec<f64> = offset.iter().map(|_| normal(rng)).collect();
+        self.moved(&self.expected(offset), &drawn)
+    }
+
+    /// The mean of the offset one frame on.
+    pub(super) fn expected(&self, offset: &[f64]) -> Vec<f64> {
+        offset.iter().map(|r| self.keep * r).collect()
+    }
+
+    /// A mean with noise of these standard normal numbers.
+    pub(super) fn moved(&self, mean: &[f64], numbers: &[f64]) -> Vec<f64> {
+        let scaled: Vec<f64> = numbers.iter().map(|e| self.fresh() * e).collect();
+        let added = |row: &Vec<f64>| row.iter().zip(&scaled).map(|(l, e)| l * e).sum::<f64>();
+        mean.iter().zip(&self.factor).map(|(r, row)| r + added(row)).collect()
+    }
+
+    /// The numbers that lead from a mean to an offset, the inverse of [`Self::moved`]; `None` where none do.
+    pub(super) fn numbers(&self, mean: &[f64], offset: &[f64]) -> Option<Vec<f64>> {
+        let mut numbers: Vec<f64> = Vec::with_capacity(offset.len());
+        for ((row, r), mean) in self.factor.iter().zip(offset).zip(mean) {
+            let (diagonal, before) = row.split_last()?;
+            let known: f64 = before.iter().zip(&numbers).map(|(l, e)| l * self.fresh() * e).sum();
+            numbers.push((r - mean - known) / (self.fresh() * diagonal));
+        }
+        Some(numbers)
     }
 
     fn fresh(&self) -> f64 {

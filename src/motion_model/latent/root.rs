@@ -3,7 +3,6 @@
 use std::ops::{Add, Mul};
 
 use nalgebra::{Vector2, Vector3};
-use rand_chacha::ChaCha8Rng;
 
 use super::super::gpdm_graph::GpdmGraph;
 use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart};
@@ -11,7 +10,6 @@ use super::footing::{Feet, FootStep, Footing, turned_about};
 use super::residual::{Unseen, offset_by};
 use super::settings::{LatentSettings, RootMotion};
 use crate::body::{Humanoid, Pose, rotation_about};
-use crate::rng::normal;
 
 /// Deviations of the root's steps never fall below these: metres and radians a frame.
 const LEAST_NOISE: PlanarStep = PlanarStep { forward: 0.002, left: 0.002, turn: 0.3 * std::f64::consts::PI / 180.0 };
@@ -132,16 +130,16 @@ impl RootDynamics {
         RootPlace { root, footholds: self.footing.as_ref().map(|footing| footing.feet(body, pose)) }
     }
 
-    /// Place and pose one frame after `before`, which stood at `place`.
+    /// RootPlace and pose one frame after `before`, which stood at `place`, with noise of these standard normal numbers.
     pub(super) fn next(
         &self,
         before: &Pose,
         place: &RootPlace,
         at: &Stand<'_>,
-        rng: &mut ChaCha8Rng,
+        numbers: [f64; 3],
     ) -> (RootPlace, Pose) {
         let step = at.chart.planar_step(at.mean);
-        let drawn = [0, 1, 2].map(|_| self.scale * normal(rng));
+        let drawn = numbers.map(|number| self.scale * number);
         match (&self.footing, &place.footholds) {
             (Some(footing), Some(footholds)) => {
                 let footholds = footing.updated(footholds, &footing.feet(at.body, before));

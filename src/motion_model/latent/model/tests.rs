@@ -395,3 +395,79 @@ fn in_a_joint_model_no_motion_leads_into_the_next() {
     }
     assert!([0, 30, 57, 60, 90].iter().all(|row| leaves(*row).is_none()));
 }
+
+/// A particle in the middle of the gait that can descend, and its model.
+fn underway() -> (LatentModel, LatentParticle) {
+    let (body, motion, graph) = learned();
+    let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap().with_descent();
+    let particle = follow(&model, &motion, 3).swap_remove(30);
+    (model, particle)
+}
+
+/// Evidence that a pose is `target`, of this weight for every number of a step.
+fn says(body: &Humanoid, here: &Pose, target: &Pose, weight: f64) -> NormalEquations {
+    let mut towards = vec![0.0; body.step_len()];
+    body.difference(here, target, &mut towards);
+    let towards = nalgebra::DVector::from_vec(towards);
+    NormalEquations {
+        matrix: nalgebra::DMatrix::identity(towards.len(), towards.len()) * weight,
+        gradient: -weight * &towards,
+        cost: weight * towards.norm_squared(),
+        weight,
+        residuals: towards.len(),
+    }
+}
+
+fn apart(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
+    let mut step = vec![0.0; body.step_len()];
+    body.difference(a, b, &mut step);
+    step.iter().map(|s| s * s).sum::<f64>().sqrt()
+}
+
+#[test]
+fn a_descent_without_evidence_leads_to_what_the_model_expects() {
+    let (model, particle) = underway();
+    let body = model.body.clone();
+    let nothing = |state: &LatentParticle| says(&body, &state.pose, &state.pose, 0.0);
+    let mut state = particle.clone();
+    let mut moved = Vec::new();
+    for _ in 0..4 {
+        let next = model.descend(&state, &particle.pose, nothing(&state)).unwrap();
+        moved.push(apart(&body, &state.pose, &next.pose));
+        state = next;
+    }
+    assert!(moved[0] > 1e-3 && moved[3] < 1e-3 * moved[0], "{moved:?}");
+}
+
+#[test]
+fn a_descent_finds_a_pose_that_the_model_can_make_and_the_evidence_is_sure_of() {
+    let (model, particle) = underway();
+    let body = model.body.clone();
+    let expected = particle.expected.clone().unwrap();
+    // Another particle of the same expectation.
+    let mut rng = stream(9, Purpose::MotionModel, 0, 0, 0);
+    let offset = model.residual.next(&particle.offset, &mut rng);
+    let step: Vec<f64> = [0.3 * expected.deviation, -0.5 * expected.deviation, 0.0]
+        .into_iter()
+        .chain(offset.iter().zip(&particle.offset).map(|(a, b)| a - b))
+        .chain([0.004, -0.003, 0.002])
+        .collect();
+    let target = model.step(&particle, &step).pose;
+    let before = apart(&body, &particle.pose, &target);
+    let mut state = particle;
+    for _ in 0..8 {
+        let evidence = says(&body, &state.pose, &target, 1e9);
+        state = model.descend(&state, &target, evidence).unwrap();
+    }
+    let after = apart(&body, &state.pose, &target);
+    assert!(before > 0.02 && after < 0.02 * before, "{before} became {after}");
+}
+
+#[test]
+fn particles_that_can_descend_are_those_that_cannot_to_the_bit() {
+    let (body, motion, graph) = learned();
+    let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
+    let [one, other] = [model.clone(), model.with_descent()].map(|model| follow(&model, &motion, 5));
+    assert!(one.iter().zip(&other).all(|(a, b)| a.pose == b.pose));
+    assert!(one.iter().all(|particle| particle.expected.is_none()) && other[1].expected.is_some());
+}
