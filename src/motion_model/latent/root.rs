@@ -130,7 +130,7 @@ impl RootDynamics {
         RootPlace { root, footholds: self.footing.as_ref().map(|footing| footing.feet(body, pose)) }
     }
 
-    /// RootPlace and pose one frame after `before`, which stood at `place`, with noise of these standard normal numbers.
+    /// Place and pose one frame after `before`, which stood at `place`, with noise of these standard normal numbers.
     pub(super) fn next(
         &self,
         before: &Pose,

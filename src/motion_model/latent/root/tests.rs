@@ -3,7 +3,7 @@ use nalgebra::{Isometry3, Point3};
 use super::super::super::gpdm_graph::GraphSettings;
 use super::*;
 use crate::body::Motion;
-use crate::rng::{Purpose, stream};
+use crate::rng::{Purpose, normal, stream};
 
 /// Feet that stand like rock below 0.2 m and are loose above 0.3 m.
 fn rock() -> Option<Footing> {
@@ -52,7 +52,7 @@ fn followed(
         let mut mean: Vec<f64> = observations.row(t).iter().copied().collect();
         let offset = change(t, &mut mean);
         let at = Stand { body, chart: &chart, mean: &mean, offset: &offset };
-        (place, pose) = roots.next(&pose, &place, &at, &mut rng);
+        (place, pose) = roots.next(&pose, &place, &at, [(); 3].map(|()| normal(&mut rng)));
         (place.root, pose.clone())
     };
     (1..motion.poses.len()).map(next).collect()
@@ -192,7 +192,7 @@ fn noise_about_a_foothold_does_not_add_up() {
         let mut place = roots.place(&body, PlanarRoot::from_pose(&pose), &pose);
         for _ in 0..frames {
             let at = Stand { body: &body, chart: &chart, mean: &mean, offset: &[] };
-            (place, pose) = roots.next(&pose, &place, &at, &mut rng);
+            (place, pose) = roots.next(&pose, &place, &at, [(); 3].map(|()| normal(&mut rng)));
         }
         (middle(&pose) - middle(&still.poses[0])).norm_squared()
     };
