@@ -36,6 +36,7 @@ mod files;
 mod fixture;
 #[doc(hidden)]
 pub mod fuzzing;
+mod grey_png;
 mod json;
 mod leaks;
 mod manifest;
