@@ -27,6 +27,7 @@ mod ranges;
 mod read;
 mod rig;
 mod survey;
+mod sweep;
 mod sweep_file;
 mod template;
 mod tracker;
@@ -44,7 +45,8 @@ pub use ranges::InvalidValue;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};
-pub use sweep_file::{AxisValue, Expansion, Sweep, SweepAxis, SweepBudget, SweepFile, SweepTag, as_toml};
+pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
+pub use sweep_file::{AxisValue, SweepAxis, SweepFile, as_toml};
 pub use template::ScenarioTemplate;
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
