@@ -2,8 +2,8 @@
 
 use super::SetError;
 
-/// A PNG of grey pixels of that depth, big-endian, row by row; compressed as fast as the format allows, for these images
-/// need little. `file` is named in errors.
+/// A PNG of grey pixels of that depth, big-endian, row by row; compressed as fast as the format allows, for these
+/// images need little. `file` is named in errors.
 pub(super) fn encode(
     file: &str,
     [width, height]: [u32; 2],

@@ -2,7 +2,8 @@
 //! where it moves on a model from a file; and `bodies.json` where it calibrated its body: one body a seed, of which the
 //! poses are.
 //!
-//! `poses.npz` holds the answers; anybody's tracker may write it. `search.npz` says how ours searched (`search_file.rs`).
+//! `poses.npz` holds the answers; anybody's tracker may write it. `search.npz` says how ours searched
+//! (`search_file.rs`).
 
 use std::path::Path;
 use std::time::Instant;

@@ -6,7 +6,12 @@
 //!
 //! ```
 //! use skiagraph::scenario::ScenarioFile;
-//! let text = "schema = \"skiagraph.scenario/1\"\nname = \"short\"\n[motion]\nclip = \"embedded:walk\"\n[tracker.frozen]\n";
+//! let text = r#"
+//! schema = "skiagraph.scenario/1"
+//! name = "short"
+//! motion.clip = "embedded:walk"
+//! tracker.frozen = {}
+//! "#;
 //! let file = ScenarioFile::parse(text, "short.toml", ".".into(), &["seeds=3".to_owned()])?;
 //! assert_eq!(file.scenario.all_seeds().count(), 3);
 //! let wrong = ScenarioFile::parse(text, "short.toml", ".".into(), &["seedz=3".to_owned()]);

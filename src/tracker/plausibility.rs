@@ -60,10 +60,9 @@ impl PlausibilitySettings {
 /// ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of what angles are beyond their
 /// limits, a radian counting as 0.1 m.
 ///
-/// Balan, Sigal and Black (2005, A quantitative evaluation of video-based 3D person tracking) reject poses whose limbs
-/// interpenetrate or exceed their limits ("hard priors"); [`PlausibilitySettings::reject_beyond_m`] is that rule. The
-/// energy of a rejected pose is infinite; a filter that has no other particle asks for
-/// [`Likelihood::energy_unrejected`].
+/// `[Balan 2005]` rejects poses whose limbs interpenetrate or exceed their limits ("hard priors");
+/// [`PlausibilitySettings::reject_beyond_m`] is that rule. The energy of a rejected pose is infinite; a filter that has
+/// no other particle asks for [`Likelihood::energy_unrejected`].
 #[derive(Debug)]
 pub struct PlausibleLikelihood {
     silhouettes: SilhouetteLikelihood,
