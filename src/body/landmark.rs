@@ -45,6 +45,11 @@ pub const LANDMARKS: [Landmark; 15] = [
 ];
 
 impl Landmark {
+    /// Whether it is one of the twelve joints of arms and legs.
+    pub fn is_on_limb(self) -> bool {
+        !matches!(self, Self::Thorax | Self::Pelvis | Self::HeadTop)
+    }
+
     /// Snake-case name, as files and reports spell it; a URDF link `marker_NAME` places the marker.
     pub fn name(self) -> &'static str {
         match self {

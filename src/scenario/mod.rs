@@ -6,7 +6,12 @@
 //!
 //! ```
 //! use skiagraph::scenario::ScenarioFile;
-//! let text = "schema = \"skiagraph.scenario/1\"\nname = \"short\"\n[motion]\nclip = \"embedded:walk\"\n[tracker.frozen]\n";
+//! let text = r#"
+//! schema = "skiagraph.scenario/1"
+//! name = "short"
+//! motion.clip = "embedded:walk"
+//! tracker.frozen = {}
+//! "#;
 //! let file = ScenarioFile::parse(text, "short.toml", ".".into(), &["seeds=3".to_owned()])?;
 //! assert_eq!(file.scenario.all_seeds().count(), 3);
 //! let wrong = ScenarioFile::parse(text, "short.toml", ".".into(), &["seedz=3".to_owned()]);
@@ -27,6 +32,7 @@ mod ranges;
 mod read;
 mod rig;
 mod survey;
+mod sweep;
 mod sweep_file;
 mod template;
 mod tracker;
@@ -47,7 +53,8 @@ pub use ranges::InvalidValue;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};
-pub use sweep_file::{AxisValue, Expansion, Sweep, SweepAxis, SweepBudget, SweepFile, SweepTag, as_toml};
+pub use sweep::{Expansion, Sweep, SweepBudget, SweepTag};
+pub use sweep_file::{AxisValue, SweepAxis, SweepFile, as_toml};
 pub use template::ScenarioTemplate;
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,

@@ -21,6 +21,8 @@ mod annealing;
 mod calibration;
 mod descent;
 mod estimate;
+#[cfg(test)]
+mod fixture;
 mod frozen;
 mod likelihood;
 mod limb_sides;

@@ -24,7 +24,7 @@ use crate::raster::{Mask, MaskComparison, Overlap, TaperedCapsule};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SilhouetteTerm {
-    /// `(B / (B + Y) + R / (R + Y)) / 2` (Sigal et al. 2010, both directions alike); a share of nothing counts as 1.
+    /// `(B / (B + Y) + R / (R + Y)) / 2` (`[Sigal 2010]`, both directions alike); a share of nothing counts as 1.
     Bidirectional,
     /// `(R + B) / (R + B + Y)`, one minus intersection over union: `[Skinned APF]`'s "non-overlapping area".
     #[default]

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::analysis::{CostMeasure, Effect, cheapest_within, effects, pareto_front};
+use super::figures::{labelled, maps};
 use super::input::{SweepPageInput, SweepPoint};
-use super::page::{choice, labelled, maps, three_digits};
+use super::page::{choice, three_digits};
 use crate::report::html::GENERATOR;
 use crate::report::page::{between, number, symbol};
 
