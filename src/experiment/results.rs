@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::external::ExternalRecord;
 use super::measuring::{Measures, Painters};
-use super::tracking::{POSES_FILE, TrackTiming, Tracked};
+use super::track_timing::TrackTiming;
+use super::tracking::{POSES_FILE, Tracked};
 use super::{ExperimentError, NamedFiles, per_frame, to_json};
 use crate::benchmark_set::{BenchmarkSet, ContactFacts};
 use crate::evaluation::{SegmentationQuality, Summary};

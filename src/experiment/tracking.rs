@@ -14,6 +14,7 @@ use super::calibrating::Beginning;
 use super::error::read_file;
 use super::external::{EXTERNAL_FILE, ExternalRecord};
 use super::search_file::{SearchRecord, search_from_npz, search_to_npz};
+use super::track_timing::TrackTiming;
 use super::tracker_factory::TrackerFactory;
 use super::watch::{Stage, Watch, advance};
 use super::{ExperimentError, Models, NamedFiles};
@@ -69,20 +70,6 @@ pub struct TrackRecord {
     pub version: String,
     /// What differs from run to run.
     pub timing: TrackTiming,
-}
-
-/// How long tracking took.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrackTiming {
-    /// Seconds for all frames of all seeds, reading of observations and calibration of the body included, learning of
-    /// motion models not.
-    pub seconds: f64,
-    /// Frames of all seeds per second.
-    pub frames_per_second: f64,
-    /// Likelihood evaluations of all frames and seeds.
-    pub likelihood_evaluations: u64,
-    /// Threads.
-    pub threads: usize,
 }
 
 /// Runs a tracker with every seed over a set, blindfolded; all seeds advance together, frame by frame.

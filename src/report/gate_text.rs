@@ -114,7 +114,7 @@ impl GateReport<'_> {
             "cases": cases,
             "failures": count(GateVerdict::Fail),
             "errors": count(GateVerdict::Inconclusive),
-            "generator": super::html::GENERATOR,
+            "generator": super::GENERATOR,
         }))))?)
     }
 }

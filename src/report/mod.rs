@@ -65,3 +65,6 @@ pub use sweep::{
     pareto_front, sweep_markdown, sweep_page,
 };
 pub use verdict::{Verdict, verdict};
+
+/// The mark of all pages and pictures written by skiagraph, by which it recognises its own files.
+const GENERATOR: &str = concat!("skiagraph ", env!("CARGO_PKG_VERSION"));

@@ -28,6 +28,7 @@ mod methods;
 mod motion;
 mod override_keys;
 mod props;
+mod range_checks;
 mod ranges;
 mod read;
 mod rig;
@@ -37,6 +38,7 @@ mod sweep_file;
 mod template;
 mod tracker;
 mod tracker_kind;
+mod tracker_ranges;
 mod tree;
 
 pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, SkinBlending, TrackerBodySettings};
@@ -49,7 +51,7 @@ pub use latent::{
 };
 pub use motion::{JoinKeys, MotionSettings, TakeSettings, TrainingSettings, UpwardAxis, VariationSettings};
 pub use props::{PropSettings, PropShape};
-pub use ranges::InvalidValue;
+pub use range_checks::InvalidValue;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};

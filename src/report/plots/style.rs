@@ -7,8 +7,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::Size;
+use crate::report::GENERATOR;
 use crate::report::ReportError;
-use crate::report::html::GENERATOR;
 
 /// Plotters draws on whole pixels; drawing this many times larger keeps lines smooth.
 pub(super) const FINE: i32 = 8;

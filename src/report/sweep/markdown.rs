@@ -6,7 +6,7 @@ use super::analysis::{CostMeasure, Effect, cheapest_within, effects, pareto_fron
 use super::figures::{labelled, maps};
 use super::input::{SweepPageInput, SweepPoint};
 use super::page::{choice, three_digits};
-use crate::report::html::GENERATOR;
+use crate::report::GENERATOR;
 use crate::report::page::{between, number, symbol};
 
 /// Settings that have a row.

@@ -10,10 +10,12 @@ mod mesh_outline;
 mod normal_equations;
 mod observed;
 mod outline;
+mod samples;
 
 pub(super) use normal_equations::{Accumulator, robust_weight, slide, wrench};
 pub(super) use observed::{ObservedOutline, OutlineResidual};
-pub(super) use outline::{BodyOutline, OutlineSample, SolidPlace};
+pub(super) use outline::BodyOutline;
+pub(super) use samples::{OutlineSample, SolidPlace};
 
 use crate::body::{Humanoid, LinkFrames, SilhouettePainter};
 use crate::camera::Camera;
