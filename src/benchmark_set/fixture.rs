@@ -19,6 +19,11 @@ pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
 
 /// A set of a motion of the test person.
 pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
+    with_parts(motion, |parts, observer| BenchmarkSet::assemble(parts, |frame| observer.observe(frame)))
+}
+
+/// What comes of the parts of a set of a motion of the test person.
+pub(super) fn with_parts<T>(motion: &Motion, make: impl FnOnce(&SetParts<'_>, &Observer<'_>) -> T) -> T {
     let truth = GroundTruth::from_motion(person(), motion, &rig()).unwrap();
     let start =
         Start { body: person(), pose: motion.poses[0].clone(), training: Training::none(&person()), calibrate: false };
@@ -33,9 +38,7 @@ pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
         recordings: &[],
         observed: Observed::default(),
     };
-    let rig = rig();
-    let observer = Observer::new(&truth, &rig);
-    BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))
+    make(&parts, &Observer::new(&truth, &rig()))
 }
 
 /// One joint of each kind, one solid of each kind, numbers that no short decimal says.

@@ -138,55 +138,51 @@ impl BenchmarkSet {
         stop: &(dyn Fn() -> bool + Sync),
         observe: impl Fn(usize) -> Observation + Sync,
     ) -> Result<Self, SetError> {
-        let truth = parts.ground_truth;
         parts.check()?;
         let of_frame = |frame| match stop() {
             true => Err(SetError::Stopped),
             false => silhouette_files(parts.rig, frame, &observe(frame)),
         };
-        let of_frames = parallel::map(truth.frames.len(), of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
-        let mut files: BTreeMap<String, Vec<u8>> = of_frames.into_iter().flatten().collect();
-        let sequence = SequenceFacts {
-            frames: truth.frames.len(),
-            frames_per_second: truth.frames_per_second,
-            cameras: parts.rig.cameras.len(),
-            forward: parts.start.pose.forward(),
-        };
-        let (training_path, training) = parts.start.training_file()?;
-        let refitted = parts.refitted.map(|motion| (&parts.start.body, motion));
-        let npz = truth_file::to_npz(truth, refitted, parts.rig);
-        for (path, bytes) in [
-            (
-                manifest::PATH,
-                manifest::to_toml(&BlindManifest::new(parts.name, sequence, parts.observed.facts.cloned()))?,
-            ),
-            (manifest::FACTS_PATH, manifest::facts_to_toml(parts.facts)?),
-            (README, include_bytes!("readme.txt").to_vec()),
-            (truth_file::READER_PATH, truth_file::READER.as_bytes().to_vec()),
-            (cameras_file::PATH, cameras_file::to_json(parts.observed.told_rig.unwrap_or(parts.rig))?),
-            (start_file::PATH, parts.start.to_json()?),
-            (training_path, training),
-            (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &parts.start.body)?),
-            (truth_file::PATH, npz.to_bytes(truth_file::PATH)?),
-            (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
-        ] {
-            files.insert(path.to_string(), bytes);
-        }
-        if !parts.recordings.is_empty() {
-            let bytes = recording_file::to_npz(recording_file::PATH, parts.recordings)?;
-            files.insert(recording_file::PATH.to_string(), bytes);
-        }
-        if parts.observed.told_rig.is_some() {
-            files.insert(cameras_file::TRUTH_PATH.to_string(), cameras_file::to_json(parts.rig)?);
-        }
-        if !truth.props.is_empty() {
-            files.insert(props_file::PATH.to_string(), props_file::to_json(&truth.props)?);
-        }
-        files.insert(views_file::PATH.to_string(), views_file::to_npz(truth, parts.rig).to_bytes(views_file::PATH)?);
-        if let Some(contact) = contact_file::to_npz(truth) {
-            files.insert(contact_file::PATH.to_string(), contact.to_bytes(contact_file::PATH)?);
-        }
+        let frames = parts.ground_truth.frames.len();
+        let of_frames = parallel::map(frames, of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let mut files = parts.files_beside_observations()?;
+        files.extend(of_frames.into_iter().flatten());
         Self::from_files(SetFiles::in_memory(files, stop)?)
+    }
+
+    /// Draws a set straight into `folder`, where none of its files may be yet: a frame is observed, written and
+    /// forgotten, so that memory does not grow with the images. The same bytes as those of [`Self::write_unless`] after
+    /// [`Self::assemble`]; truth images of `layers` with them.
+    ///
+    /// # Errors
+    /// As [`Self::assemble_unless`] and [`Self::write`].
+    pub fn draw_into(
+        folder: &Path,
+        parts: &SetParts<'_>,
+        layers: &[Layer],
+        stop: &(dyn Fn() -> bool + Sync),
+        observe: impl Fn(usize) -> Observation + Sync,
+    ) -> Result<(), SetError> {
+        parts.check()?;
+        let files = SetFiles::in_memory(parts.files_beside_observations()?, stop)?;
+        files.write(folder, stop, |sink| {
+            let of_frame = |frame| {
+                if stop() {
+                    return Err(SetError::Stopped);
+                }
+                let drawn = silhouette_files(parts.rig, frame, &observe(frame))?;
+                drawn.into_iter().try_for_each(|(path, bytes)| sink(path, &bytes))
+            };
+            parallel::map(parts.ground_truth.frames.len(), of_frame).into_iter().collect::<Result<(), _>>()?;
+            let drawing = LayerDrawing {
+                truth: parts.ground_truth,
+                rig: parts.rig,
+                images: parts.observed.facts.and_then(|facts| facts.images).unwrap_or_default(),
+                seed: parts.facts.observation_seed.unwrap_or(1).into(),
+                layers,
+            };
+            if layers.is_empty() { Ok(()) } else { drawing.write(stop, sink) }
+        })
     }
 
     /// Opens a whole set on disk.
@@ -313,6 +309,55 @@ impl SetParts<'_> {
     }
 }
 
+impl SetParts<'_> {
+    /// All files but the silhouettes.
+    fn files_beside_observations(&self) -> Result<BTreeMap<String, Vec<u8>>, SetError> {
+        let truth = self.ground_truth;
+        let sequence = SequenceFacts {
+            frames: truth.frames.len(),
+            frames_per_second: truth.frames_per_second,
+            cameras: self.rig.cameras.len(),
+            forward: self.start.pose.forward(),
+        };
+        let (training_path, training) = self.start.training_file()?;
+        let refitted = self.refitted.map(|motion| (&self.start.body, motion));
+        let npz = truth_file::to_npz(truth, refitted, self.rig);
+        let mut files = BTreeMap::new();
+        for (path, bytes) in [
+            (
+                manifest::PATH,
+                manifest::to_toml(&BlindManifest::new(self.name, sequence, self.observed.facts.cloned()))?,
+            ),
+            (manifest::FACTS_PATH, manifest::facts_to_toml(self.facts)?),
+            (README, include_bytes!("readme.txt").to_vec()),
+            (truth_file::READER_PATH, truth_file::READER.as_bytes().to_vec()),
+            (cameras_file::PATH, cameras_file::to_json(self.observed.told_rig.unwrap_or(self.rig))?),
+            (start_file::PATH, self.start.to_json()?),
+            (training_path, training),
+            (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &self.start.body)?),
+            (truth_file::PATH, npz.to_bytes(truth_file::PATH)?),
+            (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
+        ] {
+            files.insert(path.to_string(), bytes);
+        }
+        if !self.recordings.is_empty() {
+            let bytes = recording_file::to_npz(recording_file::PATH, self.recordings)?;
+            files.insert(recording_file::PATH.to_string(), bytes);
+        }
+        if self.observed.told_rig.is_some() {
+            files.insert(cameras_file::TRUTH_PATH.to_string(), cameras_file::to_json(self.rig)?);
+        }
+        if !truth.props.is_empty() {
+            files.insert(props_file::PATH.to_string(), props_file::to_json(&truth.props)?);
+        }
+        files.insert(views_file::PATH.to_string(), views_file::to_npz(truth, self.rig).to_bytes(views_file::PATH)?);
+        if let Some(contact) = contact_file::to_npz(truth) {
+            files.insert(contact_file::PATH.to_string(), contact.to_bytes(contact_file::PATH)?);
+        }
+        Ok(files)
+    }
+}
+
 fn silhouette_files(
     rig: &CameraRig,
     frame: usize,
@@ -336,6 +381,38 @@ mod tests {
     use super::*;
     use crate::benchmark_set::fixture::small_set;
     use std::fs;
+
+    #[test]
+    fn a_set_drawn_straight_to_disk_is_that_which_was_assembled_and_written() {
+        let motion = crate::body::fixture::walk(5);
+        let layers = [Layer::Depth, Layer::Parts];
+        let assembled = tempfile::tempdir().unwrap();
+        super::super::fixture::set_of(&motion).unwrap().write_with_layers(assembled.path(), &layers).unwrap();
+        let drawn = tempfile::tempdir().unwrap();
+        super::super::fixture::with_parts(&motion, |parts, observer| {
+            BenchmarkSet::draw_into(drawn.path(), parts, &layers, &|| false, |frame| observer.observe(frame))
+        })
+        .unwrap();
+        // The listing has the digest of every file.
+        let listing = |folder: &Path| std::fs::read_to_string(folder.join(LISTING)).unwrap();
+        assert_eq!(listing(drawn.path()), listing(assembled.path()));
+        verify_hashes(drawn.path()).unwrap();
+    }
+
+    #[test]
+    fn a_drawing_that_is_stopped_is_no_set() {
+        let drawn = tempfile::tempdir().unwrap();
+        let seen = std::sync::atomic::AtomicUsize::new(0);
+        let stopped = super::super::fixture::with_parts(&crate::body::fixture::walk(9), |parts, observer| {
+            let stop = || seen.load(std::sync::atomic::Ordering::SeqCst) > 2;
+            BenchmarkSet::draw_into(drawn.path(), parts, &[], &stop, |frame| {
+                seen.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+                observer.observe(frame)
+            })
+        });
+        assert!(matches!(stopped, Err(SetError::Stopped)));
+        assert!(!is_set(drawn.path()));
+    }
 
     fn written(set: &BenchmarkSet) -> tempfile::TempDir {
         let directory = tempfile::tempdir().unwrap();

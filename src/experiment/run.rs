@@ -23,7 +23,8 @@ use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked,
 use super::unfinished;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Models, NamedFiles};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetParts, TruthSet, is_set};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetError, SetParts, TruthSet, is_set};
+use crate::observation::Observation;
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
@@ -55,6 +56,18 @@ pub fn draw(
     mocap_directory: Option<&Path>,
     watch: &dyn Watch,
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
+    draw_by(file, mocap_directory, watch, |parts, observe| {
+        BenchmarkSet::assemble_unless(parts, &|| watch.interrupted(), observe)
+    })
+}
+
+/// Stages a scenario and has `make` draw its frames; what that made, and notes for the user.
+fn draw_by<T>(
+    file: &ScenarioFile,
+    mocap_directory: Option<&Path>,
+    watch: &dyn Watch,
+    make: impl FnOnce(&SetParts<'_>, &(dyn Fn(usize) -> Observation + Sync)) -> Result<T, SetError>,
+) -> Result<(T, Vec<String>), ExperimentError> {
     let staged = Staged::new(file, mocap_directory)?;
     let inside = CamerasInside::new(file, &staged);
     if let Some(refused) = inside.refused.into_iter().next() {
@@ -75,7 +88,7 @@ pub fn draw(
     };
     let observer = Observing::new(&staged.ground_truth, &staged.rig, settings)?;
     let seen = AtomicBool::new(false);
-    let set = BenchmarkSet::assemble_unless(&parts, &|| watch.interrupted(), |frame| {
+    let made = make(&parts, &|frame| {
         watch.advance();
         let observation = observer.observe(frame);
         if observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty()) {
@@ -89,7 +102,7 @@ pub fn draw(
     if !seen.into_inner() {
         return Err(unseen_in(file, staged.frames()));
     }
-    Ok((set, [staged.notes, inside.told].concat()))
+    Ok((made, [staged.notes, inside.told].concat()))
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set; returns its hash and notes for the user.
@@ -125,9 +138,12 @@ pub fn render_apart(
     whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
     let apart = whole.map(|path| PartialDirectory::begin(path, ResultKind::Set, to.force)).transpose()?;
     let directory = PartialDirectory::begin(to.path, ResultKind::Set, to.force)?;
-    let (set, notes) = draw(file, mocap_directory, watch)?;
     let complete = apart.as_ref().unwrap_or(&directory);
-    set.write_unless(complete.folder(), &file.scenario.layers, &|| watch.interrupted())?;
+    let ((), notes) = draw_by(file, mocap_directory, watch, |parts, observe| {
+        let stop = || watch.interrupted();
+        BenchmarkSet::draw_into(complete.folder(), parts, &file.scenario.layers, &stop, observe)
+    })?;
+    let set = BenchmarkSet::read(complete.folder())?;
     if let Some(apart) = apart {
         set.blind.write_without_truth(directory.folder())?;
         apart.finish()?;
