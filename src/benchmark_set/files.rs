@@ -20,6 +20,9 @@ pub(super) const LISTING: &str = "files.sha256";
 /// Optional images computed from the truth; not part of the set's identity.
 pub(super) const LAYERS: &str = "truth/layers/";
 
+/// What Python leaves beside `read_truth.py` when that is imported; no fault of a set.
+const PYTHON_CACHE: &str = "__pycache__/";
+
 /// Whether the caller wants to stop; checked before every file.
 pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
@@ -139,8 +142,15 @@ impl SetFiles {
 
     /// Size of the files that are in memory.
     pub(super) fn bytes(&self) -> usize {
+        self.bytes_below("")
+    }
+
+    /// The same of those whose paths begin like this.
+    pub(super) fn bytes_below(&self, prefix: &str) -> usize {
         match &self.place {
-            FileStore::Memory(files) => files.values().map(Vec::len).sum(),
+            FileStore::Memory(files) => {
+                files.iter().filter(|(path, _)| path.starts_with(prefix)).map(|(_, bytes)| bytes.len()).sum()
+            }
             FileStore::Directory(_) => 0,
         }
     }
@@ -205,7 +215,8 @@ impl SetFiles {
         let faults = parallel::map(paths.len(), |path| self.read(paths[path]).err());
         let mut faults: Vec<SetError> = faults.into_iter().flatten().collect();
         if let FileStore::Directory(directory) = &self.place {
-            let unlisted = |path: &String| !self.digests.contains_key(path) && path != LISTING;
+            let unlisted =
+                |path: &String| !self.digests.contains_key(path) && path != LISTING && !path.starts_with(PYTHON_CACHE);
             let files = files_below(directory, "")?.into_iter().filter(unlisted);
             faults.extend(files.map(|file| SetError::Unlisted { file }));
         }
@@ -324,6 +335,9 @@ mod tests {
     #[test]
     fn files_too_few_and_files_too_many_are_found() {
         let directory = written();
+        fs::create_dir(directory.path().join("__pycache__")).unwrap();
+        fs::write(directory.path().join("__pycache__/read_truth.cpython-312.pyc"), "x").unwrap();
+        SetFiles::open(directory.path()).unwrap().verify().unwrap();
         fs::write(directory.path().join("deep/extra"), "x").unwrap();
         let error = SetFiles::open(directory.path()).unwrap().verify().unwrap_err();
         assert!(matches!(error, SetError::Unlisted { file } if file == "deep/extra"));

@@ -227,6 +227,11 @@ impl BenchmarkSet {
         self.blind.files().bytes()
     }
 
+    /// What silhouettes have of [`Self::bytes`].
+    pub fn silhouette_bytes(&self) -> usize {
+        self.blind.files().bytes_below("observations/")
+    }
+
     /// Size of the truth images of one frame, which the set must have.
     ///
     /// # Errors

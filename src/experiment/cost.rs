@@ -12,6 +12,7 @@ use super::tracking::track;
 use super::{ExperimentError, Unwatched};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SetParts};
 use crate::body::{Motion, Solid};
+use crate::observation::SilhouetteSource;
 use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
 use crate::scene::GroundTruth;
 use crate::tracker::{PlausibilitySettings, RefinementSettings, SilhouetteSettings};
@@ -66,6 +67,8 @@ struct MeasuredTimes {
     frame_measure_s: f64,
     /// Size of the set's files without layers.
     set_bytes: f64,
+    /// What silhouettes have of that.
+    silhouette_bytes: f64,
     layer_bytes: f64,
 }
 
@@ -103,7 +106,9 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
     let methods = trackers.len() as f64;
     let (render_s, measure_s) =
         (frames * sample.frame_render_s, frames * sample.frame_measure_s * (seeds + 1.0) * methods);
-    let render_memory = render_memory(file, staged, &sample);
+    let render_s = render_s + background_s(file, staged)?;
+    let [render_memory, drawing_memory] = [sample.set_bytes, sample.set_bytes - sample.silhouette_bytes]
+        .map(|in_memory| render_memory(file, staged, in_memory));
     Ok(RunCost {
         staging_s,
         render_s,
@@ -113,7 +118,7 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
         models_to_learn: trackers.iter().filter(|(_, tracker)| tracker.kind().learns()).count(),
         likelihood_evaluations,
         memory_bytes: (render_memory + tracking_memory(file, staged)) as u64,
-        render_memory_bytes: (render_memory + layers_memory(file, staged)) as u64,
+        render_memory_bytes: (drawing_memory + layers_memory(file, staged)) as u64,
         run_bytes: run_bytes(file, staged) as u64,
         set_bytes: (sample.set_bytes + frames * sample.layer_bytes) as u64,
         threads: rayon::current_num_threads(),
@@ -143,8 +148,26 @@ fn sample(file: &ScenarioFile, staged: &Staged, two: &(BenchmarkSet, f64)) -> Re
         // this one seed and the floor
         frame_measure_s: measure_s / (2 * frames) as f64,
         set_bytes: few.bytes() as f64 + growth * (staged.frames() as f64 - 2.0).max(0.0),
+        silhouette_bytes: few.silhouette_bytes() as f64 * staged.frames() as f64 / few.blind.frame_count as f64,
         layer_bytes: few.layer_bytes(0, &file.scenario.layers)? as f64,
     })
+}
+
+/// Seconds that the background takes to be recorded and learned, told from one and two images a period.
+fn background_s(file: &ScenarioFile, staged: &Staged) -> Result<f64, ExperimentError> {
+    let observation = &file.scenario.observation;
+    if observation.silhouette != SilhouetteSource::Segmented {
+        return Ok(0.0);
+    }
+    let learn = |background_frames| {
+        let mut observation = observation.clone();
+        observation.images.background_frames = background_frames;
+        let (learned, seconds) = timed(|| Observing::new(&staged.ground_truth, &staged.rig, &observation).map(drop));
+        learned.map(|()| seconds)
+    };
+    let (one, two) = (learn(1)?, learn(2)?);
+    let more = f64::from(observation.images.background_frames.saturating_sub(1));
+    Ok(one + more * (two - one).max(0.0))
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
@@ -252,9 +275,9 @@ fn pixels(staged: &Staged) -> impl Iterator<Item = f64> + Clone + '_ {
     staged.rig.cameras.iter().map(|camera| f64::from(camera.pinhole.width) * f64::from(camera.pinhole.height))
 }
 
-/// Most memory while a set is drawn and held: the truth twice, the files, what cameras need to be ready, and a thread's
-/// image.
-fn render_memory(file: &ScenarioFile, staged: &Staged, sample: &MeasuredTimes) -> f64 {
+/// Most memory while a set is drawn: the truth twice, files of `in_memory` bytes, what cameras need to be ready, and a
+/// thread's image.
+fn render_memory(file: &ScenarioFile, staged: &Staged, in_memory: f64) -> f64 {
     let truth = &staged.ground_truth;
     let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras.len() as f64);
     let frame = 90.0 * links + 30.0 * cameras + 16.0 * truth.actor.degrees_of_freedom.len() as f64 + 600.0;
@@ -267,7 +290,7 @@ fn render_memory(file: &ScenarioFile, staged: &Staged, sample: &MeasuredTimes) -
     let largest = pixels(staged).fold(0.0, f64::max);
     let screens =
         if file.scenario.prop.is_empty() { 0.0 } else { 8.0 * (pixels(staged).sum::<f64>() + threads * largest) };
-    BASE_MEMORY + 2.0 * frame * staged.frames() as f64 + 1.5 * sample.set_bytes + rays + screens
+    BASE_MEMORY + 2.0 * frame * staged.frames() as f64 + 1.5 * in_memory + rays + screens
 }
 
 /// Most memory that layers take while they are written.
