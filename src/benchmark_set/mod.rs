@@ -41,6 +41,7 @@ mod leaks;
 mod manifest;
 mod props_file;
 mod recording_file;
+mod retarget_facts;
 mod rigid;
 mod set;
 mod silhouette_png;
@@ -63,6 +64,7 @@ pub use manifest::TruthFacts;
 pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };
+pub use retarget_facts::RetargetFacts;
 pub use set::{
     BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set,
     verify_hashes,
