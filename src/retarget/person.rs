@@ -190,7 +190,7 @@ mod tests {
         let width = |body: &Humanoid| {
             let mut vertices = Vec::new();
             body.skin.as_ref().unwrap().deform_into(&body.link_frames(&body.zero_pose()), &mut vertices);
-            let waist = vertices.iter().filter(|v| (v.z - 1.1).abs() < 0.06 && v.y.abs() < 0.25);
+            let waist = vertices.iter().filter(|v| (v.z - 0.12).abs() < 0.06 && v.y.abs() < 0.25);
             waist.map(|v| v.x).fold(f64::MIN, f64::max)
         };
         let physique = |mass| Physique { stature_m: body.stature(), mass_kg: Some(mass), ..Physique::default() };
