@@ -1,5 +1,5 @@
-//! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, and contact with the ground;
-//! glTF files against the skins that they were made of.
+//! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, and contact with the
+//! ground; glTF files against the skins that they were made of.
 
 #[path = "support/glb.rs"]
 mod glb;

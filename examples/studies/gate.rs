@@ -1,8 +1,8 @@
 //! How far the regression gate can be trusted: regenerates `results/gate.md` and `results/gate.json`.
 //!
-//! `cargo run --release --example studies -- gate`. The first part draws runs whose true difference is known (`simulated.rs`), the
-//! second gates real runs of the default tracker with known defects (`real.rs`); `SKIAGRAPH_GATE=simulated` leaves the
-//! second part as `results/gate.json` has it.
+//! `cargo run --release --example studies -- gate`. The first part draws runs whose true difference is known
+//! (`simulated.rs`), the second gates real runs of the default tracker with known defects (`real.rs`);
+//! `SKIAGRAPH_GATE=simulated` leaves the second part as `results/gate.json` has it.
 
 mod page;
 mod real;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, Isometry3, Matrix3, Point3};
 
-use super::estimates::{Articulation, EstimatedSequence, Estimates, Place};
+use super::estimates::{Articulation, EstimatedSequence, Estimates, Position};
 use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::Npz;
@@ -21,7 +21,7 @@ impl Estimates {
     /// [`SetError::Malformed`] naming the array, the name of a column, or the seed and frame that is not what it should
     /// be.
     pub fn from_bytes(file: &str, bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {
-        Self::of_bodies(file, bytes, body, Vec::new())
+        Self::from_bodies(file, bytes, body, Vec::new())
     }
 
     /// As [`Self::from_bytes`], where the poses of each seed are of a body of its own: `bodies`, one a seed, which have
@@ -29,7 +29,7 @@ impl Estimates {
     ///
     /// # Errors
     /// [`SetError::Malformed`] as there, and where the bodies do not fit.
-    pub fn of_bodies(file: &str, bytes: &[u8], body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
+    pub fn from_bodies(file: &str, bytes: &[u8], body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
         let npz = Npz::from_bytes(file, bytes)?;
         let refuse = |detail: &str| SetError::malformed(file, detail);
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
@@ -48,7 +48,8 @@ impl Estimates {
             return Err(refuse("holds no frame of any seed"));
         }
         check_bodies(body, &bodies, seeds.len()).map_err(|detail| refuse(&detail))?;
-        let mut reader = Reader { file, npz: &npz, body, bodies: &bodies, seeds: &seeds, frames, notes: Vec::new() };
+        let mut reader =
+            EstimatesReader { file, npz: &npz, body, bodies: &bodies, seeds: &seeds, frames, notes: Vec::new() };
         let sequences = reader.sequences()?;
         let notes = reader.notes;
         Ok(Self { frames_per_second, seeds, sequences, bodies, notes })
@@ -69,7 +70,7 @@ fn check_bodies(body: &Humanoid, bodies: &[Humanoid], seeds: usize) -> Result<()
     }
 }
 
-struct Reader<'a> {
+struct EstimatesReader<'a> {
     file: &'a str,
     npz: &'a Npz,
     body: &'a Humanoid,
@@ -88,14 +89,14 @@ fn is_covariance(matrix: &Matrix3<f64>) -> bool {
 }
 
 /// Places of named points, one row for every frame of every seed.
-struct Columns {
+struct PointColumns {
     /// For every column, which of the known points it is.
     points: Vec<usize>,
-    places: Vec<Place>,
+    places: Vec<Position>,
 }
 
-impl Columns {
-    fn row(&self, row: usize) -> impl Iterator<Item = (usize, Place)> {
+impl PointColumns {
+    fn row(&self, row: usize) -> impl Iterator<Item = (usize, Position)> {
         let width = self.points.len();
         self.points.iter().copied().zip(self.places[row * width..(row + 1) * width].iter().copied())
     }
@@ -110,7 +111,7 @@ struct Known<'a> {
     all: bool,
 }
 
-impl Reader<'_> {
+impl EstimatesReader<'_> {
     fn sequences(&mut self) -> Result<Vec<EstimatedSequence>, SetError> {
         let roots = self.roots()?;
         let angles = self.angles(roots.as_deref())?;
@@ -123,8 +124,12 @@ impl Reader<'_> {
             (Some(roots), Some(angles)) => Some(self.poses(roots, angles)?),
             _ => None,
         };
-        let given =
-            Given { markers, joints, roots: roots.as_deref().filter(|_| poses.is_none()), poses: poses.as_deref() };
+        let given = EstimateArrays {
+            markers,
+            joints,
+            roots: roots.as_deref().filter(|_| poses.is_none()),
+            poses: poses.as_deref(),
+        };
         self.tell(&given);
         let covariances = self.covariances(&landmarks)?;
         let mut found = Vec::with_capacity(self.seeds.len());
@@ -206,7 +211,7 @@ impl Reader<'_> {
     }
 
     /// The places of an array whose columns have names.
-    fn places(&self, name: &str, names_array: &str, known: &Known<'_>) -> Result<Option<Columns>, SetError> {
+    fn places(&self, name: &str, names_array: &str, known: &Known<'_>) -> Result<Option<PointColumns>, SetError> {
         if self.npz.get(name).is_none() {
             return Ok(None);
         }
@@ -226,7 +231,7 @@ impl Reader<'_> {
             }
         };
         let places = numbers.as_chunks::<3>().0.iter().enumerate().map(place).collect::<Result<_, _>>()?;
-        Ok(Some(Columns { points, places }))
+        Ok(Some(PointColumns { points, places }))
     }
 
     /// How uncertain the markers are, for every frame of every seed; `None` where the file does not tell.
@@ -289,7 +294,7 @@ impl Reader<'_> {
     }
 
     /// The marker positions in one frame, from all sources.
-    fn markers(&self, given: &Given<'_>, row: usize) -> Result<Markers, SetError> {
+    fn markers(&self, given: &EstimateArrays<'_>, row: usize) -> Result<Markers, SetError> {
         let mut found: Markers = [None; LANDMARKS.len()];
         let mut said_by = "";
         if let Some(pose) = given.poses.and_then(|poses| poses[row].as_ref()) {
@@ -319,7 +324,7 @@ impl Reader<'_> {
         &self,
         found: &mut Markers,
         landmark: usize,
-        place: Place,
+        place: Position,
         row: usize,
         [who, before]: [&str; 2],
     ) -> Result<(), SetError> {
@@ -338,7 +343,7 @@ impl Reader<'_> {
     }
 
     /// Notes the markers that are given by positions only.
-    fn tell(&mut self, given: &Given<'_>) {
+    fn tell(&mut self, given: &EstimateArrays<'_>) {
         if given.poses.is_some() {
             return;
         }
@@ -395,228 +400,13 @@ impl Reader<'_> {
 }
 
 /// The contents of a file, one row per frame of every seed.
-struct Given<'a> {
+struct EstimateArrays<'a> {
     poses: Option<&'a [Option<Pose>]>,
-    markers: Option<Columns>,
-    joints: Option<Columns>,
+    markers: Option<PointColumns>,
+    joints: Option<PointColumns>,
     /// Where there are no poses.
     roots: Option<&'a [Option<Isometry3<f64>>]>,
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::body::fixture::{person, walk};
-    use crate::npz::{Array, Values};
-
-    const NAN: f64 = f64::NAN;
-
-    /// What another program wrote: 3 frames of seed 5.
-    fn file(arrays: &[(&str, Array)]) -> Vec<u8> {
-        let mut npz =
-            Npz::from_iter([("fps", Array::new(&[1], vec![60_i64])), ("seeds", Array::new(&[1], vec![5_u8]))]);
-        arrays.iter().for_each(|(name, array)| npz.push(name, array.clone()));
-        npz.to_bytes("p").unwrap()
-    }
-
-    fn read(arrays: &[(&str, Array)]) -> Result<Estimates, String> {
-        Estimates::from_bytes("p", &file(arrays), &person()).map_err(|e| e.to_string())
-    }
-
-    fn root_rows() -> Array {
-        let rows: Vec<f64> = walk(3).poses.iter().flat_map(|pose| rigid::to_row(&pose.world_from_root)).collect();
-        Array::new(&[1, 3, 7], rows)
-    }
-
-    /// Angles with the columns in this order.
-    fn angle_rows(order: [usize; 6]) -> Array {
-        let rows = walk(3).poses.iter().flat_map(|p| order.map(|i| p.joint_angles[i])).collect::<Vec<f64>>();
-        Array::new(&[1, 3, 6], rows)
-    }
-
-    fn angle_names(order: &[usize]) -> Array {
-        let body = person();
-        Array::names(order.iter().map(|i| body.degrees_of_freedom[*i].name.as_str()))
-    }
-
-    fn expected() -> EstimatedSequence {
-        EstimatedSequence::of_poses(&person(), walk(3).poses)
-    }
-
-    /// Markers of these landmarks, in this order.
-    fn marker_rows(landmarks: &[usize]) -> Array {
-        let numbers = expected().markers.into_iter().flat_map(|markers| {
-            landmarks.iter().flat_map(|l| <[f64; 3]>::from(markers[*l].unwrap())).collect::<Vec<f64>>()
-        });
-        Array::new(&[1, 3, landmarks.len(), 3], numbers.collect::<Vec<f64>>())
-    }
-
-    fn marker_names(landmarks: &[usize]) -> Array {
-        Array::names(landmarks.iter().map(|l| LANDMARKS[*l].name()))
-    }
-
-    fn with(array: Array, index: usize, value: f64) -> Array {
-        let Array { shape, values: Values::F64(mut values) } = array else { panic!() };
-        values[index] = value;
-        Array::new(&shape, values)
-    }
-
-    #[test]
-    fn permuted_columns_are_put_in_order_by_their_names() {
-        let order = [5, 2, 0, 1, 4, 3];
-        let permuted = [
-            ("estimate_root", root_rows()),
-            ("estimate_angles", angle_rows(order)),
-            ("estimate_angle_names", angle_names(&order)),
-        ];
-        let found = read(&permuted).unwrap();
-        assert_eq!(found.sequences, [expected()]);
-        assert_eq!((found.frames_per_second, found.seeds, found.notes), (60.0, vec![5], Vec::<String>::new()));
-        let unnamed =
-            read(&[("estimate_root", root_rows()), ("estimate_angles", angle_rows([0, 1, 2, 3, 4, 5]))]).unwrap();
-        assert_eq!(unnamed.sequences, [expected()]);
-        assert!(unnamed.notes[0].contains("no estimate_angle_names"), "{:?}", unnamed.notes);
-    }
-
-    #[test]
-    fn names_that_are_missing_unknown_or_there_twice_are_told() {
-        let named = |names: Array| {
-            read(&[
-                ("estimate_root", root_rows()),
-                ("estimate_angles", angle_rows([0, 1, 2, 3, 4, 5])),
-                ("estimate_angle_names", names),
-            ])
-            .unwrap_err()
-        };
-        assert!(named(angle_names(&[0, 1, 2, 3, 4])).contains("\"right_leg\" is missing"));
-        assert!(named(angle_names(&[0, 1, 2, 3, 4, 4])).contains("\"right_forearm\" appears twice"));
-        assert!(named(Array::names(["left_upper_arm", "elbow"])).contains("\"elbow\" is not a degree of freedom"));
-        let long = "x".repeat(5000);
-        assert!(named(Array::names([long.as_str()])).len() < 300);
-        let markers = |names: &[(&str, Array)]| {
-            read(&[&[("estimate_markers", marker_rows(&[0, 1]))], names].concat()).unwrap_err()
-        };
-        assert!(markers(&[]).contains("estimate_markers needs marker_names"));
-        assert!(
-            markers(&[("marker_names", Array::names(["thorax", "tail"]))])
-                .contains("\"tail\" is not a marker of HumanEva")
-        );
-        assert!(
-            markers(&[("marker_names", marker_names(&[0, 1, 2]))])
-                .contains("shape [1, 3, 2, 3], expected [1, 3, 3, 3]")
-        );
-    }
-
-    #[test]
-    fn frames_of_nan_have_no_estimate_and_frames_half_nan_are_refused() {
-        let nan_frame = |array: Array, width: usize| (width..2 * width).fold(array, |array, i| with(array, i, NAN));
-        let poses = |root, angles| read(&[("estimate_root", root), ("estimate_angles", angles)]);
-        let angles = angle_rows([0, 1, 2, 3, 4, 5]);
-        let found = poses(nan_frame(root_rows(), 7), nan_frame(angles.clone(), 6)).unwrap();
-        assert_eq!((found.sequences[0].pose(1), found.sequences[0].markers[1]), (None, [None; 15]));
-        assert_eq!(found.sequences[0].pose(2), Some(&walk(3).poses[2]));
-        let message = poses(nan_frame(root_rows(), 7), angles.clone()).unwrap_err();
-        assert!(message.contains("seed 5, frame 1: one of root and angles is NaN"), "{message}");
-        let message = poses(root_rows(), with(angles.clone(), 8, NAN)).unwrap_err();
-        assert!(
-            message.contains("estimate_angles: seed 5, frame 1: expected finite numbers, or NaN throughout"),
-            "{message}"
-        );
-        let message = poses(with(root_rows(), 0, f64::INFINITY), angles).unwrap_err();
-        assert!(message.contains("estimate_root: seed 5, frame 0"), "{message}");
-    }
-
-    #[test]
-    fn markers_alone_are_an_estimate_in_any_order_and_number() {
-        let few = [14, 3, 1];
-        let rows = (9..12).fold(marker_rows(&few), |array, i| with(array, i, NAN));
-        let found = read(&[("estimate_markers", rows), ("marker_names", marker_names(&few))]).unwrap();
-        let sequence = &found.sequences[0];
-        assert_eq!(sequence.articulation, Articulation::Unknown);
-        for (frame, truth) in expected().markers.iter().enumerate() {
-            for (landmark, marker) in sequence.markers[frame].iter().enumerate() {
-                let there = few.contains(&landmark) && (frame, landmark) != (1, 14);
-                assert_eq!(*marker, truth[landmark].filter(|_| there), "frame {frame}, {landmark}");
-            }
-        }
-        assert!(found.notes[0].contains("gives 3 of the 15 markers"), "{:?}", found.notes);
-        let message =
-            read(&[("estimate_markers", with(marker_rows(&few), 4, NAN)), ("marker_names", marker_names(&few))]);
-        assert!(message.unwrap_err().contains("seed 5, frame 0: \"left_elbow\" is"));
-    }
-
-    #[test]
-    fn joints_alone_give_the_markers_that_lie_on_them_and_a_root_those_on_it() {
-        let body = person();
-        let names: Vec<&str> = body.joints.iter().rev().map(|joint| joint.name.as_str()).collect();
-        let joints = walk(3).poses.into_iter().flat_map(|pose| {
-            let frames = body.link_frames(&pose);
-            let rows = frames.0.iter().skip(1).rev().flat_map(|f| <[f64; 3]>::from(f.translation.vector));
-            rows.collect::<Vec<f64>>()
-        });
-        let joints = Array::new(&[1, 3, names.len(), 3], joints.collect::<Vec<f64>>());
-        let arrays = [("estimate_joints", joints), ("estimate_joint_names", Array::names(names))];
-        let has = |found: &Estimates| {
-            let markers = found.sequences[0].markers[2].iter().enumerate();
-            markers.filter_map(|(landmark, marker)| marker.map(|_| LANDMARKS[landmark].name())).collect::<Vec<_>>()
-        };
-        let alone = read(&arrays).unwrap();
-        let on_joints = ["left_shoulder", "left_elbow", "right_shoulder", "right_elbow", "left_hip", "right_hip"];
-        assert_eq!(has(&alone), on_joints);
-        for (found, truth) in alone.sequences[0].markers.iter().flatten().zip(expected().markers.iter().flatten()) {
-            assert!(found.is_none_or(|found| (found - truth.unwrap()).norm() < 1e-12));
-        }
-        let with_root = read(&[&arrays[..], &[("estimate_root", root_rows())]].concat()).unwrap();
-        let on_root = ["thorax", "pelvis", "head_top"];
-        assert_eq!(
-            has(&with_root),
-            [&on_root[..2], &on_joints[..], &on_root[2..]].concat(),
-            "the head is fixed to the torso"
-        );
-        assert_eq!(with_root.sequences[0].roots(), expected().roots());
-    }
-
-    #[test]
-    fn what_is_said_twice_must_agree() {
-        let both = |markers: Array| {
-            read(&[
-                ("estimate_root", root_rows()),
-                ("estimate_angles", angle_rows([0, 1, 2, 3, 4, 5])),
-                ("estimate_markers", markers),
-                ("marker_names", marker_names(&[3, 4])),
-            ])
-        };
-        assert_eq!(both(marker_rows(&[3, 4])).unwrap().sequences, [expected()]);
-        let message = both(with(marker_rows(&[3, 4]), 10, 0.5)).unwrap_err();
-        assert!(message.contains("estimate_markers: seed 5, frame 1: puts left_wrist"), "{message}");
-    }
-
-    #[test]
-    fn a_file_without_an_estimate_says_what_is_expected() {
-        assert!(read(&[]).unwrap_err().contains("holds no estimate; expected estimate_root and estimate_angles, or"));
-        let angles = angle_rows([0, 1, 2, 3, 4, 5]);
-        let alone = read(&[
-            ("estimate_angles", angles),
-            ("estimate_markers", marker_rows(&[0])),
-            ("marker_names", marker_names(&[0])),
-        ]);
-        assert!(alone.unwrap_err().contains("estimate_angles needs estimate_root"));
-        let none = Array::new(&[1, 0, 7], Vec::<f64>::new());
-        assert!(read(&[("estimate_root", none)]).unwrap_err().contains("holds no frame"));
-        let flat = Array::new(&[], vec![1.0]);
-        assert!(read(&[("estimate_root", flat)]).unwrap_err().contains("holds no frame"));
-    }
-
-    #[test]
-    fn quaternions_in_single_precision_are_taken() {
-        let Values::F64(rows) = root_rows().values else { panic!() };
-        let single = Array::new(&[1, 3, 7], rows.iter().map(|x| *x as f32).collect::<Vec<f32>>());
-        let found = read(&[("estimate_root", single)]).unwrap().sequences[0].roots().unwrap();
-        for (found, truth) in found.iter().zip(expected().roots().unwrap()) {
-            let (found, truth) = (found.unwrap(), truth.unwrap());
-            assert!((found.rotation.norm() - 1.0).abs() < 1e-12);
-            assert!((found.inverse() * truth).rotation.angle() < 1e-6);
-        }
-        assert!(read(&[("estimate_root", with(root_rows(), 3, 2.0))]).unwrap_err().contains("not a rigid transform"));
-    }
-}
+mod tests;

@@ -13,10 +13,9 @@ use crate::mocap::UpAxis;
 
 /// Measure a run against the ground truth of its set
 ///
-/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a file: .npz, .csv, .trc
-/// or .bvh. Results
-/// of a skiagraph run go into its directory. Results of another program's estimate go beside it, into NAME-evaluation;
-/// files that skiagraph did not write are never changed.
+/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a file: .npz, .csv,
+/// .trc or .bvh. Results of a skiagraph run go into its directory. Results of another program's estimate go beside it,
+/// into NAME-evaluation; files that skiagraph did not write are never changed.
 ///
 /// CSV has columns as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are HumanEva's
 /// markers or joints of the set's body, or are mapped by --joint-map: a TOML file with lines as "LKnee" = "left_knee".
@@ -50,7 +49,7 @@ pub(super) struct Arguments {
 
     /// Vertical axis of a .csv, .trc or .bvh file [default: z; of .trc y; of .bvh guessed]
     #[arg(long, value_enum, value_name = "AXIS")]
-    up: Option<Up>,
+    up: Option<UpArgument>,
 
     /// TOML file of joint names, lines as "theirs" = "ours"
     #[arg(long, value_name = "FILE")]
@@ -78,7 +77,7 @@ enum Units {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Up {
+enum UpArgument {
     Y,
     Z,
 }
@@ -93,8 +92,8 @@ impl Arguments {
                 Units::In => 0.0254,
             }),
             up: self.up.map(|up| match up {
-                Up::Y => UpAxis::Y,
-                Up::Z => UpAxis::Z,
+                UpArgument::Y => UpAxis::Y,
+                UpArgument::Z => UpAxis::Z,
             }),
             joint_map: self.joint_map.clone(),
         }

@@ -16,8 +16,8 @@ use crate::report::{sweep_markdown, sweep_page};
 ///
 /// Writes one HTML page that needs no network: settings by error and by cost with their Pareto front, the cheapest that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
-/// interactions, failures, and every cell with a link to its report where it has one. With a name that ends in .md the same is
-/// written as Markdown. Works while the sweep still runs.
+/// interactions, failures, and every cell with a link to its report where it has one. With a name that ends in .md the
+/// same is written as Markdown. Works while the sweep still runs.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
@@ -31,7 +31,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// By how much a setting may be worse than the best, in the unit of the objective [default: 5 mm, or 0.02 for shares]
+    /// By how much a setting may be worse than the best, in the unit of the objective [default: 5 mm, or 0.02 for
+    /// shares]
     #[arg(long, value_name = "X")]
     within: Option<f64>,
 

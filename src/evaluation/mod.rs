@@ -66,18 +66,19 @@ pub use comparison::{
 };
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{
-    Budget, Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
-    MoreSeeds, gate, seeds_to_settle,
+    Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
+    MetricMargin, MoreSeeds, gate, seeds_to_settle,
 };
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
 pub use metric::{Direction, Measurement, Metric, Unit};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;
 pub use procrustes::Similarity;
+pub(crate) use registry::MAIN_METRICS;
 pub use registry::{METRICS, find_metric};
 pub use segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality};
 pub use sequence::{ContactMeasures, ContactPair, Energies, EvaluationError, RootRotations, Sequence};
 pub use silhouette::intersection_over_union;
-pub use statistics::{Spread, mean, quantile};
+pub use statistics::{FrameSpread, mean, quantile};
 pub use summary::{JointSummary, MetricSummary, RunKey, SeedRun, Summary, summarise};
 pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};

@@ -50,10 +50,13 @@ mod run;
 mod run_place;
 mod run_reading;
 mod scene_check;
+mod search_file;
 mod segmenting;
 mod skins;
 mod staging;
 pub mod sweep;
+mod track_timing;
+mod tracker_factory;
 mod tracking;
 mod training;
 mod unfinished;
@@ -63,8 +66,8 @@ mod watch;
 pub use baseline::{BASELINES, Baseline, Listed, Saved};
 pub use check::{Soundness, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
-pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
-pub use cost::Cost;
+pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
+pub use cost::RunCost;
 pub use error::ExperimentError;
 pub use export::{ExportTo, export_set};
 pub use external::{
@@ -74,8 +77,8 @@ pub use external::{
 pub use gating::{GATE_FILE, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
-    FitSummary, Inspected, ModelSummary, OneModel, RobotSummary, SeamSummary, SetSummary, SkinSummary, Spread,
-    StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
+    FitSummary, GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
+    SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
@@ -85,23 +88,25 @@ pub use more_seeds::{MoreOf, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use poses_file::PosesDeclared;
-pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
+pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
 pub use run::{
     Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
     track_set_calibrating, track_set_with_program,
 };
 pub use run_place::RunPlace;
-pub use run_reading::{Side, compare_sides, read_runs};
+pub use run_reading::{ComparedSide, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
+pub use search_file::SearchRecord;
 pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};
 pub use staging::Staged;
-pub use tracking::{SearchRecord, TrackRecord, TrackTiming, Tracked, track, track_with};
+pub use track_timing::TrackTiming;
+pub use tracking::{TrackRecord, Tracked, track, track_with};
 pub use unfinished::abandon;
 pub use verification::verify_set;
 pub use watch::{Stage, Unwatched, Watch};
 
 /// Named bytes, in the order in which they are written.
-pub type Files = Vec<(&'static str, Vec<u8>)>;
+pub type NamedFiles = Vec<(&'static str, Vec<u8>)>;
 
 /// A JSON file's bytes, ending in a newline.
 fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {

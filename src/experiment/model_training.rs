@@ -11,8 +11,7 @@ use super::learning::{Stopped, grow_all};
 use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
 use super::{
-    Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, Stage, Staged,
-    Watch, clip_file, unfinished,
+    Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, Stage, Staged, Watch, clip_file, unfinished,
 };
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
@@ -69,7 +68,7 @@ impl TrainingInput {
     /// # Errors
     /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is
     /// refused.
-    pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
+    pub fn from_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
             let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
             return Err(scenario_error(file, "training", message.to_owned()));
@@ -78,7 +77,7 @@ impl TrainingInput {
         let motions = staged.start.training.motions().to_vec();
         let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::new(s, m)).collect();
         let fingerprints = staged.training_sources.into_iter().map(|source| source.fingerprint).collect();
-        let files = Inputs::of_scenario(file, mocap_directory).into_paths();
+        let files = Inputs::from_scenario(file, mocap_directory).into_paths();
         Ok(Self { body: staged.start.body, motions, learned_from, fingerprints, notes: staged.notes, files })
     }
 
@@ -107,13 +106,13 @@ impl TrainingInput {
                 last_frame: options.last_frame,
                 frames_per_second: options.frames_per_second,
                 metres_per_unit: options.metres_per_unit,
-                ..MotionSettings::of_clip(&clip.display().to_string())
+                ..MotionSettings::from_clip(&clip.display().to_string())
             };
             let scenario_error_at = |key: &'static str, message: String| match key {
                 "clip" => in_arguments(key, message),
                 _ => in_arguments(key, format!("{}: {message}", settings.clip)),
             };
-            let clip_file::Recording { clip: recording, source, .. } =
+            let clip_file::UsedRecording { clip: recording, source, .. } =
                 clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &scenario_error_at)?;
             let performed = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
                 RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),
@@ -265,15 +264,9 @@ fn in_arguments(key: &'static str, detail: String) -> ExperimentError {
 }
 
 fn facts(input: &TrainingInput, settings: &GraphSettings) -> ModelFacts {
-    ModelFacts {
-        schema: MODEL_SCHEMA.to_owned(),
-        program: concat!("skiagraph ", env!("CARGO_PKG_VERSION")).to_owned(),
-        whole: false,
-        robot: RobotFacts::from_body(&input.body),
-        frames_per_second: input.motions.first().map_or(0.0, |motion| motion.frames_per_second),
-        learned_from: input.learned_from.clone(),
-        settings: settings.clone(),
-    }
+    let frames_per_second = input.motions.first().map_or(0.0, |motion| motion.frames_per_second);
+    let learned_from = input.learned_from.clone();
+    ModelFacts { whole: false, ..ModelFacts::new(&input.body, frames_per_second, learned_from, settings.clone()) }
 }
 
 /// The state of an interrupted training of the same motions with the same settings.

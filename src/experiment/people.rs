@@ -11,7 +11,7 @@ use crate::scenario::{PopulationName, ScenarioFile, SexName, ShapeSettings};
 
 /// Whom a draw is for: the same seed draws another person for the tracker than for the actor.
 #[derive(Clone, Copy, Debug)]
-enum Whose {
+enum DrawnFor {
     Actor = 0,
     Tracker = 1,
 }
@@ -28,7 +28,7 @@ pub(super) fn given_to_person(
     let Some(settings) = &file.scenario.actor.shape else { return Ok(()) };
     let unmet = |detail: String| scenario_error(file, "actor.shape", detail);
     // who is drawn replaces the recorded subject; what is only said changes that subject
-    let person = settings.population.map(|_| drawn(settings, Whose::Actor, settings.stature_m));
+    let person = settings.population.map(|_| drawn(settings, DrawnFor::Actor, settings.stature_m));
     let subject = if person.is_some() { BodyShape::identity(template) } else { performed.shape.clone() };
     let base = template.reshaped(&subject);
     let physique = physique_of(settings, person.as_ref(), base.total_mass());
@@ -52,7 +52,7 @@ pub(super) fn another_adult(file: &ScenarioFile, template: &Humanoid, actor: &Hu
         sex: file.scenario.actor.shape.as_ref().and_then(|shape| shape.sex),
         ..ShapeSettings::default()
     };
-    let person = drawn(&settings, Whose::Tracker, actor.stature());
+    let person = drawn(&settings, DrawnFor::Tracker, actor.stature());
     Ok(template.reshaped(&physique_shape(template, &Physique::from(&person))?))
 }
 
@@ -65,7 +65,7 @@ pub(super) fn of_its_mass(body: &Humanoid, actor: &Humanoid) -> Result<Humanoid,
     Ok(body.reshaped(&physique_shape(body, &physique)?))
 }
 
-fn drawn(settings: &ShapeSettings, whose: Whose, stature_m: Option<f64>) -> Person {
+fn drawn(settings: &ShapeSettings, whose: DrawnFor, stature_m: Option<f64>) -> Person {
     let by_population = match settings.population {
         Some(PopulationName::Women) => Some(Sex::Female),
         Some(PopulationName::Men) => Some(Sex::Male),

@@ -7,7 +7,7 @@ use super::error::scenario_error;
 use super::people::given_to_person;
 use super::performed::retargeted;
 use super::placement::place;
-use super::{ExperimentError, clip_file::Recording};
+use super::{ExperimentError, clip_file::UsedRecording};
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
 use crate::editing::{
@@ -20,7 +20,7 @@ use crate::scenario::{MotionSettings, ScenarioFile};
 pub(super) struct Recordings<'a> {
     settings: &'a MotionSettings,
     table: String,
-    takes: Vec<(String, MotionSettings, Recording)>,
+    takes: Vec<(String, MotionSettings, UsedRecording)>,
 }
 
 /// A motion of a robot, edited.

@@ -48,19 +48,19 @@ pub struct ComparedMethod {
 }
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct ComparisonPage<'a> {
     title: &'a str,
     frames: usize,
     seeds: usize,
     matched: bool,
     interval: &'a str,
     columns: Vec<String>,
-    rows: Vec<Row<'a>>,
+    rows: Vec<MethodRow<'a>>,
     plot: String,
 }
 
 #[derive(Serialize)]
-struct Row<'a> {
+struct MethodRow<'a> {
     name: &'a str,
     tracker: &'a str,
     cells: Vec<String>,
@@ -70,7 +70,7 @@ fn shown() -> impl Iterator<Item = &'static Metric> {
     METRICS.iter().filter(|metric| COLUMNS.contains(&metric.name))
 }
 
-impl<'a> Row<'a> {
+impl<'a> MethodRow<'a> {
     fn new(method: &'a ComparedMethod) -> Self {
         let cell = |metric: &Metric| {
             method.summary.metrics.get(metric.name).map_or_else(
@@ -93,14 +93,14 @@ impl<'a> Row<'a> {
 pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportError> {
     let first = input.methods.first().ok_or(ReportError::NoRun)?;
     let Svg(plot) = error_plot(input.methods).svg(Size { width: 1160, height: 420 })?;
-    let page = Page {
+    let page = ComparisonPage {
         title: input.title,
         frames: input.frames,
         seeds: input.seeds,
         matched: input.matched,
         interval: &first.summary.interval,
         columns: shown().map(|metric| format!("{} {}", metric.title, symbol(metric.unit))).collect(),
-        rows: input.methods.iter().map(Row::new).collect(),
+        rows: input.methods.iter().map(MethodRow::new).collect(),
         plot,
     };
     render_page(TEMPLATE, &page)

@@ -4,25 +4,9 @@ use serde::Serialize;
 
 use super::page::{between, number, symbol};
 use crate::evaluation::{
-    AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, LostTracks, Rate, RunComparison, Unit,
-    find_metric,
+    AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, LostTracks, MAIN_METRICS, Rate, RunComparison,
+    Unit, find_metric,
 };
-
-/// Metrics that a short table shows.
-const SHORT: [&str; 12] = [
-    "humaneva_mm",
-    "mpjpe_mm",
-    "mpjpe_root_mm",
-    "pa_mpjpe_mm",
-    "body_orientation_deg",
-    "silhouette_iou",
-    "pck150",
-    "track_loss",
-    "coverage",
-    "lost_frames",
-    "limb_swaps",
-    "energy_gap",
-];
 
 /// One metric, clip or joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,19 +24,19 @@ pub(super) struct DifferenceRow {
     pub(super) coverage: String,
     /// What the row leaves out, and how it was made.
     pub(super) notes: String,
-    pub(super) bar: Option<Bar>,
+    pub(super) bar: Option<IntervalBar>,
 }
 
 /// Where the difference and its interval lie, in percent of a width whose middle is 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Bar {
+pub(super) struct IntervalBar {
     low: f64,
     width: f64,
     at: f64,
 }
 
-impl Bar {
-    fn of(difference: &Difference) -> Option<Self> {
+impl IntervalBar {
+    fn from_difference(difference: &Difference) -> Option<Self> {
         let ends = difference.ci95?;
         let scale = 1.1 * ends.low.abs().max(ends.high.abs());
         let place = |value: f64| 50.0 + 50.0 * value / scale;
@@ -62,7 +46,7 @@ impl Bar {
 }
 
 impl DifferenceRow {
-    pub(super) fn of_metric(metric: &ComparedMetric) -> Self {
+    pub(super) fn from_metric(metric: &ComparedMetric) -> Self {
         let title = find_metric(&metric.metric).map_or(metric.metric.as_str(), |known| known.title);
         let unit = symbol(metric.unit);
         let title = if unit.is_empty() { title.to_owned() } else { format!("{title}, {unit}") };
@@ -102,15 +86,15 @@ impl DifferenceRow {
             class: "",
             coverage: String::new(),
             notes: String::new(),
-            bar: Bar::of(difference),
+            bar: IntervalBar::from_difference(difference),
         }
     }
 }
 
 /// Rows of all metrics, or of the short table.
 pub(super) fn metric_rows(side: &AgainstBase, all: bool) -> Vec<DifferenceRow> {
-    let shown = side.metrics.iter().filter(|metric| all || SHORT.contains(&metric.metric.as_str()));
-    shown.map(DifferenceRow::of_metric).collect()
+    let shown = side.metrics.iter().filter(|metric| all || MAIN_METRICS.contains(&metric.metric.as_str()));
+    shown.map(DifferenceRow::from_metric).collect()
 }
 
 /// Rows of HumanEva's error clip by clip; nothing for a single clip.

@@ -63,7 +63,10 @@ pub use model_page::model_page;
 pub use motion_strip::MotionStrip;
 pub use page::render;
 pub use sweep::{
-    Choice, Cost, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
+    Choice, CostMeasure, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
     pareto_front, sweep_markdown, sweep_page,
 };
 pub use verdict::{Verdict, verdict};
+
+/// The mark of all pages and pictures written by skiagraph, by which it recognises its own files.
+const GENERATOR: &str = concat!("skiagraph ", env!("CARGO_PKG_VERSION"));

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Unit};
 
-use super::contact_sheet::{Cell, cells, seconds, worst_cell};
+use super::contact_sheet::{SheetPicture, cells, seconds, worst_cell};
 use super::figures::{Figure, figures, per_frame};
 use super::html::render_page;
 use super::input::{FactGroup, worst_frames};
@@ -25,7 +25,7 @@ const HEADLINES: [(&str, &str); 6] = [
 ];
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct RunPage<'a> {
     script: &'static str,
     title: &'a str,
     tracker: &'a str,
@@ -138,7 +138,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
     let verdict = verdict(input);
     let worse = |name: &str| verdict.worse_than_frozen.contains(&name);
-    let page = Page {
+    let page = RunPage {
         script: SCRIPT,
         title: input.title,
         tracker: input.tracker,
@@ -234,7 +234,7 @@ fn picture_of<'a>(sheet: &'a Sheet<'a>, seed: u64, frame: usize) -> Result<Optio
     sheet_cell(&sheet.rig.cameras[camera].name, &view).map(Some)
 }
 
-fn sheet_cell<'a>(camera: &'a str, view: &Cell) -> Result<SheetCell<'a>, ReportError> {
+fn sheet_cell<'a>(camera: &'a str, view: &SheetPicture) -> Result<SheetCell<'a>, ReportError> {
     let overlap = view.overlap.map(|overlap| format!("{:.0} %", 100.0 * overlap));
     Ok(SheetCell { camera, overlap, png: base64::encode(&cell::png(&view.picture)?) })
 }

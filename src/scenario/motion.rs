@@ -36,7 +36,7 @@ pub struct MotionSettings {
     pub metres_per_unit: Option<f64>,
     /// The file's upward axis. Default: defined by the format; for BVH guessed from the skeleton, with a note.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<Axis>,
+    pub up: Option<UpwardAxis>,
     /// Ground position `[x, y]` of the body's root in the first frame used: the motion is moved there. Metres. Default:
     /// as recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -91,6 +91,8 @@ pub struct MotionSettings {
     pub source: String,
 }
 
+// The keys of a recording stand here and in `MotionSettings`. One struct for both, flattened, would lose what unknown
+// keys are answered with (serde does not combine `flatten` with `deny_unknown_fields`) and the order of the keys.
 /// A further take: a recording and the used part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -114,7 +116,7 @@ pub struct TakeSettings {
     pub metres_per_unit: Option<f64>,
     /// As `motion.up`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<Axis>,
+    pub up: Option<UpwardAxis>,
     /// As `motion.source_hz`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_hz: Option<f64>,
@@ -192,7 +194,7 @@ pub struct TrainingSettings {
 /// An upward axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Axis {
+pub enum UpwardAxis {
     /// The y axis, as in most recordings.
     Y,
     /// The z axis.
@@ -201,7 +203,7 @@ pub enum Axis {
 
 impl MotionSettings {
     /// All of a clip, once, at 60 frames a second.
-    pub fn of_clip(clip: &str) -> Self {
+    pub fn from_clip(clip: &str) -> Self {
         Self {
             clip: clip.to_owned(),
             skeleton: None,
@@ -265,7 +267,7 @@ impl TakeSettings {
             marker_map: take.marker_map,
             sha256: take.sha256,
             source: take.source,
-            ..MotionSettings::of_clip(&take.clip)
+            ..MotionSettings::from_clip(&take.clip)
         }
     }
 }

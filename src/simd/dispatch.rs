@@ -14,12 +14,12 @@ pub(crate) trait Dispatched {
 /// A closure does not work: if it can be called more than once, `FnOnce::call_once` is a separate function compiled for
 /// the baseline, and everything is inlined there instead of into the function with the better instruction set.
 pub(crate) fn dispatch<D: Dispatched>(work: D) -> D::Output {
-    pulp::Arch::new().dispatch(Kernel(work))
+    pulp::Arch::new().dispatch(Dispatcher(work))
 }
 
-struct Kernel<D>(D);
+struct Dispatcher<D>(D);
 
-impl<D: Dispatched> pulp::WithSimd for Kernel<D> {
+impl<D: Dispatched> pulp::WithSimd for Dispatcher<D> {
     type Output = D::Output;
 
     #[inline(always)]

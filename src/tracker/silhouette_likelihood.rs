@@ -2,93 +2,20 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::calibration::importance;
-use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, Residual};
+use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineResidual, OutlineSample};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
 use super::rectification::Rectification;
-use super::settings::within;
-use super::{Likelihood, SettingError, TrackError};
+use super::{ContourTerm, Likelihood, SettingError, SilhouetteSettings, SilhouetteTerm, TrackError};
 use crate::body::{Humanoid, LinkFrames, Pose, Solid, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 use crate::parallel;
-use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
-
-/// How the areas of two silhouettes are compared: `[Skinned APF]`'s `D_s`, in [0, 1]. With B pixels of the model alone,
-/// R of the observation alone and Y of both:
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SilhouetteTerm {
-    /// `(B / (B + Y) + R / (R + Y)) / 2` (Sigal et al. 2010, both directions alike); a share of nothing counts as 1.
-    Bidirectional,
-    /// `(R + B) / (R + B + Y)`, one minus intersection over union: `[Skinned APF]`'s "non-overlapping area".
-    #[default]
-    Overlap,
-}
-
-/// How the contours of two silhouettes are compared: `[Skinned APF]`'s `D_c`, in [0, 1]. `[Skinned APF]` leaves it
-/// open; here it is the mean over contour pixels of `min(d, tau) / tau`, with d the distance to the other contour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ContourTerm {
-    /// Over the model's contour: its distance to the observed one. One distance transform a view and frame.
-    #[default]
-    OneSided,
-    /// The mean of both directions. One distance transform a view and *particle*: much slower.
-    TwoSided,
-}
-
-/// Settings of [`SilhouetteLikelihood`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct SilhouetteSettings {
-    /// `[Skinned APF]`'s `D_s`.
-    pub silhouette: SilhouetteTerm,
-    /// `[Skinned APF]`'s `D_c`.
-    pub contour: ContourTerm,
-    /// `[Skinned APF]`'s alpha of Eq. 3, >= 0: weight of the contour beside the silhouette; 0 leaves the contour out.
-    pub contour_weight: f64,
-    /// The distance tau at which the contour term and that of the limbs' sides saturate, as a share of the image's
-    /// height, > 0.
-    pub contour_reach: f64,
-    /// Weight, >= 0, of the sides of limbs: `[GPDM graph]`'s edges of the model against those observed. Mean over
-    /// samples along the two sides of every capsule of `min(d, tau) / tau`, d being the distance to the observed
-    /// contour. Sides that lie inside the observed silhouette have no contour to lie on and count as missed; 0 leaves
-    /// the term out.
-    pub limb_side_weight: f64,
-}
-
-impl Default for SilhouetteSettings {
-    fn default() -> Self {
-        Self {
-            silhouette: SilhouetteTerm::default(),
-            contour: ContourTerm::default(),
-            contour_weight: 0.5,
-            contour_reach: 20.0 / 480.0,
-            limb_side_weight: 0.0,
-        }
-    }
-}
-
-impl SilhouetteSettings {
-    /// Whether every setting is in its range.
-    ///
-    /// # Errors
-    /// [`SettingError`] that names the first key which is not.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        for (key, weight) in [("contour_weight", self.contour_weight), ("limb_side_weight", self.limb_side_weight)] {
-            if !(weight >= 0.0 && weight.is_finite()) {
-                return Err(SettingError { key, expected: "a number, 0 or more".into(), found: weight.to_string() });
-            }
-        }
-        within("contour_reach", self.contour_reach, 1.0)
-    }
-}
+use crate::raster::{Mask, MaskComparison, Overlap, TaperedCapsule};
 
 /// `E = 1/N_v sum_v (D_s + alpha D_c)`: `[Skinned APF]` Eq. 3, alpha inside the sum; to each view's part a third term
 /// may be added, for the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
@@ -103,7 +30,7 @@ impl SilhouetteSettings {
 pub struct SilhouetteLikelihood {
     body: Humanoid,
     settings: SilhouetteSettings,
-    views: Vec<View>,
+    views: Vec<ObservedCamera>,
     /// Whether [`crate::raster::SilhouetteComparer`] can do the work.
     fast: bool,
     /// What a descent needs; `None` unless descent is used.
@@ -114,7 +41,7 @@ pub struct SilhouetteLikelihood {
 
 /// One camera and what it saw.
 #[derive(Debug)]
-struct View {
+struct ObservedCamera {
     /// Its ideal pinhole.
     camera: Camera,
     rectification: Option<Rectification>,
@@ -153,7 +80,8 @@ impl SilhouetteLikelihood {
         let only_capsules = body.links.iter().flat_map(|l| &l.solids).all(|f| matches!(f, Solid::TaperedCapsule(_)));
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && body.skin.is_none() && one_sided;
-        let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
+        let views =
+            parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], fast, &settings));
         Ok(Self { body, settings, views, fast, outline: None, importance: Vec::new() })
     }
 
@@ -163,7 +91,7 @@ impl SilhouetteLikelihood {
     }
 
     /// What one view adds to the sum of Eq. 3; `None` where neither side has a pixel.
-    fn view_energy(&self, Comparison { overlap, contour }: Comparison) -> Option<f64> {
+    fn view_energy(&self, MaskComparison { overlap, contour }: MaskComparison) -> Option<f64> {
         let silhouette = self.settings.silhouette.value(&overlap)?;
         Some(silhouette + contour.map_or(0.0, |contour| self.settings.contour_weight * contour))
     }
@@ -171,7 +99,7 @@ impl SilhouetteLikelihood {
 
 impl SilhouetteLikelihood {
     /// What the sides of the limbs of a body with its links at `frames` add to a view's energy.
-    fn sides_energy(&self, view: &View, frames: &LinkFrames, limbs: &mut Vec<TaperedCapsule>) -> f64 {
+    fn sides_energy(&self, view: &ObservedCamera, frames: &LinkFrames, limbs: &mut Vec<TaperedCapsule>) -> f64 {
         let Some(sides) = &view.sides else { return 0.0 };
         capsules_in_camera(&self.body, frames, &view.camera, limbs);
         self.settings.limb_side_weight * sides.mean_distance(limbs)
@@ -237,7 +165,7 @@ impl SilhouetteLikelihood {
         &self,
         pose: &Pose,
         scratch: &'s mut LikelihoodScratch,
-        mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, Residual, f64),
+        mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, OutlineResidual, f64),
     ) -> Option<&'s LinkFrames> {
         let outline = self.outline.as_ref()?;
         let LikelihoodScratch { placed, descent, .. } = scratch;
@@ -315,7 +243,7 @@ impl SilhouetteLikelihood {
     }
 }
 
-impl View {
+impl ObservedCamera {
     fn new(camera: &Camera, fast: bool, settings: &SilhouetteSettings) -> Self {
         let rectification = Rectification::new(camera);
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
@@ -361,7 +289,7 @@ fn side(sample: &OutlineSample) -> usize {
     usize::from(sample.normal[0] > sample.normal[1]) + 2 * usize::from(sample.normal[0] > -sample.normal[1])
 }
 
-fn check_fit(views: &[View], observation: &Observation) -> Result<(), TrackError> {
+fn check_fit(views: &[ObservedCamera], observation: &Observation) -> Result<(), TrackError> {
     let mismatch = |detail| Err(TrackError::ObservationMismatch { frame: observation.frame, detail });
     if views.len() != observation.silhouettes.len() {
         let found = observation.silhouettes.len();

@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use skiagraph::body::{Humanoid, Motion};
-use skiagraph::experiment::{
-    Destination, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, Unwatched, render, track_set,
-};
+use skiagraph::experiment::{Destination, LearnedFrom, LearnedModel, ModelFacts, Unwatched, render, track_set};
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
@@ -31,7 +29,7 @@ const COLLADA: &str = "<COLLADA><asset><unit meter=\"0.01\"/></asset><library_ge
     <instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes></COLLADA>";
 
 /// The seeds of a target: at least one, none longer than 64 KiB but models.
-pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
+pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
     let shared = |folder: &str, endings: &[&str]| match test_data(folder) {
         Some(folder) => files_below(&folder, endings),
         None => Vec::new(),
@@ -191,14 +189,6 @@ fn small_model() -> Vec<u8> {
         frames: 36,
         poses_sha256: String::new(),
     };
-    let facts = ModelFacts {
-        schema: MODEL_SCHEMA.to_owned(),
-        program: "skiagraph".to_owned(),
-        whole: true,
-        robot: RobotFacts::from_body(&body),
-        frames_per_second: 60.0,
-        learned_from: vec![from("one"), from("two")],
-        settings,
-    };
+    let facts = ModelFacts::new(&body, 60.0, vec![from("one"), from("two")], settings);
     LearnedModel { facts, body, graph, fingerprints: vec![] }.to_bytes().unwrap()
 }

@@ -45,7 +45,7 @@ pub(super) fn parse(
     let skin = skin.ok_or_else(|| {
         malformed("expected a node with a mesh and a skin, found none; export the mesh with its armature".to_owned())
     })?;
-    let joints = Joints::of(&document, &skin, &buffers).map_err(malformed)?;
+    let joints = SkinJoints::of(&document, &skin, &buffers).map_err(malformed)?;
     let mut mesh = SkinMesh {
         name: std::path::Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
         vertices: Vec::new(),
@@ -121,7 +121,7 @@ fn buffers(
 fn add(
     primitive: &gltf::Primitive<'_>,
     buffers: &Buffers,
-    joints: &Joints,
+    joints: &SkinJoints,
     mesh: &mut SkinMesh,
     weights: &mut BTreeMap<String, BTreeMap<u32, f64>>,
 ) -> Result<(), String> {
@@ -184,7 +184,7 @@ fn forward(place: nalgebra::Vector3<f64>) -> Point3<f64> {
 }
 
 /// A joint of a skin.
-struct Joint {
+struct SkinJoint {
     /// Body segment that it belongs to.
     segment: String,
     /// From the mesh's own frame to where the joint has it.
@@ -192,15 +192,15 @@ struct Joint {
 }
 
 /// The joints of a skin, by their number in it.
-struct Joints {
-    all: Vec<Joint>,
+struct SkinJoints {
+    all: Vec<SkinJoint>,
     /// Origins of joints that begin a segment.
     origins: BTreeMap<String, Point3<f64>>,
     names: Vec<String>,
     notes: Vec<String>,
 }
 
-impl Joints {
+impl SkinJoints {
     fn of(document: &gltf::Document, skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Self, String> {
         let nodes: Vec<(usize, String)> = skin
             .joints()
@@ -217,7 +217,7 @@ impl Joints {
         if inverse.len() != nodes.len() {
             return Err(format!("{} joints and {} inverse bind matrices", nodes.len(), inverse.len()));
         }
-        let tree = Tree::of(document)?;
+        let tree = NodeTree::of(document)?;
         let vocabulary = Vocabulary::of(nodes.iter().map(|(_, name)| name.as_str()));
         let own: BTreeMap<usize, String> =
             nodes.iter().filter_map(|(node, name)| Some((*node, vocabulary.segment(name)?))).collect();
@@ -234,7 +234,7 @@ impl Joints {
             }
             let segment = nearest_segment(*node, &tree.parents, &own).unwrap_or_else(|| "pelvis".to_owned());
             let place_from_mesh = world * Matrix4::from_column_slice(inverse);
-            joints.all.push(Joint { segment, place_from_mesh });
+            joints.all.push(SkinJoint { segment, place_from_mesh });
             joints.names.push(name.clone());
         }
         if !unknown.is_empty() {
@@ -295,13 +295,13 @@ impl Joints {
 }
 
 /// The nodes of a file.
-struct Tree {
+struct NodeTree {
     parents: Vec<Option<usize>>,
     /// World from node, by the node's number.
     world: Vec<Matrix4<f64>>,
 }
 
-impl Tree {
+impl NodeTree {
     fn of(document: &gltf::Document) -> Result<Self, String> {
         let nodes: Vec<gltf::Node<'_>> = document.nodes().collect();
         let mut parents = vec![None; nodes.len()];

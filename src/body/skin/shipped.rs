@@ -2,22 +2,21 @@
 
 use super::mesh::{SkinError, SkinMesh};
 use super::skin_file;
-use crate::body::LANDMARKS;
 
 /// Files of a built-in skin.
-struct Files {
+struct SkinFiles {
     settings: &'static str,
     mesh: &'static str,
     weights: &'static str,
 }
 
-const PERSON: Files = Files {
+const PERSON: SkinFiles = SkinFiles {
     settings: include_str!("../../../robots/skins/person.toml"),
     mesh: include_str!("../../../robots/skins/person.obj"),
     weights: include_str!("../../../robots/skins/person.weights.json"),
 };
 
-const PERSON_COARSE: Files = Files {
+const PERSON_COARSE: SkinFiles = SkinFiles {
     settings: include_str!("../../../robots/skins/person_coarse.toml"),
     mesh: include_str!("../../../robots/skins/person_coarse.obj"),
     weights: include_str!("../../../robots/skins/person_coarse.weights.json"),
@@ -42,14 +41,10 @@ pub fn shipped_skin(name: &str) -> Result<SkinMesh, SkinError> {
     skin_file::parse(&format!("robots/skins/{name}.toml"), files.settings, &read)
 }
 
-/// Whether a skin may place a landmark of that name: the body's, and the balls of the feet.
-pub(super) fn is_landmark(name: &str) -> bool {
-    LANDMARKS.iter().any(|landmark| landmark.name() == name) || ["left_toes", "right_toes"].contains(&name)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::LANDMARKS;
 
     #[test]
     fn the_built_in_skins_are_sound_and_of_the_size_that_they_are_said_to_have() {

@@ -18,32 +18,32 @@ use serde::Deserialize;
 
 use super::mesh::{SkinError, SkinMesh};
 use super::{gltf_file, weights_file};
-use crate::body::mesh_from_bytes;
+use crate::body::{LANDMARKS, mesh_from_bytes};
 use crate::input::{self, excerpt, foreign, limits};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SkinRecord {
+struct SkinSettings {
     schema: String,
     mesh: String,
     weights: Option<String>,
     #[serde(default = "one")]
     metres_per_unit: f64,
     #[serde(default)]
-    up: Up,
+    up: MeshUp,
     #[serde(default)]
     landmarks: BTreeMap<String, [f64; 3]>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Up {
+enum MeshUp {
     #[default]
     Z,
     Y,
 }
 
-impl Up {
+impl MeshUp {
     /// Of the file's axes to X forward, Y left, Z up.
     fn turned(self, [x, y, z]: [f64; 3]) -> Point3<f64> {
         match self {
@@ -105,17 +105,22 @@ fn below(folder: &Path, name: &str) -> Option<PathBuf> {
 /// Gives the bytes of a file of that name, at most as many as that.
 pub(super) type Read<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError> + 'a;
 
+/// Whether a skin may place a landmark of that name: the body's, and the balls of the feet.
+fn is_landmark(name: &str) -> bool {
+    LANDMARKS.iter().any(|landmark| landmark.name() == name) || ["left_toes", "right_toes"].contains(&name)
+}
+
 /// Reads a skin's `.toml`; `read` gives the bytes of the files that it names.
 pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
-    let record: SkinRecord = toml::from_str(text).map_err(|e| malformed(foreign(e)))?;
+    let record: SkinSettings = toml::from_str(text).map_err(|e| malformed(foreign(e)))?;
     if record.schema != "skiagraph.skin/1" {
         return Err(malformed(format!("schema: expected \"skiagraph.skin/1\", found {:?}", excerpt(&record.schema))));
     }
     if !(record.metres_per_unit > 0.0 && record.metres_per_unit <= 1000.0) {
         return Err(malformed(format!("metres_per_unit: expected a length, found {}", record.metres_per_unit)));
     }
-    let unknown = record.landmarks.keys().find(|name| !super::shipped::is_landmark(name));
+    let unknown = record.landmarks.keys().find(|name| !is_landmark(name));
     if let Some(name) = unknown {
         return Err(malformed(format!("landmarks: `{}` is no landmark", excerpt(name))));
     }

@@ -2,10 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
-
-use super::settle::{MoreSeeds, seeds_to_settle};
-use super::{Budget, FEWEST_SEEDS, GateRules, MarginError};
+use super::settle::seeds_to_settle;
+use super::{Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, MetricMargin};
 use crate::evaluation::comparison::{
     ClipValues, Difference, DifferenceRule, MeasuredClip, MeasuredRuns, difference, holm, lost_tracks, seeds_in_words,
     set_difference,
@@ -14,142 +12,6 @@ use crate::evaluation::{Direction, Interval, Unit, find_metric};
 
 /// One-sided: a worsening beyond the margin is found in at most 2.5 % of runs that worsen by exactly the margin.
 const SIGNIFICANCE: f64 = 0.025;
-
-/// What a gate says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GateVerdict {
-    /// Not worse than the baseline by more than the margin.
-    Pass,
-    /// Cannot be said with these seeds.
-    Inconclusive,
-    /// Worse by more than the margin.
-    Fail,
-}
-
-/// A gate with all its checks.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct GateOutcome {
-    /// `skiagraph.gate_outcome/1`.
-    pub schema: String,
-    /// The worst of all checks.
-    pub verdict: GateVerdict,
-    /// In the order in which they were asked for.
-    pub checks: Vec<Check>,
-    /// What a user should know.
-    pub notes: Vec<String>,
-}
-
-/// What a check is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CheckKind {
-    /// A metric against its margin.
-    Budget,
-    /// Values that must not change.
-    Exact,
-    /// The share of markers with an estimate.
-    Coverage,
-    /// Runs that lost the body.
-    LostTracks,
-}
-
-/// One check.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Check {
-    /// The metric's name, or `lost_tracks`.
-    pub metric: String,
-    /// In which clip; `None` for all together.
-    pub clip: Option<String>,
-    /// What it is about.
-    pub kind: CheckKind,
-    /// What it says.
-    pub verdict: GateVerdict,
-    /// Unit of the values.
-    pub unit: Unit,
-    /// Run minus baseline.
-    pub difference: Option<Difference>,
-    /// By how much the metric is worse, whichever way that is; its 95 % interval.
-    pub worse_by: Option<f64>,
-    /// 95 % interval of it.
-    pub worse_by_ci95: Option<Interval>,
-    /// By how much it may be worse.
-    pub margin: Option<f64>,
-    /// What would settle it, if it is inconclusive.
-    pub more_seeds: Option<MoreSeeds>,
-    /// The reason in words, where numbers do not say it.
-    pub reason: Option<String>,
-}
-
-/// Why a run cannot be held against a baseline.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum GateRefusal {
-    /// Too few seeds.
-    #[error("{which} has {found} seed(s) of `{clip}`, a gate needs {needed} or more; run it with --seeds {needed}")]
-    Seeds {
-        /// The run or the baseline.
-        which: &'static str,
-        /// The clip.
-        clip: String,
-        /// Seeds found.
-        found: usize,
-        /// Seeds needed.
-        needed: usize,
-    },
-    /// Clips are not the same.
-    #[error("the baseline has the clip(s) {baseline}, the run {run}; measure the run on all of them")]
-    Clips {
-        /// Of the baseline.
-        baseline: String,
-        /// Of the run.
-        run: String,
-    },
-    /// The sets are not the same.
-    #[error(
-        "`{clip}` is another set than the baseline's ({what}); measure the run on the baseline's set, or save a new \
-         baseline"
-    )]
-    Set {
-        /// The clip.
-        clip: String,
-        /// The difference.
-        what: String,
-    },
-    /// Other seeds, unasked.
-    #[error(
-        "`{clip}`: the baseline has seeds {baseline}, the run {run}; run the baseline's seeds (they are paired), or \
-         accept others with --other-seeds"
-    )]
-    SeedPolicy {
-        /// The clip.
-        clip: String,
-        /// Of the baseline.
-        baseline: String,
-        /// Of the run.
-        run: String,
-    },
-    /// A metric was measured in another way.
-    #[error(
-        "{metric} in `{clip}` was measured by another protocol than the baseline's: `{baseline}`, now `{run}`; save a \
-         new baseline"
-    )]
-    Protocol {
-        /// The metric.
-        metric: String,
-        /// The clip.
-        clip: String,
-        /// Of the baseline.
-        baseline: String,
-        /// Of the run.
-        run: String,
-    },
-    /// A rule names what is not there.
-    #[error("{0}")]
-    Rule(String),
-    /// A margin does not fit its metric.
-    #[error(transparent)]
-    Margin(#[from] MarginError),
-}
 
 /// Holds a run against a baseline.
 ///
@@ -243,11 +105,11 @@ impl Sides<'_> {
     }
 
     /// Values of a metric in the clips of a budget; a protocol other than the baseline's is refused.
-    fn values(&self, metric: &str, clip: Option<&str>) -> Result<Values, GateRefusal> {
+    fn values(&self, metric: &str, clip: Option<&str>) -> Result<ClipsOfCheck, GateRefusal> {
         if let Some(unknown) = clip.filter(|clip| !self.baseline.clips.contains_key(*clip)) {
             return Err(GateRefusal::Rule(format!("budget of {metric}: the baseline has no clip `{unknown}`")));
         }
-        let mut values = Values::default();
+        let mut values = ClipsOfCheck::default();
         for (name, base, run) in self.clips().filter(|(name, ..)| clip.is_none_or(|clip| clip == *name)) {
             let Some(known) = base.metrics.get(metric) else { continue };
             if let Some(new) = run.metrics.get(metric).filter(|new| new.protocol != known.protocol) {
@@ -269,7 +131,7 @@ impl Sides<'_> {
         Ok(values)
     }
 
-    fn budget(&self, budget: &Budget) -> Result<Check, GateRefusal> {
+    fn budget(&self, budget: &MetricMargin) -> Result<Check, GateRefusal> {
         let name = budget.metric.as_str();
         let metric =
             find_metric(name).ok_or_else(|| GateRefusal::Rule(format!("budget: there is no metric `{name}`")))?;
@@ -302,7 +164,7 @@ impl Sides<'_> {
         let Some(found) = difference(&values.clips) else {
             return Err(GateRefusal::Rule(format!("budget of {name}: nothing to compare")));
         };
-        let margin = budget.margin.of(name, metric.unit, found.base)?;
+        let margin = budget.margin.resolve(name, metric.unit, found.base)?;
         let worse_by = sign * found.difference;
         let ends = found.ci95.map(|ends| match sign > 0.0 {
             true => ends,
@@ -380,7 +242,7 @@ impl Sides<'_> {
             return Ok(None);
         }
         let margin = self.rules.coverage;
-        let mut check = self.budget(&Budget { metric: "coverage".to_owned(), margin, clip: None })?;
+        let mut check = self.budget(&MetricMargin { metric: "coverage".to_owned(), margin, clip: None })?;
         check.kind = CheckKind::Coverage;
         check.more_seeds = None;
         if check.verdict == GateVerdict::Inconclusive {
@@ -423,7 +285,7 @@ impl Sides<'_> {
 
 /// Values of the clips of a check, and the runs that have none where the baseline has.
 #[derive(Default)]
-struct Values {
+struct ClipsOfCheck {
     clips: Vec<ClipValues>,
     lacking: Vec<String>,
 }
@@ -439,8 +301,8 @@ fn verdict(worse_by: f64, ends: Option<Interval>, margin: f64) -> GateVerdict {
     }
 }
 
-/// Of several budgets one may seem to fail by chance: failures must hold with Holm's adjustment too. Passing needs none,
-/// since all must pass.
+/// Of several budgets one may seem to fail by chance: failures must hold with Holm's adjustment too. Passing needs
+/// none, since all must pass.
 fn adjust_failures(checks: &mut [Check]) {
     let p_of = |check: &Check| {
         let (found, margin) = (check.difference.as_ref()?, check.margin?);
@@ -501,7 +363,7 @@ mod tests {
     }
 
     fn rules(margin: &str) -> GateRules {
-        GateRules::of_metric("humaneva_mm", margin.parse().unwrap())
+        GateRules::from_metric("humaneva_mm", margin.parse().unwrap())
     }
 
     fn verdict_of(run: &MeasuredRuns, margin: &str) -> GateVerdict {
@@ -587,9 +449,11 @@ mod tests {
         let base = runs("a", 0, 0.0, 0.0);
         let refused = |rules: GateRules| gate(&base, &base, &rules).unwrap_err().to_string();
         assert!(refused(GateRules { budgets: vec![], ..rules("2mm") }).contains("no budget"));
-        assert!(refused(GateRules::of_metric("nothing", "2mm".parse().unwrap())).contains("no metric `nothing`"));
-        assert!(refused(GateRules::of_metric("energy_gap", "2".parse().unwrap())).contains("a diagnosis"));
-        assert!(refused(GateRules::of_metric("pa_mpjpe_mm", "2mm".parse().unwrap())).contains("baseline has no value"));
+        assert!(refused(GateRules::from_metric("nothing", "2mm".parse().unwrap())).contains("no metric `nothing`"));
+        assert!(refused(GateRules::from_metric("energy_gap", "2".parse().unwrap())).contains("a diagnosis"));
+        assert!(
+            refused(GateRules::from_metric("pa_mpjpe_mm", "2mm".parse().unwrap())).contains("baseline has no value")
+        );
         let of_clip = |clip: &str| {
             let mut rules = rules("2mm");
             rules.budgets[0].clip = Some(clip.to_owned());
@@ -609,7 +473,7 @@ mod tests {
             walk.metrics.insert("pck150".to_owned(), metric);
             runs
         };
-        let pck = GateRules::of_metric("pck150", "2%".parse().unwrap());
+        let pck = GateRules::from_metric("pck150", "2%".parse().unwrap());
         let verdict = |score| gate(&with_pck(0.9), &with_pck(score), &pck).unwrap().verdict;
         assert_eq!([0.95, 0.89, 0.85].map(verdict), [GateVerdict::Pass, GateVerdict::Pass, GateVerdict::Fail]);
     }

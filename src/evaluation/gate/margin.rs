@@ -10,14 +10,14 @@ use crate::evaluation::Unit;
 /// By how much a metric may worsen: a number with its unit (`2mm`, `1.5deg`, `0.02`), or a share of the baseline's mean
 /// (`5%`; of a metric that is itself a share, percentage points).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "String")]
+#[serde(try_from = "WrittenMargin", into = "String")]
 pub struct Margin {
     value: f64,
-    unit: Given,
+    unit: MarginUnit,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Given {
+enum MarginUnit {
     None,
     Percent,
     Unit(Unit),
@@ -26,7 +26,7 @@ enum Given {
 /// As files have it.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Written {
+enum WrittenMargin {
     Number(f64),
     Text(String),
 }
@@ -74,11 +74,11 @@ impl FromStr for Margin {
         let (number, unit) = (&trimmed[..end], trimmed[end..].trim());
         let value: f64 = number.parse().map_err(|_| malformed())?;
         let (factor, unit) = match unit {
-            "" => (1.0, Given::None),
-            "%" => (0.01, Given::Percent),
+            "" => (1.0, MarginUnit::None),
+            "%" => (0.01, MarginUnit::Percent),
             name => {
                 let known = UNITS.iter().find(|(known, ..)| *known == name);
-                known.map(|(_, unit, factor)| (*factor, Given::Unit(*unit))).ok_or_else(malformed)?
+                known.map(|(_, unit, factor)| (*factor, MarginUnit::Unit(*unit))).ok_or_else(malformed)?
             }
         };
         let value = value * factor;
@@ -86,14 +86,16 @@ impl FromStr for Margin {
     }
 }
 
-impl TryFrom<Written> for Margin {
+impl TryFrom<WrittenMargin> for Margin {
     type Error = MarginError;
 
-    fn try_from(written: Written) -> Result<Self, MarginError> {
+    fn try_from(written: WrittenMargin) -> Result<Self, MarginError> {
         match written {
-            Written::Text(text) => text.parse(),
-            Written::Number(value) if value.is_finite() && value >= 0.0 => Ok(Self { value, unit: Given::None }),
-            Written::Number(value) => Err(MarginError::Malformed(value.to_string())),
+            WrittenMargin::Text(text) => text.parse(),
+            WrittenMargin::Number(value) if value.is_finite() && value >= 0.0 => {
+                Ok(Self { value, unit: MarginUnit::None })
+            }
+            WrittenMargin::Number(value) => Err(MarginError::Malformed(value.to_string())),
         }
     }
 }
@@ -107,30 +109,30 @@ impl From<Margin> for String {
 impl fmt::Display for Margin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.unit {
-            Given::None => write!(f, "{}", self.value),
-            Given::Percent => write!(f, "{} %", 100.0 * self.value),
-            Given::Unit(unit) => write!(f, "{} {}", self.value, unit.symbol()),
+            MarginUnit::None => write!(f, "{}", self.value),
+            MarginUnit::Percent => write!(f, "{} %", 100.0 * self.value),
+            MarginUnit::Unit(unit) => write!(f, "{} {}", self.value, unit.symbol()),
         }
     }
 }
 
 impl Margin {
     /// A number in the metric's own unit.
-    pub(super) const fn of_number(value: f64) -> Self {
-        Self { value, unit: Given::None }
+    pub(super) const fn from_number(value: f64) -> Self {
+        Self { value, unit: MarginUnit::None }
     }
 
     /// In the metric's unit; `base` is the baseline's mean.
     ///
     /// # Errors
     /// [`MarginError::Unit`] if it is given in another unit.
-    pub fn of(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
+    pub fn resolve(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
         match self.unit {
-            Given::None => Ok(self.value),
-            Given::Percent if unit == Unit::Fraction => Ok(self.value),
-            Given::Percent => Ok(self.value * base.abs()),
-            Given::Unit(given) if given == unit => Ok(self.value),
-            Given::Unit(_) => {
+            MarginUnit::None => Ok(self.value),
+            MarginUnit::Percent if unit == Unit::Fraction => Ok(self.value),
+            MarginUnit::Percent => Ok(self.value * base.abs()),
+            MarginUnit::Unit(given) if given == unit => Ok(self.value),
+            MarginUnit::Unit(_) => {
                 let symbol = if unit.symbol().is_empty() { "a number without a unit" } else { unit.symbol() };
                 let (margin, metric) = (self.to_string(), metric.to_owned());
                 Err(MarginError::Unit { margin, metric, expected: format!("{symbol}, or a percentage") })
@@ -144,7 +146,7 @@ mod tests {
     use super::*;
 
     fn margin(text: &str, unit: Unit, base: f64) -> f64 {
-        text.parse::<Margin>().unwrap().of("x", unit, base).unwrap()
+        text.parse::<Margin>().unwrap().resolve("x", unit, base).unwrap()
     }
 
     #[test]
@@ -162,7 +164,7 @@ mod tests {
         for text in ["", "mm", "-2mm", "2 parsecs", "1e999", "NaN", "2px", "infmm", "1..2"] {
             assert!(text.parse::<Margin>().is_err(), "{text}");
         }
-        let other = "2deg".parse::<Margin>().unwrap().of("humaneva_mm", Unit::Millimetre, 30.0).unwrap_err();
+        let other = "2deg".parse::<Margin>().unwrap().resolve("humaneva_mm", Unit::Millimetre, 30.0).unwrap_err();
         assert_eq!(other.to_string(), "margin 2 ° of humaneva_mm: expected mm, or a percentage");
     }
 }

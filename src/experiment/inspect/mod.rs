@@ -23,7 +23,7 @@ use crate::input::{self, limits};
 pub use clip::{ClipSummary, FitSummary};
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
 pub use edited::{EditedContact, EditedSummary, FastestAngle, SeamSummary, inspect_scenario};
-pub use model::{Against, ModelSummary, OneModel, Spread};
+pub use model::{Against, GraphModelFacts, MeanAndMost, ModelSummary};
 pub use robot::{DegreeSummary, RobotSummary};
 pub use set::{CameraSummary, SetSummary};
 pub use skin::{SkinSummary, is_skin_file};
@@ -48,7 +48,7 @@ pub enum Inspected {
 
 /// The kinds of things that can be looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum InspectedKind {
     Model,
     Clip,
     Robot,
@@ -70,41 +70,41 @@ pub fn inspect(
 ) -> Result<Inspected, ExperimentError> {
     let kind = kind_of(path)?;
     let name = path.display().to_string();
-    if kind != Kind::Model && against.is_some() {
+    if kind != InspectedKind::Model && against.is_some() {
         let detail = format!("is for models of skiagraph train only, and {name} is not one");
         return Err(ExperimentError::Argument { argument: "--against", detail });
     }
-    if kind == Kind::Set && page.is_some() {
+    if kind == InspectedKind::Set && page.is_some() {
         let detail = format!("is for models, recordings, robots and skins, and {name} is a set: see skiagraph report");
         return Err(ExperimentError::Argument { argument: "--out", detail });
     }
-    if kind != Kind::Clip && metres_per_unit.is_some() {
+    if kind != InspectedKind::Clip && metres_per_unit.is_some() {
         let detail = format!("is for recordings and sets only, and {name} is neither");
         return Err(ExperimentError::Argument { argument: "--metres-per-unit", detail });
     }
     Ok(match kind {
-        Kind::Clip => {
+        InspectedKind::Clip => {
             let place = body_picture::place_of(page, path)?;
             let clip = clip_file::read_whole(path, metres_per_unit)?;
             let (summary, performed) = ClipSummary::performed(&clip)?;
             body_picture::put(place, || body_picture::of_clip(&summary, &performed))?;
             Inspected::Clip(summary)
         }
-        Kind::Robot => {
+        InspectedKind::Robot => {
             let place = body_picture::place_of(page, path)?;
             let body = robot::read(&name, path)?;
             let summary = RobotSummary::new(&name, &body);
             body_picture::put(place, || body_picture::of_robot(&summary, &body))?;
             Inspected::Robot(summary)
         }
-        Kind::Skin => {
+        InspectedKind::Skin => {
             let place = body_picture::place_of(page, path)?;
             let (summary, body) = skin::read(&name, path)?;
             body_picture::put(place, || body_picture::of_skin(&summary, &body))?;
             Inspected::Skin(summary)
         }
-        Kind::Set => Inspected::Set(Box::new(SetSummary::read(path)?)),
-        Kind::Model => {
+        InspectedKind::Set => Inspected::Set(Box::new(SetSummary::read(path)?)),
+        InspectedKind::Model => {
             let model = LearnedModel::read(path)?;
             let other = against.map(|other| model::read_other(other, &model)).transpose()?;
             if let Some(to) = page {
@@ -125,30 +125,30 @@ fn place_for<'a>(
     PartialFile::begin(to.path, to.force)
 }
 
-fn kind_of(path: &Path) -> Result<Kind, ExperimentError> {
+fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {
     if path.as_os_str().as_encoded_bytes().starts_with(b"embedded:") {
-        return Ok(Kind::Clip);
+        return Ok(InspectedKind::Clip);
     }
     if path.is_dir() {
-        return Ok(Kind::Set);
+        return Ok(InspectedKind::Set);
     }
     if SHIPPED_ROBOTS.iter().any(|(known, _)| path == Path::new(known)) && !path.exists() {
-        return Ok(Kind::Robot);
+        return Ok(InspectedKind::Robot);
     }
     if SHIPPED_SKINS.iter().any(|known| path == Path::new(known)) && !path.exists() {
-        return Ok(Kind::Skin);
+        return Ok(InspectedKind::Skin);
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
-        Some("bvh" | "amc" | "asf" | "c3d" | "trc" | "txt" | "json") => return Ok(Kind::Clip),
-        Some("urdf" | "xml") => return Ok(Kind::Robot),
-        Some("model") => return Ok(Kind::Model),
-        Some("glb" | "gltf" | "toml") => return Ok(Kind::Skin),
+        Some("bvh" | "amc" | "asf" | "c3d" | "trc" | "txt" | "json") => return Ok(InspectedKind::Clip),
+        Some("urdf" | "xml") => return Ok(InspectedKind::Robot),
+        Some("model") => return Ok(InspectedKind::Model),
+        Some("glb" | "gltf" | "toml") => return Ok(InspectedKind::Skin),
         _ => {}
     }
     // models may have any name; all of them are archives
     if starts_with(path, b"PK")? {
-        return Ok(Kind::Model);
+        return Ok(InspectedKind::Model);
     }
     let clips = EMBEDDED_CLIPS.map(|(name, _)| format!("embedded:{name}")).join(", ");
     let robots = SHIPPED_ROBOTS.map(|(name, _)| name).join(", ");

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::body::Motion;
-use crate::motion_model::gpdm_graph::{GraphSettings, Segment};
+use crate::motion_model::gpdm_graph::{GraphSegment, GraphSettings};
 
 /// Two short motions of a robot, learned in haste.
 fn model() -> LearnedModel {
@@ -28,15 +28,7 @@ fn model() -> LearnedModel {
         frames: 36,
         poses_sha256: String::new(),
     };
-    let facts = ModelFacts {
-        schema: MODEL_SCHEMA.to_owned(),
-        program: "skiagraph".to_owned(),
-        whole: true,
-        robot: RobotFacts::from_body(&body),
-        frames_per_second: 60.0,
-        learned_from: vec![from("one"), from("two")],
-        settings,
-    };
+    let facts = ModelFacts::new(&body, 60.0, vec![from("one"), from("two")], settings);
     let row = |t: usize| std::array::from_fn(|i| (t + i) as f32 / 7.0);
     let fingerprint = MotionFingerprint { rows: (0..36).map(row).collect() };
     LearnedModel { facts, body, graph, fingerprints: vec![Some(fingerprint), None] }
@@ -55,7 +47,7 @@ fn a_model_read_back_is_the_same_and_predicts_the_same_bits() {
     assert_eq!(again.to_bytes().unwrap(), bytes);
     let points = again.graph.segments[0].gpdm.latents();
     for (a, b) in model.graph.segments.iter().zip(&again.graph.segments) {
-        let bits = |s: &Segment| {
+        let bits = |s: &GraphSegment| {
             let both = [s.gpdm.map_moments(points), s.gpdm.dynamics_moments(points)];
             let mean = both.iter().flat_map(|m| m.mean.col_iter().flat_map(|c| c.iter()));
             mean.chain(both.iter().flat_map(|m| &m.variance)).map(|x| x.to_bits()).collect::<Vec<_>>()

@@ -1,8 +1,8 @@
 //! Estimates of other programs in the formats that they write: CSV, TRC and BVH besides NumPy's.
 //!
-//! A file gives points by names. Units and axes are those that the file declares, unless the user declares others; names
-//! are markers of HumanEva or joints of the tracker's body, as they are or through a joint map. A body whose size is not
-//! that of the start pose is refused: its units are wrong.
+//! A file gives points by names. Units and axes are those that the file declares, unless the user declares others;
+//! names are markers of HumanEva or joints of the tracker's body, as they are or through a joint map. A body whose size
+//! is not that of the start pose is refused: its units are wrong.
 
 mod csv_file;
 mod names;
@@ -48,7 +48,7 @@ pub(super) fn read_poses(
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
     let points = match extension.as_str() {
-        "npz" if *declared == PosesDeclared::default() => return Tracked::of_others(path, &set.blind.start.body),
+        "npz" if *declared == PosesDeclared::default() => return Tracked::from_others(path, &set.blind.start.body),
         "npz" => {
             let detail = "units, axes and names of an .npz file are those of this program: metres, Z up; leave out \
                 --units, --up and --joint-map";

@@ -79,7 +79,7 @@ impl Identities {
     ///
     /// # Errors
     /// [`ExperimentError::Unreadable`] for an input that cannot be read.
-    pub(super) fn of(&self, file: &ScenarioFile) -> Result<Identity, ExperimentError> {
+    pub(super) fn identify(&self, file: &ScenarioFile) -> Result<Identity, ExperimentError> {
         let inputs = self.inputs(file)?;
         let contents: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
         let contents = contents.join("\n");
@@ -119,7 +119,7 @@ impl Identities {
             return Ok(known.clone());
         }
         let own = file.path.as_deref();
-        let paths = Inputs::of_scenario(file, self.mocap_directory.as_deref()).into_paths();
+        let paths = Inputs::from_scenario(file, self.mocap_directory.as_deref()).into_paths();
         let paths = paths.iter().filter(|path| Some(path.as_path()) != own);
         let inputs = paths.map(|path| InputFile::read(path)).collect::<Result<Vec<_>, _>>()?;
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(named, inputs.clone());
@@ -140,7 +140,7 @@ mod tests {
 
     fn identity(overrides: &[&str]) -> Identity {
         let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
-        Identities::default().of(&ScenarioFile::built_in(&overrides).unwrap()).unwrap()
+        Identities::default().identify(&ScenarioFile::built_in(&overrides).unwrap()).unwrap()
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
             let file =
                 ScenarioFile::parse(crate::scenario::DEFAULT_SCENARIO, "a", folder.path().to_owned(), &overrides);
             let identities = Identities::new(None);
-            let identity = identities.of(&file.unwrap()).unwrap();
+            let identity = identities.identify(&file.unwrap()).unwrap();
             (identity, identities.into_inputs())
         };
         let (one, inputs) = of("one");

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use super::plan::{Cell, PlannedSweep};
+use super::plan::PlannedSweep;
+use super::plan_file::SweepCell;
 use crate::benchmark_set::{BenchmarkSet, is_set};
 use crate::experiment::tracking::prepare;
 use crate::experiment::watch::Watch;
@@ -38,7 +39,7 @@ impl Shared {
     pub(super) fn set(
         &self,
         sweep: &PlannedSweep,
-        cell: &Cell,
+        cell: &SweepCell,
         file: &ScenarioFile,
         watch: &dyn Watch,
     ) -> Result<Arc<SharedSet>, ExperimentError> {
@@ -56,8 +57,8 @@ impl Shared {
 }
 
 impl SharedSet {
-    /// The motion models that a scenario's tracker needs, learned now if no other cell has had them learned. Others that
-    /// need models of the same set wait meanwhile.
+    /// The motion models that a scenario's tracker needs, learned now if no other cell has had them learned. Others
+    /// that need models of the same set wait meanwhile.
     ///
     /// # Errors
     /// [`ExperimentError`] where a model cannot be learned or read.
@@ -73,7 +74,7 @@ impl SharedSet {
 
 fn on_disk(
     sweep: &PlannedSweep,
-    cell: &Cell,
+    cell: &SweepCell,
     file: &ScenarioFile,
     watch: &dyn Watch,
 ) -> Result<BenchmarkSet, ExperimentError> {

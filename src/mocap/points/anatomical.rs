@@ -32,7 +32,7 @@ const LEAST_LENGTH: f64 = 1e-4;
 const LEAST_SINE: f64 = 0.02;
 
 /// Markers and landmarks of one frame, metres, by name.
-pub(super) struct Frame<'a>(pub(super) &'a BTreeMap<String, Point3<f64>>);
+pub(super) struct MarkerFrame<'a>(pub(super) &'a BTreeMap<String, Point3<f64>>);
 
 /// One side of a body.
 #[derive(Clone, Copy)]
@@ -78,7 +78,7 @@ fn chord(above: Point3<f64>, marker: Point3<f64>, outside: Vector3<f64>, half: f
     Some(marker + ahead * along - outside * libm::sqrt((half * half - along * along).max(0.0)))
 }
 
-impl Frame<'_> {
+impl MarkerFrame<'_> {
     pub(super) fn get(&self, name: &str) -> Option<Point3<f64>> {
         self.0.get(name).copied()
     }
@@ -276,7 +276,7 @@ mod tests {
         {
             markers.insert(name.to_owned(), Point3::new(x, y, 1.0));
         }
-        let hip = Frame(&markers).hip(SIDES[1]).unwrap();
+        let hip = MarkerFrame(&markers).hip(SIDES[1]).unwrap();
         let expected = Point3::new(0.08 - 0.0483, -0.0865, 1.0 - 0.0829);
         assert!((hip - expected).norm() < 1e-12, "{hip}");
     }

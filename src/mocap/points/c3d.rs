@@ -9,7 +9,7 @@ use crate::input::excerpt;
 use crate::mocap::UpAxis;
 
 const BLOCK: usize = 512;
-/// Parameters that a file may have.
+/// C3dParameters that a file may have.
 const MOST_PARAMETERS: usize = 10_000;
 
 /// How numbers are written.
@@ -60,7 +60,7 @@ impl Bytes<'_> {
 }
 
 /// A parameter of a group.
-struct Parameter {
+struct C3dParameter {
     group: String,
     name: String,
     /// -1 text, 1 byte, 2 whole number, 4 float.
@@ -69,17 +69,17 @@ struct Parameter {
     data: Vec<u8>,
 }
 
-struct Parameters {
-    all: Vec<Parameter>,
+struct C3dParameters {
+    all: Vec<C3dParameter>,
     processor: Processor,
 }
 
-impl Parameters {
+impl C3dParameters {
     /// The section that begins at `start`.
     fn read(bytes: Bytes<'_>, start: usize) -> Result<Self, String> {
         let cut = || "its parameters end early".to_owned();
         let mut groups: Vec<(u8, String)> = Vec::new();
-        let mut found: Vec<(u8, Parameter)> = Vec::new();
+        let mut found: Vec<(u8, C3dParameter)> = Vec::new();
         let mut at = start + 4;
         while found.len() + groups.len() < MOST_PARAMETERS {
             // a negative length says that the parameter is locked; 0 ends the section
@@ -95,7 +95,7 @@ impl Parameters {
             if id < 0 {
                 groups.push((id.unsigned_abs(), name));
             } else {
-                found.push((id.unsigned_abs(), Parameter::read(bytes, behind + 2, name).ok_or_else(cut)?));
+                found.push((id.unsigned_abs(), C3dParameter::read(bytes, behind + 2, name).ok_or_else(cut)?));
             }
             if step == 0 {
                 break;
@@ -110,7 +110,7 @@ impl Parameters {
         Ok(Self { all, processor: bytes.processor })
     }
 
-    fn find(&self, group: &str, name: &str) -> Option<&Parameter> {
+    fn find(&self, group: &str, name: &str) -> Option<&C3dParameter> {
         self.all.iter().find(|parameter| parameter.group == group && parameter.name == name)
     }
 
@@ -134,7 +134,7 @@ impl Parameters {
     }
 }
 
-impl Parameter {
+impl C3dParameter {
     fn read(bytes: Bytes<'_>, at: usize, name: String) -> Option<Self> {
         let kind = bytes.byte(at)? as i8;
         let count = usize::from(bytes.byte(at + 1)?);
@@ -166,7 +166,7 @@ pub(crate) fn parse(all: &[u8]) -> Result<PointFile, String> {
         None => return Err("it ends before its parameters".to_owned()),
     };
     let bytes = Bytes { all, processor };
-    let parameters = Parameters::read(bytes, start)?;
+    let parameters = C3dParameters::read(bytes, start)?;
     let layout = Layout::of(bytes, &parameters)?;
     let names = labels(&parameters, layout.points);
     let rate = parameters.numbers("POINT", "RATE").first().copied().filter(|rate| *rate > 0.0);
@@ -178,9 +178,9 @@ pub(crate) fn parse(all: &[u8]) -> Result<PointFile, String> {
 }
 
 /// Labels of all points; further ones than 255 stand in LABELS2 and so on.
-fn labels(parameters: &Parameters, points: usize) -> Vec<String> {
+fn labels(parameters: &C3dParameters, points: usize) -> Vec<String> {
     let mut labels = parameters.texts("POINT", "LABELS");
-    for number in 2..=MOST_POINTS.min(99) {
+    for number in 2..=99 {
         let more = parameters.texts("POINT", &format!("LABELS{number}"));
         if more.is_empty() || labels.len() >= points {
             break;
@@ -191,7 +191,7 @@ fn labels(parameters: &Parameters, points: usize) -> Vec<String> {
     labels
 }
 
-fn unit(parameters: &Parameters, notes: &mut Vec<String>) -> Result<Option<f64>, String> {
+fn unit(parameters: &C3dParameters, notes: &mut Vec<String>) -> Result<Option<f64>, String> {
     let unit = parameters.texts("POINT", "UNITS").concat();
     Ok(Some(match unit.trim().to_ascii_lowercase().as_str() {
         "mm" => 0.001,
@@ -207,7 +207,7 @@ fn unit(parameters: &Parameters, notes: &mut Vec<String>) -> Result<Option<f64>,
 }
 
 /// The axis that a screen shows upwards.
-fn up(parameters: &Parameters) -> Option<UpAxis> {
+fn up(parameters: &C3dParameters) -> Option<UpAxis> {
     match parameters.texts("POINT", "Y_SCREEN").concat().trim().to_ascii_uppercase().as_str() {
         "+Z" | "Z" => Some(UpAxis::Z),
         "+Y" | "Y" => Some(UpAxis::Y),
@@ -228,7 +228,7 @@ struct Layout {
 }
 
 impl Layout {
-    fn of(bytes: Bytes<'_>, parameters: &Parameters) -> Result<Self, String> {
+    fn of(bytes: Bytes<'_>, parameters: &C3dParameters) -> Result<Self, String> {
         let word = |at: usize| bytes.word(at).map(usize::from).ok_or_else(|| "it ends in its header".to_owned());
         let number = |name: &str| parameters.numbers("POINT", name).first().copied();
         let points = number("USED").map_or(word(2)?, |used| used as usize);
@@ -290,7 +290,7 @@ impl Layout {
 }
 
 /// The number of frames by TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD, 32 bits in two words each.
-fn actual_frames(parameters: &Parameters) -> Option<usize> {
+fn actual_frames(parameters: &C3dParameters) -> Option<usize> {
     let field = |name: &str| match parameters.numbers("TRIAL", name).as_slice() {
         [low, high] => Some(*low as usize + 65_536 * *high as usize),
         _ => None,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Point3, Vector3};
 
 use super::gaps::{Track, filled, missing};
-use super::names::Known;
+use super::names::KnownPoints;
 use super::{PointFile, malformed};
 use crate::mocap::{MocapError, ReadOptions, UpAxis};
 
@@ -29,7 +29,12 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    pub(super) fn of(file: &str, points: PointFile, known: &Known, options: &ReadOptions) -> Result<Self, MocapError> {
+    pub(super) fn of(
+        file: &str,
+        points: PointFile,
+        known: &KnownPoints,
+        options: &ReadOptions,
+    ) -> Result<Self, MocapError> {
         let mut notes = points.notes.clone();
         let metres = options.metres_per_unit.or(points.metres_per_unit);
         let metres = metres.ok_or_else(|| malformed(file, "it does not say its unit; set `metres_per_unit`"))?;

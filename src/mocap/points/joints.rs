@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use super::anatomical::{Frame, SIDES, along};
+use super::anatomical::{MarkerFrame, SIDES, along};
 use super::frames::Placed;
-use super::names::{Known, listed};
+use super::names::{KnownPoints, listed};
 use super::{PointFile, malformed};
 use crate::mocap::rotation::make_signs_continuous;
 use crate::mocap::{Clip, MocapError, ReadOptions, Skeleton, SkeletonJoint, clip};
@@ -38,7 +38,7 @@ const ANKLES: [usize; 2] = [3, 6];
 /// # Errors
 /// [`MocapError::Points`] for points that are no body, with those that are not known and the map to fill in.
 pub(in crate::mocap) fn clip_of(file: &str, points: PointFile, options: &ReadOptions) -> Result<Clip, MocapError> {
-    let known = Known::of(file, &points.names, &options.markers)?;
+    let known = KnownPoints::of(file, &points.names, &options.markers)?;
     let unknown = known.unknown.clone();
     let rate = options.frames_per_second.or(points.frames_per_second);
     let rate = rate.ok_or_else(|| malformed(file, "it does not say its frame rate; set `source_hz`"))?;
@@ -48,7 +48,7 @@ pub(in crate::mocap) fn clip_of(file: &str, points: PointFile, options: &ReadOpt
     let mut placed = Placed::of(file, points, &known, options)?;
     let (mut worlds, mut tips) = (Vec::new(), [Vector3::zeros(); 3]);
     for (index, frame) in placed.frames.iter().enumerate() {
-        let found = skeleton_in(&Frame(frame)).map_err(|lacking| lacks(file, &lacking, index, &unknown))?;
+        let found = skeleton_in(&MarkerFrame(frame)).map_err(|lacking| lacks(file, &lacking, index, &unknown))?;
         let ends = [(HEAD, found.head_top), (ANKLES[0], found.toes[0]), (ANKLES[1], found.toes[1])];
         for (tip, (joint, end)) in tips.iter_mut().zip(ends) {
             let own = end.map_or(Vector3::zeros(), |end| found.joints[joint].inverse_transform_point(&end).coords);
@@ -85,7 +85,7 @@ pub(in crate::mocap) fn clip_of(file: &str, points: PointFile, options: &ReadOpt
 }
 
 /// What a frame tells.
-struct Found {
+struct PlacedJoints {
     joints: Vec<Isometry3<f64>>,
     head_top: Option<Point3<f64>>,
     toes: [Option<Point3<f64>>; 2],
@@ -95,7 +95,7 @@ struct Found {
 ///
 /// # Errors
 /// What cannot be placed.
-fn skeleton_in(frame: &Frame<'_>) -> Result<Found, Vec<String>> {
+fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Vec<String>> {
     let mut lacking = Vec::new();
     let mut need = |name: &str, place: Option<Point3<f64>>| {
         if place.is_none() {
@@ -147,7 +147,7 @@ fn skeleton_in(frame: &Frame<'_>) -> Result<Found, Vec<String>> {
     joints[7] = at(neck, chest);
     joints[8] = at(neck, chest);
     joints[HEAD] = at(neck, head);
-    Ok(Found { joints, head_top: Some(head_top), toes: SIDES.map(|side| frame.toes(side)) })
+    Ok(PlacedJoints { joints, head_top: Some(head_top), toes: SIDES.map(|side| frame.toes(side)) })
 }
 
 /// Points that are no body.

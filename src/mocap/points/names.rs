@@ -68,7 +68,7 @@ const RESULTS: [&str; 7] = ["ANGLES", "FORCE", "FORCES", "MOMENT", "MOMENTS", "P
 
 /// The points of a file that are known, by our names of markers (`LKNE`) and landmarks (`left_knee`).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Known {
+pub(super) struct KnownPoints {
     /// Columns, of which the mean is meant.
     pub(super) columns: BTreeMap<String, Vec<usize>>,
     /// Labels that mean nothing here.
@@ -83,7 +83,7 @@ fn all_names() -> Vec<String> {
     markers.chain(landmarks).chain(middle.map(str::to_owned)).collect()
 }
 
-impl Known {
+impl KnownPoints {
     /// Of labels; `map` gives labels to our names, `A+B` for the middle of two.
     pub(super) fn of(file: &str, labels: &[String], map: &BTreeMap<String, String>) -> Result<Self, MocapError> {
         let mut known = Self::default();
@@ -192,13 +192,13 @@ mod tests {
     fn a_map_names_points_that_the_file_has_and_what_is_left_is_listed_without_results() {
         let labels = ["a:one", "a:two", "*3", "a:LKneeAngles", "a:LKNE", "a:strange"].map(str::to_owned);
         let map = |name: &str, label: &str| BTreeMap::from([(name.to_owned(), label.to_owned())]);
-        let known = Known::of("f", &labels, &map("left_ankle", "one+two")).unwrap();
+        let known = KnownPoints::of("f", &labels, &map("left_ankle", "one+two")).unwrap();
         assert_eq!(known.columns["left_ankle"], [0, 1]);
         assert_eq!(known.columns["LKNE"], [4]);
         assert_eq!(known.unknown, ["a:one", "a:two", "a:strange"]);
-        let wrong = Known::of("f", &labels, &map("left_tail", "one")).unwrap_err().to_string();
+        let wrong = KnownPoints::of("f", &labels, &map("left_tail", "one")).unwrap_err().to_string();
         assert!(wrong.contains("`left_tail` is no marker or landmark; expected one of LFHD"), "{wrong}");
-        let wrong = Known::of("f", &labels, &map("left_ankle", "three")).unwrap_err().to_string();
+        let wrong = KnownPoints::of("f", &labels, &map("left_ankle", "three")).unwrap_err().to_string();
         assert!(wrong.contains("it has no point `three`; it has a:one, a:two"), "{wrong}");
     }
 }

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{Canvas, Chart, FINE, Head, draw_svg, failed, short, style_mesh, text_style};
+use super::style::{Canvas, Chart, FINE, PlotHead, draw_svg, failed, short, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -98,20 +98,11 @@ impl LinePlot {
     fn draw(&self, size: Size, y_tick: &dyn Fn(&f64) -> String) -> Result<Svg, ReportError> {
         let named = self.lines.iter().filter(|line| !line.name.is_empty());
         let entries = named.map(|line| (line.name.as_str(), line.stroke)).collect();
-        let head = Head::new(self.title.as_deref(), entries, size.width);
+        let head = PlotHead::new(self.title.as_deref(), entries, size.width);
         let label = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
         draw_svg(size, &label, |canvas| {
-            head.draw(canvas)?;
-            let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);
-            canvas.draw_text(&self.y_label, &unit, (0, (head.height + 4) * FINE)).map_err(failed)?;
             let [x, y] = self.ranges();
-            let mut chart = ChartBuilder::on(canvas)
-                .margin_top((head.height + 26) * FINE)
-                .margin_right(14 * FINE)
-                .x_label_area_size(40 * FINE)
-                .y_label_area_size(46 * FINE)
-                .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
-                .map_err(failed)?;
+            let mut chart = head.draw_above_axes(canvas, &self.y_label, [x, y])?;
             let mut mesh = chart.configure_mesh();
             style_mesh(&mut mesh, &self.x_label, (size.width / 70) as usize);
             mesh.disable_x_mesh()

@@ -7,8 +7,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::Size;
+use crate::report::GENERATOR;
 use crate::report::ReportError;
-use crate::report::html::GENERATOR;
 
 /// Plotters draws on whole pixels; drawing this many times larger keeps lines smooth.
 pub(super) const FINE: i32 = 8;
@@ -79,7 +79,7 @@ impl Colour {
     }
 
     /// Step `index` of `count` on the ramp.
-    pub fn of_rank(index: usize, count: usize) -> Self {
+    pub fn from_rank(index: usize, count: usize) -> Self {
         if count > 1 { Self::Ramp((5 * index / (count - 1)).min(5) as u8) } else { Self::Blue }
     }
 
@@ -208,7 +208,7 @@ pub(super) fn text_style(pixels: f64, colour: Colour, horizontal: HPos, vertical
 }
 
 /// The head of a plot: its title, if any, and a legend that wraps.
-pub(super) struct Head<'a> {
+pub(super) struct PlotHead<'a> {
     title: Option<&'a str>,
     entries: Vec<(&'a str, Stroke)>,
     places: Vec<[i32; 2]>,
@@ -219,7 +219,7 @@ pub(super) struct Head<'a> {
 const TITLE_HEIGHT: i32 = 28;
 const LEGEND_ROW: i32 = 20;
 
-impl<'a> Head<'a> {
+impl<'a> PlotHead<'a> {
     /// The head of a plot `width` CSS pixels wide.
     pub(super) fn new(title: Option<&'a str>, entries: Vec<(&'a str, Stroke)>, width: u32) -> Self {
         let mut at = [0, if title.is_some() { TITLE_HEIGHT } else { 0 }];
@@ -253,6 +253,25 @@ impl<'a> Head<'a> {
             canvas.draw_text(name, &style, (x + 30 * FINE, y)).map_err(failed)?;
         }
         Ok(())
+    }
+
+    /// Draws the head and the label of the vertical axis, and puts empty axes of these ranges below.
+    pub(super) fn draw_above_axes<'c, 'b>(
+        &self,
+        canvas: &'c Canvas<'b>,
+        y_label: &str,
+        [x, y]: [[f64; 2]; 2],
+    ) -> Result<Chart<'c, 'b>, ReportError> {
+        self.draw(canvas)?;
+        let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);
+        canvas.draw_text(y_label, &unit, (0, (self.height + 4) * FINE)).map_err(failed)?;
+        ChartBuilder::on(canvas)
+            .margin_top((self.height + 26) * FINE)
+            .margin_right(14 * FINE)
+            .x_label_area_size(40 * FINE)
+            .y_label_area_size(46 * FINE)
+            .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
+            .map_err(failed)
     }
 }
 
@@ -299,11 +318,11 @@ mod tests {
     #[test]
     fn a_legend_that_is_too_long_wraps() {
         let entry = |name| (name, Stroke::solid(Colour::Blue));
-        let head = Head::new(None, ["one", "two", "a rather long name"].map(entry).into(), 150);
+        let head = PlotHead::new(None, ["one", "two", "a rather long name"].map(entry).into(), 150);
         assert_eq!(head.places[0], [0, 0]);
         assert!(head.places[2][0] == 0 && head.places[2][1] > 0);
         assert_eq!(head.height, head.places[2][1] + LEGEND_ROW);
-        assert_eq!(Head::new(None, vec![], 150).height, 0);
-        assert_eq!(Head::new(Some("title"), vec![], 150).height, TITLE_HEIGHT);
+        assert_eq!(PlotHead::new(None, vec![], 150).height, 0);
+        assert_eq!(PlotHead::new(Some("title"), vec![], 150).height, TITLE_HEIGHT);
     }
 }

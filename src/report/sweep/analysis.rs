@@ -7,16 +7,16 @@ use crate::evaluation::{Direction, Interval, Metric, ValueRange, mean, mean_inte
 
 /// What a setting costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cost {
+pub enum CostMeasure {
     /// Likelihood evaluations of a frame.
     Evaluations,
     /// Processor milliseconds of a frame.
     Processor,
 }
 
-impl Cost {
+impl CostMeasure {
     /// The cost of a setting; `None` where it is unknown.
-    pub fn of(self, point: &SweepPoint) -> Option<f64> {
+    pub fn of_setting(self, point: &SweepPoint) -> Option<f64> {
         match self {
             Self::Evaluations => point.evaluations,
             Self::Processor => point.processor_ms,
@@ -24,13 +24,13 @@ impl Cost {
     }
 }
 
-/// Indices of the settings that no other beats: none is at most as dear and at least as good, and better in one of both.
-/// The cheapest first.
-pub fn pareto_front(points: &[SweepPoint], cost: Cost, metric: &Metric) -> Vec<usize> {
+/// Indices of the settings that no other beats: none is at most as dear and at least as good, and better in one of
+/// both. The cheapest first.
+pub fn pareto_front(points: &[SweepPoint], cost: CostMeasure, metric: &Metric) -> Vec<usize> {
     let mut known: Vec<(f64, f64, usize)> = points
         .iter()
         .enumerate()
-        .filter_map(|(at, point)| Some((cost.of(point)?, badness(point.mean?, metric), at)))
+        .filter_map(|(at, point)| Some((cost.of_setting(point)?, badness(point.mean?, metric), at)))
         .collect();
     known.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
     let mut best = f64::INFINITY;
@@ -48,8 +48,8 @@ fn badness(value: f64, metric: &Metric) -> f64 {
 }
 
 /// 95 % interval of how much worse the values of one setting are on average than those of another: Welch's of the
-/// difference of both means, from ten seeds on a bootstrap, as [`mean_interval`] makes them. Seeds are not paired: other
-/// settings draw other random numbers. `None` below two seeds each.
+/// difference of both means, from ten seeds on a bootstrap, as [`mean_interval`] makes them. Seeds are not paired:
+/// other settings draw other random numbers. `None` below two seeds each.
 pub fn difference(of: &[f64], than: &[f64], metric: &Metric) -> Option<Interval> {
     let of: Vec<f64> = of.iter().map(|value| badness(*value, metric)).collect();
     let than: Vec<f64> = than.iter().map(|value| -badness(*value, metric)).collect();
@@ -70,17 +70,17 @@ pub struct Choice {
     pub best: usize,
     /// The cheapest whose mean is within the limit of the best.
     pub by_mean: usize,
-    /// The cheapest that is within the limit surely: the upper end of the 95 % interval of its difference from the best is.
-    /// The best itself counts. `None` without intervals.
+    /// The cheapest that is within the limit surely: the upper end of the 95 % interval of its difference from the best
+    /// is. The best itself counts. `None` without intervals.
     pub surely: Option<usize>,
 }
 
 /// The cheapest setting within `within` of the best; `None` where nothing was measured.
-pub fn cheapest_within(points: &[SweepPoint], cost: Cost, metric: &Metric, within: f64) -> Option<Choice> {
+pub fn cheapest_within(points: &[SweepPoint], cost: CostMeasure, metric: &Metric, within: f64) -> Option<Choice> {
     let known: Vec<(usize, f64, f64)> = points
         .iter()
         .enumerate()
-        .filter_map(|(at, point)| Some((at, cost.of(point)?, badness(point.mean?, metric))))
+        .filter_map(|(at, point)| Some((at, cost.of_setting(point)?, badness(point.mean?, metric))))
         .collect();
     let (best, _, least) = known.iter().copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
     // the upper end of an interval is no lower than the mean: others need not be tried
@@ -101,8 +101,8 @@ pub fn cheapest_within(points: &[SweepPoint], cost: Cost, metric: &Metric, withi
 pub struct Effect {
     /// The axis, or both.
     pub axes: Vec<usize>,
-    /// Difference between the best and the worst of the means by value; of two axes the greatest departure from the sum of
-    /// their effects.
+    /// Difference between the best and the worst of the means by value; of two axes the greatest departure from the sum
+    /// of their effects.
     pub range: f64,
     /// Share of the variance of the settings' means that it explains.
     pub share: f64,
@@ -198,7 +198,7 @@ mod tests {
             [(10.0, 90.0), (20.0, 60.0), (20.0, 70.0), (30.0, 65.0), (40.0, 60.0), (80.0, 30.0)]
                 .map(|(c, v)| point(c, &[v]))
                 .into();
-        assert_eq!(pareto_front(&points, Cost::Evaluations, error()), [0, 1, 5]);
+        assert_eq!(pareto_front(&points, CostMeasure::Evaluations, error()), [0, 1, 5]);
         // by every other pair: nothing on the front is beaten, everything else is
         let beats = |a: &SweepPoint, b: &SweepPoint| {
             let of = |p: &SweepPoint| (p.evaluations.unwrap(), p.mean.unwrap());
@@ -210,10 +210,14 @@ mod tests {
         }
         let score = find_metric("pck150").unwrap();
         assert_eq!(
-            pareto_front(&[point(1.0, &[0.5]), point(2.0, &[0.9]), point(3.0, &[0.4])], Cost::Evaluations, score),
+            pareto_front(
+                &[point(1.0, &[0.5]), point(2.0, &[0.9]), point(3.0, &[0.4])],
+                CostMeasure::Evaluations,
+                score
+            ),
             [0, 1]
         );
-        assert!(pareto_front(&points, Cost::Processor, error()).is_empty(), "its cost is unknown");
+        assert!(pareto_front(&points, CostMeasure::Processor, error()).is_empty(), "its cost is unknown");
     }
 
     #[test]
@@ -238,12 +242,12 @@ mod tests {
             point(20.0, &[20.0, 45.0, 30.0, 38.0, 32.0]),
             point(10.0, &[60.0, 61.0, 59.0, 60.0, 60.0]),
         ];
-        let choice = cheapest_within(&points, Cost::Evaluations, error(), 5.0).unwrap();
+        let choice = cheapest_within(&points, CostMeasure::Evaluations, error(), 5.0).unwrap();
         assert_eq!(choice, Choice { best: 0, by_mean: 2, surely: Some(1) });
-        let strict = cheapest_within(&points, Cost::Evaluations, error(), 0.5).unwrap();
+        let strict = cheapest_within(&points, CostMeasure::Evaluations, error(), 0.5).unwrap();
         assert_eq!((strict.by_mean, strict.surely), (0, Some(0)));
         let single: Vec<SweepPoint> = points.iter().map(|p| point(p.evaluations.unwrap(), &p.values[..1])).collect();
-        assert_eq!(cheapest_within(&single, Cost::Evaluations, error(), 5.0).unwrap().surely, None);
+        assert_eq!(cheapest_within(&single, CostMeasure::Evaluations, error(), 5.0).unwrap().surely, None);
     }
 
     #[test]

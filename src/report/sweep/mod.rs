@@ -1,11 +1,12 @@
 //! The page of a sweep: error against cost, what matters, what to choose.
 
 mod analysis;
+mod figures;
 mod input;
 mod markdown;
 mod page;
 
-pub use analysis::{Choice, Cost, Effect, cheapest_within, difference, effects, pareto_front};
+pub use analysis::{Choice, CostMeasure, Effect, cheapest_within, difference, effects, pareto_front};
 pub use input::{SweepCellState, SweepPageInput, SweepPoint};
 pub use markdown::sweep_markdown;
 pub use page::sweep_page;
