@@ -264,7 +264,7 @@ mod tests {
         // the marker is beside the centre, square to the thigh
         let thigh = (hip - centre).normalize();
         let aside = (Vector3::y() - thigh * thigh.y).normalize();
-        let found = chord(hip, centre + aside * HALF_KNEE, Vector3::new(0.0, 1.0, 0.1), HALF_KNEE).unwrap();
+        let found = chord(hip, centre + aside * HALF_KNEE, aside + thigh * 0.3, HALF_KNEE).unwrap();
         assert!((found - centre).norm() < 1e-9, "{found}");
     }
 
