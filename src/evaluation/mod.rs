@@ -10,7 +10,7 @@
 //! use skiagraph::evaluation::{Sequence, evaluate};
 //! let truth = vec![[Some(Point3::new(0.0, 0.0, 1.0)); 15]; 20];
 //! let off_by_5_cm = vec![[Some(Point3::new(0.05, 0.0, 1.0)); 15]; 20];
-//! let evaluation = evaluate(&Sequence::of_markers(60.0, &truth, &off_by_5_cm))?;
+//! let evaluation = evaluate(&Sequence::from_markers(60.0, &truth, &off_by_5_cm))?;
 //! assert!((evaluation.metrics["humaneva_mm"].mean - 50.0).abs() < 1e-9);
 //! # Ok::<(), skiagraph::evaluation::EvaluationError>(())
 //! ```
