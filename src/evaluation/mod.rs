@@ -67,7 +67,7 @@ pub use comparison::{
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{
     Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
-    MetricMargin, MoreSeeds, gate, seeds_to_settle,
+    MetricMargin, MoreSeeds, gate, seeds_to_decide,
 };
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
 pub use metric::{Direction, Measurement, Metric, Unit};
