@@ -57,7 +57,7 @@ pub struct Observed<'a> {
     /// How they were made; `None` where they are exact.
     pub facts: Option<&'a ObservationFacts>,
     /// The cameras that a tracker is told, where they differ from the true ones.
-    pub told_rig: Option<&'a CameraRig>,
+    pub tracker_rig: Option<&'a CameraRig>,
 }
 
 /// The parts of a set.
@@ -336,7 +336,7 @@ impl SetParts<'_> {
             (manifest::FACTS_PATH, manifest::facts_to_toml(self.facts)?),
             (README, include_bytes!("readme.txt").to_vec()),
             (truth_file::READER_PATH, truth_file::READER.as_bytes().to_vec()),
-            (cameras_file::PATH, cameras_file::to_json(self.observed.told_rig.unwrap_or(self.rig))?),
+            (cameras_file::PATH, cameras_file::to_json(self.observed.tracker_rig.unwrap_or(self.rig))?),
             (start_file::PATH, self.start.to_json()?),
             (training_path, training),
             (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &self.start.body)?),
@@ -349,7 +349,7 @@ impl SetParts<'_> {
             let bytes = recording_file::to_npz(recording_file::PATH, self.recordings)?;
             files.insert(recording_file::PATH.to_string(), bytes);
         }
-        if self.observed.told_rig.is_some() {
+        if self.observed.tracker_rig.is_some() {
             files.insert(cameras_file::TRUTH_PATH.to_string(), cameras_file::to_json(self.rig)?);
         }
         if !truth.props.is_empty() {
