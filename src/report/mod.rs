@@ -31,6 +31,7 @@ mod grading;
 mod html;
 mod input;
 mod lettering;
+mod metric_groups;
 mod model_distances;
 mod model_figures;
 mod model_input;
@@ -38,7 +39,9 @@ mod model_page;
 mod motion_strip;
 pub mod overlay;
 mod page;
+mod playback;
 pub mod plots;
+mod summary_picture;
 mod sweep;
 mod verdict;
 
@@ -60,6 +63,8 @@ pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};
 pub use model_page::model_page;
 pub use motion_strip::MotionStrip;
 pub use page::render;
+pub use playback::{PackedView, Playback, PlaybackPlan};
+pub use summary_picture::{SummaryPicture, summary_picture};
 pub use sweep::{
     Choice, Cost, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
     pareto_front, sweep_markdown, sweep_page,
