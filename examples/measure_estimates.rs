@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let lag_m = 0.010 + 0.002 * seed as f64;
         let mut estimate: Vec<Markers> = (0..60).map(|frame| markers_at(frame as f64 / 60.0 - lag_m)).collect();
         estimate[7] = [None; LANDMARKS.len()];
-        evaluations.push(evaluate(&Sequence::of_markers(60.0, &truth, &estimate))?);
+        evaluations.push(evaluate(&Sequence::from_markers(60.0, &truth, &estimate))?);
     }
 
     let runs: Vec<SeedRun<'_>> =

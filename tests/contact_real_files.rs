@@ -28,7 +28,7 @@ type Stances = Vec<[Option<f64>; 2]>;
 
 fn stances(walk: &Retargeted) -> [Stances; 2] {
     let motion = &walk.motion;
-    let found = GroundContacts::of_motion(&walk.humanoid, motion, &ContactRule::default()).unwrap();
+    let found = GroundContacts::from_motion(&walk.humanoid, motion, &ContactRule::default()).unwrap();
     let at = |frame: usize| {
         let is_inside = frame > 0 && frame + 1 < motion.poses.len();
         is_inside.then_some(frame as f64 / motion.frames_per_second)

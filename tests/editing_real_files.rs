@@ -32,7 +32,7 @@ fn a_walk_of_529_frames_from_four_takes_has_planted_feet_and_no_joint_faster_tha
     assert_eq!((staged.frames(), staged.seams.len()), (529, 3));
     assert!(staged.seams.iter().all(|seam| seam.distance_m < 0.06), "{:?}", staged.seams);
     let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());
-    let contacts = GroundContacts::of_motion(body, &motion, &ContactRule::default()).unwrap();
+    let contacts = GroundContacts::from_motion(body, &motion, &ContactRule::default()).unwrap();
     let quality = GroundQuality::from_contacts(&contacts);
     assert!(quality.skate_mm_per_s < 20.0 && quality.penetration_mm < 0.5, "{quality}");
     for foot in &contacts.feet {
@@ -62,7 +62,7 @@ fn walking_jogging_stopping_and_gesturing_takes_of_two_subjects_become_one_motio
     assert_eq!((staged.seams.len(), staged.sources.len()), (3, 4));
     let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());
     let quality =
-        GroundQuality::from_contacts(&GroundContacts::of_motion(body, &motion, &ContactRule::default()).unwrap());
+        GroundQuality::from_contacts(&GroundContacts::from_motion(body, &motion, &ContactRule::default()).unwrap());
     assert!(quality.skate_mm_per_s < 20.0, "{quality}");
     let speed = |frames: std::ops::Range<usize>| {
         let at = |frame: usize| motion.poses[frame].world_from_root.translation.vector.xy();

@@ -28,7 +28,7 @@ fn contact_begins_where_the_heel_strikes() {
     for (clip, labels) in LABELS {
         let recording = read(&folder.join(format!("{clip}.amc")), &ReadOptions::default()).unwrap();
         let walk = retarget(&recording, &shipped("actor").unwrap(), &RetargetOptions::default()).unwrap();
-        let found = GroundContacts::of_motion(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap();
+        let found = GroundContacts::from_motion(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap();
         for (foot, labels) in found.feet.iter().zip(labels) {
             let begins: Vec<usize> = foot.stances().iter().map(|s| s.start).filter(|f| *f >= TOLERANCE).collect();
             let near = |a: usize, b: usize| a.abs_diff(b) <= TOLERANCE;

@@ -131,7 +131,7 @@ fn numpy_reads_a_set_and_what_numpy_writes_is_read() {
     let body = &set.blind.start.body;
     let poses = Estimates::from_bytes("poses.npz", &read("poses.npz"), body).unwrap();
     assert_eq!(poses.seeds, [7]);
-    assert_eq!(poses.sequences, [EstimatedSequence::of_poses(body, set.truth.refitted.clone().unwrap().poses)]);
+    assert_eq!(poses.sequences, [EstimatedSequence::from_poses(body, set.truth.refitted.clone().unwrap().poses)]);
     for name in ["stored.npz", "compressed.npz"] {
         let npz = Npz::from_bytes(name, &read(name)).unwrap();
         let whole = |kind: &str| npz.get(&format!("as_{kind}")).unwrap();

@@ -43,7 +43,7 @@ fn landmarks_come_as_near_as_on_other_recordings() {
 fn a_walk_has_as_many_stances_at_all_rates_within_a_frame_of_the_slowest() {
     let stances = [120.0, 60.0, 30.0].map(|rate| {
         let walk = on("actor", &walk().resampled(rate).unwrap());
-        let contacts = GroundContacts::of_motion(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap();
+        let contacts = GroundContacts::from_motion(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap();
         contacts.feet.map(|foot| {
             let spans = foot.stances().into_iter();
             spans.map(|span| [span.start as f64 / rate, (span.end - 1) as f64 / rate]).collect::<Vec<_>>()

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use skiagraph::camera::{Camera, Distortion};
 use skiagraph::evaluation::{ValueRange, mean_interval};
 use skiagraph::experiment::{Measures, Models, Staged, Unwatched, draw, track};
-use skiagraph::observation::{AXES, Axis};
+use skiagraph::observation::{AXES, CorruptionAxis};
 use skiagraph::scenario::ScenarioFile;
 
 /// Name, and override of the tracker's table. The algorithm as printed, and what ships as the default.
@@ -55,13 +55,13 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn key(axis: &Axis, level: f64, tracker: &str, seed: u64) -> String {
+fn key(axis: &CorruptionAxis, level: f64, tracker: &str, seed: u64) -> String {
     // without corruption all axes are one, but for that of the lens
     let name = if level == 0.0 && axis.name != "lens_ignored" { "exact" } else { axis.name };
     format!("{name}|{level}|{tracker}|{seed}|{SECONDS} s")
 }
 
-fn measure(axis: &Axis, level: f64, seed: u64, ledger: &PathBuf, known: &mut Known) -> Result<(), Box<dyn Error>> {
+fn measure(axis: &CorruptionAxis, level: f64, seed: u64, ledger: &PathBuf, known: &mut Known) -> Result<(), Box<dyn Error>> {
     let missing: Vec<_> =
         TRACKERS.iter().filter(|(name, _)| !known.contains_key(&key(axis, level, name, seed))).collect();
     if missing.is_empty() {
@@ -89,7 +89,7 @@ fn measure(axis: &Axis, level: f64, seed: u64, ledger: &PathBuf, known: &mut Kno
 }
 
 /// The default walk, shortened, at one level of one axis.
-fn scenario(axis: &Axis, level: f64, seed: u64, tracker: &str) -> Result<ScenarioFile, Box<dyn Error>> {
+fn scenario(axis: &CorruptionAxis, level: f64, seed: u64, tracker: &str) -> Result<ScenarioFile, Box<dyn Error>> {
     let mut overrides = vec![format!("motion.loop_to_s={SECONDS}"), format!("observation.seed={seed}")];
     if axis.of_masks {
         overrides.push("observation.silhouette=\"corrupted\"".to_owned());
@@ -163,13 +163,13 @@ fn write_page(folder: &Path, known: &Known, seeds: u64) -> Result<(), Box<dyn Er
     Ok(())
 }
 
-fn in_unit(axis: &Axis) -> String {
+fn in_unit(axis: &CorruptionAxis) -> String {
     if axis.unit.is_empty() { String::new() } else { format!(" ({})", axis.unit) }
 }
 
 fn values(
     known: &Known,
-    axis: &Axis,
+    axis: &CorruptionAxis,
     level: f64,
     tracker: &str,
     seeds: u64,
@@ -178,7 +178,7 @@ fn values(
     (0..seeds).filter_map(|seed| of(known.get(&key(axis, level, tracker, seed))?)).collect()
 }
 
-fn doubles_at(axis: &Axis, error: &dyn Fn(f64) -> f64) -> String {
+fn doubles_at(axis: &CorruptionAxis, error: &dyn Fn(f64) -> f64) -> String {
     let twice = 2.0 * error(0.0);
     let levels: Vec<f64> = [0.0].iter().chain(&axis.levels).copied().collect();
     for pair in levels.windows(2) {

@@ -14,11 +14,11 @@ mod degradation;
 mod gate;
 mod intervals;
 mod plausibility;
-mod s1;
+mod monocular;
 mod search;
 mod simulation;
 mod skin;
-mod tune_s1;
+mod tune_monocular;
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -33,14 +33,14 @@ const STUDIES: [(&str, &str, Study); 11] = [
     ("gate", "how far the regression gate can be trusted: results/gate.md", gate::study),
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
     ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
-    ("s1", "learned motion models with one camera: results/s1.md", s1::study),
+    ("monocular", "learned motion models with one camera: results/monocular.md", monocular::study),
     ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
     ("skin", "a skin against capsules as the tracker's body: results/skin.md", skin::study),
     (
-        "tune_s1",
+        "tune_monocular",
         "settings of learned motion models, tried on recordings that are not reported; prints only",
-        tune_s1::study,
+        tune_monocular::study,
     ),
 ];
 

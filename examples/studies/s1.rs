@@ -1,10 +1,10 @@
-//! Tracking with learned motion models from one camera, after the paper's Tables 2 and 3: regenerates `results/s1.md`,
-//! `results/s1.json` and `results/s1-MOTION.svg`.
+//! Tracking with learned motion models from one camera, after the paper's Tables 2 and 3: regenerates `results/monocular.md`,
+//! `results/monocular.json` and `results/monocular-MOTION.svg`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- s1`, where DIR holds the CMU recordings that `scenarios/s1/*.toml`
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- monocular`, where DIR holds the CMU recordings that `scenarios/monocular/*.toml`
 //! name and their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. Without DIR nothing is written.
 //!
-//! Every motion under every protocol is a part of its own, kept in `runs/s1/parts`: who stops the study and starts it
+//! Every motion under every protocol is a part of its own, kept in `runs/monocular/parts`: who stops the study and starts it
 //! again has what was done, and the page is written anew after each part. A part is made again where its scenario has
 //! changed. Changes of the program are not noticed: remove the folder then.
 
@@ -27,7 +27,7 @@ use skiagraph::report::error_plot;
 use skiagraph::report::plots::Size;
 use units::Unit;
 
-/// `s1.json`.
+/// `monocular.json`.
 #[derive(Serialize)]
 struct Results<'a> {
     seeds: u32,
@@ -52,13 +52,13 @@ struct InNumbers {
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let Some(mocap) = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from) else {
         eprintln!(
-            "SKIPPED: set SKIAGRAPH_MOCAP to a directory with the CMU recordings of scenarios/s1/*.toml and their skeletons"
+            "SKIPPED: set SKIAGRAPH_MOCAP to a directory with the CMU recordings of scenarios/monocular/*.toml and their skeletons"
         );
         return Ok(());
     };
     let seeds: u32 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(5), |n| n.parse())?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let runs = root.join("runs/s1");
+    let runs = root.join("runs/monocular");
     let parts = runs.join("parts");
     let mut measured = Measured::default();
     for unit in Unit::all().iter().filter(|unit| unit.is_standard()) {
@@ -75,7 +75,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         let part = kept_or(&parts, &unit.name(), &file, || tracked(&unit, &file, &mocap, &runs))?;
         if unit.is_standard() {
             let plot = error_plot(&part.compared()).svg(Size { width: 1000, height: 420 })?;
-            std::fs::write(root.join(format!("results/s1-{}.svg", subject.name)), plot.standalone())?;
+            std::fs::write(root.join(format!("results/monocular-{}.svg", subject.name)), plot.standalone())?;
         }
         measured.tracked.insert((subject.name.to_owned(), protocol.name.to_owned()), part);
         write(root, &measured, seeds)?;
@@ -89,8 +89,8 @@ fn write(root: &Path, measured: &Measured, seeds: u32) -> Result<(), Box<dyn Err
         let methods = tracked.methods.iter().map(|(name, method)| (name.as_str(), in_numbers(method))).collect();
         results.tracking.entry(subject).or_default().insert(protocol, methods);
     }
-    std::fs::write(root.join("results/s1.json"), serde_json::to_string_pretty(&results)? + "\n")?;
-    std::fs::write(root.join("results/s1.md"), page(measured, seeds))?;
+    std::fs::write(root.join("results/monocular.json"), serde_json::to_string_pretty(&results)? + "\n")?;
+    std::fs::write(root.join("results/monocular.md"), page(measured, seeds))?;
     Ok(())
 }
 

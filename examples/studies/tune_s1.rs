@@ -1,7 +1,7 @@
-//! One row of the tables of `results/s1-notes.md`: trackers in latent space on takes that are not among the test
+//! One row of the tables of `results/monocular-notes.md`: trackers in latent space on takes that are not among the test
 //! frames.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- tune_s1 -- [TAKE,...] [gpdm|switching_gpdm|gpdm_graph][,key=value...]...`
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- tune_monocular -- [TAKE,...] [gpdm|switching_gpdm|gpdm_graph][,key=value...]...`
 //! where keys are those of `[tracker.gpdm_graph]` and its like: `gpdm_graph,root_motion=planted,root_noise_scale=1`.
 //! Three seeds, or as many as `SKIAGRAPH_SEEDS` says. The method `drift` tracks nothing: it says how fast a root drifts
 //! that follows the recording's own feet, and one that follows the velocities of the most similar training frames. The
@@ -246,7 +246,7 @@ fn errors(set: &BenchmarkSet, frame: usize, pose: &Pose) -> [f64; 7] {
     let truth = &set.truth.ground_truth.frames[frame].markers;
     let of = |pose: &Pose| {
         let markers = body.markers(&body.link_frames(pose));
-        let pair = Sequence::of_markers(60.0, std::slice::from_ref(truth), std::slice::from_ref(&markers));
+        let pair = Sequence::from_markers(60.0, std::slice::from_ref(truth), std::slice::from_ref(&markers));
         let distances: Vec<f64> = pair.distances_mm(0).collect();
         distances.iter().sum::<f64>() / distances.len() as f64
     };

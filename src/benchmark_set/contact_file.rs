@@ -72,7 +72,7 @@ pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
     npz.push("rule", Array::new(&[rule.len()], rule.map(|(_, value)| value).to_vec()));
     npz.push("rule_names", Array::names(rule.map(|(name, _)| name)));
     push_props(&mut npz, truth, &frames);
-    if let Ok(dynamics) = Dynamics::of_motion(actor, &truth.motion(), &contacts, GROUND_FRICTION) {
+    if let Ok(dynamics) = Dynamics::from_motion(actor, &truth.motion(), &contacts, GROUND_FRICTION) {
         push_dynamics(&mut npz, truth, &dynamics);
     }
     Some(npz)
@@ -166,14 +166,14 @@ mod tests {
         let (mass, tensor) = (7.0, nalgebra::Matrix3::from_diagonal_element(0.1));
         truth.actor.links[0].inertia = Some(Inertia { mass, centre_of_mass: Point3::origin(), tensor });
         let npz = to_npz(&truth).unwrap();
-        let contacts = GroundContacts::of_motion(&truth.actor, &truth.motion(), &ContactRule::default()).unwrap();
+        let contacts = GroundContacts::from_motion(&truth.actor, &truth.motion(), &ContactRule::default()).unwrap();
         let links = contacts.links.len();
         let gaps = npz.f64s(PATH, "gap", &[Some(3), Some(links)]).unwrap();
         assert_eq!(gaps[links + 2], contacts.links[2].frames[1].gap_m);
         let velocities = npz.f64s(PATH, "foot_velocity", &[Some(3), Some(2), Some(3)]).unwrap();
         assert_eq!(velocities[6 + 3], contacts.feet[1].frames[1].velocity.x);
         assert_eq!(npz.bools(PATH, "foot_in_contact", &[Some(3), Some(2)]).unwrap().len(), 6);
-        let dynamics = Dynamics::of_motion(&truth.actor, &truth.motion(), &contacts, GROUND_FRICTION).unwrap();
+        let dynamics = Dynamics::from_motion(&truth.actor, &truth.motion(), &contacts, GROUND_FRICTION).unwrap();
         let residuals = npz.f64s(PATH, "residual_wrench", &[Some(3)]).unwrap();
         assert_eq!(residuals[1], dynamics.frames[1].residual);
         let dofs = truth.actor.degrees_of_freedom.len();

@@ -229,7 +229,7 @@ fn push_markers<'a>(npz: &mut Npz, prefix: &str, shape: &[usize], markers: impl 
 }
 
 /// A position; `None` if all its numbers are NaN.
-pub(super) type Place = Option<Point3<f64>>;
+pub(super) type Position = Option<Point3<f64>>;
 
 #[cfg(test)]
 mod tests {
@@ -239,7 +239,7 @@ mod tests {
 
     fn sample() -> Estimates {
         let poses = walk(7).poses;
-        let sequence = |range: std::ops::Range<usize>| EstimatedSequence::of_poses(&person(), poses[range].to_vec());
+        let sequence = |range: std::ops::Range<usize>| EstimatedSequence::from_poses(&person(), poses[range].to_vec());
         Estimates {
             frames_per_second: 60.0,
             seeds: vec![4, 9],
@@ -286,14 +286,14 @@ mod tests {
         let longer = person().reshaped(&crate::body::BodyShape::random_mismatch(&person(), 3, 0.2, 0.1));
         let mut estimates = sample();
         estimates.bodies = vec![person(), longer.clone()];
-        estimates.sequences[1] = EstimatedSequence::of_poses(&longer, walk(7).poses[4..7].to_vec());
+        estimates.sequences[1] = EstimatedSequence::from_poses(&longer, walk(7).poses[4..7].to_vec());
         let bytes = estimates.to_bytes("poses.npz", &person(), None).unwrap();
-        let read = Estimates::of_bodies("poses.npz", &bytes, &person(), estimates.bodies.clone()).unwrap();
+        let read = Estimates::from_bodies("poses.npz", &bytes, &person(), estimates.bodies.clone()).unwrap();
         assert_eq!(read, estimates);
         // With another body than that of the poses the markers of the file do not agree.
         let error = Estimates::from_bytes("poses.npz", &bytes, &person()).unwrap_err().to_string();
         assert!(error.contains("mm from where"), "{error}");
-        let error = Estimates::of_bodies("poses.npz", &bytes, &person(), vec![longer]).unwrap_err().to_string();
+        let error = Estimates::from_bodies("poses.npz", &bytes, &person(), vec![longer]).unwrap_err().to_string();
         assert!(error.contains("1 bodies for 2 seeds"), "{error}");
     }
 
@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn seeds_of_different_length_and_other_bodies_are_refused() {
         let mut ragged = sample();
-        ragged.sequences[1] = EstimatedSequence::of_poses(&person(), walk(2).poses);
+        ragged.sequences[1] = EstimatedSequence::from_poses(&person(), walk(2).poses);
         assert!(matches!(ragged.to_bytes("p", &person(), None), Err(SetError::Inconsistent { .. })));
         let mut mixed = sample();
         mixed.sequences[1].articulation = Articulation::Unknown;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, Isometry3, Matrix3, Point3};
 
-use super::estimates::{Articulation, EstimatedSequence, Estimates, Place};
+use super::estimates::{Articulation, EstimatedSequence, Estimates, Position};
 use super::{SetError, rigid};
 use crate::body::{Humanoid, LANDMARKS, MarkerCovariances, Markers, Pose};
 use crate::npz::Npz;
@@ -21,7 +21,7 @@ impl Estimates {
     /// [`SetError::Malformed`] naming the array, the name of a column, or the seed and frame that is not what it should
     /// be.
     pub fn from_bytes(file: &str, bytes: &[u8], body: &Humanoid) -> Result<Self, SetError> {
-        Self::of_bodies(file, bytes, body, Vec::new())
+        Self::from_bodies(file, bytes, body, Vec::new())
     }
 
     /// As [`Self::from_bytes`], where the poses of each seed are of a body of its own: `bodies`, one a seed, which have
@@ -48,7 +48,7 @@ impl Estimates {
             return Err(refuse("holds no frame of any seed"));
         }
         check_bodies(body, &bodies, seeds.len()).map_err(|detail| refuse(&detail))?;
-        let mut reader = Reader { file, npz: &npz, body, bodies: &bodies, seeds: &seeds, frames, notes: Vec::new() };
+        let mut reader = EstimatesReader { file, npz: &npz, body, bodies: &bodies, seeds: &seeds, frames, notes: Vec::new() };
         let sequences = reader.sequences()?;
         let notes = reader.notes;
         Ok(Self { frames_per_second, seeds, sequences, bodies, notes })
@@ -69,7 +69,7 @@ fn check_bodies(body: &Humanoid, bodies: &[Humanoid], seeds: usize) -> Result<()
     }
 }
 
-struct Reader<'a> {
+struct EstimatesReader<'a> {
     file: &'a str,
     npz: &'a Npz,
     body: &'a Humanoid,
@@ -88,14 +88,14 @@ fn is_covariance(matrix: &Matrix3<f64>) -> bool {
 }
 
 /// Places of named points, one row for every frame of every seed.
-struct Columns {
+struct PointColumns {
     /// For every column, which of the known points it is.
     points: Vec<usize>,
-    places: Vec<Place>,
+    places: Vec<Position>,
 }
 
-impl Columns {
-    fn row(&self, row: usize) -> impl Iterator<Item = (usize, Place)> {
+impl PointColumns {
+    fn row(&self, row: usize) -> impl Iterator<Item = (usize, Position)> {
         let width = self.points.len();
         self.points.iter().copied().zip(self.places[row * width..(row + 1) * width].iter().copied())
     }
@@ -110,7 +110,7 @@ struct Known<'a> {
     all: bool,
 }
 
-impl Reader<'_> {
+impl EstimatesReader<'_> {
     fn sequences(&mut self) -> Result<Vec<EstimatedSequence>, SetError> {
         let roots = self.roots()?;
         let angles = self.angles(roots.as_deref())?;
@@ -124,7 +124,7 @@ impl Reader<'_> {
             _ => None,
         };
         let given =
-            Given { markers, joints, roots: roots.as_deref().filter(|_| poses.is_none()), poses: poses.as_deref() };
+            EstimateArrays { markers, joints, roots: roots.as_deref().filter(|_| poses.is_none()), poses: poses.as_deref() };
         self.tell(&given);
         let covariances = self.covariances(&landmarks)?;
         let mut found = Vec::with_capacity(self.seeds.len());
@@ -206,7 +206,7 @@ impl Reader<'_> {
     }
 
     /// The places of an array whose columns have names.
-    fn places(&self, name: &str, names_array: &str, known: &Known<'_>) -> Result<Option<Columns>, SetError> {
+    fn places(&self, name: &str, names_array: &str, known: &Known<'_>) -> Result<Option<PointColumns>, SetError> {
         if self.npz.get(name).is_none() {
             return Ok(None);
         }
@@ -226,7 +226,7 @@ impl Reader<'_> {
             }
         };
         let places = numbers.as_chunks::<3>().0.iter().enumerate().map(place).collect::<Result<_, _>>()?;
-        Ok(Some(Columns { points, places }))
+        Ok(Some(PointColumns { points, places }))
     }
 
     /// How uncertain the markers are, for every frame of every seed; `None` where the file does not tell.
@@ -289,7 +289,7 @@ impl Reader<'_> {
     }
 
     /// The marker positions in one frame, from all sources.
-    fn markers(&self, given: &Given<'_>, row: usize) -> Result<Markers, SetError> {
+    fn markers(&self, given: &EstimateArrays<'_>, row: usize) -> Result<Markers, SetError> {
         let mut found: Markers = [None; LANDMARKS.len()];
         let mut said_by = "";
         if let Some(pose) = given.poses.and_then(|poses| poses[row].as_ref()) {
@@ -319,7 +319,7 @@ impl Reader<'_> {
         &self,
         found: &mut Markers,
         landmark: usize,
-        place: Place,
+        place: Position,
         row: usize,
         [who, before]: [&str; 2],
     ) -> Result<(), SetError> {
@@ -338,7 +338,7 @@ impl Reader<'_> {
     }
 
     /// Notes the markers that are given by positions only.
-    fn tell(&mut self, given: &Given<'_>) {
+    fn tell(&mut self, given: &EstimateArrays<'_>) {
         if given.poses.is_some() {
             return;
         }
@@ -395,10 +395,10 @@ impl Reader<'_> {
 }
 
 /// The contents of a file, one row per frame of every seed.
-struct Given<'a> {
+struct EstimateArrays<'a> {
     poses: Option<&'a [Option<Pose>]>,
-    markers: Option<Columns>,
-    joints: Option<Columns>,
+    markers: Option<PointColumns>,
+    joints: Option<PointColumns>,
     /// Where there are no poses.
     roots: Option<&'a [Option<Isometry3<f64>>]>,
 }
@@ -440,7 +440,7 @@ mod tests {
     }
 
     fn expected() -> EstimatedSequence {
-        EstimatedSequence::of_poses(&person(), walk(3).poses)
+        EstimatedSequence::from_poses(&person(), walk(3).poses)
     }
 
     /// Markers of these landmarks, in this order.

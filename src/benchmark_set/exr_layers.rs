@@ -50,7 +50,7 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 /// The EXR file of some layers of an image.
 pub(super) fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
     let image = &images.depth;
-    let window = Window::new(images, layers);
+    let window = DataWindow::new(images, layers);
     let floats = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
     let part_of = |values: &[[f32; 3]], axis: usize| window.crop(values).into_iter().map(|v| v[axis]).collect();
     let channels_of = |layer: &Layer| match layer {
@@ -170,7 +170,7 @@ pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetErr
 }
 
 /// The smallest rectangle around the figure; one pixel if it is empty, because EXR has no empty window.
-struct Window {
+struct DataWindow {
     left: usize,
     top: usize,
     width: usize,
@@ -178,7 +178,7 @@ struct Window {
     image_width: usize,
 }
 
-impl Window {
+impl DataWindow {
     fn new(images: &LayerImages, layers: &[Layer]) -> Self {
         let image = &images.depth;
         let image_width = image.width as usize;

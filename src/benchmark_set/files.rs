@@ -24,18 +24,18 @@ pub(super) const LAYERS: &str = "truth/layers/";
 pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Takes the path and bytes of one file more, from any thread.
-pub(super) type Sink<'a> = &'a (dyn Fn(String, &[u8]) -> Result<(), SetError> + Sync);
+pub(super) type FileSink<'a> = &'a (dyn Fn(String, &[u8]) -> Result<(), SetError> + Sync);
 
 /// Named bytes and their digests.
 #[derive(Clone, Debug)]
 pub(super) struct SetFiles {
     /// SHA-256 in hexadecimal by path; paths are relative, parts divided by `/`.
     digests: BTreeMap<String, String>,
-    place: Place,
+    place: FileStore,
 }
 
 #[derive(Clone, Debug)]
-enum Place {
+enum FileStore {
     Memory(BTreeMap<String, Vec<u8>>),
     Directory(PathBuf),
 }
@@ -47,7 +47,7 @@ impl SetFiles {
             Ok((path.clone(), hex_sha256(bytes)))
         };
         let digests = files.par_iter().map(digest).collect::<Result<_, SetError>>()?;
-        Ok(Self { digests, place: Place::Memory(files) })
+        Ok(Self { digests, place: FileStore::Memory(files) })
     }
 
     /// The files of a set on disk; their contents are read and checked when they are asked for.
@@ -68,7 +68,7 @@ impl SetFiles {
                 )?;
             digests.insert(path.to_string(), digest.to_string());
         }
-        Ok(Self { digests, place: Place::Directory(directory.to_path_buf()) })
+        Ok(Self { digests, place: FileStore::Directory(directory.to_path_buf()) })
     }
 
     /// Whether the set has this file.
@@ -79,15 +79,15 @@ impl SetFiles {
     /// The verified bytes of a file.
     pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
         let missing = || match &self.place {
-            Place::Memory(_) => SetError::malformed(path, "the set has no such file"),
-            Place::Directory(directory) => {
+            FileStore::Memory(_) => SetError::malformed(path, "the set has no such file"),
+            FileStore::Directory(directory) => {
                 SetError::NotASet { path: directory.clone(), detail: format!("{LISTING} lists no {path}") }
             }
         };
         let listed = self.digests.get(path).ok_or_else(missing)?;
         let bytes = match &self.place {
-            Place::Memory(files) => return files.get(path).map(|b| b.as_slice().into()).ok_or_else(missing),
-            Place::Directory(directory) => {
+            FileStore::Memory(files) => return files.get(path).map(|b| b.as_slice().into()).ok_or_else(missing),
+            FileStore::Directory(directory) => {
                 let full = directory.join(path);
                 input::read(&full, limit_of(path)).map_err(SetError::io(&full, "read"))?
             }
@@ -108,13 +108,13 @@ impl SetFiles {
                 fs::create_dir_all(parent).map_err(SetError::io(parent, "create"))?;
             }
             let linked = match &self.place {
-                Place::Directory(directory) => {
+                FileStore::Directory(directory) => {
                     let source = directory.join(path);
                     // a link to a link would lead to the set
                     source.symlink_metadata().is_ok_and(|found| found.is_file())
                         && fs::hard_link(&source, &target).is_ok()
                 }
-                Place::Memory(_) => false,
+                FileStore::Memory(_) => false,
             };
             if !linked {
                 fs::write(&target, &*self.read(path)?).map_err(SetError::io(&target, "write"))?;
@@ -132,16 +132,16 @@ impl SetFiles {
     /// The same error with the file's path on disk.
     pub(super) fn locate(&self, error: SetError) -> SetError {
         match &self.place {
-            Place::Memory(_) => error,
-            Place::Directory(directory) => error.below(directory),
+            FileStore::Memory(_) => error,
+            FileStore::Directory(directory) => error.below(directory),
         }
     }
 
     /// Size of the files that are in memory.
     pub(super) fn bytes(&self) -> usize {
         match &self.place {
-            Place::Memory(files) => files.values().map(Vec::len).sum(),
-            Place::Directory(_) => 0,
+            FileStore::Memory(files) => files.values().map(Vec::len).sum(),
+            FileStore::Directory(_) => 0,
         }
     }
 
@@ -157,7 +157,7 @@ impl SetFiles {
         &self,
         folder: &Path,
         stop: Stop<'_>,
-        more: impl FnOnce(Sink<'_>) -> Result<(), SetError>,
+        more: impl FnOnce(FileSink<'_>) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
         let paths: Vec<&String> = self.digests.keys().collect();
         paths.par_iter().try_for_each(|path| {
@@ -204,7 +204,7 @@ impl SetFiles {
         let paths: Vec<&String> = self.digests.keys().collect();
         let faults = parallel::map(paths.len(), |path| self.read(paths[path]).err());
         let mut faults: Vec<SetError> = faults.into_iter().flatten().collect();
-        if let Place::Directory(directory) = &self.place {
+        if let FileStore::Directory(directory) = &self.place {
             let unlisted = |path: &String| !self.digests.contains_key(path) && path != LISTING;
             let files = files_below(directory, "")?.into_iter().filter(unlisted);
             faults.extend(files.map(|file| SetError::Unlisted { file }));

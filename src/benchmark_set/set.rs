@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::files::{self, LISTING, SetFiles, Sink, Stop};
+use super::files::{self, LISTING, SetFiles, FileSink, Stop};
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -291,7 +291,7 @@ impl BenchmarkSet {
     }
 
     /// One camera after another; each image is drawn, written and dropped, so memory does not grow with their number.
-    fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: Sink<'_>) -> Result<(), SetError> {
+    fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: FileSink<'_>) -> Result<(), SetError> {
         let frames = self.blind.frame_count;
         for (index, camera) in self.true_rig().cameras.iter().enumerate() {
             let observer = self.layer_observer(index, layers);

@@ -76,7 +76,7 @@ pub(crate) struct Goals {
 
 /// The best pose found.
 #[derive(Clone, Debug)]
-pub(crate) struct Solution {
+pub(crate) struct PoseSolution {
     pub(crate) pose: Pose,
     /// Sum of squares, m^2.
     pub(crate) cost: f64,
@@ -119,7 +119,7 @@ impl<'a> Solver<'a> {
     }
 
     /// The pose near `start` that meets the goals best, in at most `max_iterations` steps.
-    pub(crate) fn solve(&mut self, goals: &Goals, start: &Pose, max_iterations: usize) -> Solution {
+    pub(crate) fn solve(&mut self, goals: &Goals, start: &Pose, max_iterations: usize) -> PoseSolution {
         let mut pose = start.clone();
         clamp(self.humanoid, &mut pose);
         let mut cost = self.cost(goals, &pose);
@@ -137,7 +137,7 @@ impl<'a> Solver<'a> {
                 break;
             }
         }
-        Solution { pose, cost, iterations }
+        PoseSolution { pose, cost, iterations }
     }
 
     /// Raises the damping until a step lowers the cost; `None` if none does.

@@ -19,7 +19,7 @@ use crate::experiment::{BASELINES, Baseline};
                         skiagraph baseline show walk\n  skiagraph baseline show walk --json")]
 pub(super) struct Arguments {
     #[command(subcommand)]
-    action: Action,
+    action: BaselineAction,
 
     /// Directory of baselines
     #[arg(long, global = true, value_name = "DIR", default_value = BASELINES)]
@@ -27,7 +27,7 @@ pub(super) struct Arguments {
 }
 
 #[derive(Subcommand, Debug)]
-enum Action {
+enum BaselineAction {
     /// Save measured runs as a baseline; one of that name is replaced
     #[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline save all runs")]
     Save {
@@ -63,16 +63,16 @@ enum Action {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let folder = &arguments.baselines;
     match &arguments.action {
-        Action::Save { name, run, force } => {
+        BaselineAction::Save { name, run, force } => {
             let saved = Baseline::save(name, run, folder, *force)?;
             volume.written(&saved.path);
             let before = saved.replaced.as_ref().and_then(|old| error_of(&old.runs));
             let before = before.map(|error| format!(" (was {error:.1})")).unwrap_or_default();
             output::print(&format!("{}: {}{before}", saved.path.display(), line(&saved.baseline)))?;
         }
-        Action::List { json } => list(folder, *json)?,
-        Action::Show { name, json: true } => output::print_json(&Baseline::read(name, folder)?)?,
-        Action::Show { name, json: false } => output::print(&shown(&Baseline::read(name, folder)?))?,
+        BaselineAction::List { json } => list(folder, *json)?,
+        BaselineAction::Show { name, json: true } => output::print_json(&Baseline::read(name, folder)?)?,
+        BaselineAction::Show { name, json: false } => output::print(&shown(&Baseline::read(name, folder)?))?,
     }
     Ok(ExitCode::SUCCESS)
 }

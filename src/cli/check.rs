@@ -10,7 +10,7 @@ use super::scenario_arguments::ScenarioArguments;
 use super::sweep::check_file;
 use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
-use crate::experiment::{CameraView, Cost, ExperimentError, Soundness, check, unusable_files};
+use crate::experiment::{CameraView, RunCost, ExperimentError, Soundness, check, unusable_files};
 use crate::scenario::{ScenarioError, ScenarioFile, Survey, SweepFile};
 
 /// Check a scenario: list every error, or estimate what a run costs
@@ -132,7 +132,7 @@ fn view_in_words(view: &CameraView) -> String {
     format!("\n  camera   {}: {seen}{cut}", view.camera)
 }
 
-fn cost_in_words(cost: &Cost) -> String {
+fn cost_in_words(cost: &RunCost) -> String {
     let threads = output::counted(cost.threads, "thread");
     let learning = match cost.models_to_learn {
         0 => String::new(),

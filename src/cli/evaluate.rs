@@ -50,7 +50,7 @@ pub(super) struct Arguments {
 
     /// Vertical axis of a .csv, .trc or .bvh file [default: z; of .trc y; of .bvh guessed]
     #[arg(long, value_enum, value_name = "AXIS")]
-    up: Option<Up>,
+    up: Option<UpArgument>,
 
     /// TOML file of joint names, lines as "theirs" = "ours"
     #[arg(long, value_name = "FILE")]
@@ -78,7 +78,7 @@ enum Units {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Up {
+enum UpArgument {
     Y,
     Z,
 }
@@ -93,8 +93,8 @@ impl Arguments {
                 Units::In => 0.0254,
             }),
             up: self.up.map(|up| match up {
-                Up::Y => UpAxis::Y,
-                Up::Z => UpAxis::Z,
+                UpArgument::Y => UpAxis::Y,
+                UpArgument::Z => UpAxis::Z,
             }),
             joint_map: self.joint_map.clone(),
         }

@@ -147,7 +147,7 @@ impl Arguments {
     fn rules(&self) -> Result<GateRules, ExperimentError> {
         let found = Path::new(GATE_FILE).is_file() && self.margin.is_none();
         let file = self.rules.as_deref().or(found.then_some(Path::new(GATE_FILE)));
-        let of_margin = self.margin.map(|margin| GateRules::of_metric(&self.metric, margin));
+        let of_margin = self.margin.map(|margin| GateRules::from_metric(&self.metric, margin));
         let mut rules = match (file.map(read_rules).transpose()?, of_margin) {
             (Some(rules), None) if !rules.budgets.is_empty() => rules,
             (Some(mut rules), Some(more)) => {

@@ -12,12 +12,12 @@ use crate::experiment::{Stage, Watch};
 
 /// Shows progress on standard error if that is a terminal, unless `--quiet` is given.
 pub(super) struct Progress {
-    state: Mutex<State>,
+    state: Mutex<ProgressState>,
     visible: bool,
     volume: Volume,
 }
 
-struct State {
+struct ProgressState {
     bar: ProgressBar,
     /// The current stage, its number of frames, and its start time.
     stage: Option<(Stage, usize, Instant)>,
@@ -25,12 +25,12 @@ struct State {
 
 impl Progress {
     pub(super) fn new(volume: Volume) -> Self {
-        let state = State { bar: ProgressBar::hidden(), stage: None };
+        let state = ProgressState { bar: ProgressBar::hidden(), stage: None };
         let visible = !volume.quiet && std::io::stderr().is_terminal();
         Self { state: Mutex::new(state), visible, volume }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, ProgressState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -57,7 +57,7 @@ fn name(stage: Stage) -> &'static str {
     }
 }
 
-impl State {
+impl ProgressState {
     fn end_stage(&mut self, volume: Volume) {
         self.bar.finish_and_clear();
         if let Some((stage, frames, since)) = self.stage.take().filter(|_| volume.verbose) {

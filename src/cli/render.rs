@@ -14,7 +14,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::{BenchmarkSet, is_set};
 use crate::experiment::{ExperimentError, render_apart};
-use crate::observation::{AXES, Axis};
+use crate::observation::{AXES, CorruptionAxis};
 use crate::scenario::ScenarioFile;
 
 /// Make a benchmark set on disk
@@ -49,7 +49,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    match arguments.ladder.as_deref().and_then(Axis::named) {
+    match arguments.ladder.as_deref().and_then(CorruptionAxis::named) {
         None => {
             let made = one_set(arguments, &arguments.scenario.open()?, &arguments.out, volume)?;
             if arguments.output.json {
@@ -62,7 +62,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 }
 
 /// One set a level. All scenarios are read before the first set is made.
-fn ladder(arguments: &Arguments, axis: &Axis, volume: Volume) -> Result<(), CommandError> {
+fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Result<(), CommandError> {
     let levels = if arguments.levels.is_empty() { &axis.levels[..] } else { &arguments.levels };
     let of_level = |level: &f64| {
         let mut more = vec![format!("observation.corruption.{}={level:?}", axis.name)];

@@ -1,7 +1,7 @@
 //! The summary table of a run.
 
 use crate::evaluation::{METRICS, MetricSummary};
-use crate::experiment::{Comparison, MethodRecord, RunRecord};
+use crate::experiment::{MethodComparison, MethodRecord, RunRecord};
 
 /// Metrics in the table; `--json` and the report have all.
 const SHOWN: [&str; 11] = [
@@ -70,7 +70,7 @@ fn worse_in_words(record: &RunRecord) -> Option<String> {
 }
 
 /// Several methods: mean error, its interval, and lost frames.
-pub(super) fn methods(comparison: &Comparison) -> String {
+pub(super) fn methods(comparison: &MethodComparison) -> String {
     let model = if comparison.matched { "matched model" } else { "mismatched model" };
     let (frames, rate, seeds) = (comparison.frames, comparison.frames_per_second, comparison.seeds.len());
     let mut lines = vec![

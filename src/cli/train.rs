@@ -33,7 +33,7 @@ pub(super) struct Arguments {
 
     /// One model per recording (gpdm), or recordings cut into a graph of models (gpdm-graph)
     #[arg(long, value_enum)]
-    model: Kind,
+    model: ModelArgument,
 
     /// Output file; an existing model is replaced
     #[arg(long, value_name = "MODEL")]
@@ -85,18 +85,18 @@ pub(super) struct Arguments {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Kind {
+enum ModelArgument {
     /// The original GPDM: one model per recording
     Gpdm,
     /// The GPDM graph
     GpdmGraph,
 }
 
-impl From<Kind> for ModelKind {
-    fn from(kind: Kind) -> Self {
+impl From<ModelArgument> for ModelKind {
+    fn from(kind: ModelArgument) -> Self {
         match kind {
-            Kind::Gpdm => Self::Gpdm,
-            Kind::GpdmGraph => Self::GpdmGraph,
+            ModelArgument::Gpdm => Self::Gpdm,
+            ModelArgument::GpdmGraph => Self::GpdmGraph,
         }
     }
 }
@@ -170,11 +170,11 @@ impl Arguments {
             return Err(ExperimentError::Argument { argument, detail });
         }
         let file = ScenarioFile::open(&self.inputs[0], &[])?;
-        TrainingInput::of_scenario(&file, mocap.as_deref()).map_err(|e| e.about(&file.origin))
+        TrainingInput::from_scenario(&file, mocap.as_deref()).map_err(|e| e.about(&file.origin))
     }
 
     fn settings(&self, frames_per_second: f64) -> Result<GraphSettings, ExperimentError> {
-        let mut settings = GraphSettings::of_kind(self.model.into());
+        let mut settings = GraphSettings::from_kind(self.model.into());
         settings.training.latent_dimensions = usize::from(self.dimensions);
         if !(self.threshold > 0.0 && self.threshold.is_finite()) {
             let detail = format!("expected rad^2 above zero, found {}", self.threshold);

@@ -16,7 +16,7 @@ const SEARCH_STEPS: usize = 44;
 /// function. Its minimum is where its derivatives vanish, which has a closed form (`between_sides`), or else at one of
 /// the four end spheres, whose nearest sphere of the other family has a closed form (`least_end_distance`).
 pub fn tapered_capsule_distance(first: &TaperedCapsule, second: &TaperedCapsule) -> f64 {
-    Axis::from_capsule(first).distance(&Axis::from_capsule(second))
+    CapsuleAxis::from_capsule(first).distance(&CapsuleAxis::from_capsule(second))
 }
 
 /// Pose-independent quantities of the axis of a tapered capsule.
@@ -56,7 +56,7 @@ pub(super) fn squared_distance_of_axes([first, second]: [&TaperedCapsule; 2], [u
 
 /// A tapered capsule prepared for distances: the first sphere, the direction and distance to the last, and the taper.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Axis {
+pub(super) struct CapsuleAxis {
     /// Centre of the first ball, metres.
     pub(super) start: Vector3<f64>,
     /// Unit vector to the centre of the last; arbitrary if the centres coincide.
@@ -73,7 +73,7 @@ pub(super) struct Axis {
     lean: f64,
 }
 
-impl Axis {
+impl CapsuleAxis {
     /// Of a solid. If one end contains the other, the solid is a single sphere.
     pub(super) fn from_capsule(solid: &TaperedCapsule) -> Self {
         let (axis, growth) = (solid.b - solid.a, solid.radius_b - solid.radius_a);

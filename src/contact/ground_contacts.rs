@@ -87,7 +87,7 @@ impl GroundContacts {
         Self::of_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
     }
 
-    /// As [`Self::of_motion`], with the links at `frames` and `surface` around them.
+    /// As [`Self::from_motion`], with the links at `frames` and `surface` around them.
     ///
     /// # Errors
     /// [`ContactError`] for invalid thresholds, and for feet without surface.
@@ -99,7 +99,7 @@ impl GroundContacts {
         rule: &ContactRule,
     ) -> Result<Self, ContactError> {
         rule.check()?;
-        let clip = TrackInput { surface, frames, frames_per_second, rule };
+        let clip = GroundTrackInput { surface, frames, frames_per_second, rule };
         let [left, right] = body.foot_links();
         let foot = |name, links| {
             clip.track(name, links).ok_or_else(|| ContactError::NoFoot { body: body.name.clone(), foot: name })
@@ -152,14 +152,14 @@ pub(crate) fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFr
 
 /// The input of tracks.
 #[derive(Clone, Copy)]
-pub(crate) struct TrackInput<'a> {
+pub(crate) struct GroundTrackInput<'a> {
     pub(crate) surface: &'a dyn Surface,
     pub(crate) frames: &'a [LinkFrames],
     pub(crate) frames_per_second: f64,
     pub(crate) rule: &'a ContactRule,
 }
 
-impl TrackInput<'_> {
+impl GroundTrackInput<'_> {
     /// `None` where the links have no surface.
     pub(crate) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
         let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
@@ -251,7 +251,7 @@ mod tests {
     }
 
     fn contacts(motion: &Motion) -> Vec<GroundContact> {
-        GroundContacts::of_motion(&roller(), motion, &ContactRule::default()).unwrap().feet[0].frames.clone()
+        GroundContacts::from_motion(&roller(), motion, &ContactRule::default()).unwrap().feet[0].frames.clone()
     }
 
     #[test]
@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn motions_and_bodies_that_cannot_stand_are_refused_by_name() {
         let refused = |body: &Humanoid, motion: &Motion| {
-            GroundContacts::of_motion(body, motion, &ContactRule::default()).unwrap_err().to_string()
+            GroundContacts::from_motion(body, motion, &ContactRule::default()).unwrap_err().to_string()
         };
         let still = moved(60.0, 2, |_| Isometry3::identity());
         assert!(refused(&roller(), &moved(60.0, 0, |_| Isometry3::identity())).contains("0 poses"));

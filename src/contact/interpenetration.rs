@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::SelfCollision;
 use super::bounds::{Bounds, rounding};
-use super::capsule_distance::{Axis, AxisLength, squared_distance_of_axes};
+use super::capsule_distance::{CapsuleAxis, AxisLength, squared_distance_of_axes};
 use super::self_collision::bounding_ball;
 use super::solid_distance::solid_distance;
 use crate::body::{Humanoid, LinkFrames, Solid};
@@ -22,7 +22,7 @@ pub struct Interpenetration {
     solids: Vec<LinkSolid>,
     /// Measured quantities of the solids, in their order, contiguous in memory.
     outlines: Vec<CapsuleShape>,
-    parts: Vec<Part>,
+    parts: Vec<LinkSolids>,
     part_pairs: Vec<PartPair>,
     solid_pairs: Vec<SolidPair>,
 }
@@ -39,7 +39,7 @@ struct LinkSolid {
 /// The pose-independent part of a solid's capsule.
 #[derive(Clone, Debug)]
 struct CapsuleShape {
-    axis: Axis,
+    axis: CapsuleAxis,
     length: AxisLength,
     /// Whether the capsule is the solid itself.
     exact: bool,
@@ -47,7 +47,7 @@ struct CapsuleShape {
 
 /// The solids of one link.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct LinkSolids {
     link: u32,
     /// The first and that after the last.
     solids: [u32; 2],
@@ -99,7 +99,7 @@ impl Interpenetration {
             let first = solids.len();
             solids.extend(solid.iter().filter_map(|solid| LinkSolid::new(link, solid)));
             if solids.len() > first {
-                parts.push(Part::new(&solids[first..], first));
+                parts.push(LinkSolids::new(&solids[first..], first));
             }
         }
         let outlines = solids.iter().map(CapsuleShape::new).collect();
@@ -190,7 +190,7 @@ impl Dispatched for Measuring<'_> {
         part_boxes.resize(body.parts.len(), Bounds::NOTHING);
         let more = rounding(reach) - 0.5 * body.tolerance_m;
         bound(&body.parts, capsules, more as f32, boxes, part_boxes);
-        let standing = Standing { boxes, part_boxes, body, capsules, ground: self.ground, frames: self.frames };
+        let standing = BoxedSolids { boxes, part_boxes, body, capsules, ground: self.ground, frames: self.frames };
         let mut depths = Depths { ground_m: standing.ground_depth() - body.tolerance_m, ..Depths::default() };
         for PartPair { parts: [a, b], pairs } in &body.part_pairs {
             if standing.part_boxes[*a as usize].meets(&standing.part_boxes[*b as usize]) {
@@ -210,7 +210,7 @@ impl Measuring<'_> {
 
 /// Puts boxes around solids and parts, around capsules with radii larger by `more`.
 #[inline(always)]
-fn bound(parts: &[Part], capsules: &[TaperedCapsule], more: f32, boxes: &mut [Bounds], part_boxes: &mut [Bounds]) {
+fn bound(parts: &[LinkSolids], capsules: &[TaperedCapsule], more: f32, boxes: &mut [Bounds], part_boxes: &mut [Bounds]) {
     for (around, part) in part_boxes.iter_mut().zip(parts) {
         // joined here, not read back: a vector load after scalar stores stalls (no store forwarding)
         let mut whole = Bounds::NOTHING;
@@ -224,7 +224,7 @@ fn bound(parts: &[Part], capsules: &[TaperedCapsule], more: f32, boxes: &mut [Bo
 }
 
 /// Solids with boxes around them.
-struct Standing<'a> {
+struct BoxedSolids<'a> {
     body: &'a Interpenetration,
     capsules: &'a [TaperedCapsule],
     ground: GroundPlane,
@@ -233,7 +233,7 @@ struct Standing<'a> {
     part_boxes: &'a [Bounds],
 }
 
-impl Standing<'_> {
+impl BoxedSolids<'_> {
     #[inline(always)]
     fn add_depths(&self, pairs: &[SolidPair], depths: &mut Depths) {
         for pair in pairs {
@@ -269,7 +269,7 @@ impl Standing<'_> {
     #[inline(always)]
     fn ground_depth(&self) -> f64 {
         let mut lowest = -self.body.tolerance_m;
-        for Part { link, solids, reach } in &self.body.parts {
+        for LinkSolids { link, solids, reach } in &self.body.parts {
             if self.frames[*link as usize].translation.z - reach < lowest {
                 lowest = lesser(self.lowest_height(*solids), lowest);
             }
@@ -307,7 +307,7 @@ fn within([first, end]: [u32; 2]) -> std::ops::Range<usize> {
     first as usize..end as usize
 }
 
-impl Part {
+impl LinkSolids {
     fn new(solids: &[LinkSolid], first: usize) -> Self {
         let end = |centre: &Point3<f64>, radius: f64| centre.coords.norm() + radius;
         let reach = |c: &TaperedCapsule| end(&c.a, c.radius_a).max(end(&c.b, c.radius_b));
@@ -336,7 +336,7 @@ impl LinkSolid {
 impl CapsuleShape {
     fn new(LinkSolid { solid, capsule, .. }: &LinkSolid) -> Self {
         let exact = matches!(solid, Solid::TaperedCapsule(_));
-        Self { axis: Axis::from_capsule(capsule), length: AxisLength::from_capsule(capsule), exact }
+        Self { axis: CapsuleAxis::from_capsule(capsule), length: AxisLength::from_capsule(capsule), exact }
     }
 }
 

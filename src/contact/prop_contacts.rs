@@ -67,7 +67,7 @@ impl PropContacts {
         let solid_links = (0..body.links.len()).filter(|&link| !body.links[link].solids.is_empty());
         let pairs: Vec<(usize, usize)> =
             solid_links.flat_map(|link| (0..props.len()).map(move |prop| (prop, link))).collect();
-        let clip = TrackInput { body, frames, frames_per_second, rule };
+        let clip = PropTrackInput { body, frames, frames_per_second, rule };
         let mut tracks = parallel::map(pairs.len(), |pair| {
             let (prop, link) = pairs[pair];
             PropTrack { prop, link, frames: clip.track(&props[prop], link) }
@@ -85,14 +85,14 @@ impl PropContacts {
 }
 
 /// What tracks are made of.
-struct TrackInput<'a> {
+struct PropTrackInput<'a> {
     body: &'a Humanoid,
     frames: &'a [LinkFrames],
     frames_per_second: f64,
     rule: &'a ContactRule,
 }
 
-impl TrackInput<'_> {
+impl PropTrackInput<'_> {
     fn track(&self, prop: &Prop, link: usize) -> Vec<PropContact> {
         let near: Vec<Near> = self.frames.iter().map(|frames| self.near(prop, frames, link)).collect();
         let slip_about = |centre: usize, frame: usize, reach: usize| {

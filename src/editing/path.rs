@@ -31,7 +31,7 @@ const SLOW: f64 = 0.15;
 /// [`GREATEST_TURN_IN_A_STANCE`] while a foot stands.
 pub fn along_path(body: &Humanoid, motion: &Motion, waypoints: &[[f64; 2]]) -> Result<Motion, EditError> {
     let curve = Curve::through(waypoints)?;
-    let way = Way::of(motion);
+    let way = Way::from_motion(motion);
     let travelled_m = way.lengths.last().copied().unwrap_or(0.0);
     if travelled_m < LEAST_TRAVEL {
         return Err(EditError::StaysInPlace { travelled_m, least_m: LEAST_TRAVEL });
@@ -58,7 +58,7 @@ fn check_turns(
     turns: &[f64],
     place: impl Fn(usize) -> Vector2<f64>,
 ) -> Result<(), EditError> {
-    let contacts = GroundContacts::of_motion(body, motion, &ContactRule::default())?;
+    let contacts = GroundContacts::from_motion(body, motion, &ContactRule::default())?;
     for (foot, track) in FOOT_NAMES.into_iter().zip(&contacts.feet) {
         for stance in track.stances() {
             let turned: f64 = turns[stance.clone()].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();

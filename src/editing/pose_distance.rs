@@ -49,7 +49,7 @@ impl PoseClouds {
         let markers: Vec<Markers> = motion.poses.iter().map(of).collect();
         let cloud = |first: usize| {
             let samples = (0..SAMPLES).map(|k| first + k * blend / (SAMPLES - 1));
-            Cloud::of(samples.flat_map(|frame| markers[frame].iter().flatten().map(|p| p.coords)))
+            Cloud::from_points(samples.flat_map(|frame| markers[frame].iter().flatten().map(|p| p.coords)))
         };
         Self { clouds: (0..markers.len().saturating_sub(blend)).map(cloud).collect() }
     }

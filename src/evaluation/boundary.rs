@@ -38,7 +38,7 @@ mod tests {
         assert!(overlap > 0.9 && found < 0.85, "{overlap} {found}");
         let markers = vec![standing(); 3];
         let views = [vec![], vec![Some(0.5), None, Some(1.0)], vec![None]];
-        let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
+        let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
         sequence.view_boundaries = Some(&views);
         assert_eq!(evaluate(&sequence).unwrap().metrics["boundary_f"].per_frame, [None, Some(0.75), None]);
     }

@@ -182,7 +182,7 @@ mod tests {
         let depth = [0.0; 4];
         let measures =
             ContactMeasures { ground: &ground, self_depth_m: &depth, prop_depth_m: None, dynamics: None, known: None };
-        let mut sequence = Sequence::of_markers(60.0, &truth, &estimate);
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
         sequence.contacts = Some(ContactPair { truth: measures, estimate: None });
         let phases = found(&sequence, "phase of gait");
         assert_eq!(phases[0].0, "standing leg");
@@ -200,7 +200,7 @@ mod tests {
         let at = |x: f64| translated(&standing(), Vector3::new(x, 0.0, 0.0));
         let truth = [at(0.0), at(0.0), at(0.02), at(0.04), at(1.0)];
         let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.01, 0.0))).collect();
-        let speeds = found(&Sequence::of_markers(60.0, &truth, &estimate), "speed");
+        let speeds = found(&Sequence::from_markers(60.0, &truth, &estimate), "speed");
         let names: Vec<&str> = speeds.iter().map(|(name, ..)| name.as_str()).collect();
         // frame 1: 0.6 m/s, frame 2: 1.2 m/s, frame 3: 29.4 m/s
         assert_eq!(names, ["0.5 to 2 m/s", "above 2 m/s"]);
@@ -220,7 +220,7 @@ mod tests {
         let mut seen = [[true; 15], [true; 15]];
         seen[0][0] = false;
         let all: Vec<&[[bool; 15]]> = vec![&seen; 2];
-        let mut sequence = Sequence::of_markers(60.0, &truth, &estimate);
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
         sequence.views = Some(Views { cameras: &cameras, in_view: &all, visible: &all });
         let groups = found(&sequence, "cameras that see the marker");
         assert_eq!(groups.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), ["1", "2"]);

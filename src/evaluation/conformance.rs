@@ -28,9 +28,9 @@ fn every_marker(change: impl Fn(usize, usize, Point3<f64>) -> Point3<f64>) -> Ve
 }
 
 /// What is wrong, the estimate, and the value of every convention.
-type Case = (&'static str, Vec<Markers>, Vec<(&'static str, f64)>);
+type ConventionCase = (&'static str, Vec<Markers>, Vec<(&'static str, f64)>);
 
-fn cases() -> Vec<Case> {
+fn cases() -> Vec<ConventionCase> {
     let wrist = Landmark::LeftWrist as usize;
     vec![
         (

@@ -34,11 +34,11 @@ fn f1(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::contact_fixture::{Foot, contacts, measured};
+    use super::super::contact_fixture::{FootFrame, contacts, measured};
 
     #[test]
     fn f1_is_two_thirds_where_two_agree_one_is_missed_and_one_is_too_many() {
-        let feet = |on: [u8; 4]| -> Vec<Foot> { on.iter().map(|&on| (on == 1, 0.0, 0.0)).collect() };
+        let feet = |on: [u8; 4]| -> Vec<FootFrame> { on.iter().map(|&on| (on == 1, 0.0, 0.0)).collect() };
         // frame 0 is left out
         let truth = contacts(&feet([1, 1, 1, 0]), &feet([1, 0, 0, 1]));
         let estimate = contacts(&feet([0, 1, 0, 0]), &feet([0, 0, 1, 1]));

@@ -12,11 +12,11 @@ use super::fixture::standing;
 use super::{ContactMeasures, ContactPair, Sequence, evaluate};
 
 /// A foot in one frame: whether it stands, its gap and its speed along x in mm and mm/s.
-pub(crate) type Foot = (bool, f64, f64);
+pub(crate) type FootFrame = (bool, f64, f64);
 
 /// Both feet at 60 Hz; no other link.
-pub(crate) fn contacts(left: &[Foot], right: &[Foot]) -> GroundContacts {
-    let track = |name: &str, feet: &[Foot]| ContactTrack {
+pub(crate) fn contacts(left: &[FootFrame], right: &[FootFrame]) -> GroundContacts {
+    let track = |name: &str, feet: &[FootFrame]| ContactTrack {
         name: name.to_owned(),
         links: vec![0],
         frames: feet
@@ -52,7 +52,7 @@ pub(crate) fn measured_with(
 ) -> BTreeMap<String, MetricValue> {
     let markers = vec![standing(); truth.feet[0].frames.len()];
     let [true_depths, depths] = self_mm.map(|mm| mm.iter().map(|d| 0.001 * d).collect::<Vec<_>>());
-    let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
+    let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
     let body = |ground, depths, dynamics| ContactMeasures {
         ground,
         self_depth_m: depths,

@@ -77,7 +77,7 @@ mod tests {
         let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.02, 0.02, 0.02))).collect();
         let score = |deviation: f64| {
             let covariances = vec![[Some(Matrix3::identity() * deviation * deviation); 15]; 3];
-            let mut sequence = Sequence::of_markers(60.0, &truth, &estimate);
+            let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
             sequence.covariances = Some(&covariances);
             evaluate(&sequence).unwrap().metrics["crps_mm"].mean
         };

@@ -84,7 +84,7 @@ mod tests {
         let truth = vec![standing(); 4];
         let estimate: Vec<_> = truth.iter().map(|markers| translated(markers, error)).collect();
         let covariances = vec![[Some(covariance); 15]; 4];
-        let mut sequence = Sequence::of_markers(60.0, &truth, &estimate);
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
         sequence.covariances = Some(&covariances);
         let metrics = evaluate(&sequence).unwrap().metrics;
         ["ellipsoid50", "ellipsoid90"].map(|name| metrics[name].mean)
@@ -112,7 +112,7 @@ mod tests {
         };
         let estimate: Vec<_> = truth.iter().map(|markers| markers.map(|marker| moved(marker, &mut rng))).collect();
         let covariances = vec![[Some(covariance); 15]; 400];
-        let mut sequence = Sequence::of_markers(60.0, &truth, &estimate);
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
         sequence.covariances = Some(&covariances);
         let metrics = evaluate(&sequence).unwrap().metrics;
         // 5985 draws: the standard deviation of the share is 0.0065 and 0.0039.
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn an_estimate_that_says_nothing_of_its_errors_is_not_measured() {
         let markers = vec![standing(); 3];
-        let evaluation = evaluate(&Sequence::of_markers(60.0, &markers, &markers)).unwrap();
+        let evaluation = evaluate(&Sequence::from_markers(60.0, &markers, &markers)).unwrap();
         assert!(evaluation.absent["ellipsoid50"].contains("estimate_covariance"));
     }
 }

@@ -34,7 +34,7 @@ mod tests {
         let markers = vec![standing(); 4];
         let (truth, estimate) =
             ([Some(9.0), Some(0.5), Some(0.3), None], [Some(0.0), Some(0.25), Some(0.5), Some(1.0)]);
-        let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
+        let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
         sequence.energies = Some(Energies { truth: &truth, estimate: &estimate });
         let metrics = evaluate(&sequence).unwrap().metrics;
         assert_eq!(metrics["energy_gap"].per_frame, [None, Some(0.25), Some(-0.2), None]);

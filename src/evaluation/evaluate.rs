@@ -9,7 +9,7 @@ use crate::body::LANDMARKS;
 use super::breakdown::{self, BreakdownGroup};
 use super::pck::{self, CurvePoint};
 use super::reprojection::{self, CameraError};
-use super::{EvaluationError, METRICS, Measurement, Metric, Sequence, Spread, Unit};
+use super::{EvaluationError, METRICS, Measurement, Metric, Sequence, FrameSpread, Unit};
 use super::{coverage, protocol};
 
 /// Everything measured on one sequence.
@@ -49,7 +49,7 @@ pub struct MetricValue {
     pub mean: f64,
     /// Spread over frames; `None` for a metric of the whole sequence, which has one value.
     #[serde(flatten)]
-    pub spread: Option<Spread>,
+    pub spread: Option<FrameSpread>,
     /// How many frames have a value; 0 for a metric of the whole sequence.
     pub frames: usize,
     /// Joint set, alignment, mask rule, frames and rate.
@@ -68,7 +68,7 @@ pub struct JointError {
     pub mean: f64,
     /// Its spread over frames.
     #[serde(flatten)]
-    pub spread: Spread,
+    pub spread: FrameSpread,
     /// Frames in which it was compared.
     pub frames: usize,
 }
@@ -111,7 +111,7 @@ fn value_of(metric: &Metric, measurement: Measurement, sequence: &Sequence<'_>, 
     let values: Vec<f64> = per_frame.iter().flatten().copied().collect();
     let mean = whole.or_else(|| super::mean(&values))?;
     let protocol = format!("{}; {span}", protocol::describe(metric, sequence));
-    let spread = Spread::from_values(&values);
+    let spread = FrameSpread::from_values(&values);
     Some(MetricValue { unit: metric.unit, mean, spread, frames: values.len(), protocol, per_frame })
 }
 
@@ -134,7 +134,7 @@ fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
         }
     }
     let of_joint = |(landmark, errors): (crate::body::Landmark, Vec<f64>)| {
-        let (mean, spread) = (super::mean(&errors)?, Spread::from_values(&errors)?);
+        let (mean, spread) = (super::mean(&errors)?, FrameSpread::from_values(&errors)?);
         Some(JointError { joint: landmark.name().to_owned(), mean, spread, frames: errors.len() })
     };
     LANDMARKS.into_iter().zip(errors).filter_map(of_joint).collect()

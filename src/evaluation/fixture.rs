@@ -35,5 +35,5 @@ pub(crate) fn translated(markers: &Markers, shift: Vector3<f64>) -> Markers {
 
 /// Evaluates marker positions alone, at 60 fps.
 pub(crate) fn evaluate_markers(truth: &[Markers], estimate: &[Markers]) -> Evaluation {
-    evaluate(&Sequence::of_markers(60.0, truth, estimate)).unwrap()
+    evaluate(&Sequence::from_markers(60.0, truth, estimate)).unwrap()
 }

@@ -73,7 +73,7 @@ pub use comparison::{
 };
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{
-    Budget, Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
+    MetricMargin, Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
     MoreSeeds, gate, seeds_to_settle,
 };
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
@@ -88,6 +88,6 @@ pub use sequence::{
     ContactMeasures, ContactPair, Energies, EvaluationError, PARTS, PartRotations, RootRotations, Sequence, Views,
 };
 pub use silhouette::intersection_over_union;
-pub use statistics::{Spread, mean, quantile};
+pub use statistics::{FrameSpread, mean, quantile};
 pub use summary::{JointSummary, MetricSummary, RunKey, SeedRun, Summary, summarise};
 pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};

@@ -67,7 +67,7 @@ mod tests {
     fn measured(estimate: [Option<UnitQuaternion<f64>>; PARTS], markers: Markers) -> [f64; 2] {
         let (truth, estimated) = (vec![standing(); 3], vec![markers; 3]);
         let parts = [[Some(UnitQuaternion::identity()); PARTS], estimate].map(|parts| vec![parts; 3]);
-        let mut sequence = Sequence::of_markers(60.0, &truth, &estimated);
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimated);
         sequence.parts = Some(PartRotations { truth: &parts[0], estimate: &parts[1] });
         let metrics = evaluate(&sequence).unwrap().metrics;
         ["mpjae_deg", "pa_mpjae_deg"].map(|name| metrics[name].mean)

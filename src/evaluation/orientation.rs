@@ -71,7 +71,7 @@ mod tests {
     fn errors(truth: UnitQuaternion<f64>, estimate: UnitQuaternion<f64>) -> [f64; 2] {
         let markers = vec![standing(); 3];
         let (truth, estimate) = (vec![truth; 3], vec![Some(estimate); 3]);
-        let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
+        let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
         sequence.roots = Some(RootRotations { truth: &truth, estimate: &estimate });
         let metrics = evaluate(&sequence).unwrap().metrics;
         ["body_orientation_deg", "heading_deg"].map(|name| metrics[name].mean)

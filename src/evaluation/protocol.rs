@@ -27,7 +27,7 @@ mod tests {
         let mut flat = contacts(&[(true, 0.0, 0.0); 3], &[(true, 0.0, 0.0); 3]);
         flat.rule = rule;
         let markers = vec![standing(); 3];
-        let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
+        let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
         let touching =
             ContactMeasures { ground: &flat, self_depth_m: &[0.0; 3], prop_depth_m: None, dynamics: None, known: None };
         sequence.contacts = Some(ContactPair { truth: touching, estimate: Some(touching) });

@@ -133,7 +133,7 @@ mod tests {
         let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.02, 0.0))).collect();
         let seen = [[true; 15], [true; 15]];
         let all: Vec<&[[bool; 15]]> = vec![&seen; 3];
-        let mut sequence = Sequence::of_markers(60.0, &truth, &estimate);
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
         sequence.views = Some(Views { cameras: &cameras, in_view: &all, visible: &all });
         let evaluation = evaluate(&sequence).unwrap();
         let focal = cameras[0].pinhole.focal[0];
@@ -151,7 +151,7 @@ mod tests {
         let mut seen = [[true; 15]];
         seen[0][..5].fill(false);
         let all: Vec<&[[bool; 15]]> = vec![&seen; 3];
-        let mut sequence = Sequence::of_markers(60.0, &truth, &estimate);
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
         sequence.views = Some(Views { cameras: &cameras, in_view: &all, visible: &all });
         let of_ten = evaluate(&sequence).unwrap();
         assert!(of_ten.metrics["error_2d_px"].mean < 2.5 && of_ten.metrics["humaneva_mm"].mean > 49.0);

@@ -302,14 +302,14 @@ mod tests {
     #[test]
     fn lists_of_different_length_are_named() {
         let (truth, estimate) = (still(4), still(3));
-        let error = Sequence::of_markers(60.0, &truth, &estimate).check().unwrap_err();
+        let error = Sequence::from_markers(60.0, &truth, &estimate).check().unwrap_err();
         assert_eq!(error, EvaluationError::Length { what: "estimated markers", found: 3, expected: 4 });
     }
 
     #[test]
     fn a_single_frame_that_is_the_start_leaves_nothing_to_score() {
         let one = still(1);
-        let error = Sequence::of_markers(60.0, &one, &one).check().unwrap_err();
+        let error = Sequence::from_markers(60.0, &one, &one).check().unwrap_err();
         assert_eq!(error, EvaluationError::NoFrame { frames: 1, left_out: 1 });
     }
 
@@ -318,9 +318,9 @@ mod tests {
         let truth = still(3);
         let mut estimate = still(3);
         estimate[2][1] = Some(Point3::new(0.0, f64::NAN, 0.0));
-        let error = Sequence::of_markers(60.0, &truth, &estimate).check().unwrap_err();
+        let error = Sequence::from_markers(60.0, &truth, &estimate).check().unwrap_err();
         assert_eq!(error.to_string(), "set frame 2 (from 0): the estimated pelvis is not a finite number");
-        assert_eq!(Sequence::of_markers(0.0, &truth, &truth).check(), Err(EvaluationError::FrameRate(0.0)));
+        assert_eq!(Sequence::from_markers(0.0, &truth, &truth).check(), Err(EvaluationError::FrameRate(0.0)));
     }
 
     #[test]
@@ -328,9 +328,9 @@ mod tests {
         let (mut truth, mut other, nothing) = (still(3), vec![[None; 15]; 3], vec![[None; 15]; 3]);
         truth.iter_mut().for_each(|markers| markers[4] = None);
         other.iter_mut().for_each(|markers| markers[4] = Some(Point3::origin()));
-        let error = Sequence::of_markers(60.0, &truth, &other).check();
+        let error = Sequence::from_markers(60.0, &truth, &other).check();
         assert_eq!(error, Err(EvaluationError::NothingInCommon));
-        assert_eq!(Sequence::of_markers(60.0, &nothing, &truth).check(), Err(EvaluationError::NothingInCommon));
-        assert_eq!(Sequence::of_markers(60.0, &truth, &nothing).check(), Ok(()));
+        assert_eq!(Sequence::from_markers(60.0, &nothing, &truth).check(), Err(EvaluationError::NothingInCommon));
+        assert_eq!(Sequence::from_markers(60.0, &truth, &nothing).check(), Ok(()));
     }
 }

@@ -81,7 +81,7 @@ mod tests {
     fn the_worst_view_is_the_camera_with_the_lowest_mean() {
         let markers = vec![standing(); 3];
         let overlaps = vec![vec![Some(0.0), Some(0.0)], vec![Some(0.9), Some(0.6)], vec![Some(0.5), None]];
-        let mut sequence = Sequence::of_markers(60.0, &markers, &markers);
+        let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
         sequence.view_overlaps = Some(&overlaps);
         let metrics = evaluate(&sequence).unwrap().metrics;
         assert!((metrics["silhouette_iou"].mean - (0.75 + 0.5) / 2.0).abs() < 1e-12, "frame 0 is left out");

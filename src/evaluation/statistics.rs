@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// How the frames of a sequence are spread about their mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
+pub struct FrameSpread {
     /// Standard deviation with divisor n - 1; `None` for a single value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std: Option<f64>,
@@ -16,7 +16,7 @@ pub struct Spread {
     pub max: f64,
 }
 
-impl Spread {
+impl FrameSpread {
     /// Of at least one finite value; `None` for an empty list.
     pub fn from_values(values: &[f64]) -> Option<Self> {
         let mut sorted = values.to_vec();
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn the_spread_of_one_to_five_is_known() {
         let values = [5.0, 1.0, 3.0, 2.0, 4.0];
-        let spread = Spread::from_values(&values).unwrap();
+        let spread = FrameSpread::from_values(&values).unwrap();
         assert_eq!((mean(&values), spread.median, spread.max), (Some(3.0), 3.0, 5.0));
         assert!((spread.p90 - 4.6).abs() < 1e-12, "numpy.percentile([1..5], 90) is 4.6");
         assert!((spread.std.unwrap() - 2.5_f64.sqrt()).abs() < 1e-12);
@@ -78,8 +78,8 @@ mod tests {
 
     #[test]
     fn one_value_does_not_deviate_and_none_has_no_mean() {
-        assert_eq!(Spread::from_values(&[7.0]), Some(Spread { std: None, median: 7.0, p90: 7.0, max: 7.0 }));
-        assert_eq!(Spread::from_values(&[]), None);
+        assert_eq!(FrameSpread::from_values(&[7.0]), Some(FrameSpread { std: None, median: 7.0, p90: 7.0, max: 7.0 }));
+        assert_eq!(FrameSpread::from_values(&[]), None);
         assert_eq!(mean_of([].into_iter()), None);
         assert_eq!(mean_of([1.0, 2.0].into_iter()), Some(1.5));
     }

@@ -9,7 +9,7 @@ use super::reprojection::{CameraSummary, summarise_cameras};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
-    Evaluation, EvaluationError, Interval, MetricValue, Spread, Unit, ValueRange, find_metric, interval_words, mean,
+    Evaluation, EvaluationError, Interval, MetricValue, FrameSpread, Unit, ValueRange, find_metric, interval_words, mean,
     mean_interval,
 };
 use crate::body::LANDMARKS;
@@ -66,7 +66,7 @@ pub struct MetricSummary {
     /// Spread over frames; absent for a metric of the whole sequence. `std`, `median`, `p90`: of the frames of a run,
     /// averaged over runs. `max`: of all frames of all runs.
     #[serde(flatten)]
-    pub spread: Option<Spread>,
+    pub spread: Option<FrameSpread>,
     /// 95 % interval of the mean; `None` for fewer than three runs, where a clip has one seed and where all are equal.
     pub ci95: Option<Interval>,
     /// How the interval was made, or why there is none.
@@ -141,10 +141,10 @@ fn metric_summary(runs: &[SeedRun<'_>], name: &str) -> Option<MetricSummary> {
 }
 
 /// `max` of all frames, the others averaged over runs; `None` for a metric of whole sequences.
-fn mean_spread(values: &[&MetricValue]) -> Option<Spread> {
-    let spreads: Vec<Spread> = values.iter().filter_map(|value| value.spread).collect();
-    let of_runs = |part: fn(&Spread) -> f64| mean(&spreads.iter().map(part).collect::<Vec<_>>());
-    Some(Spread {
+fn mean_spread(values: &[&MetricValue]) -> Option<FrameSpread> {
+    let spreads: Vec<FrameSpread> = values.iter().filter_map(|value| value.spread).collect();
+    let of_runs = |part: fn(&FrameSpread) -> f64| mean(&spreads.iter().map(part).collect::<Vec<_>>());
+    Some(FrameSpread {
         std: mean(&spreads.iter().filter_map(|spread| spread.std).collect::<Vec<_>>()),
         median: of_runs(|s| s.median)?,
         p90: of_runs(|s| s.p90)?,

@@ -26,16 +26,16 @@ impl BodyContacts {
     pub(super) fn of_motion(body: &Humanoid, motion: &Motion, props: &[Prop]) -> Option<Self> {
         let rule = ContactRule::default();
         let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
-        let ground = GroundContacts::of_motion(body, motion, &rule).ok()?;
+        let ground = GroundContacts::from_motion(body, motion, &rule).ok()?;
         let among = PropContacts::of_frames(body, props, &frames, motion.frames_per_second, &rule).ok()?;
         let prop_depth_m = (!props.is_empty()).then(|| among.deepest_m(frames.len()));
         let own = SelfCollision::new(body);
         let self_depth_m = parallel::map(frames.len(), |frame| own.deepest_m(&frames[frame]));
-        let dynamics = Dynamics::of_motion(body, motion, &ground, GROUND_FRICTION).ok();
+        let dynamics = Dynamics::from_motion(body, motion, &ground, GROUND_FRICTION).ok();
         Some(Self { ground, self_depth_m, prop_depth_m, dynamics, known: None })
     }
 
-    /// As [`Self::of_motion`], of poses some of which may be missing: each stretch between gaps by itself. `None`
+    /// As [`Self::from_motion`], of poses some of which may be missing: each stretch between gaps by itself. `None`
     /// without any pose.
     pub(super) fn of_poses(
         body: &Humanoid,
@@ -47,7 +47,7 @@ impl BodyContacts {
         for stretch in stretches(poses) {
             let motion =
                 Motion { frames_per_second, poses: poses[stretch.clone()].iter().flatten().cloned().collect() };
-            let part = Self::of_motion(body, &motion, props)?;
+            let part = Self::from_motion(body, &motion, props)?;
             if stretch.len() == poses.len() {
                 return Some(part);
             }
@@ -163,12 +163,12 @@ mod tests {
     fn a_gap_is_not_known_and_leaves_what_is_far_from_it_alone() {
         let body = shipped("tracker25").unwrap();
         let all = poses(&body);
-        let whole = BodyContacts::of_poses(&body, &all, 60.0, &[]).unwrap();
+        let whole = BodyContacts::from_poses(&body, &all, 60.0, &[]).unwrap();
         assert!(whole.known.is_none());
         let mut gappy = all.clone();
         gappy[20] = None;
         gappy[0] = None;
-        let found = BodyContacts::of_poses(&body, &gappy, 60.0, &[]).unwrap();
+        let found = BodyContacts::from_poses(&body, &gappy, 60.0, &[]).unwrap();
         let touching = found.touching();
         let unknown: Vec<usize> = (0..40).filter(|frame| !touching.is_known(*frame, 1)).collect();
         assert_eq!(unknown, [0, 1, 19, 20, 21]);
@@ -184,6 +184,6 @@ mod tests {
             let [a, b] = [&found, &whole].map(|body| &body.dynamics.as_ref().unwrap().frames[frame]);
             assert_eq!(a.centre_of_mass, b.centre_of_mass);
         }
-        assert!(BodyContacts::of_poses(&body, &vec![None; 5], 60.0, &[]).is_none());
+        assert!(BodyContacts::from_poses(&body, &vec![None; 5], 60.0, &[]).is_none());
     }
 }

@@ -5,7 +5,7 @@ use super::watch::{Watch, advance};
 use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::tracker::{
-    CALIBRATION_FRAMES, CALIBRATION_SPACING_S, Calibration, CalibrationVerdict, SilhouetteSettings, Tracker, calibrate,
+    CALIBRATION_FRAMES, CALIBRATION_SPACING_S, BodyCalibration, CalibrationVerdict, SilhouetteSettings, Tracker, calibrate,
 };
 
 /// The numbers of the frames of a set that a calibration looks at.
@@ -20,7 +20,7 @@ pub(super) fn calibrated(
     settings: SilhouetteSettings,
     tracker: &mut dyn Tracker,
     watch: &dyn Watch,
-) -> Result<Calibration, ExperimentError> {
+) -> Result<BodyCalibration, ExperimentError> {
     if set.start.body.skin.is_some() {
         let detail = "a body with a skin cannot be calibrated yet; track it without, or leave `tracker_body.skin` out"
             .to_owned();
@@ -53,7 +53,7 @@ impl Beginning {
         Self { body: set.start.body.clone(), pose: set.start.pose.clone(), is_calibrated: false }
     }
 
-    pub(super) fn of_calibration(calibration: &Calibration) -> Self {
+    pub(super) fn of_calibration(calibration: &BodyCalibration) -> Self {
         let is_calibrated = calibration.report.verdict == CalibrationVerdict::Kept;
         Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated }
     }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::cost::{Cost, cost};
+use super::cost::{RunCost, cost};
 use super::learning::Models;
 use super::scene_check::{ActorPath, CameraView, CamerasInside, doubts, unseen, views};
 use super::staging::{Staged, robot};
@@ -50,7 +50,7 @@ pub struct Soundness {
     /// Likelihood evaluations of all frames and seeds.
     pub likelihood_evaluations: u64,
     /// What it costs to run.
-    pub cost: Cost,
+    pub cost: RunCost,
     /// Notes: guesses, repaired frames, doubtful views.
     pub notes: Vec<String>,
 }
@@ -81,7 +81,7 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Soun
     Ok(soundness(file, staged, path, views, cost))
 }
 
-fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<CameraView>, cost: Cost) -> Soundness {
+fn soundness(file: &ScenarioFile, staged: Staged, path: ActorPath, views: Vec<CameraView>, cost: RunCost) -> Soundness {
     let scenario = &file.scenario;
     let trackers = scenario.trackers();
     let per_frame: u64 = trackers.iter().map(|(_, tracker)| tracker.kind().evaluations_per_frame()).sum();

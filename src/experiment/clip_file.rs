@@ -9,7 +9,7 @@ use crate::benchmark_set::SourceRecording;
 use crate::input::{self, excerpt, hex_sha256, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 use crate::retarget::MotionFingerprint;
-use crate::scenario::{Axis, MotionSettings, ScenarioFile, did_you_mean};
+use crate::scenario::{UpwardAxis, MotionSettings, ScenarioFile, did_you_mean};
 
 /// The clips that are built in, by the name behind `embedded:`.
 pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
@@ -29,7 +29,7 @@ const GREATEST_DEPTH: usize = 12;
 const STATURES: std::ops::RangeInclusive<f64> = 0.5..=3.0;
 
 /// The part of a recording that is used.
-pub(super) struct Recording {
+pub(super) struct UsedRecording {
     /// Cut, repeated and resampled.
     pub(super) clip: Clip,
     /// Which frames of which file it is, as they were recorded.
@@ -44,7 +44,7 @@ pub(super) fn load(
     table: &str,
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
-) -> Result<Recording, ExperimentError> {
+) -> Result<UsedRecording, ExperimentError> {
     read_part(&file.folder, Path::new(&settings.clip), settings, mocap_directory, &|key, message| {
         scenario_error(file, &format!("{table}.{key}"), message)
     })
@@ -72,7 +72,7 @@ fn missing_of_one(
     if let Some(name) = built_in(Path::new(&settings.clip)) {
         return embedded(name).err().map(|message| scenario_error_at("clip", message)).into_iter().collect();
     }
-    let places = Places { folder: &file.folder, mocap_directory };
+    let places = ClipFolders { folder: &file.folder, mocap_directory };
     let clip = places
         .find(Path::new(&settings.clip), settings.sha256.as_deref())
         .is_none()
@@ -90,19 +90,19 @@ pub(super) fn read_part(
     settings: &MotionSettings,
     mocap_directory: Option<&Path>,
     scenario_error_at: &dyn Fn(&'static str, String) -> ExperimentError,
-) -> Result<Recording, ExperimentError> {
+) -> Result<UsedRecording, ExperimentError> {
     let mut options = ReadOptions {
         frames_per_second: settings.source_hz,
         metres_per_unit: settings.metres_per_unit,
         up: settings.up.map(|axis| match axis {
-            Axis::Y => UpAxis::Y,
-            Axis::Z => UpAxis::Z,
+            UpwardAxis::Y => UpAxis::Y,
+            UpwardAxis::Z => UpAxis::Z,
         }),
         skeleton: None,
         // Frame numbers are those of the file: a rest pose is left out when the part that is used has been cut.
         keep_rest_pose: true,
     };
-    let places = Places { folder, mocap_directory };
+    let places = ClipFolders { folder, mocap_directory };
     let (clip, sha256) = if let Some(name) = built_in(recording) {
         let text = embedded(name).map_err(|message| scenario_error_at("clip", message))?;
         (mocap::parse_deepmimic(text, &settings.clip, &options)?, hex_sha256(text.as_bytes()))
@@ -162,7 +162,7 @@ pub(super) fn read_part(
     let clip = clip
         .resampled(settings.frames_per_second)
         .map_err(|e| scenario_error_at("frames_per_second", e.to_string()))?;
-    Ok(Recording { clip, source, was_cyclic })
+    Ok(UsedRecording { clip, source, was_cyclic })
 }
 
 /// Refuses a body that no unit can be meant to make.
@@ -224,7 +224,7 @@ pub(super) fn paths_of(
     if built_in(recording).is_some() {
         return Vec::new();
     }
-    let places = Places { folder, mocap_directory };
+    let places = ClipFolders { folder, mocap_directory };
     let Some(clip) = places.find(recording, settings.sha256.as_deref()) else { return Vec::new() };
     let has = |path: &Path, wanted: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
     let skeletons: Vec<PathBuf> = match &settings.skeleton {
@@ -240,12 +240,12 @@ pub(super) fn paths_of(
 }
 
 /// Where clips may be.
-struct Places<'a> {
+struct ClipFolders<'a> {
     folder: &'a Path,
     mocap_directory: Option<&'a Path>,
 }
 
-impl Places<'_> {
+impl ClipFolders<'_> {
     /// The file of that path or name; of several below the recordings' folder, the one with the right hash, else the
     /// first in alphabetical order.
     fn find(&self, name: &Path, sha256: Option<&str>) -> Option<PathBuf> {

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::error::output;
 use super::inputs::Inputs;
 use super::learning::Models;
-use super::ours::Kind;
+use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::run::{MethodRun, SCENARIO_FILE, draw, scenario_text};
 use super::watch::Watch;
@@ -25,7 +25,7 @@ pub const COMPARISON_PAGE: &str = "comparison.html";
 
 /// Several methods in numbers: `comparison.json`. All but `timing` is the same to the byte for the same scenario.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct MethodComparison {
     /// `skiagraph.comparison/1`.
     pub schema: String,
     /// The scenario's name.
@@ -74,7 +74,7 @@ pub struct MethodRecord {
 #[derive(Clone, Debug)]
 pub struct Compared {
     /// Its numbers.
-    pub comparison: Comparison,
+    pub comparison: MethodComparison,
     /// Error over frames of every method.
     pub methods: Vec<ComparedMethod>,
     /// What a user should know.
@@ -93,8 +93,8 @@ pub fn compare(
     watch: &dyn Watch,
 ) -> Result<Compared, ExperimentError> {
     let scenario = &file.scenario;
-    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
+    Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
     let mut models = Models::new(file, &set.truth.recordings);
@@ -141,8 +141,8 @@ pub fn compare(
     Ok(compared)
 }
 
-fn empty(scenario: &Scenario, set: &crate::benchmark_set::BlindSet, matched: bool) -> Comparison {
-    Comparison {
+fn empty(scenario: &Scenario, set: &crate::benchmark_set::BlindSet, matched: bool) -> MethodComparison {
+    MethodComparison {
         schema: "skiagraph.comparison/1".to_owned(),
         scenario: scenario.name.clone(),
         seeds: scenario.all_seeds().collect(),

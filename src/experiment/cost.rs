@@ -33,7 +33,7 @@ const METRICS: f64 = 60.0;
 
 /// What `run` and `render` need, all of it estimated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cost {
+pub struct RunCost {
     /// Seconds to read the files, retarget, plant_feet_if_asked or simulate: measured, for `check` has done it.
     pub staging_s: f64,
     /// Seconds to draw all frames.
@@ -61,7 +61,7 @@ pub struct Cost {
 }
 
 /// What the sample told.
-struct Sample {
+struct MeasuredTimes {
     frame_render_s: f64,
     frame_measure_s: f64,
     /// Size of the set's files without layers.
@@ -73,7 +73,7 @@ struct Sample {
 ///
 /// # Errors
 /// [`ExperimentError`] where the sample cannot be drawn or tracked.
-pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Result<Cost, ExperimentError> {
+pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Result<RunCost, ExperimentError> {
     let scenario = &file.scenario;
     let (frames, seeds) = (staged.frames() as f64, f64::from(scenario.seeds));
     let trackers = scenario.trackers();
@@ -81,13 +81,13 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
     let two = (two.0?, two.1);
     let sample = sample(file, staged, &two)?;
     let (two, _) = two;
-    let mut known: Vec<(Work, Speed)> = Vec::new();
+    let mut known: Vec<(FrameWork, Speed)> = Vec::new();
     let (mut track_s, mut likelihood_evaluations) = (0.0, 0);
     for (_, tracker) in &trackers {
         let (Some(filter), Some(likelihood)) = (tracker.kind().filter(), tracker.kind().likelihood()) else { continue };
         let evaluations = filter.particles as u64 * filter.layers as u64;
         let kind = tracker.kind();
-        let work = Work { likelihood, plausibility: kind.plausibility(), refinement: kind.refinement() };
+        let work = FrameWork { likelihood, plausibility: kind.plausibility(), refinement: kind.refinement() };
         let speed = match known.iter().find(|(known, _)| *known == work) {
             Some((_, speed)) => *speed,
             None => {
@@ -104,7 +104,7 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
     let (render_s, measure_s) =
         (frames * sample.frame_render_s, frames * sample.frame_measure_s * (seeds + 1.0) * methods);
     let render_memory = render_memory(file, staged, &sample);
-    Ok(Cost {
+    Ok(RunCost {
         staging_s,
         render_s,
         track_s,
@@ -121,7 +121,7 @@ pub(super) fn cost(file: &ScenarioFile, staged: &Staged, staging_s: f64) -> Resu
 }
 
 /// Draws and measures some frames, as many as fit; `two` is the set of two frames and the seconds that it took.
-fn sample(file: &ScenarioFile, staged: &Staged, two: &(BenchmarkSet, f64)) -> Result<Sample, ExperimentError> {
+fn sample(file: &ScenarioFile, staged: &Staged, two: &(BenchmarkSet, f64)) -> Result<MeasuredTimes, ExperimentError> {
     let (few, few_s) = two;
     let threads = rayon::current_num_threads().max(1);
     // a thread draws a frame in about half the time of two, or, where two were drawn at a time, in all of it
@@ -138,7 +138,7 @@ fn sample(file: &ScenarioFile, staged: &Staged, two: &(BenchmarkSet, f64)) -> Re
     let frozen = TrackerSettings::Frozen(FrozenSettings {});
     let tracked = track(&set.blind, &frozen, &[0], None, &mut Models::default(), &Unwatched)?;
     let (_, measure_s) = timed(|| Measures::new(&set, &tracked, &Unwatched).is_ok());
-    Ok(Sample {
+    Ok(MeasuredTimes {
         frame_render_s: if frames < threads { frame_s / threads as f64 } else { set_s / frames as f64 },
         // this one seed and the floor
         frame_measure_s: measure_s / (2 * frames) as f64,
@@ -183,7 +183,7 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
 
 /// What there is to do in a frame.
 #[derive(Clone, Copy, PartialEq)]
-struct Work {
+struct FrameWork {
     likelihood: SilhouetteSettings,
     plausibility: Option<PlausibilitySettings>,
     refinement: Option<RefinementSettings>,
@@ -201,7 +201,7 @@ impl Speed {
     /// By tracking two frames with few particles, then with more, as long as the sample may take.
     fn new(
         two: &BenchmarkSet,
-        Work { likelihood, plausibility, refinement }: Work,
+        FrameWork { likelihood, plausibility, refinement }: FrameWork,
         evaluations: u64,
     ) -> Result<Self, ExperimentError> {
         let seconds = |particles: usize| -> Result<f64, ExperimentError> {
@@ -254,7 +254,7 @@ fn pixels(staged: &Staged) -> impl Iterator<Item = f64> + Clone + '_ {
 
 /// Most memory while a set is drawn and held: the truth twice, the files, what cameras need to be ready, and a thread's
 /// image.
-fn render_memory(file: &ScenarioFile, staged: &Staged, sample: &Sample) -> f64 {
+fn render_memory(file: &ScenarioFile, staged: &Staged, sample: &MeasuredTimes) -> f64 {
     let truth = &staged.ground_truth;
     let (links, cameras) = (truth.actor.links.len() as f64, staged.rig.cameras.len() as f64);
     let frame = 90.0 * links + 30.0 * cameras + 16.0 * truth.actor.degrees_of_freedom.len() as f64 + 600.0;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::ExperimentError;
 use super::error::output;
 use super::inputs::Inputs;
-use super::ours::Kind;
+use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::run::Destination;
 use super::watch::{Stage, Watch, advance};
@@ -63,7 +63,7 @@ pub fn export_set(
     watch: &dyn Watch,
 ) -> Result<(), ExperimentError> {
     Inputs::new([directory.to_owned()]).keep_from(place.path)?;
-    let folder = PartialDirectory::begin(place.path, Kind::Export, place.force)?;
+    let folder = PartialDirectory::begin(place.path, ResultKind::Export, place.force)?;
     let set = BenchmarkSet::read(directory)?;
     watch.begin(Stage::Export, set.blind.frame_count);
     match to {

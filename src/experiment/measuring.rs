@@ -60,7 +60,7 @@ impl Measures {
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Self, ExperimentError> {
         let blind = &set.blind;
         watch.begin(Stage::Evaluate, blind.frame_count);
-        let frozen = EstimatedSequence::of_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
+        let frozen = EstimatedSequence::from_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
         let answers: Vec<&EstimatedSequence> = tracked.estimates.sequences.iter().chain([&frozen]).collect();
         let bodies: Vec<&Humanoid> = (0..tracked.estimates.sequences.len())
             .map(|index| tracked.estimates.body(index, &blind.start.body))
@@ -86,7 +86,7 @@ impl Measures {
             )
             .collect::<Result<_, _>>()?;
         let truth = &set.truth.ground_truth;
-        let touching = BodyContacts::of_motion(&truth.actor, &truth.motion(), &truth.props);
+        let touching = BodyContacts::from_motion(&truth.actor, &truth.motion(), &truth.props);
         let agreements = |answer: usize| Agreements {
             overlaps: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.overlap).collect()).collect(),
             boundaries: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.boundary_f).collect()).collect(),
@@ -173,7 +173,7 @@ impl SeedEstimate<'_> {
         let roots: Option<Vec<_>> = self.sequence.roots().map(|roots| roots.iter().map(turned).collect());
         let both = !truth_energy.is_empty() && !self.energy.is_empty();
         let poses = self.sequence.poses().filter(|_| truth_touching.is_some());
-        let touching = poses.and_then(|poses| BodyContacts::of_poses(self.body, poses, rate, &truth.props));
+        let touching = poses.and_then(|poses| BodyContacts::from_poses(self.body, poses, rate, &truth.props));
         let contacts = truth_touching.map(|truth| ContactPair {
             truth: truth.touching(),
             estimate: touching.as_ref().map(BodyContacts::touching),

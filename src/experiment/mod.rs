@@ -65,8 +65,8 @@ mod watch;
 pub use baseline::{BASELINES, Baseline, Listed, Saved};
 pub use check::{Soundness, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
-pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, Comparison, MethodRecord, compare};
-pub use cost::Cost;
+pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
+pub use cost::RunCost;
 pub use error::ExperimentError;
 pub use export::{ExportTo, export_set};
 pub use external::{
@@ -76,7 +76,7 @@ pub use external::{
 pub use gating::{GATE_FILE, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
-    Inspected, ModelSummary, OneModel, RobotSummary, SeamSummary, SetSummary, Spread, StanceSummary, WorstContact,
+    Inspected, ModelSummary, GraphModelFacts, RobotSummary, SeamSummary, SetSummary, MeanAndMost, StanceSummary, WorstContact,
     inspect, inspect_contacts, inspect_scenario,
 };
 pub use learning::Models;
@@ -87,14 +87,14 @@ pub use more_seeds::{MoreOf, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use poses_file::PosesDeclared;
-pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, Results, RunRecord};
+pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunResults, RunRecord};
 pub use run::{
     Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
     track_set_calibrating, track_set_with_program,
 };
 pub use run_picture::run_picture;
 pub use run_place::RunPlace;
-pub use run_reading::{Side, compare_sides, read_runs};
+pub use run_reading::{ComparedSide, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};
 pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, segment};
 pub use staging::Staged;
@@ -104,7 +104,7 @@ pub use verification::verify_set;
 pub use watch::{Stage, Unwatched, Watch};
 
 /// Named bytes, in the order in which they are written.
-pub type Files = Vec<(&'static str, Vec<u8>)>;
+pub type NamedFiles = Vec<(&'static str, Vec<u8>)>;
 
 /// A JSON file's bytes, ending in a newline.
 fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {

@@ -78,7 +78,7 @@ impl TrainingInput {
         let motions = staged.start.training.motions().to_vec();
         let learned_from = staged.training_sources.iter().zip(&motions).map(|(s, m)| LearnedFrom::new(s, m)).collect();
         let fingerprints = staged.training_sources.into_iter().map(|source| source.fingerprint).collect();
-        let files = Inputs::of_scenario(file, mocap_directory).into_paths();
+        let files = Inputs::from_scenario(file, mocap_directory).into_paths();
         Ok(Self { body: staged.start.body, motions, learned_from, fingerprints, notes: staged.notes, files })
     }
 
@@ -107,13 +107,13 @@ impl TrainingInput {
                 last_frame: options.last_frame,
                 frames_per_second: options.frames_per_second,
                 metres_per_unit: options.metres_per_unit,
-                ..MotionSettings::of_clip(&clip.display().to_string())
+                ..MotionSettings::from_clip(&clip.display().to_string())
             };
             let scenario_error_at = |key: &'static str, message: String| match key {
                 "clip" => in_arguments(key, message),
                 _ => in_arguments(key, format!("{}: {message}", settings.clip)),
             };
-            let clip_file::Recording { clip: recording, source, .. } =
+            let clip_file::UsedRecording { clip: recording, source, .. } =
                 clip_file::read_part(Path::new(""), clip, &settings, mocap_directory, &scenario_error_at)?;
             let performed = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
                 RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::read_file;
-use super::ours::Kind;
+use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::run::{SCENARIO_FILE, draw, measure, write_all};
 use super::run_reading::{MORE_SEEDS, run_folders};
@@ -60,7 +60,7 @@ fn add_to(
     let last = first + u64::from(count).saturating_sub(1);
     let place = folder.join(format!("{MORE_SEEDS}{first}-{last}"));
     let record = recorded(folder)?;
-    let directory = PartialDirectory::begin(&place, Kind::Run, false)?;
+    let directory = PartialDirectory::begin(&place, ResultKind::Run, false)?;
     let (set, mut models) = set_of(folder, clip, from, watch)?;
     let tracked = track(&set.blind, &record.tracker, &seeds, set.truth.refitted.as_ref(), &mut models, watch)?;
     write_all(&directory, &tracked.files(&set.blind)?)?;

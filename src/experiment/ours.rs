@@ -16,7 +16,7 @@ pub const MANUAL_MARK: &str = ".\\\" skiagraph ";
 
 /// Kinds of directories that this program writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum ResultKind {
     /// A run, of one tracker or of several methods.
     Run,
     /// A benchmark set.
@@ -26,15 +26,15 @@ pub(crate) enum Kind {
 }
 
 /// Whether `path` is a directory that holds nothing but a result of that kind; an empty one may be replaced too.
-pub(crate) fn is_ours(path: &Path, kind: Kind) -> bool {
+pub(crate) fn is_ours(path: &Path, kind: ResultKind) -> bool {
     if path.is_symlink() || !path.is_dir() {
         return false;
     }
     let is_empty = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
     is_empty
         || match kind {
-            Kind::Run | Kind::Export => ownership::is_signed(path),
-            Kind::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
+            ResultKind::Run | ResultKind::Export => ownership::is_signed(path),
+            ResultKind::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
         }
 }
 
@@ -90,10 +90,10 @@ mod tests {
     #[test]
     fn a_run_is_ours_once_it_is_listed_and_never_for_its_names() {
         let run = folder(&[("track.json", "{}"), ("poses.npz", "years of work")]);
-        assert!(!is_ours(run.path(), Kind::Run));
+        assert!(!is_ours(run.path(), ResultKind::Run));
         ownership::sign(run.path()).unwrap();
-        assert!(is_ours(run.path(), Kind::Run) && !is_ours(run.path(), Kind::Set));
-        assert!(is_ours(folder(&[]).path(), Kind::Run), "an empty directory is nobody's loss");
+        assert!(is_ours(run.path(), ResultKind::Run) && !is_ours(run.path(), ResultKind::Set));
+        assert!(is_ours(folder(&[]).path(), ResultKind::Run), "an empty directory is nobody's loss");
     }
 
     #[test]

@@ -49,7 +49,7 @@ impl Listing {
     }
 
     /// The same with these files for those that are listed under their paths.
-    pub(super) fn with(&self, files: &super::Files) -> Self {
+    pub(super) fn with(&self, files: &super::NamedFiles) -> Self {
         let kept = self.0.iter().filter(|(path, _)| files.iter().all(|(name, _)| name != path)).cloned();
         let mut listing = Self(kept.collect());
         files.iter().for_each(|(name, bytes)| listing.add(name, bytes));
@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn while_files_are_replaced_both_the_old_and_the_new_are_ours() {
         let folder = run();
-        let files: super::super::Files = vec![("run.json", b"new".to_vec())];
+        let files: super::super::NamedFiles = vec![("run.json", b"new".to_vec())];
         let old = Listing::read(folder.path());
         let mut both = old.clone();
         both.add("run.json", b"new");

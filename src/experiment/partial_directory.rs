@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
 use super::error::output;
-use super::ours::{Kind, is_ours};
+use super::ours::{ResultKind, is_ours};
 use super::ownership;
-use super::place::{Place, backup_of, replace, sync_parent, write_synced};
+use super::place::{LockedPlace, backup_of, replace, sync_parent, write_synced};
 use super::unfinished;
 
 /// A directory under construction. Dropped before [`Self::finish`] it disappears, and what stood in its place is
 /// untouched.
 #[derive(Debug)]
 pub(crate) struct PartialDirectory {
-    kind: Kind,
+    kind: ResultKind,
     folder: PathBuf,
-    place: Place,
+    place: LockedPlace,
 }
 
 impl PartialDirectory {
@@ -26,7 +26,7 @@ impl PartialDirectory {
     /// # Errors
     /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes
     /// there, [`ExperimentError::Output`] if nothing can be written.
-    pub(crate) fn begin(target: &Path, kind: Kind, force: bool) -> Result<Self, ExperimentError> {
+    pub(crate) fn begin(target: &Path, kind: ResultKind, force: bool) -> Result<Self, ExperimentError> {
         let occupied = target.symlink_metadata().is_ok() && !is_ours(target, kind);
         if target.file_name().is_none() || (occupied && !force) {
             return Err(ExperimentError::Occupied { path: target.to_owned() });
@@ -35,7 +35,7 @@ impl PartialDirectory {
             // report before the work if it cannot be moved aside
             backup_of(target)?;
         }
-        let place = Place::take(target)?;
+        let place = LockedPlace::take(target)?;
         let folder = place.beside("partial");
         fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
         unfinished::begin(&folder);
@@ -64,7 +64,7 @@ impl PartialDirectory {
     pub(crate) fn finish(self) -> Result<(), ExperimentError> {
         let target = &self.place.path;
         // a set lists its files itself
-        if self.kind != Kind::Set {
+        if self.kind != ResultKind::Set {
             ownership::sign(&self.folder).map_err(output(target, "list the files of the directory"))?;
         }
         unfinished::finish(&self.folder, target, || self.put_in_place())?;
@@ -115,7 +115,7 @@ mod tests {
     }
 
     fn begin(target: &Path, force: bool) -> Result<PartialDirectory, ExperimentError> {
-        PartialDirectory::begin(target, Kind::Run, force)
+        PartialDirectory::begin(target, ResultKind::Run, force)
     }
 
     /// A directory with a run of ours whose page says `text`.

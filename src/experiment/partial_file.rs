@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::output;
 use super::ours::is_file_of_ours;
-use super::place::{Place, backup_of, replace, sync_parent, write_synced};
+use super::place::{LockedPlace, backup_of, replace, sync_parent, write_synced};
 use super::unfinished;
 use super::{Destination, ExperimentError};
 
@@ -19,7 +19,7 @@ pub(super) fn beside(path: &Path, suffix: &str) -> PathBuf {
 /// The place of a file that this process alone writes.
 #[derive(Debug)]
 pub(super) struct PartialFile {
-    place: Place,
+    place: LockedPlace,
 }
 
 impl PartialFile {
@@ -37,7 +37,7 @@ impl PartialFile {
         if occupied {
             backup_of(path)?;
         }
-        Ok(Self { place: Place::take(path)? })
+        Ok(Self { place: LockedPlace::take(path)? })
     }
 
     /// Puts the bytes in their place, whole; what was there stays until then. May be called again.

@@ -6,7 +6,7 @@ use super::clip_file;
 use super::error::scenario_error;
 use super::performed::retargeted;
 use super::placement::place;
-use super::{ExperimentError, clip_file::Recording};
+use super::{ExperimentError, clip_file::UsedRecording};
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
 use crate::editing::{
@@ -19,7 +19,7 @@ use crate::scenario::{MotionSettings, ScenarioFile};
 pub(super) struct Recordings<'a> {
     settings: &'a MotionSettings,
     table: String,
-    takes: Vec<(String, MotionSettings, Recording)>,
+    takes: Vec<(String, MotionSettings, UsedRecording)>,
 }
 
 /// A motion of a robot, edited.

@@ -42,7 +42,7 @@ pub(super) fn plant_feet_if_asked(
     Ok(match mode {
         ContactMode::Off => None,
         ContactMode::Measure => {
-            let contacts = GroundContacts::of_motion(&performed.humanoid, &performed.motion, &rule)?;
+            let contacts = GroundContacts::from_motion(&performed.humanoid, &performed.motion, &rule)?;
             Some(ContactFacts::measured(&GroundQuality::from_contacts(&contacts)))
         }
         ContactMode::Fix | ContactMode::Simulate => {

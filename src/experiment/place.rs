@@ -13,7 +13,7 @@ const TRIES: usize = 100;
 
 /// A file's or directory's place, which no other process of this program writes to meanwhile.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct LockedPlace {
     pub(super) path: PathBuf,
     /// Directories above that were not there before, innermost first.
     made: Vec<PathBuf>,
@@ -21,7 +21,7 @@ pub(super) struct Place {
     lock: Option<Lock>,
 }
 
-impl Place {
+impl LockedPlace {
     /// Makes the directories above `path`, locks the place, and removes what processes that died left beside it.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for LockedPlace {
     fn drop(&mut self) {
         self.lock.take();
         unfinished::remove_empty(&self.made);
@@ -220,21 +220,21 @@ mod tests {
     fn a_place_is_taken_once_at_a_time_and_leaves_nothing() {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("deep/er/a");
-        let first = Place::take(&path).unwrap();
-        let refused = Place::take(&path).unwrap_err();
+        let first = LockedPlace::take(&path).unwrap();
+        let refused = LockedPlace::take(&path).unwrap_err();
         assert!(matches!(refused, ExperimentError::Busy { .. }) && refused.exit_code() == 75, "{refused}");
         // another place beside it is free
-        drop(Place::take(&root.path().join("deep/er/b")).unwrap());
+        drop(LockedPlace::take(&root.path().join("deep/er/b")).unwrap());
         drop(first);
         assert!(names(root.path()).is_empty());
-        drop(Place::take(&path).unwrap());
+        drop(LockedPlace::take(&path).unwrap());
     }
 
     #[test]
     fn the_lock_of_a_process_that_died_is_free() {
         let root = tempfile::tempdir().unwrap();
         fs::write(root.path().join(".a.lock"), "").unwrap();
-        drop(Place::take(&root.path().join("a")).unwrap());
+        drop(LockedPlace::take(&root.path().join("a")).unwrap());
         assert!(names(root.path()).is_empty());
     }
 
@@ -246,10 +246,10 @@ mod tests {
             fs::write(root.path().join(name).join("x"), name).unwrap();
         }
         fs::write(root.path().join(".a.writing-17"), "").unwrap();
-        let living = Place::take(&root.path().join("b")).unwrap();
+        let living = LockedPlace::take(&root.path().join("b")).unwrap();
         fs::create_dir(root.path().join(".b.partial-19")).unwrap();
-        drop(Place::take(&root.path().join("a")).unwrap());
-        assert!(Place::take(&root.path().join("b")).is_err());
+        drop(LockedPlace::take(&root.path().join("a")).unwrap());
+        assert!(LockedPlace::take(&root.path().join("b")).is_err());
         assert_eq!(names(root.path()), [".a.partial-mine", ".b.lock", ".b.partial-19", "a"]);
         drop(living);
     }
@@ -259,7 +259,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         fs::create_dir(root.path().join(".a.replaced-17")).unwrap();
         fs::write(root.path().join(".a.replaced-17/run.json"), "old").unwrap();
-        drop(Place::take(&root.path().join("a")).unwrap());
+        drop(LockedPlace::take(&root.path().join("a")).unwrap());
         assert_eq!(fs::read_to_string(root.path().join("a/run.json")).unwrap(), "old");
         assert_eq!(names(root.path()), ["a"]);
     }

@@ -38,7 +38,7 @@ mod tests {
     use crate::body::fixture::walk;
 
     fn settings(start_m: Option<[f64; 2]>, heading_deg: Option<f64>) -> MotionSettings {
-        MotionSettings { start_m, heading_deg, ..MotionSettings::of_clip("a.bvh") }
+        MotionSettings { start_m, heading_deg, ..MotionSettings::from_clip("a.bvh") }
     }
 
     fn placed(settings: &MotionSettings) -> Motion {

@@ -6,7 +6,7 @@ use super::external::ExternalRecord;
 use super::measuring::{Measures, Painters};
 use super::playback::playback;
 use super::tracking::{POSES_FILE, TrackTiming, Tracked};
-use super::{ExperimentError, Files, per_frame, to_json};
+use super::{ExperimentError, NamedFiles, per_frame, to_json};
 use crate::benchmark_set::{BenchmarkSet, ContactFacts};
 use crate::evaluation::{SegmentationQuality, Summary};
 use crate::input::hex_sha256;
@@ -91,14 +91,14 @@ pub struct RunRecord {
 
 /// Everything that a measured run leaves on disk.
 #[derive(Clone, Debug)]
-pub struct Results {
+pub struct RunResults {
     /// The numbers.
     pub record: RunRecord,
     /// The files, `run.json` last.
-    pub files: Files,
+    pub files: NamedFiles,
 }
 
-impl Results {
+impl RunResults {
     /// Puts measures into files.
     ///
     /// # Errors
@@ -139,7 +139,7 @@ impl Results {
         };
         let record = record(set, tracked, measures, &facts, verdict(&input));
         let picture = sheet.as_ref().map(contact_sheet).transpose()?.map(|png| (CONTACT_SHEET_FILE, png));
-        let mut files: Files = picture.into_iter().collect();
+        let mut files: NamedFiles = picture.into_iter().collect();
         files.extend([
             (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
             (POSES_FILE, poses),

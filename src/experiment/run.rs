@@ -11,18 +11,18 @@ use super::external::{
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
 use super::observing::Observing;
-use super::ours::Kind;
+use super::ours::ResultKind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::place::write_synced;
 use super::poses_file::{PosesDeclared, check_scale, read_poses};
-use super::results::{Results, RunRecord, tracker_in_words};
+use super::results::{RunResults, RunRecord, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::unfinished;
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, Files, Models};
+use super::{ExperimentError, NamedFiles, Models};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetParts, TruthSet, is_set};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
@@ -120,11 +120,11 @@ pub fn render_apart(
     if let Some(path) = [Some(to.path), whole].into_iter().flatten().find(|path| is_set(path) && !to.force) {
         return Err(ExperimentError::SetThere { path: path.to_owned() });
     }
-    let inputs = Inputs::of_scenario(file, mocap_directory);
+    let inputs = Inputs::from_scenario(file, mocap_directory);
     inputs.keep_from(to.path)?;
     whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
-    let apart = whole.map(|path| PartialDirectory::begin(path, Kind::Set, to.force)).transpose()?;
-    let directory = PartialDirectory::begin(to.path, Kind::Set, to.force)?;
+    let apart = whole.map(|path| PartialDirectory::begin(path, ResultKind::Set, to.force)).transpose()?;
+    let directory = PartialDirectory::begin(to.path, ResultKind::Set, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let complete = apart.as_ref().unwrap_or(&directory);
     set.write_unless(complete.folder(), &file.scenario.layers, &|| watch.interrupted())?;
@@ -163,8 +163,8 @@ pub fn track_set_calibrating(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
-    Inputs::of_set(set, settings).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
+    Inputs::from_set(set, settings).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
     let mut blind = BlindSet::read(set)?;
     blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
     let truth = if settings.kind().needs_truth() { TruthSet::read(set)?.refitted } else { None };
@@ -186,7 +186,7 @@ pub fn track_set_with_program(
     watch: &dyn Watch,
 ) -> Result<ExternalRecord, ExperimentError> {
     Inputs::new([set.to_owned()]).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
+    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
     let blind = BlindSet::read(set)?;
     let handed = HandedOut::new(&blind, directory.folder())?;
     let done = track_with_program(&blind, &handed.folder, settings, seeds, watch)?;
@@ -309,7 +309,7 @@ pub fn evaluate_run(
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
     Inputs::new([set, run].map(Path::to_owned)).keep_from(&place)?;
-    let directory = PartialDirectory::begin(&place, Kind::Run, force)?;
+    let directory = PartialDirectory::begin(&place, ResultKind::Run, force)?;
     let results = measure(&whole, &tracked, watch)?;
     write_all(&directory, &results.files)?;
     directory.finish()?;
@@ -366,8 +366,8 @@ pub fn run(
     to: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<RunOutcome, ExperimentError> {
-    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
+    Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
+    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
     let (set, notes) = draw(file, mocap_directory, watch)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
     let attempt = MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
@@ -405,7 +405,7 @@ impl MethodRun<'_> {
         let folder = self.directory.folder().join(self.folder);
         let tracked = Tracked::read(&folder, &self.set.blind.start.body)?;
         let measures = Measures::new(self.set, &tracked, watch)?;
-        let results = Results::of_command(self.set, &tracked, &measures, watch.command())?;
+        let results = RunResults::of_command(self.set, &tracked, &measures, watch.command())?;
         self.write(&vec![(SCENARIO_FILE, scenario_text(self.scenario)?.into_bytes())])?;
         self.write(&results.files)?;
         if !self.folder.is_empty() {
@@ -420,15 +420,15 @@ impl MethodRun<'_> {
         })
     }
 
-    fn write(&self, files: &Files) -> Result<(), ExperimentError> {
+    fn write(&self, files: &NamedFiles) -> Result<(), ExperimentError> {
         let path = |name: &str| Path::new(self.folder).join(name).to_string_lossy().into_owned();
         files.iter().try_for_each(|(name, bytes)| self.directory.write(&path(name), bytes))
     }
 }
 
-pub(super) fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Results, ExperimentError> {
+pub(super) fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<RunResults, ExperimentError> {
     let measures = Measures::new(set, tracked, watch)?;
-    Results::of_command(set, tracked, &measures, watch.command())
+    RunResults::of_command(set, tracked, &measures, watch.command())
 }
 
 /// The scenario with its overrides, to be run again.
@@ -438,7 +438,7 @@ pub(super) fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentErr
     toml::to_string(&tree).map_err(|e| malformed(e.to_string()))
 }
 
-pub(super) fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(), ExperimentError> {
+pub(super) fn write_all(directory: &PartialDirectory, files: &NamedFiles) -> Result<(), ExperimentError> {
     files.iter().try_for_each(|(name, bytes)| directory.write(name, bytes))
 }
 
@@ -446,7 +446,7 @@ pub(super) fn write_all(directory: &PartialDirectory, files: &Files) -> Result<(
 /// only when all are on the disk are they moved; `run.json`, the last, is what makes a run. A file that is there must
 /// be listed as ours. The listing knows both the old and the new files while they are moved, so that a run is ours
 /// whenever the process dies.
-fn replace_files(folder: &Path, listing: &Listing, files: &Files) -> Result<(), ExperimentError> {
+fn replace_files(folder: &Path, listing: &Listing, files: &NamedFiles) -> Result<(), ExperimentError> {
     let path = |name: &str| folder.join(name);
     let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !listing.holds(folder, name));
     if let Some((name, _)) = foreign {
@@ -468,7 +468,7 @@ fn replace_files(folder: &Path, listing: &Listing, files: &Files) -> Result<(), 
     replaced
 }
 
-fn write_partial(partial: &impl Fn(&str) -> PathBuf, files: &Files) -> Result<(), ExperimentError> {
+fn write_partial(partial: &impl Fn(&str) -> PathBuf, files: &NamedFiles) -> Result<(), ExperimentError> {
     files.iter().try_for_each(|(name, bytes)| {
         let path = partial(name);
         write_synced(&path, bytes).map_err(output(&path, "write"))

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
-use super::ours::{Kind, is_ours};
+use super::ours::{ResultKind, is_ours};
 use super::run::{SCENARIO_FILE, scenario_text};
 use crate::scenario::ScenarioFile;
 
@@ -74,7 +74,7 @@ fn found_at(path: &Path, text: &str) -> Found {
     if path.symlink_metadata().is_err() {
         return Found::Nothing;
     }
-    if !is_ours(path, Kind::Run) {
+    if !is_ours(path, ResultKind::Run) {
         return Found::NotOurs;
     }
     match fs::read_to_string(path.join(SCENARIO_FILE)) {

@@ -24,7 +24,7 @@ pub(super) const MORE_SEEDS: &str = "seeds-";
 
 /// The runs of one side of a comparison.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Side {
+pub struct ComparedSide {
     /// The folder's name, or its whole path where names are the same.
     pub name: String,
     /// The runs.
@@ -75,13 +75,13 @@ fn too_few(paths: &[PathBuf]) -> ExperimentError {
     }
 }
 
-fn read_sides(paths: &[PathBuf]) -> Result<Vec<Side>, ExperimentError> {
+fn read_sides(paths: &[PathBuf]) -> Result<Vec<ComparedSide>, ExperimentError> {
     let expanded = match paths {
         [folder] if !folder.join(RUN_FILE).is_file() => folders_with_runs(folder),
         several => several.to_vec(),
     };
     let names = names(&expanded);
-    expanded.iter().zip(names).map(|(path, name)| Ok(Side { name, runs: read_runs(path)? })).collect()
+    expanded.iter().zip(names).map(|(path, name)| Ok(ComparedSide { name, runs: read_runs(path)? })).collect()
 }
 
 /// The folders directly in this one that hold runs: methods of a comparison, cells of a sweep.

@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::inputs::Inputs;
-use super::ours::Kind;
+use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::pictures::{images_in, read_image};
 use super::watch::{Stage, Watch, advance};
@@ -65,7 +65,7 @@ pub struct Segmented {
 pub fn segment(input: &SegmentInput<'_>, to: Destination<'_>, watch: &dyn Watch) -> Result<Segmented, ExperimentError> {
     let inputs = input.background.iter().cloned().chain([input.frames.to_owned()]);
     Inputs::new(inputs).keep_from(to.path)?;
-    let directory = PartialDirectory::begin(to.path, Kind::Run, to.force)?;
+    let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
     let frames = images_in(input.frames)?;
     let names = names_of(&frames, input.frames)?;
     let periods = periods_of(input)?;

@@ -22,7 +22,7 @@ use super::external::{EXTERNAL_FILE, ExternalRecord};
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use super::watch::{Stage, Watch, advance};
-use super::{ExperimentError, Files, Models};
+use super::{ExperimentError, NamedFiles, Models};
 use crate::benchmark_set::{
     BlindSet, EstimatedSequence, Estimates, SourceRecording, Training, bodies_from_json, bodies_to_json,
     recordings_from_npz, recordings_to_npz,
@@ -33,7 +33,7 @@ use crate::motion_model::{Diffusion, Prediction, ProposalScales};
 use crate::npz::{Array, Npz, Values};
 use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, TrainingUse, json_tree};
 use crate::tracker::{
-    AnnealedParticleFilter, Calibration, CalibrationReport, CalibrationVerdict, Estimate, FilterSettings, Frozen,
+    AnnealedParticleFilter, BodyCalibration, CalibrationReport, CalibrationVerdict, Estimate, FilterSettings, Frozen,
     LayerRecord, Likelihood, ModelOccupancy, PlausibleLikelihood, Refinement, SilhouetteLikelihood, Tracker,
 };
 
@@ -127,7 +127,7 @@ pub fn track(
     watch: &dyn Watch,
 ) -> Result<Tracked, ExperimentError> {
     let factory = TrackerFactory { set, truth, watch };
-    let as_given = Beginning::of_set(set);
+    let as_given = Beginning::from_set(set);
     let mut trackers = Vec::new();
     for seed in seeds {
         trackers.push(factory.begin(settings, models, &as_given, *seed)?);
@@ -135,7 +135,7 @@ pub fn track(
     let begin = Instant::now();
     let calibrations = factory.calibrate(settings, &mut trackers, seeds)?;
     for ((tracker, calibration), seed) in trackers.iter_mut().zip(&calibrations).zip(seeds) {
-        *tracker = factory.begin(settings, models, &Beginning::of_calibration(calibration), *seed)?;
+        *tracker = factory.begin(settings, models, &Beginning::from_calibration(calibration), *seed)?;
     }
     let (estimates, timing) = follow(set, trackers, begin, watch)?;
     let record = TrackRecord {
@@ -209,7 +209,7 @@ pub(super) fn prepare(
     models: &mut Models,
     watch: &dyn Watch,
 ) -> Result<(), ExperimentError> {
-    TrackerFactory { set, truth, watch }.build(settings, models, &Beginning::of_set(set), 0).map(drop)
+    TrackerFactory { set, truth, watch }.build(settings, models, &Beginning::from_set(set), 0).map(drop)
 }
 
 /// What a tracker learned from, in words, one entry a recording.
@@ -251,7 +251,7 @@ impl TrackerFactory<'_> {
         settings: &TrackerSettings,
         trackers: &mut [Box<dyn Tracker>],
         seeds: &[u64],
-    ) -> Result<Vec<Calibration>, ExperimentError> {
+    ) -> Result<Vec<BodyCalibration>, ExperimentError> {
         if !self.set.start.calibrate {
             return Ok(Vec::new());
         }
@@ -362,7 +362,7 @@ impl Tracked {
             let known = of_seed.iter().any(|e| e.covariances.is_some());
             let covariances = of_seed.iter().filter(|_| known).map(|e| e.covariances.unwrap_or_default());
             let covariances = covariances.collect();
-            sequences.push(EstimatedSequence { covariances, ..EstimatedSequence::of_poses(body, poses) });
+            sequences.push(EstimatedSequence { covariances, ..EstimatedSequence::from_poses(body, poses) });
             let records = of_seed.into_iter().map(|e| SearchRecord {
                 energy: e.energy,
                 evaluations: e.evaluations,
@@ -380,7 +380,7 @@ impl Tracked {
     ///
     /// # Errors
     /// [`ExperimentError::Set`] for more than a file can hold.
-    pub fn files(&self, set: &BlindSet) -> Result<Files, ExperimentError> {
+    pub fn files(&self, set: &BlindSet) -> Result<NamedFiles, ExperimentError> {
         let mut files = vec![(POSES_FILE, self.estimates.to_bytes(POSES_FILE, &set.start.body, None)?)];
         if let Some(record) = &self.record {
             files.push((TRACK_FILE, super::to_json(record)?));
@@ -410,7 +410,7 @@ impl Tracked {
         };
         let path = folder.join(POSES_FILE);
         let bytes = read_file(&path, limits::ARRAYS)?;
-        let estimates = Estimates::of_bodies(&path.display().to_string(), &bytes, body, bodies)?;
+        let estimates = Estimates::from_bodies(&path.display().to_string(), &bytes, body, bodies)?;
         let path = folder.join(TRACK_FILE);
         let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
         let record = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
@@ -437,7 +437,7 @@ impl Tracked {
         let path = folder.join(EXTERNAL_FILE);
         let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
         let program = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
-        Ok(Self { program: Some(program), ..Self::of_others(&folder.join(POSES_FILE), body)? })
+        Ok(Self { program: Some(program), ..Self::from_others(&folder.join(POSES_FILE), body)? })
     }
 
     /// Reads a `poses.npz` alone, by any program, for the tracker's body.

@@ -11,7 +11,7 @@ use crate::body::Humanoid;
 use crate::scenario::ScenarioFile;
 
 /// What a scenario's tracker may learn from.
-pub(super) struct Learned {
+pub(super) struct TrainingSources {
     pub(super) training: TrainingMotions,
     /// Which frames of which file each motion is.
     pub(super) sources: Vec<SourceRecording>,
@@ -29,10 +29,10 @@ pub(super) fn load(
     actor_template: &Humanoid,
     body: &Humanoid,
     test: &[SourceRecording],
-) -> Result<Option<Learned>, ExperimentError> {
+) -> Result<Option<TrainingSources>, ExperimentError> {
     let Some(settings) = &file.scenario.training else { return Ok(None) };
     let rate = file.scenario.motion.frames_per_second;
-    let mut learned = Learned { training: TrainingMotions::default(), sources: Vec::new() };
+    let mut learned = TrainingSources { training: TrainingMotions::default(), sources: Vec::new() };
     for (index, clip) in settings.clips.iter().enumerate() {
         let table = format!("training.clips[{index}]");
         let scenario_error_at = |key: &str, message: String| -> ExperimentError {

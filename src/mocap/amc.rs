@@ -9,7 +9,7 @@ use super::asf::{AcclaimChannel, AcclaimJoint, AcclaimSkeleton};
 use super::clip::clip_name;
 use super::options::GREATEST_RATE;
 use super::options::{ReadOptions, UpAxis};
-use super::recording::{MOST_JOINT_FRAMES, Recording};
+use super::recording::{MOST_JOINT_FRAMES, ParsedRecording};
 use super::text_cursor::{TextCursor, quoted};
 use super::{Clip, MocapError};
 
@@ -26,7 +26,7 @@ pub fn parse_amc(
     options: &ReadOptions,
 ) -> Result<Clip, MocapError> {
     options.check()?;
-    let mut motion = Motion::new(text, file, skeleton);
+    let mut motion = AmcReader::new(text, file, skeleton);
     motion.run()?;
     let mut notes = Vec::new();
     let frames_per_second = options.frames_per_second.or(motion.frames_per_second).unwrap_or_else(|| {
@@ -41,7 +41,7 @@ pub fn parse_amc(
         notes,
         cyclic: false,
     };
-    let recording = Recording {
+    let recording = ParsedRecording {
         clip,
         rest_offsets: skeleton.joints.iter().map(|joint| joint.offset).collect(),
         empty_frames: motion.empty_frames,
@@ -52,7 +52,7 @@ pub fn parse_amc(
     recording.into_clip(file, options)
 }
 
-struct Motion<'a> {
+struct AmcReader<'a> {
     cursor: TextCursor<'a>,
     skeleton: &'a AcclaimSkeleton,
     joint_by_name: HashMap<&'a str, usize>,
@@ -70,7 +70,7 @@ struct OpenFrame {
     is_empty: bool,
 }
 
-impl<'a> Motion<'a> {
+impl<'a> AmcReader<'a> {
     fn new(text: &'a str, file: &'a str, skeleton: &'a AcclaimSkeleton) -> Self {
         let joints = skeleton.skeleton.joints.iter();
         Self {
@@ -191,7 +191,7 @@ mod tests {
     use super::*;
     use crate::mocap::asf::tests::TINY as TINY_SKELETON;
     use crate::mocap::parse_asf;
-    use crate::mocap::rotation::Axis;
+    use crate::mocap::rotation::CoordinateAxis;
 
     const TINY: &str = "#!OML:ASF tiny
 :FULLY-SPECIFIED
@@ -212,11 +212,11 @@ head 40 50
     #[test]
     fn a_bone_turns_about_its_own_axes_first_angle_first() {
         let clip = parse(TINY).unwrap();
-        let turn = |axis: Axis, degrees: f64| axis.turn(degrees.to_radians());
-        let motion = turn(Axis::Y, 50.0) * turn(Axis::X, 40.0);
-        let axes = turn(Axis::X, 90.0);
+        let turn = |axis: CoordinateAxis, degrees: f64| axis.turn(degrees.to_radians());
+        let motion = turn(CoordinateAxis::Y, 50.0) * turn(CoordinateAxis::X, 40.0);
+        let axes = turn(CoordinateAxis::X, 90.0);
         assert_relative_eq!(clip.frames[0][2].rotation, axes * motion * axes.inverse(), epsilon = 1e-15);
-        let root = turn(Axis::X, 90.0) * turn(Axis::Z, 30.0) * turn(Axis::Y, 20.0) * turn(Axis::X, 10.0);
+        let root = turn(CoordinateAxis::X, 90.0) * turn(CoordinateAxis::Z, 30.0) * turn(CoordinateAxis::Y, 20.0) * turn(CoordinateAxis::X, 10.0);
         assert_relative_eq!(clip.frames[0][0].rotation, root, epsilon = 1e-15);
         let position = Vector3::new(1.0, -3.0, 2.0) * 0.0254 / 0.45;
         assert_relative_eq!(clip.frames[0][0].translation.vector, position, epsilon = 1e-15);

@@ -7,7 +7,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::recording::MOST_JOINTS;
-use super::rotation::Axis;
+use super::rotation::CoordinateAxis;
 use super::text_cursor::{TextCursor, quoted};
 use super::{MocapError, Skeleton, SkeletonJoint};
 
@@ -38,9 +38,9 @@ pub(super) struct AcclaimJoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum AcclaimChannel {
     /// `tx`, `ty`, `tz`.
-    Translation(Axis),
+    Translation(CoordinateAxis),
     /// `rx`, `ry`, `rz`.
-    Rotation(Axis),
+    Rotation(CoordinateAxis),
 }
 
 impl AcclaimSkeleton {
@@ -58,7 +58,7 @@ pub fn parse_asf(text: &str, file: &str) -> Result<AcclaimSkeleton, MocapError> 
 }
 
 /// A bone as its `begin … end` block has it.
-struct Bone {
+struct AsfBone {
     name: String,
     line: usize,
     start_to_end: Vector3<f64>,
@@ -75,7 +75,7 @@ struct Parser<'a> {
     length: Option<f64>,
     degrees: bool,
     root: Option<AcclaimJoint>,
-    bones: Vec<Bone>,
+    bones: Vec<AsfBone>,
 }
 
 impl<'a> Parser<'a> {
@@ -137,7 +137,7 @@ impl<'a> Parser<'a> {
     fn root(&mut self) -> Result<(), MocapError> {
         let mut offset = Vector3::zeros();
         let mut angles = Vector3::zeros();
-        let mut order = [Axis::X, Axis::Y, Axis::Z];
+        let mut order = [CoordinateAxis::X, CoordinateAxis::Y, CoordinateAxis::Z];
         let mut channels = Vec::new();
         while self.line_in_section().is_some() {
             match self.key().as_str() {
@@ -171,7 +171,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn bone(&mut self) -> Result<Bone, MocapError> {
+    fn bone(&mut self) -> Result<AsfBone, MocapError> {
         let line = self.cursor.line();
         let (mut name, mut direction, mut length) = (None, None, None);
         let mut parent_from_axis = UnitQuaternion::identity();
@@ -203,7 +203,7 @@ impl<'a> Parser<'a> {
             None if length == 0.0 => Vector3::zeros(),
             None => return Err(missing("direction, a vector other than zero,")),
         };
-        Ok(Bone { name, line, start_to_end, parent_from_axis, channels, parent: None })
+        Ok(AsfBone { name, line, start_to_end, parent_from_axis, channels, parent: None })
     }
 
     fn hierarchy(&mut self) -> Result<(), MocapError> {
@@ -248,9 +248,9 @@ impl<'a> Parser<'a> {
     }
 
     /// The next word as three different letters.
-    fn axis_order(&mut self) -> Result<[Axis; 3], MocapError> {
+    fn axis_order(&mut self) -> Result<[CoordinateAxis; 3], MocapError> {
         let word = self.cursor.word_in_line();
-        let axes: Option<Vec<Axis>> = word.unwrap_or_default().chars().map(Axis::from_letter).collect();
+        let axes: Option<Vec<CoordinateAxis>> = word.unwrap_or_default().chars().map(CoordinateAxis::from_letter).collect();
         match axes.as_deref() {
             Some(&[a, b, c]) if a != b && b != c && a != c => Ok([a, b, c]),
             _ => Err(self.cursor.unexpected("an order of axes such as XYZ", word)),
@@ -258,7 +258,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Turns about fixed axes, the first of `order` first.
-    fn rotation(&self, angles: &Vector3<f64>, order: [Axis; 3]) -> UnitQuaternion<f64> {
+    fn rotation(&self, angles: &Vector3<f64>, order: [CoordinateAxis; 3]) -> UnitQuaternion<f64> {
         let radians = if self.degrees { angles.map(f64::to_radians) } else { *angles };
         order.iter().zip(radians.iter()).fold(UnitQuaternion::identity(), |turned, (axis, &a)| axis.turn(a) * turned)
     }
@@ -307,7 +307,7 @@ impl AcclaimChannel {
     fn from_name(name: &str) -> Option<Self> {
         let mut letters = name.chars();
         let kind = letters.next()?.to_ascii_lowercase();
-        let axis = Axis::from_letter(letters.next()?)?;
+        let axis = CoordinateAxis::from_letter(letters.next()?)?;
         match (kind, letters.next()) {
             ('t', None) => Some(Self::Translation(axis)),
             ('r', None) => Some(Self::Rotation(axis)),

@@ -11,7 +11,7 @@ use super::bvh_hierarchy::{Channel, Hierarchy, parse_hierarchy};
 use super::clip::clip_name;
 use super::options::GREATEST_RATE;
 use super::options::ReadOptions;
-use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, rate_from_frame_time};
+use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, ParsedRecording, rate_from_frame_time};
 use super::text_cursor::{TextCursor, finite_number};
 use super::{Clip, MocapError};
 
@@ -33,7 +33,7 @@ fn parse_motion(
     hierarchy: Hierarchy,
     file: &str,
     options: &ReadOptions,
-) -> Result<Recording, MocapError> {
+) -> Result<ParsedRecording, MocapError> {
     let mut notes = Vec::new();
     cursor.keyword("MOTION")?;
     cursor.keyword("Frames:")?;
@@ -61,7 +61,7 @@ fn parse_motion(
     }
     let Hierarchy { skeleton, offsets, .. } = hierarchy;
     let clip = Clip { name: clip_name(file), skeleton, frames_per_second, frames, notes, cyclic: false };
-    Ok(Recording { clip, rest_offsets: offsets, empty_frames, metres_per_unit: None, up: None })
+    Ok(ParsedRecording { clip, rest_offsets: offsets, empty_frames, metres_per_unit: None, up: None })
 }
 
 /// Tolerated difference between header and rows: programs differ in counting the rest pose or the last frame.
@@ -123,7 +123,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::mocap::rotation::Axis;
+    use crate::mocap::rotation::CoordinateAxis;
     use crate::mocap::{Skeleton, SkeletonJoint, UpAxis};
 
     /// Two joints in metres, Z up; the second has other channels in another order.
@@ -164,9 +164,9 @@ Frame Time: 0.02
     #[test]
     fn each_joint_turns_in_the_order_of_its_own_channels() {
         let clip = parse(TINY).unwrap();
-        let turn = |axis: Axis, degrees: f64| axis.turn(degrees.to_radians());
-        let hips = turn(Axis::Z, 10.0) * turn(Axis::X, 20.0) * turn(Axis::Y, 30.0);
-        let knee = turn(Axis::Y, 40.0) * turn(Axis::X, 50.0) * turn(Axis::Z, 60.0);
+        let turn = |axis: CoordinateAxis, degrees: f64| axis.turn(degrees.to_radians());
+        let hips = turn(CoordinateAxis::Z, 10.0) * turn(CoordinateAxis::X, 20.0) * turn(CoordinateAxis::Y, 30.0);
+        let knee = turn(CoordinateAxis::Y, 40.0) * turn(CoordinateAxis::X, 50.0) * turn(CoordinateAxis::Z, 60.0);
         assert_relative_eq!(clip.frames[0][0].rotation, hips, epsilon = 1e-15);
         assert_relative_eq!(clip.frames[0][1].rotation, knee, epsilon = 1e-15);
         assert_eq!(clip.frames[0][0].translation.vector, Vector3::new(1.0, 2.0, 3.0));
@@ -287,7 +287,7 @@ Frame Time: 0.02
     fn y_up_files_are_turned_at_the_root_and_nowhere_else() {
         let options = ReadOptions { up: Some(UpAxis::Y), ..metres_z_up() };
         let (y_up, z_up) = (parse_bvh(TINY, "t", &options).unwrap(), parse(TINY).unwrap());
-        let turn = Axis::X.turn(FRAC_PI_2);
+        let turn = CoordinateAxis::X.turn(FRAC_PI_2);
         assert_eq!(y_up.frames[0][1], z_up.frames[0][1]);
         assert_eq!(y_up.frames[0][0].translation.vector, Vector3::new(1.0, -3.0, 2.0));
         assert_relative_eq!(y_up.frames[0][0].rotation, turn * z_up.frames[0][0].rotation, epsilon = 1e-15);

@@ -3,21 +3,21 @@
 use nalgebra::Vector3;
 
 use super::recording::MOST_JOINTS;
-use super::rotation::Axis;
+use super::rotation::CoordinateAxis;
 use super::text_cursor::TextCursor;
 use super::{MocapError, Skeleton, SkeletonJoint};
 
 /// What one number of a row moves.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Channel {
-    Position(Axis),
-    Rotation(Axis),
+    Position(CoordinateAxis),
+    Rotation(CoordinateAxis),
 }
 
 impl Channel {
     fn from_name(name: &str) -> Option<Self> {
         let mut letters = name.chars();
-        let axis = Axis::from_letter(letters.next()?)?;
+        let axis = CoordinateAxis::from_letter(letters.next()?)?;
         match letters.as_str().to_ascii_lowercase().as_str() {
             "position" => Some(Self::Position(axis)),
             "rotation" => Some(Self::Rotation(axis)),

@@ -11,8 +11,8 @@ use serde::Deserialize;
 use super::clip::clip_name;
 use super::options::GREATEST_RATE;
 use super::options::{ReadOptions, UpAxis};
-use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, Recording, pose_between, rate_from_frame_time};
-use super::rotation::Axis;
+use super::recording::{LONGEST_FRAME, MOST_JOINT_FRAMES, ParsedRecording, pose_between, rate_from_frame_time};
+use super::rotation::CoordinateAxis;
 use super::text_cursor::is_sane;
 use super::{Clip, MocapError, Skeleton, SkeletonJoint};
 use crate::input::foreign;
@@ -24,7 +24,7 @@ const COLUMNS: usize = 44;
 const LENGTH_TOLERANCE: f64 = 0.02;
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum RowJoint {
     /// Position and quaternion.
     Root,
     /// Quaternion.
@@ -36,26 +36,26 @@ enum Kind {
 }
 
 /// Name, parent, offset from the parent (metres, Y up), what its numbers mean, and the end of a leaf.
-type JointRow = (&'static str, Option<usize>, [f64; 3], Kind, Option<[f64; 3]>);
+type JointRow = (&'static str, Option<usize>, [f64; 3], RowJoint, Option<[f64; 3]>);
 
 /// Offsets are those of the humanoid's joints; tips are the far ends of its head and hand spheres and foot boxes.
 #[rustfmt::skip]
 const JOINTS: [JointRow; 15] = [
-    ("root",           None,     [0.0, 0.0, 0.0],             Kind::Root,  None),
-    ("chest",          Some(0),  [0.0, 0.236151, 0.0],        Kind::Ball,  None),
-    ("neck",           Some(1),  [0.0, 0.223894, 0.0],        Kind::Ball,  Some([0.0, 0.2775, 0.0])),
-    ("right_hip",      Some(0),  [0.0, 0.0, 0.084887],        Kind::Ball,  None),
-    ("right_knee",     Some(3),  [0.0, -0.421546, 0.0],       Kind::Hinge, None),
-    ("right_ankle",    Some(4),  [0.0, -0.40987, 0.0],        Kind::Ball,  Some([0.1335, -0.0225, 0.0])),
-    ("right_shoulder", Some(1),  [-0.02405, 0.2435, 0.18311], Kind::Ball,  None),
-    ("right_elbow",    Some(6),  [0.0, -0.274788, 0.0],       Kind::Hinge, None),
-    ("right_wrist",    Some(7),  [0.0, -0.258947, 0.0],       Kind::Fixed, Some([0.0, -0.04, 0.0])),
-    ("left_hip",       Some(0),  [0.0, 0.0, -0.084887],       Kind::Ball,  None),
-    ("left_knee",      Some(9),  [0.0, -0.421546, 0.0],       Kind::Hinge, None),
-    ("left_ankle",     Some(10), [0.0, -0.40987, 0.0],        Kind::Ball,  Some([0.1335, -0.0225, 0.0])),
-    ("left_shoulder",  Some(1),  [-0.02405, 0.2435, -0.18311], Kind::Ball, None),
-    ("left_elbow",     Some(12), [0.0, -0.274788, 0.0],       Kind::Hinge, None),
-    ("left_wrist",     Some(13), [0.0, -0.258947, 0.0],       Kind::Fixed, Some([0.0, -0.04, 0.0])),
+    ("root",           None,     [0.0, 0.0, 0.0],             RowJoint::Root,  None),
+    ("chest",          Some(0),  [0.0, 0.236151, 0.0],        RowJoint::Ball,  None),
+    ("neck",           Some(1),  [0.0, 0.223894, 0.0],        RowJoint::Ball,  Some([0.0, 0.2775, 0.0])),
+    ("right_hip",      Some(0),  [0.0, 0.0, 0.084887],        RowJoint::Ball,  None),
+    ("right_knee",     Some(3),  [0.0, -0.421546, 0.0],       RowJoint::Hinge, None),
+    ("right_ankle",    Some(4),  [0.0, -0.40987, 0.0],        RowJoint::Ball,  Some([0.1335, -0.0225, 0.0])),
+    ("right_shoulder", Some(1),  [-0.02405, 0.2435, 0.18311], RowJoint::Ball,  None),
+    ("right_elbow",    Some(6),  [0.0, -0.274788, 0.0],       RowJoint::Hinge, None),
+    ("right_wrist",    Some(7),  [0.0, -0.258947, 0.0],       RowJoint::Fixed, Some([0.0, -0.04, 0.0])),
+    ("left_hip",       Some(0),  [0.0, 0.0, -0.084887],       RowJoint::Ball,  None),
+    ("left_knee",      Some(9),  [0.0, -0.421546, 0.0],       RowJoint::Hinge, None),
+    ("left_ankle",     Some(10), [0.0, -0.40987, 0.0],        RowJoint::Ball,  Some([0.1335, -0.0225, 0.0])),
+    ("left_shoulder",  Some(1),  [-0.02405, 0.2435, -0.18311], RowJoint::Ball, None),
+    ("left_elbow",     Some(12), [0.0, -0.274788, 0.0],       RowJoint::Hinge, None),
+    ("left_wrist",     Some(13), [0.0, -0.258947, 0.0],       RowJoint::Fixed, Some([0.0, -0.04, 0.0])),
 ];
 
 #[derive(Deserialize)]
@@ -85,7 +85,7 @@ pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<
     let mut frames = Vec::with_capacity(content.frames.len());
     let mut empty_frames = Vec::new();
     for (index, numbers) in content.frames.iter().enumerate() {
-        let row = Row { numbers, file, frame: index + 1 };
+        let row = NumberRow { numbers, file, frame: index + 1 };
         row.check()?;
         if index + 1 < content.frames.len() {
             durations.push(row.duration()?);
@@ -104,7 +104,7 @@ pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<
         cyclic: content.looping.eq_ignore_ascii_case("wrap"),
     };
     let rest_offsets = JOINTS.iter().map(|(_, _, offset, ..)| Vector3::from(*offset)).collect();
-    let mut recording = Recording { clip, rest_offsets, empty_frames, metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };
+    let mut recording = ParsedRecording { clip, rest_offsets, empty_frames, metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };
     let kept = recording.fill_empty_frames();
     set_rate(&mut recording.clip, &durations[kept.start..kept.end.saturating_sub(1).max(kept.start)], file)?;
     if let Some(rate) = options.frames_per_second {
@@ -122,14 +122,14 @@ fn skeleton() -> Skeleton {
     Skeleton { joints: JOINTS.iter().map(joint).collect() }
 }
 
-struct Row<'a> {
+struct NumberRow<'a> {
     numbers: &'a [f64],
     file: &'a str,
     /// Counted from 1.
     frame: usize,
 }
 
-impl Row<'_> {
+impl NumberRow<'_> {
     fn check(&self) -> Result<(), MocapError> {
         if self.numbers.len() != COLUMNS {
             return Err(self.error(format!("{COLUMNS} numbers"), self.numbers.len()));
@@ -161,19 +161,19 @@ impl Row<'_> {
         let mut frame = Vec::with_capacity(JOINTS.len());
         for (_, _, offset, kind, _) in &JOINTS {
             let mut translation = Vector3::from(*offset);
-            if let Kind::Root = kind {
+            if let RowJoint::Root = kind {
                 translation += Vector3::from_column_slice(&self.numbers[column..column + 3]);
                 column += 3;
             }
             let rotation = match kind {
-                Kind::Root | Kind::Ball => self.quaternion(column)?,
-                Kind::Hinge => Axis::Z.turn(self.numbers[column]),
-                Kind::Fixed => UnitQuaternion::identity(),
+                RowJoint::Root | RowJoint::Ball => self.quaternion(column)?,
+                RowJoint::Hinge => CoordinateAxis::Z.turn(self.numbers[column]),
+                RowJoint::Fixed => UnitQuaternion::identity(),
             };
             column += match kind {
-                Kind::Root | Kind::Ball => 4,
-                Kind::Hinge => 1,
-                Kind::Fixed => 0,
+                RowJoint::Root | RowJoint::Ball => 4,
+                RowJoint::Hinge => 1,
+                RowJoint::Fixed => 0,
             };
             frame.push(Isometry3::from_parts(Translation3::from(translation), rotation));
         }

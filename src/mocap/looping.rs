@@ -7,7 +7,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::recording::MOST_JOINT_FRAMES;
-use super::rotation::{Axis, make_signs_continuous};
+use super::rotation::{CoordinateAxis, make_signs_continuous};
 use super::{Clip, MocapError};
 
 /// Time over which the misfit at the seam is blended, seconds.
@@ -71,7 +71,7 @@ impl Clip {
         let change = last.rotation * first.rotation.inverse();
         let heading = 2.0 * libm::atan2(change.k, change.w);
         let heading = libm::remainder(heading, core::f64::consts::TAU);
-        let turn = if heading.abs() < LEAST_TURN { UnitQuaternion::identity() } else { Axis::Z.turn(heading) };
+        let turn = if heading.abs() < LEAST_TURN { UnitQuaternion::identity() } else { CoordinateAxis::Z.turn(heading) };
         let mut shift = last.translation.vector - turn * first.translation.vector;
         shift.z = 0.0;
         Isometry3::from_parts(Translation3::from(shift), turn)
@@ -158,10 +158,10 @@ mod tests {
         let joint = |name: &str, parent| SkeletonJoint { name: name.to_owned(), parent, tip: None };
         let frame = |index: usize| {
             let phase = index as f64 / PERIOD as f64;
-            let heading = Axis::Z.turn(FRAC_PI_2 * phase);
+            let heading = CoordinateAxis::Z.turn(FRAC_PI_2 * phase);
             let height = 1.0 + 0.02 * libm::sin(TAU * phase) + misfit * phase;
             let position = heading * Vector3::new(3.0, 0.0, height);
-            let arm = Axis::Y.turn(0.4 * libm::sin(TAU * phase) + misfit * phase);
+            let arm = CoordinateAxis::Y.turn(0.4 * libm::sin(TAU * phase) + misfit * phase);
             vec![
                 Isometry3::from_parts(position.into(), heading),
                 Isometry3::from_parts(Vector3::new(0.0, 0.2, 0.4).into(), arm),
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!((looped.frames.len(), looped.duration()), (6 * PERIOD + 1, 6.0));
         for (index, frame) in looped.frames.iter().enumerate() {
             let turns = index as f64 / PERIOD as f64;
-            let heading = Axis::Z.turn(FRAC_PI_2 * turns);
+            let heading = CoordinateAxis::Z.turn(FRAC_PI_2 * turns);
             assert_relative_eq!(frame[0].rotation.angle_to(&heading), 0.0, epsilon = 1e-7);
             let expected = heading * Vector3::new(3.0, 0.0, 1.0 + 0.02 * libm::sin(TAU * turns));
             assert_relative_eq!(frame[0].translation.vector, expected, epsilon = 1e-3);
@@ -217,7 +217,7 @@ mod tests {
         let mut clip = cycle(0.0);
         for (index, frame) in clip.frames.iter_mut().enumerate() {
             let phase = index as f64 / PERIOD as f64;
-            frame[0] = Isometry3::from_parts(Vector3::new(phase, 0.0, 1.0).into(), Axis::Z.turn(0.1 * phase));
+            frame[0] = Isometry3::from_parts(Vector3::new(phase, 0.0, 1.0).into(), CoordinateAxis::Z.turn(0.1 * phase));
         }
         let looped = clip.looped(5.0).unwrap();
         let last = looped.frames[5 * PERIOD][0];

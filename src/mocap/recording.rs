@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::options::{ReadOptions, UpAxis};
 use super::rest_pose::REST_POSE_NOTE;
-use super::rotation::{Axis, between, make_signs_continuous};
+use super::rotation::{CoordinateAxis, between, make_signs_continuous};
 use super::stature::Stature;
 use super::{Clip, MocapError};
 
@@ -21,7 +21,7 @@ pub(super) const MOST_JOINTS: usize = 1_000;
 pub(super) const LONGEST_FRAME: f64 = 10.0;
 
 /// A parsed file. `clip` is in file units and file axes.
-pub(super) struct Recording {
+pub(super) struct ParsedRecording {
     /// The content of the file.
     pub(super) clip: Clip,
     /// Each joint's offset from its parent in the rest pose, file units.
@@ -34,7 +34,7 @@ pub(super) struct Recording {
     pub(super) up: Option<UpAxis>,
 }
 
-impl Recording {
+impl ParsedRecording {
     /// Fills dropouts, then rotates and scales to metres, Z up. Options take precedence over the format's definition,
     /// and that over a guess.
     pub(super) fn into_clip(mut self, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
@@ -128,7 +128,7 @@ fn scale(clip: &mut Clip, metres_per_unit: f64) {
 
 /// Rotates the root, and with it the world, by 90 degrees about X: Y becomes Z, Z becomes -Y.
 fn turn_y_up_to_z_up(clip: &mut Clip) {
-    let turn = Axis::X.turn(core::f64::consts::FRAC_PI_2);
+    let turn = CoordinateAxis::X.turn(core::f64::consts::FRAC_PI_2);
     for root in clip.frames.iter_mut().filter_map(|frame| frame.first_mut()) {
         let position = root.translation.vector;
         root.translation.vector = Vector3::new(position.x, -position.z, position.y);
@@ -156,7 +156,7 @@ mod tests {
     use crate::mocap::{Skeleton, SkeletonJoint};
 
     /// One joint that moves 1 unit and turns 0.1 rad a frame; zero where lost.
-    fn recording(frames: usize, lost: &[usize]) -> Recording {
+    fn recording(frames: usize, lost: &[usize]) -> ParsedRecording {
         let frame = |index: usize| {
             let index = if lost.contains(&index) { 0.0 } else { 1.0 + index as f64 };
             vec![Isometry3::new(Vector3::x() * index, Vector3::z() * (0.1 * index))]
@@ -171,7 +171,7 @@ mod tests {
             cyclic: false,
         };
         let (metres_per_unit, up) = (Some(1.7), Some(UpAxis::Z));
-        Recording { clip, rest_offsets: vec![Vector3::zeros()], empty_frames: lost.to_vec(), metres_per_unit, up }
+        ParsedRecording { clip, rest_offsets: vec![Vector3::zeros()], empty_frames: lost.to_vec(), metres_per_unit, up }
     }
 
     #[test]

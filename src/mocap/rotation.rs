@@ -4,13 +4,13 @@ use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector
 
 /// One of the three coordinate axes, as channel names and Acclaim's orders spell them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Axis {
+pub(super) enum CoordinateAxis {
     X,
     Y,
     Z,
 }
 
-impl Axis {
+impl CoordinateAxis {
     /// The axis of that letter, upper or lower case.
     pub(super) fn from_letter(letter: char) -> Option<Self> {
         match letter.to_ascii_lowercase() {
@@ -84,26 +84,26 @@ mod tests {
     #[test]
     fn a_quarter_turn_takes_each_axis_to_the_next() {
         let quarter = core::f64::consts::FRAC_PI_2;
-        assert_relative_eq!(Axis::X.turn(quarter) * Vector3::y(), Vector3::z(), epsilon = 1e-15);
-        assert_relative_eq!(Axis::Y.turn(quarter) * Vector3::z(), Vector3::x(), epsilon = 1e-15);
-        assert_relative_eq!(Axis::Z.turn(quarter) * Vector3::x(), Vector3::y(), epsilon = 1e-15);
+        assert_relative_eq!(CoordinateAxis::X.turn(quarter) * Vector3::y(), Vector3::z(), epsilon = 1e-15);
+        assert_relative_eq!(CoordinateAxis::Y.turn(quarter) * Vector3::z(), Vector3::x(), epsilon = 1e-15);
+        assert_relative_eq!(CoordinateAxis::Z.turn(quarter) * Vector3::x(), Vector3::y(), epsilon = 1e-15);
     }
 
     #[test]
     fn between_keeps_its_ends_and_turns_at_constant_speed() {
-        let a = Isometry3::from_parts(Translation3::new(1.0, 0.0, 0.0), Axis::Z.turn(0.3));
-        let b = Isometry3::from_parts(Translation3::new(3.0, 2.0, 0.0), Axis::Z.turn(1.5));
+        let a = Isometry3::from_parts(Translation3::new(1.0, 0.0, 0.0), CoordinateAxis::Z.turn(0.3));
+        let b = Isometry3::from_parts(Translation3::new(3.0, 2.0, 0.0), CoordinateAxis::Z.turn(1.5));
         assert_eq!(between(&a, &b, 0.0), a);
         assert_eq!(between(&a, &b, 1.0), b);
         let quarter = between(&a, &b, 0.25);
-        assert_relative_eq!(quarter.rotation.angle_to(&Axis::Z.turn(0.6)), 0.0, epsilon = 1e-12);
+        assert_relative_eq!(quarter.rotation.angle_to(&CoordinateAxis::Z.turn(0.6)), 0.0, epsilon = 1e-12);
         assert_relative_eq!(quarter.translation.vector, Vector3::new(1.5, 0.5, 0.0), epsilon = 1e-15);
     }
 
     #[test]
     fn between_takes_the_shorter_arc_whatever_the_sign() {
         let a = Isometry3::identity();
-        let mut b = Isometry3::from_parts(Translation3::identity(), Axis::Y.turn(0.8));
+        let mut b = Isometry3::from_parts(Translation3::identity(), CoordinateAxis::Y.turn(0.8));
         flip_sign(&mut b);
         assert_relative_eq!(between(&a, &b, 0.5).rotation.angle(), 0.4, epsilon = 1e-12);
     }
@@ -113,7 +113,7 @@ mod tests {
         let mut frames: Vec<_> = (0..200)
             .map(|i| {
                 let rotation =
-                    UnitQuaternion::from_matrix(&Axis::X.turn(f64::from(i) * 0.1).to_rotation_matrix().into_inner());
+                    UnitQuaternion::from_matrix(&CoordinateAxis::X.turn(f64::from(i) * 0.1).to_rotation_matrix().into_inner());
                 vec![Isometry3::from_parts(Translation3::identity(), rotation)]
             })
             .collect();

@@ -60,8 +60,8 @@ impl Stature {
         let rest: Vec<_> = rest_offsets.iter().map(|o| Isometry3::translation(o.x, o.y, o.z)).collect();
         let (low, high) = bounds(&body.points(clip, &rest));
         let boxes: Vec<_> = sampled(clip).map(|frame| bounds(&body.points(clip, frame))).collect();
-        type Edge<'a> = &'a dyn Fn(&(Vector3<f64>, Vector3<f64>), usize) -> f64;
-        let quantiles = |of: Edge<'_>, share: f64| {
+        type BoxEdge<'a> = &'a dyn Fn(&(Vector3<f64>, Vector3<f64>), usize) -> f64;
+        let quantiles = |of: BoxEdge<'_>, share: f64| {
             Vector3::from_fn(|axis, _| quantile(boxes.iter().map(|b| of(b, axis)).collect(), share))
         };
         let lowest = |b: &(Vector3<f64>, Vector3<f64>), axis: usize| b.0[axis];

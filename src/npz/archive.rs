@@ -211,7 +211,7 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
         if entry_name.len() > LONGEST_NAME {
             return Err(format!("an entry's name has {} bytes; expected at most {LONGEST_NAME}", entry_name.len()));
         }
-        let entry = Entry {
+        let entry = ArchiveEntry {
             offset: word(42) as usize,
             stored: word(20) as usize,
             size: word(24) as usize,
@@ -239,7 +239,7 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
 }
 
 /// The position of a file in the archive, from its directory.
-struct Entry {
+struct ArchiveEntry {
     /// Of its local header.
     offset: usize,
     /// Bytes in the archive.
@@ -250,7 +250,7 @@ struct Entry {
     method: usize,
 }
 
-impl Entry {
+impl ArchiveEntry {
     /// Bytes that its contents take in the archive.
     fn length(&self) -> usize {
         if self.method == 0 { self.size } else { self.stored }

@@ -5,14 +5,14 @@ use crate::input::excerpt;
 
 /// An element type: `<f8`, `>i4`, `|u1`, `<U12`.
 pub(super) struct Element {
-    kind: Kind,
+    kind: NumberKind,
     /// Bytes of one element, at least 1.
     size: usize,
     big_endian: bool,
 }
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum NumberKind {
     Float,
     Signed,
     Unsigned,
@@ -29,14 +29,14 @@ impl Element {
             let (kind, size) = rest.split_at_checked(1)?;
             let size = size.parse::<usize>().ok().filter(|size| *size > 0)?;
             let kind = match (kind, size) {
-                ("f", 4 | 8) => Kind::Float,
-                ("i", 1 | 2 | 4 | 8) => Kind::Signed,
-                ("u", 1 | 2 | 4 | 8) => Kind::Unsigned,
-                ("b", 1) => Kind::Bool,
-                ("U", _) => Kind::Text,
+                ("f", 4 | 8) => NumberKind::Float,
+                ("i", 1 | 2 | 4 | 8) => NumberKind::Signed,
+                ("u", 1 | 2 | 4 | 8) => NumberKind::Unsigned,
+                ("b", 1) => NumberKind::Bool,
+                ("U", _) => NumberKind::Text,
                 _ => return None,
             };
-            let size = if let Kind::Text = kind { size.checked_mul(4)? } else { size };
+            let size = if let NumberKind::Text = kind { size.checked_mul(4)? } else { size };
             let big_endian = match order {
                 "<" => false,
                 ">" => true,
@@ -61,21 +61,21 @@ impl Element {
         }
         let too_large = || "a whole number is above 2^63 - 1".to_string();
         Ok(match (self.kind, self.size) {
-            (Kind::Float, 8) => Values::F64(self.each(bytes, f64::from_le_bytes)),
-            (Kind::Float, _) => Values::F32(self.each(bytes, f32::from_le_bytes)),
-            (Kind::Signed, 1) => Values::I64(self.each(bytes, |b| i8::from_le_bytes(b).into())),
-            (Kind::Signed, 2) => Values::I64(self.each(bytes, |b| i16::from_le_bytes(b).into())),
-            (Kind::Signed, 4) => Values::I64(self.each(bytes, |b| i32::from_le_bytes(b).into())),
-            (Kind::Signed, _) => Values::I64(self.each(bytes, i64::from_le_bytes)),
-            (Kind::Unsigned, 1) => Values::U8(bytes.to_vec()),
-            (Kind::Unsigned, 2) => Values::I64(self.each(bytes, |b| u16::from_le_bytes(b).into())),
-            (Kind::Unsigned, 4) => Values::I64(self.each(bytes, |b| u32::from_le_bytes(b).into())),
-            (Kind::Unsigned, _) => {
+            (NumberKind::Float, 8) => Values::F64(self.each(bytes, f64::from_le_bytes)),
+            (NumberKind::Float, _) => Values::F32(self.each(bytes, f32::from_le_bytes)),
+            (NumberKind::Signed, 1) => Values::I64(self.each(bytes, |b| i8::from_le_bytes(b).into())),
+            (NumberKind::Signed, 2) => Values::I64(self.each(bytes, |b| i16::from_le_bytes(b).into())),
+            (NumberKind::Signed, 4) => Values::I64(self.each(bytes, |b| i32::from_le_bytes(b).into())),
+            (NumberKind::Signed, _) => Values::I64(self.each(bytes, i64::from_le_bytes)),
+            (NumberKind::Unsigned, 1) => Values::U8(bytes.to_vec()),
+            (NumberKind::Unsigned, 2) => Values::I64(self.each(bytes, |b| u16::from_le_bytes(b).into())),
+            (NumberKind::Unsigned, 4) => Values::I64(self.each(bytes, |b| u32::from_le_bytes(b).into())),
+            (NumberKind::Unsigned, _) => {
                 let numbers = self.each(bytes, u64::from_le_bytes).into_iter().map(i64::try_from);
                 Values::I64(numbers.collect::<Result<_, _>>().map_err(|_| too_large())?)
             }
-            (Kind::Bool, _) => Values::Bool(bytes.iter().map(|b| *b != 0).collect()),
-            (Kind::Text, size) => {
+            (NumberKind::Bool, _) => Values::Bool(bytes.iter().map(|b| *b != 0).collect()),
+            (NumberKind::Text, size) => {
                 Values::Text(bytes.chunks_exact(size).map(|text| self.text(text)).collect::<Result<_, _>>()?)
             }
         })

@@ -74,7 +74,7 @@ impl SilhouetteScratch {
     /// Draws the silhouettes on a cleared image, with the best instruction set of this processor; the results are
     /// bit-identical on all.
     pub(super) fn draw(&mut self, pinhole: &Pinhole, capsules_in_camera: &[TaperedCapsule]) {
-        dispatch(Drawing { scratch: self, pinhole, capsules_in_camera });
+        dispatch(CapsuleDrawing { scratch: self, pinhole, capsules_in_camera });
     }
 
     /// As [`Self::draw`], with the instructions that the caller was compiled for.
@@ -123,13 +123,13 @@ impl SilhouetteScratch {
 }
 
 /// Work for [`dispatch`].
-struct Drawing<'a> {
+struct CapsuleDrawing<'a> {
     scratch: &'a mut SilhouetteScratch,
     pinhole: &'a Pinhole,
     capsules_in_camera: &'a [TaperedCapsule],
 }
 
-impl Dispatched for Drawing<'_> {
+impl Dispatched for CapsuleDrawing<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -9,7 +9,7 @@ use crate::simd::{Dispatched, dispatch};
 
 /// Comparison of an observed silhouette with a model's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Comparison {
+pub struct MaskComparison {
     /// Pixel counts of the two masks laid over each other, exact.
     pub overlap: Overlap,
     /// Mean over all pixels of the model's contour ([`super::contour`]) of `min(d, tau) / tau`, where `d` is the
@@ -68,17 +68,17 @@ impl SilhouetteComparer {
     }
 
     /// Compares the silhouette of `capsules_in_camera` (camera frame, metres) with the observed one.
-    pub fn compare(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> Comparison {
+    pub fn compare(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> MaskComparison {
         dispatch(Comparing { comparer: self, scratch, capsules_in_camera })
     }
 
     /// As [`Self::compare`], with the instructions that the caller was compiled for.
     #[inline(always)]
-    fn compare_here(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> Comparison {
+    fn compare_here(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> MaskComparison {
         scratch.draw_here(&self.pinhole, capsules_in_camera);
         let contour = self.contour.as_ref().map(|contour| contour.mean(&scratch.image, &mut scratch.edge));
         let [both, model] = scratch.image.count_and_clear(&self.observed);
-        Comparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour }
+        MaskComparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour }
     }
 }
 
@@ -90,10 +90,10 @@ struct Comparing<'a> {
 }
 
 impl Dispatched for Comparing<'_> {
-    type Output = Comparison;
+    type Output = MaskComparison;
 
     #[inline(always)]
-    fn work(self) -> Comparison {
+    fn work(self) -> MaskComparison {
         self.comparer.compare_here(self.scratch, self.capsules_in_camera)
     }
 }
@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(missed.overlap, Overlap { both: 0, only_model: 0, only_observed: observed.count() });
         assert_eq!(missed.contour, Some(1.0));
         let nothing = SilhouetteComparer::new(&pinhole, &Mask::new(160, 120), Some(TAU)).compare(&mut scratch, &[]);
-        assert_eq!(nothing, Comparison { overlap: Overlap::default(), contour: Some(0.0) });
+        assert_eq!(nothing, MaskComparison { overlap: Overlap::default(), contour: Some(0.0) });
         assert_eq!(SilhouetteComparer::new(&pinhole, &observed, None).compare(&mut scratch, &gone).contour, None);
     }
 }

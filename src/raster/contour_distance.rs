@@ -37,7 +37,7 @@ impl ContourDistance {
         Self { layout, words, nothing_observed: bounds.is_empty() }
     }
 
-    /// Mean over the contour of `model`, an image of the same layout; see [`super::Comparison::contour`]. `edge` is
+    /// Mean over the contour of `model`, an image of the same layout; see [`super::MaskComparison::contour`]. `edge` is
     /// memory for a strip's rows.
     #[inline(always)]
     pub(super) fn mean(&self, model: &StripImage, edge: &mut [u32]) -> f64 {

@@ -15,13 +15,13 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshTopology {
     triangles: Vec<[u32; 3]>,
-    edges: Vec<Edge>,
+    edges: Vec<MeshEdge>,
     vertices: usize,
 }
 
 /// An edge and up to two triangles; more at one edge make several entries.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Edge {
+pub(crate) struct MeshEdge {
     /// Vertices, the smaller first.
     pub(crate) ends: [u32; 2],
     /// Triangles; the number of triangles where there is none.
@@ -46,7 +46,7 @@ impl MeshTopology {
         let sound = |triangle: &&[u32; 3]| triangle.iter().all(|corner| (*corner as usize) < vertices);
         let triangles: Vec<[u32; 3]> = triangles.iter().filter(sound).copied().collect();
         let none = triangles.len() as u32;
-        let mut edges: Vec<Edge> = Vec::with_capacity(triangles.len() * 3 / 2 + 1);
+        let mut edges: Vec<MeshEdge> = Vec::with_capacity(triangles.len() * 3 / 2 + 1);
         let mut open: BTreeMap<[u32; 2], usize> = BTreeMap::new();
         for (number, triangle) in (0_u32..).zip(&triangles) {
             for side in 0..3 {
@@ -59,7 +59,7 @@ impl MeshTopology {
                     }
                     None => {
                         open.insert(ends, edges.len());
-                        edges.push(Edge { ends, triangles: [number, none], runs: [run, 0] });
+                        edges.push(MeshEdge { ends, triangles: [number, none], runs: [run, 0] });
                     }
                 }
             }
@@ -68,7 +68,7 @@ impl MeshTopology {
     }
 
     /// Its edges.
-    pub(crate) fn edges(&self) -> &[Edge] {
+    pub(crate) fn edges(&self) -> &[MeshEdge] {
         &self.edges
     }
 
@@ -120,7 +120,7 @@ impl MeshScratch {
         self.facing.push(0);
     }
 
-    fn cross(&mut self, edges: &[Edge], pinhole: &Pinhole) {
+    fn cross(&mut self, edges: &[MeshEdge], pinhole: &Pinhole) {
         let (width, height) = (pinhole.width as i32, pinhole.height as i32);
         self.crossings.resize_with(height as usize, Vec::new);
         self.crossings.iter_mut().for_each(Vec::clear);

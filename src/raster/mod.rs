@@ -44,7 +44,7 @@ mod triangles;
 
 pub use bounds::PixelBounds;
 pub use capsules::{CapsulePainter, SilhouetteScratch};
-pub use comparer::{Comparison, SilhouetteComparer};
+pub use comparer::{MaskComparison, SilhouetteComparer};
 pub use contour::contour;
 pub use distance::DistanceMap;
 pub use mask::Mask;

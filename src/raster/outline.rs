@@ -302,7 +302,7 @@ pub(super) fn upper(a: f32, b: f32) -> f32 {
 /// An outline prepared for row queries.
 pub(super) struct RowSpans {
     arcs: [Arc; 2],
-    edges: [Edge; 2],
+    edges: [TangentEdge; 2],
     width: f32,
 }
 
@@ -310,7 +310,7 @@ impl RowSpans {
     /// Spans in an image of `width` pixels.
     #[inline(always)]
     pub(super) fn new(outline: &Outline, width: f32) -> Self {
-        Self { arcs: outline.arcs, edges: outline.tangents.map(Edge::new), width }
+        Self { arcs: outline.arcs, edges: outline.tangents.map(TangentEdge::new), width }
     }
 
     /// Starts and ends (pixels set are `start..end`) in the rows whose centres are `centres`; empty where there is
@@ -357,7 +357,7 @@ impl Arc {
 }
 
 /// A tangent prepared for row crossings.
-struct Edge {
+struct TangentEdge {
     x: f32,
     y: f32,
     slope: f32,
@@ -365,7 +365,7 @@ struct Edge {
     high: [f32; 2],
 }
 
-impl Edge {
+impl TangentEdge {
     #[inline(always)]
     fn new(tangent: Tangent) -> Self {
         let Tangent { x_a, y_a, x_b, y_b, slope } = tangent;

@@ -23,7 +23,7 @@ pub fn paint_polygon(corners: &[Point2<f64>], mask: &mut Mask) {
     }
     let corners: Vec<[i64; 2]> = corners.iter().map(|p| [fixed(p.x), fixed(p.y)]).collect();
     let ends = corners.iter().skip(1).chain(corners.first());
-    let edges: Vec<Edge> = corners.iter().zip(ends).filter_map(|(p, q)| Edge::new(*p, *q)).collect();
+    let edges: Vec<PolygonEdge> = corners.iter().zip(ends).filter_map(|(p, q)| PolygonEdge::new(*p, *q)).collect();
     let top = edges.iter().map(|edge| edge.top[1]).min().unwrap_or(0);
     let bottom = edges.iter().map(|edge| edge.bottom[1]).max().unwrap_or(0);
     let to_row = |y: i64| first_centre_from(y).clamp(0, i64::from(mask.height())) as u32;
@@ -50,12 +50,12 @@ fn first_centre_from(coordinate: i64) -> i64 {
 }
 
 /// An edge that crosses rows, upper end first.
-struct Edge {
+struct PolygonEdge {
     top: [i64; 2],
     bottom: [i64; 2],
 }
 
-impl Edge {
+impl PolygonEdge {
     fn new(p: [i64; 2], q: [i64; 2]) -> Option<Self> {
         match p[1].cmp(&q[1]) {
             std::cmp::Ordering::Less => Some(Self { top: p, bottom: q }),

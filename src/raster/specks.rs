@@ -8,14 +8,14 @@ use super::Mask;
 pub fn without_specks(mask: &Mask, least: u64) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     let mut cleaned = mask.clone();
-    let parts = Parts::new(&rows_of_runs(mask, false), 1);
+    let parts = Regions::new(&rows_of_runs(mask, false), 1);
     let largest = parts.areas().into_iter().max().unwrap_or(0);
     for (part, run) in parts.runs() {
         if part.area < least.min(largest) {
             (run.from..run.to).for_each(|x| cleaned.set(x, run.y, false));
         }
     }
-    let parts = Parts::new(&rows_of_runs(mask, true), 0);
+    let parts = Regions::new(&rows_of_runs(mask, true), 0);
     for (part, run) in parts.runs() {
         let inside = part.left > 0 && part.top > 0 && part.right < width && part.bottom < height;
         if part.area < least && inside {
@@ -55,7 +55,7 @@ fn rows_of_runs(mask: &Mask, unset: bool) -> Vec<Vec<PixelRun>> {
 
 /// A connected part: its number of pixels, and the bounds of those.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct Region {
     area: u64,
     left: u32,
     top: u32,
@@ -64,20 +64,20 @@ struct Part {
 }
 
 /// Runs and the parts that they belong to.
-struct Parts {
+struct Regions {
     runs: Vec<PixelRun>,
     /// `parents[i] <= i`: another run of the same part, or the run itself.
     parents: Vec<usize>,
     /// Of the run that is its own parent.
-    parts: Vec<Part>,
+    parts: Vec<Region>,
 }
 
-impl Parts {
+impl Regions {
     /// Joins runs of neighbouring rows that overlap; `reach` is 1 where pixels that share a corner alone are connected
     /// too.
     fn new(rows: &[Vec<PixelRun>], reach: u32) -> Self {
         let runs: Vec<PixelRun> = rows.iter().flatten().copied().collect();
-        let part = |run: &PixelRun| Part {
+        let part = |run: &PixelRun| Region {
             area: u64::from(run.to - run.from),
             left: run.from,
             top: run.y,
@@ -117,7 +117,7 @@ impl Parts {
         let (kept, other) = (a.min(b), a.max(b));
         self.parents[other] = kept;
         let (p, q) = (self.parts[kept], self.parts[other]);
-        self.parts[kept] = Part {
+        self.parts[kept] = Region {
             area: p.area + q.area,
             left: p.left.min(q.left),
             top: p.top.min(q.top),
@@ -132,7 +132,7 @@ impl Parts {
     }
 
     /// Every run and its part.
-    fn runs(mut self) -> Vec<(Part, PixelRun)> {
+    fn runs(mut self) -> Vec<(Region, PixelRun)> {
         let count = self.runs.len();
         let of_run = |run| {
             let root = self.root(run);

@@ -6,7 +6,7 @@ use png::{BitDepth, ColorType, Compression, Encoder};
 use tiny_skia::Pixmap;
 
 use super::ReportError;
-use super::overlay::{Bone, Whose, Window, draw_bones};
+use super::overlay::{BoneLine, Whose, PictureWindow, draw_bones};
 use crate::camera::Camera;
 use crate::raster::Mask;
 
@@ -27,7 +27,7 @@ pub fn write_animation<E: From<ReportError>>(
     camera: &Camera,
     frames: usize,
     frames_per_second: f64,
-    mut frame: impl FnMut(usize) -> Result<(Mask, Vec<Bone>), E>,
+    mut frame: impl FnMut(usize) -> Result<(Mask, Vec<BoneLine>), E>,
 ) -> Result<(), E> {
     let (width, height) = (camera.pinhole.width, camera.pinhole.height);
     let encoding = |e: png::EncodingError| E::from(ReportError::Animation { detail: e.to_string() });
@@ -51,7 +51,7 @@ pub fn write_animation<E: From<ReportError>>(
     writer.finish().map_err(encoding)
 }
 
-fn picture(camera: &Camera, mask: &Mask, bones: &[Bone]) -> Result<Pixmap, ReportError> {
+fn picture(camera: &Camera, mask: &Mask, bones: &[BoneLine]) -> Result<Pixmap, ReportError> {
     let (width, height) = (camera.pinhole.width, camera.pinhole.height);
     let too_large = || ReportError::Animation { detail: format!("no memory for {width} x {height} pixels") };
     let mut picture = Pixmap::new(width, height).ok_or_else(too_large)?;
@@ -61,7 +61,7 @@ fn picture(camera: &Camera, mask: &Mask, bones: &[Bone]) -> Result<Pixmap, Repor
         pixel.copy_from_slice(&[red, green, blue, 255]);
     }
     let line = (width as f32 / 220.0).max(1.2);
-    draw_bones(&mut picture, camera, &Window::whole(), bones, Whose::Truth, line);
+    draw_bones(&mut picture, camera, &PictureWindow::whole(), bones, Whose::Truth, line);
     Ok(picture)
 }
 

@@ -9,7 +9,7 @@ use crate::evaluation::intersection_over_union;
 use crate::raster::{Mask, PixelBounds};
 
 use super::ReportError;
-use super::overlay::{Whose, Window, draw_bones, marker_bones};
+use super::overlay::{Whose, PictureWindow, draw_bones, marker_bones};
 
 /// Width of a view's picture, pixels.
 pub const CELL_WIDTH: u32 = 360;
@@ -31,7 +31,7 @@ pub(super) const ONLY_ESTIMATED: [u8; 3] = [0x4f, 0x7f, 0xe0];
 
 /// The observed and the estimated silhouette of one camera and frame.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a> {
+pub(super) struct OverlaidView<'a> {
     pub(super) camera: &'a Camera,
     pub(super) observed: &'a Mask,
     /// `None` without a pose to draw.
@@ -42,7 +42,7 @@ pub(super) struct View<'a> {
     pub(super) estimate: &'a Markers,
 }
 
-impl View<'_> {
+impl OverlaidView<'_> {
     /// Intersection over union of the estimated and the observed silhouette; `None` without an estimate or without a
     /// pixel.
     pub(super) fn overlap(&self) -> Option<f64> {
@@ -65,7 +65,7 @@ impl View<'_> {
         let half = Point2::new(0.5 * span, 0.5 * f64::from(CELL_HEIGHT) / scale);
         let middle = |from: u32, to: u32| 0.5 * (f64::from(from) + f64::from(to));
         let centre = Point2::new(middle(bounds.left, bounds.right), middle(bounds.top, bounds.bottom));
-        let window = Window { corner: centre - half.coords, scale };
+        let window = PictureWindow { corner: centre - half.coords, scale };
         let mut picture = new_picture(CELL_WIDTH, CELL_HEIGHT)?;
         picture.fill(colour(OUTSIDE));
         let paint = PixmapPaint { quality: FilterQuality::Bilinear, ..PixmapPaint::default() };
@@ -141,7 +141,7 @@ mod tests {
     fn the_bounds_hold_both_silhouettes_and_fall_back_to_the_image() {
         let (observed, estimated) = (block([63, 65], [10, 20]), block([128, 192], [15, 30]));
         let (camera, markers) = (camera_in_front(), standing());
-        let view = View {
+        let view = OverlaidView {
             camera: &camera,
             observed: &observed,
             estimated: Some(&estimated),
@@ -151,7 +151,7 @@ mod tests {
         };
         assert_eq!(view.bounds(), PixelBounds { left: 63, top: 10, right: 192, bottom: 30 });
         let empty = Mask::new(320, 240);
-        let nothing = View { observed: &empty, estimated: Some(&empty), ..view };
+        let nothing = OverlaidView { observed: &empty, estimated: Some(&empty), ..view };
         assert_eq!(nothing.bounds(), PixelBounds { left: 0, top: 0, right: 320, bottom: 240 });
     }
 
@@ -159,7 +159,7 @@ mod tests {
     fn agreement_and_both_kinds_of_disagreement_have_their_own_tone() {
         let (observed, estimated) = (block([40, 160], [40, 200]), block([80, 200], [40, 200]));
         let (camera, nobody) = (camera_in_front(), [None; 15]);
-        let view = View {
+        let view = OverlaidView {
             camera: &camera,
             observed: &observed,
             estimated: Some(&estimated),

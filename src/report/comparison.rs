@@ -48,7 +48,7 @@ pub struct ComparedMethod {
 }
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct ComparisonPage<'a> {
     title: &'a str,
     frames: usize,
     seeds: usize,
@@ -56,14 +56,14 @@ struct Page<'a> {
     interval: &'a str,
     columns: Vec<String>,
     verdict: String,
-    rows: Vec<Row<'a>>,
+    rows: Vec<MethodRow<'a>>,
     /// For broad pages and for phones.
     plot: String,
     narrow: String,
 }
 
 #[derive(Serialize)]
-struct Row<'a> {
+struct MethodRow<'a> {
     name: &'a str,
     tracker: &'a str,
     cells: Vec<String>,
@@ -82,7 +82,7 @@ fn shown() -> impl Iterator<Item = &'static Metric> {
     METRICS.iter().filter(|metric| COLUMNS.contains(&metric.name))
 }
 
-impl<'a> Row<'a> {
+impl<'a> MethodRow<'a> {
     fn new(method: &'a ComparedMethod) -> Self {
         let cell = |metric: &Metric| {
             method.summary.metrics.get(metric.name).map_or_else(
@@ -109,7 +109,7 @@ pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportErro
     let plot = error_plot(input.methods);
     let (Svg(broad), Svg(narrow)) =
         (plot.svg(Size { width: 1160, height: 420 })?, plot.svg(Size { width: 350, height: 360 })?);
-    let page = Page {
+    let page = ComparisonPage {
         title: input.title,
         frames: input.frames,
         seeds: input.seeds,
@@ -130,7 +130,7 @@ fn error_of(method: &ComparedMethod) -> f64 {
 }
 
 /// A row a method, with its error and interval to one scale.
-fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<Row<'a>> {
+fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<MethodRow<'a>> {
     let error = |method: &ComparedMethod| {
         let error = method.summary.metrics.get("humaneva_mm")?;
         Some((error.mean, error.ci95.map_or([error.mean; 2], |ends| [ends.low, ends.high])))
@@ -141,7 +141,7 @@ fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<Row<'a>> {
         let part = |value: f64| (1000.0 * (value / greatest).clamp(0.0, 1.0)).round() / 10.0;
         Band { error: part(mean), low: part(low), width: (part(high) - part(low)).max(0.4) }
     };
-    methods.iter().map(|method| Row { band: error(method).map(band), ..Row::new(method) }).collect()
+    methods.iter().map(|method| MethodRow { band: error(method).map(band), ..MethodRow::new(method) }).collect()
 }
 
 /// Which method is best, and whether it is surely better than the next.

@@ -67,14 +67,14 @@ impl ContactChart {
     /// [`ReportError`] when a plot or the page fails.
     pub fn page(&self) -> Result<String, ReportError> {
         #[derive(Serialize)]
-        struct Page<'a> {
+        struct ContactPage<'a> {
             title: &'a str,
             summary: &'a [String],
             plots: Vec<String>,
             heads: &'a [String],
             rows: &'a [Vec<String>],
         }
-        let page = Page {
+        let page = ContactPage {
             title: &self.title,
             summary: &self.summary,
             plots: self.plots()?.into_iter().map(|(Svg(plot), _)| plot).collect(),

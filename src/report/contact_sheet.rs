@@ -4,7 +4,7 @@ use tiny_skia::{Pixmap, PixmapPaint, Transform};
 
 use crate::raster::PixelBounds;
 
-use super::cell::{CELL_HEIGHT, CELL_WIDTH, View, colour, new_picture, png, span};
+use super::cell::{CELL_HEIGHT, CELL_WIDTH, OverlaidView, colour, new_picture, png, span};
 use super::lettering::{draw_text, text_width};
 use super::{ReportError, Sheet, SheetFrame};
 
@@ -16,7 +16,7 @@ const HEAD: u32 = 44;
 const LETTER_HEIGHT: f32 = 18.0;
 
 /// One view of one frame, ready to be shown.
-pub(super) struct Cell {
+pub(super) struct SheetPicture {
     /// The picture.
     pub(super) picture: Pixmap,
     /// Overlap of the two silhouettes.
@@ -59,31 +59,31 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
 }
 
 /// `[frame][camera]`. Every camera keeps one scale over all frames, and follows the body.
-pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<Cell>>, ReportError> {
-    let views: Vec<Vec<View<'_>>> = sheet.frames.iter().map(|frame| views(sheet, frame)).collect::<Result<_, _>>()?;
-    let bounds: Vec<Vec<PixelBounds>> = views.iter().map(|frame| frame.iter().map(View::bounds).collect()).collect();
+pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<SheetPicture>>, ReportError> {
+    let views: Vec<Vec<OverlaidView<'_>>> = sheet.frames.iter().map(|frame| views(sheet, frame)).collect::<Result<_, _>>()?;
+    let bounds: Vec<Vec<PixelBounds>> = views.iter().map(|frame| frame.iter().map(OverlaidView::bounds).collect()).collect();
     let span_of = |camera: usize| bounds.iter().map(|frame| span(&frame[camera])).fold(1.0, f64::max);
     let spans: Vec<f64> = (0..sheet.rig.cameras.len()).map(span_of).collect();
-    let cell = |((view, bounds), span): ((&View<'_>, &PixelBounds), &f64)| {
-        Ok(Cell { picture: view.draw(bounds, *span)?, overlap: view.overlap() })
+    let cell = |((view, bounds), span): ((&OverlaidView<'_>, &PixelBounds), &f64)| {
+        Ok(SheetPicture { picture: view.draw(bounds, *span)?, overlap: view.overlap() })
     };
     let column =
-        |(frame, bounds): (&Vec<View<'_>>, &Vec<PixelBounds>)| frame.iter().zip(bounds).zip(&spans).map(cell).collect();
+        |(frame, bounds): (&Vec<OverlaidView<'_>>, &Vec<PixelBounds>)| frame.iter().zip(bounds).zip(&spans).map(cell).collect();
     views.iter().zip(&bounds).map(column).collect()
 }
 
 /// The view of a frame with the lowest overlap, and its camera's index; `None` without a camera.
-pub(super) fn worst_cell(sheet: &Sheet<'_>, frame: &SheetFrame) -> Result<Option<(usize, Cell)>, ReportError> {
+pub(super) fn worst_cell(sheet: &Sheet<'_>, frame: &SheetFrame) -> Result<Option<(usize, SheetPicture)>, ReportError> {
     let views = views(sheet, frame)?;
     let found =
-        views.iter().map(View::overlap).enumerate().min_by(|a, b| a.1.unwrap_or(1.0).total_cmp(&b.1.unwrap_or(1.0)));
+        views.iter().map(OverlaidView::overlap).enumerate().min_by(|a, b| a.1.unwrap_or(1.0).total_cmp(&b.1.unwrap_or(1.0)));
     let Some((camera, overlap)) = found else { return Ok(None) };
     let bounds = views[camera].bounds();
     let picture = views[camera].draw(&bounds, span(&bounds).max(1.0))?;
-    Ok(Some((camera, Cell { picture, overlap })))
+    Ok(Some((camera, SheetPicture { picture, overlap })))
 }
 
-fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<View<'a>>, ReportError> {
+fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<OverlaidView<'a>>, ReportError> {
     let cameras = sheet.rig.cameras.len();
     for found in [Some(frame.observed.len()), frame.estimated.as_ref().map(Vec::len)].into_iter().flatten() {
         if found != cameras {
@@ -92,7 +92,7 @@ fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<View<'a>
     }
     let (truth, estimate) = (&frame.truth, &frame.estimate);
     let masks = frame.observed.iter().zip(&sheet.rig.cameras).enumerate();
-    let view = |(index, (observed, camera))| View {
+    let view = |(index, (observed, camera))| OverlaidView {
         camera,
         observed,
         estimated: frame.estimated.as_ref().and_then(|masks| masks.get(index)),

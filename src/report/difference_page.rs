@@ -12,26 +12,26 @@ use crate::evaluation::RunComparison;
 const TEMPLATE: &str = include_str!("difference_page.html");
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct DifferencePage<'a> {
     title: String,
     base: &'a str,
     seeds: String,
     how: &'static str,
-    sides: Vec<Side<'a>>,
+    sides: Vec<PageSide<'a>>,
 }
 
 #[derive(Serialize)]
-struct Side<'a> {
+struct PageSide<'a> {
     name: &'a str,
     trackers: String,
     pairing: &'static str,
     lost: Option<String>,
     skipped: Vec<String>,
-    tables: Vec<Table>,
+    tables: Vec<DifferenceTable>,
 }
 
 #[derive(Serialize)]
-struct Table {
+struct DifferenceTable {
     title: &'static str,
     first: &'static str,
     /// Whether rows have p values, findings and coverage.
@@ -46,16 +46,16 @@ struct Table {
 pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError> {
     let side = |side: &'_ crate::evaluation::AgainstBase| {
         let tables = [
-            Table { title: "Metrics", first: "Metric", tested: true, rows: metric_rows(side, true) },
-            Table { title: "HumanEva 3-D error by clip, mm", first: "Clip", tested: false, rows: clip_rows(side) },
-            Table { title: "Error by marker, mm", first: "Marker", tested: false, rows: joint_rows(side) },
+            DifferenceTable { title: "Metrics", first: "Metric", tested: true, rows: metric_rows(side, true) },
+            DifferenceTable { title: "HumanEva 3-D error by clip, mm", first: "Clip", tested: false, rows: clip_rows(side) },
+            DifferenceTable { title: "Error by marker, mm", first: "Marker", tested: false, rows: joint_rows(side) },
         ];
         tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
     };
-    let sides: Vec<Side<'_>> = comparison
+    let sides: Vec<PageSide<'_>> = comparison
         .others
         .iter()
-        .map(|other| Side {
+        .map(|other| PageSide {
             name: &other.side.name,
             trackers: other.side.trackers.join(", "),
             pairing: pairing(other),
@@ -66,7 +66,7 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
         .collect();
     let names: Vec<&str> = sides.iter().map(|side| side.name).collect();
     let title = format!("{} against {}", names.join(", "), comparison.base.name);
-    render_page(TEMPLATE, &Page { title, base: &comparison.base.name, seeds: seeds_of(comparison), how: HOW, sides })
+    render_page(TEMPLATE, &DifferencePage { title, base: &comparison.base.name, seeds: seeds_of(comparison), how: HOW, sides })
 }
 
 #[cfg(test)]

@@ -40,18 +40,18 @@ pub(super) struct DifferenceRow {
     pub(super) coverage: String,
     /// What the row leaves out, and how it was made.
     pub(super) notes: String,
-    pub(super) bar: Option<Bar>,
+    pub(super) bar: Option<IntervalBar>,
 }
 
 /// Where the difference and its interval lie, in percent of a width whose middle is 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Bar {
+pub(super) struct IntervalBar {
     low: f64,
     width: f64,
     at: f64,
 }
 
-impl Bar {
+impl IntervalBar {
     fn of(difference: &Difference) -> Option<Self> {
         let ends = difference.ci95?;
         let scale = 1.1 * ends.low.abs().max(ends.high.abs());
@@ -102,7 +102,7 @@ impl DifferenceRow {
             class: "",
             coverage: String::new(),
             notes: String::new(),
-            bar: Bar::of(difference),
+            bar: IntervalBar::from_difference(difference),
         }
     }
 }
@@ -110,7 +110,7 @@ impl DifferenceRow {
 /// Rows of all metrics, or of the short table.
 pub(super) fn metric_rows(side: &AgainstBase, all: bool) -> Vec<DifferenceRow> {
     let shown = side.metrics.iter().filter(|metric| all || SHORT.contains(&metric.metric.as_str()));
-    shown.map(DifferenceRow::of_metric).collect()
+    shown.map(DifferenceRow::from_metric).collect()
 }
 
 /// Rows of HumanEva's error clip by clip; nothing for a single clip.

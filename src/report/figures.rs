@@ -353,7 +353,7 @@ fn occupancy(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
     let band = |model: usize| {
         let ends = |frame: &&[ModelOccupancy]| [f64::from(up_to(frame, model)), f64::from(up_to(frame, model + 1))];
         let edges = run.occupancy.iter().map(ends).enumerate().map(|(frame, ends)| (frame as f64, ends));
-        let stroke = Stroke::solid(Colour::of_rank(model, models));
+        let stroke = Stroke::solid(Colour::from_rank(model, models));
         let points = edges.clone().map(|(frame, [_, high])| (frame, Some(high))).collect();
         Line {
             band: edges.map(|(x, ends)| (x, Some(ends))).collect(),
@@ -381,7 +381,7 @@ fn of_layers(run: &ReportRun<'_>, value: fn(&LayerRecord) -> f64) -> Vec<Line> {
     let of_layer = |layer: usize| {
         let finite = |frame: &[LayerRecord]| frame.get(layer).map(value).filter(|value| value.is_finite());
         let points = run.layers.iter().enumerate().map(|(frame, layers)| (frame as f64, finite(layers))).collect();
-        Line::new(&format!("layer {}", layer + 1), Stroke::solid(Colour::of_rank(layer, count)), points)
+        Line::new(&format!("layer {}", layer + 1), Stroke::solid(Colour::from_rank(layer, count)), points)
     };
     (0..count).map(of_layer).collect()
 }

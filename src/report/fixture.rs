@@ -96,7 +96,7 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         })
         .collect();
     let still = vec![truth[0]; FRAMES];
-    let frozen = evaluate(&Sequence::of_markers(FPS, &truth, &still)).unwrap();
+    let frozen = evaluate(&Sequence::from_markers(FPS, &truth, &still)).unwrap();
     let typical = typical_run(&runs).unwrap();
     let mut shown: Vec<Shown> = story.shown.iter().map(|&frame| Shown { run: typical, frame }).collect();
     shown.extend(frames_to_show(&runs, 0));
@@ -265,7 +265,7 @@ fn measured(truth: &[Markers], estimate: &[Markers], [at_truth, at_estimate]: &[
     let turned: Vec<_> = (0..FRAMES)
         .map(|f| Some(UnitQuaternion::from_euler_angles(0.02, 0.03 * libm::sin(f as f64 / 9.0), 0.05)))
         .collect();
-    let mut sequence = Sequence::of_markers(FPS, truth, estimate);
+    let mut sequence = Sequence::from_markers(FPS, truth, estimate);
     sequence.view_overlaps = Some(&overlaps);
     sequence.views = Some(Views { cameras: &cameras, in_view: &seen, visible: &seen });
     sequence.roots = Some(RootRotations { truth: &roots, estimate: &turned });

@@ -94,17 +94,17 @@ impl GateReport<'_> {
     /// [`ReportError`] if it cannot be rendered.
     pub fn junit(&self) -> Result<String, ReportError> {
         #[derive(Serialize)]
-        struct Case {
+        struct JunitCase {
             name: String,
             verdict: &'static str,
             finding: String,
         }
-        let case = |check: &Check| Case {
+        let case = |check: &Check| JunitCase {
             name: xml(&name(check)),
             verdict: word(check.verdict),
             finding: xml(&finding(check)),
         };
-        let cases: Vec<Case> = self.outcome.checks.iter().map(case).collect();
+        let cases: Vec<JunitCase> = self.outcome.checks.iter().map(case).collect();
         let count = |verdict| self.outcome.checks.iter().filter(|check| check.verdict == verdict).count();
         let mut environment = Environment::new();
         environment.set_auto_escape_callback(|_| AutoEscape::Html);
@@ -225,7 +225,7 @@ mod tests {
         let base = [30.0, 31.0, 29.0, 32.0, 30.0];
         let mut errors = base;
         errors.iter_mut().enumerate().for_each(|(i, e)| *e += shift + wobble * [1.0, -1.0, 0.5, -0.5, 0.2][i]);
-        gate(&runs(base), &runs(errors), &GateRules::of_metric("humaneva_mm", "2mm".parse().unwrap())).unwrap()
+        gate(&runs(base), &runs(errors), &GateRules::from_metric("humaneva_mm", "2mm".parse().unwrap())).unwrap()
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::plots::{Colour, Line, LinePlot, Path, PathPanel, PathPlot, Size, Stro
 
 /// A drawing for each width of a page.
 #[derive(Clone, Debug, serde::Serialize)]
-pub(super) struct Drawing {
+pub(super) struct ResponsiveSvg {
     pub(super) broad: String,
     pub(super) wide: String,
     pub(super) narrow: String,
@@ -24,7 +24,7 @@ pub(super) fn colour(model: usize) -> Colour {
 
 /// Learned latents and the mean prediction of one model (`[GPDM graph]`, Figs. 2 and 5a), the first principal axis
 /// against the others.
-pub(super) fn latents(index: usize, model: &OneModel) -> Result<Drawing, ReportError> {
+pub(super) fn latents(index: usize, model: &OneModel) -> Result<ResponsiveSvg, ReportError> {
     let learned = Stroke::solid(colour(index));
     let predicted = Stroke::dashed(Colour::Red);
     let dimensions = model.learned.first().map_or(0, Vec::len);
@@ -48,11 +48,11 @@ pub(super) fn latents(index: usize, model: &OneModel) -> Result<Drawing, ReportE
     let count = plot.panels.len() as u32;
     let draw = |width, height, columns: u32| plot.svg(Size { width, height }, columns as usize).map(|Svg(text)| text);
     let wide = draw(560, 330, count)?;
-    Ok(Drawing { broad: wide.clone(), wide, narrow: draw(350, 40 + 270 * count, 1)? })
+    Ok(ResponsiveSvg { broad: wide.clone(), wide, narrow: draw(350, 40 + 270 * count, 1)? })
 }
 
 /// Distance between recording and simulation, frame by frame (`[GPDM graph]`, Figs. 3 and 5b).
-pub(super) fn errors(input: &ModelPageInput<'_>) -> Result<Drawing, ReportError> {
+pub(super) fn errors(input: &ModelPageInput<'_>) -> Result<ResponsiveSvg, ReportError> {
     let mut lines = Vec::new();
     if let Some(other) = &input.against {
         let points = other.errors.iter().enumerate().map(|(frame, e)| (frame as f64, Some(*e))).collect();
@@ -78,5 +78,5 @@ pub(super) fn errors(input: &ModelPageInput<'_>) -> Result<Drawing, ReportError>
         ..LinePlot::default()
     };
     let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
-    Ok(Drawing { broad: draw(1160, 330)?, wide: draw(560, 300)?, narrow: draw(350, 280)? })
+    Ok(ResponsiveSvg { broad: draw(1160, 330)?, wide: draw(560, 300)?, narrow: draw(350, 280)? })
 }

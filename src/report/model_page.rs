@@ -4,19 +4,19 @@ use serde::Serialize;
 
 use super::html::render_page;
 use super::model_distances::{all_shown, draw};
-use super::model_figures::{self, Drawing};
+use super::model_figures::{self, ResponsiveSvg};
 use super::model_input::{ModelPageInput, OneModel};
 use super::{FactGroup, ReportError};
 
 const TEMPLATE: &str = include_str!("model_page.html");
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct ModelPage<'a> {
     title: &'a str,
     rate: f64,
     chips: &'a [String],
-    headlines: Vec<Headline>,
-    errors: Drawing,
+    headlines: Vec<ModelHeadline>,
+    errors: ResponsiveSvg,
     against: Option<&'a str>,
     has_threshold: bool,
     models: Vec<ModelOnPage<'a>>,
@@ -28,7 +28,7 @@ struct Page<'a> {
 }
 
 #[derive(Serialize)]
-struct Headline {
+struct ModelHeadline {
     value: String,
     unit: &'static str,
     meaning: &'static str,
@@ -43,7 +43,7 @@ struct ModelOnPage<'a> {
     frames: usize,
     mean: String,
     greatest: String,
-    latents: Drawing,
+    latents: ResponsiveSvg,
 }
 
 /// The page: HTML with its plots inside, no network needed.
@@ -55,7 +55,7 @@ pub fn model_page(input: &ModelPageInput<'_>) -> Result<String, ReportError> {
         return Err(ReportError::NoRun);
     }
     let starts: Vec<usize> = input.models.iter().map(|m| m.start).collect();
-    let page = Page {
+    let page = ModelPage {
         title: input.title,
         rate: input.frames_per_second,
         chips: &input.chips,
@@ -88,10 +88,10 @@ fn on_page(index: usize, model: &OneModel) -> Result<ModelOnPage<'_>, ReportErro
     })
 }
 
-fn headlines(input: &ModelPageInput<'_>) -> Vec<Headline> {
+fn headlines(input: &ModelPageInput<'_>) -> Vec<ModelHeadline> {
     let all: Vec<f64> = input.models.iter().flat_map(|m| m.errors.iter().copied()).collect();
     let [mean, greatest] = mean_and_greatest(&all);
-    let headline = |value: String, unit, meaning| Headline { value, unit, meaning };
+    let headline = |value: String, unit, meaning| ModelHeadline { value, unit, meaning };
     let turns = match input.candidates.len() {
         1 => "frame at which particles may change models",
         _ => "frames at which particles may change models",

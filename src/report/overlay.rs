@@ -7,7 +7,7 @@ use crate::body::{Humanoid, Landmark, LinkFrames, Markers};
 use crate::camera::Camera;
 
 /// A straight piece of a skeleton, end points in the world, metres.
-pub type Bone = [Point3<f64>; 2];
+pub type BoneLine = [Point3<f64>; 2];
 
 /// Whose skeleton: colour and line style, distinguishable without colour vision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,14 +20,14 @@ pub enum Whose {
 
 /// The part of a camera's image that a picture shows: `picture = scale * (pixel - corner)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
+pub struct PictureWindow {
     /// The camera pixel at the picture's top left.
     pub corner: Point2<f64>,
     /// Picture pixels per camera pixel, > 0.
     pub scale: f64,
 }
 
-impl Window {
+impl PictureWindow {
     /// The whole image of a camera at its own size.
     pub fn whole() -> Self {
         Self { corner: Point2::origin(), scale: 1.0 }
@@ -53,13 +53,13 @@ pub(super) const MARKER_BONES: [[Landmark; 2]; 14] = [
 ];
 
 /// The bones between HumanEva's markers; those with a missing end are left out.
-pub fn marker_bones(markers: &Markers) -> Vec<Bone> {
+pub fn marker_bones(markers: &Markers) -> Vec<BoneLine> {
     let at = |landmark: Landmark| markers[landmark as usize];
     MARKER_BONES.iter().filter_map(|[from, to]| Some([at(*from)?, at(*to)?])).collect()
 }
 
 /// The bones of a humanoid: from each link's origin to its parent's, where they differ.
-pub fn link_bones(humanoid: &Humanoid, frames: &LinkFrames) -> Vec<Bone> {
+pub fn link_bones(humanoid: &Humanoid, frames: &LinkFrames) -> Vec<BoneLine> {
     let origin = |link: usize| Point3::from(frames[link].translation.vector);
     let bones = (1..humanoid.links.len()).filter_map(|link| Some([origin(humanoid.parent(link)?), origin(link)]));
     bones.filter(|[from, to]| (to - from).norm() > 1e-6).collect()
@@ -67,7 +67,7 @@ pub fn link_bones(humanoid: &Humanoid, frames: &LinkFrames) -> Vec<Bone> {
 
 /// Draws bones as `camera` sees them through `window`. Bones behind the camera are left out; lens distortion bends
 /// them. Lines are `width` picture pixels wide and have a dark edge, so that they show on any ground.
-pub fn draw_bones(picture: &mut Pixmap, camera: &Camera, window: &Window, bones: &[Bone], whose: Whose, width: f32) {
+pub fn draw_bones(picture: &mut Pixmap, camera: &Camera, window: &PictureWindow, bones: &[BoneLine], whose: Whose, width: f32) {
     let to_picture = |point: &Point3<f64>| {
         let pixel = camera.project(point)?;
         let at = (pixel - window.corner) * window.scale;
@@ -111,7 +111,7 @@ fn paint([red, green, blue]: [u8; 3]) -> Paint<'static> {
 }
 
 /// All bones as one path, each in pieces short enough to follow the lens distortion.
-fn bones_path(bones: &[Bone], to_picture: impl Fn(&Point3<f64>) -> Option<(f32, f32)>) -> Option<Path> {
+fn bones_path(bones: &[BoneLine], to_picture: impl Fn(&Point3<f64>) -> Option<(f32, f32)>) -> Option<Path> {
     const PIECES: usize = 8;
     let mut path = PathBuilder::new();
     for [from, to] in bones {
@@ -130,7 +130,7 @@ fn bones_path(bones: &[Bone], to_picture: impl Fn(&Point3<f64>) -> Option<(f32, 
 }
 
 fn joints_path(
-    bones: &[Bone],
+    bones: &[BoneLine],
     to_picture: impl Fn(&Point3<f64>) -> Option<(f32, f32)>,
     whose: Whose,
     size: f32,
@@ -175,7 +175,7 @@ mod tests {
         let markers = standing();
         for (whose, width) in [(Whose::Truth, 3.0), (Whose::Estimate, 3.0)] {
             let mut picture = Pixmap::new(camera.pinhole.width, camera.pinhole.height).unwrap();
-            draw_bones(&mut picture, &camera, &Window::whole(), &marker_bones(&markers), whose, width);
+            draw_bones(&mut picture, &camera, &PictureWindow::whole(), &marker_bones(&markers), whose, width);
             for point in markers.iter().flatten() {
                 let pixel = camera.project(point).unwrap();
                 assert_eq!(colour_at(&picture, pixel.x as u32, pixel.y as u32), whose.colour());
@@ -188,7 +188,7 @@ mod tests {
         let camera = camera_in_front();
         let mut picture = Pixmap::new(camera.pinhole.width, camera.pinhole.height).unwrap();
         let behind = [[Point3::new(50.0, 0.0, 1.0), Point3::new(60.0, 0.0, 1.0)]];
-        draw_bones(&mut picture, &camera, &Window::whole(), &behind, Whose::Truth, 3.0);
+        draw_bones(&mut picture, &camera, &PictureWindow::whole(), &behind, Whose::Truth, 3.0);
         assert!(picture.pixels().iter().all(|pixel| pixel.alpha() == 0));
     }
 }

@@ -6,7 +6,7 @@ use crate::evaluation::{
     BreakdownSummary, Direction, METRICS, Metric, SeedRun, Summary, Unit, find_metric, shown_once,
 };
 
-use super::contact_sheet::{Cell, cells, seconds, worst_cell};
+use super::contact_sheet::{SheetPicture, cells, seconds, worst_cell};
 use super::figures::{Figure, figures, per_frame};
 use super::html::render_page;
 use super::input::{FactGroup, worst_frames};
@@ -29,7 +29,7 @@ const HEADLINES: [(&str, &str); 6] = [
 ];
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct RunPage<'a> {
     script: &'static str,
     title: &'a str,
     tracker: &'a str,
@@ -186,7 +186,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let verdict = verdict(input);
     let worse = |name: &str| verdict.worse_than_frozen.contains(&name);
     let (search_figures, figures) = figures(input, typical)?.into_iter().partition(|figure| figure.about_search);
-    let page = Page {
+    let page = RunPage {
         script: SCRIPT,
         title: input.title,
         tracker: input.tracker,
@@ -366,7 +366,7 @@ fn picture_of<'a>(sheet: &'a Sheet<'a>, seed: u64, frame: usize) -> Result<Optio
     sheet_cell(&sheet.rig.cameras[camera].name, shown, &view).map(Some)
 }
 
-fn sheet_cell<'a>(camera: &'a str, frame: &SheetFrame, view: &Cell) -> Result<SheetCell<'a>, ReportError> {
+fn sheet_cell<'a>(camera: &'a str, frame: &SheetFrame, view: &SheetPicture) -> Result<SheetCell<'a>, ReportError> {
     let overlap = view.overlap.map(|overlap| format!("{:.0} %", 100.0 * overlap));
     let findings = overlap.iter().map(|overlap| format!(", silhouettes overlap by {overlap}"));
     let findings = findings.chain(frame.error_mm().map(|error| format!(", mean marker error {error:.0} mm")));

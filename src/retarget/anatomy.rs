@@ -45,7 +45,7 @@ const HAND: [&str; 3] = ["fingerbase", "hand", "wrist"];
 
 /// A part of the body whose orientation a recording contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Segment {
+pub(super) enum BodySegment {
     Pelvis,
     Thorax,
     Head,
@@ -58,16 +58,16 @@ pub(super) enum Segment {
 }
 
 /// Every segment, in the order in which [`SubjectFrame::rotations`] holds them.
-pub(super) const SEGMENTS: [Segment; 9] = [
-    Segment::Pelvis,
-    Segment::Thorax,
-    Segment::Head,
-    Segment::LeftHand,
-    Segment::RightHand,
-    Segment::LeftFoot,
-    Segment::RightFoot,
-    Segment::LeftToes,
-    Segment::RightToes,
+pub(super) const SEGMENTS: [BodySegment; 9] = [
+    BodySegment::Pelvis,
+    BodySegment::Thorax,
+    BodySegment::Head,
+    BodySegment::LeftHand,
+    BodySegment::RightHand,
+    BodySegment::LeftFoot,
+    BodySegment::RightFoot,
+    BodySegment::LeftToes,
+    BodySegment::RightToes,
 ];
 
 /// A position on a recorded skeleton.

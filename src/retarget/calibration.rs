@@ -7,7 +7,7 @@
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use super::anatomy::{SEGMENTS, Segment, SubjectFrame};
+use super::anatomy::{SEGMENTS, BodySegment, SubjectFrame};
 use crate::body::inverse_kinematics::OrientationGoal;
 use crate::body::{Humanoid, Landmark, LinkPoint, Pose, from_axes, rotation_from_vector, rotation_vector};
 
@@ -15,13 +15,13 @@ use crate::body::{Humanoid, Landmark, LinkPoint, Pose, from_axes, rotation_from_
 const FLAT_SHARE: f64 = 0.1;
 
 /// Weight of one radian of a segment's orientation relative to landmark distances, metres.
-fn metres_per_radian(segment: Segment) -> f64 {
+fn metres_per_radian(segment: BodySegment) -> f64 {
     match segment {
-        Segment::Pelvis | Segment::Thorax => 0.05,
-        Segment::Head => 0.1,
-        Segment::LeftHand | Segment::RightHand => 0.03,
-        Segment::LeftFoot | Segment::RightFoot => 0.1,
-        Segment::LeftToes | Segment::RightToes => 0.05,
+        BodySegment::Pelvis | BodySegment::Thorax => 0.05,
+        BodySegment::Head => 0.1,
+        BodySegment::LeftHand | BodySegment::RightHand => 0.03,
+        BodySegment::LeftFoot | BodySegment::RightFoot => 0.1,
+        BodySegment::LeftToes | BodySegment::RightToes => 0.05,
     }
 }
 
@@ -30,7 +30,7 @@ fn metres_per_radian(segment: Segment) -> f64 {
 const BEGINS_HERE: f64 = 0.1;
 
 /// The link of the segment: the one with its marker, or the one of that name.
-fn link_of(humanoid: &Humanoid, segment: Segment) -> Option<usize> {
+fn link_of(humanoid: &Humanoid, segment: BodySegment) -> Option<usize> {
     let carrier = |landmark: Landmark| humanoid.markers[landmark as usize].map(|m| m.link);
     let end = |name: &str, landmark: Landmark| {
         let begins = |m: &LinkPoint| m.point_in_link.coords.norm() < BEGINS_HERE;
@@ -38,15 +38,15 @@ fn link_of(humanoid: &Humanoid, segment: Segment) -> Option<usize> {
         humanoid.find_link(name).or_else(found)
     };
     match segment {
-        Segment::Pelvis => carrier(Landmark::Pelvis),
-        Segment::Thorax => carrier(Landmark::Thorax).filter(|link| Some(*link) != carrier(Landmark::Pelvis)),
-        Segment::Head => carrier(Landmark::HeadTop),
-        Segment::LeftHand => end("left_hand", Landmark::LeftWrist),
-        Segment::RightHand => end("right_hand", Landmark::RightWrist),
-        Segment::LeftFoot => end("left_foot", Landmark::LeftAnkle),
-        Segment::RightFoot => end("right_foot", Landmark::RightAnkle),
-        Segment::LeftToes => humanoid.find_link("left_toes"),
-        Segment::RightToes => humanoid.find_link("right_toes"),
+        BodySegment::Pelvis => carrier(Landmark::Pelvis),
+        BodySegment::Thorax => carrier(Landmark::Thorax).filter(|link| Some(*link) != carrier(Landmark::Pelvis)),
+        BodySegment::Head => carrier(Landmark::HeadTop),
+        BodySegment::LeftHand => end("left_hand", Landmark::LeftWrist),
+        BodySegment::RightHand => end("right_hand", Landmark::RightWrist),
+        BodySegment::LeftFoot => end("left_foot", Landmark::LeftAnkle),
+        BodySegment::RightFoot => end("right_foot", Landmark::RightAnkle),
+        BodySegment::LeftToes => humanoid.find_link("left_toes"),
+        BodySegment::RightToes => humanoid.find_link("right_toes"),
     }
 }
 
@@ -61,17 +61,17 @@ struct Follower {
 
 /// The segments whose orientation a recording contains, with their constant rotations.
 #[derive(Clone, Debug)]
-pub(super) struct Calibration(Vec<Follower>);
+pub(super) struct SegmentCalibration(Vec<Follower>);
 
-impl Calibration {
+impl SegmentCalibration {
     /// From poses found from positions only, for some frames of the subject.
     pub(super) fn new(humanoid: &Humanoid, subject: &[SubjectFrame], posed: &[(usize, Pose)]) -> Self {
         let rest = humanoid.body_from_links();
-        let follow = |(segment, part): (usize, &Segment)| {
+        let follow = |(segment, part): (usize, &BodySegment)| {
             let link = link_of(humanoid, *part)?;
-            let side = usize::from(matches!(part, Segment::RightFoot | Segment::RightToes));
+            let side = usize::from(matches!(part, BodySegment::RightFoot | BodySegment::RightToes));
             let joint_from_link = match part {
-                Segment::LeftFoot | Segment::RightFoot | Segment::LeftToes | Segment::RightToes => {
+                BodySegment::LeftFoot | BodySegment::RightFoot | BodySegment::LeftToes | BodySegment::RightToes => {
                     let flat = flat_foot(subject, segment, side, &rest[link]);
                     if flat.is_empty() {
                         mean_rotation(&posed_offsets(humanoid, subject, posed, segment, link))

@@ -9,10 +9,10 @@
 use std::ops::Range;
 
 use super::anatomy::SubjectFrame;
-use super::calibration::Calibration;
+use super::calibration::SegmentCalibration;
 use super::goals::{FitOptions, hold_angles, marker_distances, marker_goals, priors, solve_from_afar};
 use super::turning::greatest_turn;
-use crate::body::inverse_kinematics::{Goals, Solution, Solver};
+use crate::body::inverse_kinematics::{Goals, PoseSolution, Solver};
 use crate::body::{Humanoid, Markers, Pose};
 
 /// Poses with all differences below this are equal, radians or metres.
@@ -38,7 +38,7 @@ pub(super) struct Waypoint<'a> {
 pub(super) fn pose_all(
     humanoid: &Humanoid,
     subject: &[SubjectFrame],
-    calibration: &Calibration,
+    calibration: &SegmentCalibration,
     posed: &[(usize, Pose)],
     turns: &[f64],
     options: &FitOptions,
@@ -56,7 +56,7 @@ pub(super) fn pose_all(
     let waypoint = |frame: usize, most: f64| Waypoint { goals: &goals[frame], markers: &subject[frame].markers, most };
     let ahead = (0..goals.len()).map(|frame| waypoint(frame, turns[frame]));
     let back = (0..goals.len()).rev().map(|frame| waypoint(frame, turns.get(frame + 1).copied().unwrap_or(0.0)));
-    let poses = |solutions: Vec<Solution>| solutions.into_iter().map(|solution| solution.pose).collect::<Vec<Pose>>();
+    let poses = |solutions: Vec<PoseSolution>| solutions.into_iter().map(|solution| solution.pose).collect::<Vec<Pose>>();
     let forward = poses(solve_sequence(&mut solver, humanoid, ahead, &start(posed.first()), options));
     let mut backward = poses(solve_sequence(&mut solver, humanoid, back, &start(posed.last()), options));
     backward.reverse();
@@ -71,8 +71,8 @@ pub(super) fn solve_sequence<'a>(
     frames: impl Iterator<Item = Waypoint<'a>>,
     start: &Pose,
     options: &FitOptions,
-) -> Vec<Solution> {
-    let mut solutions: Vec<Solution> = Vec::new();
+) -> Vec<PoseSolution> {
+    let mut solutions: Vec<PoseSolution> = Vec::new();
     for Waypoint { goals, markers, most } in frames {
         let Some(previous) = solutions.last() else {
             solutions.push(solve_from_afar(solver, humanoid, goals, markers, start, options.max_iterations));

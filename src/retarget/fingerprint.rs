@@ -50,13 +50,13 @@ const MOVEMENT: f32 = 10.0;
 /// Fewest frames of a stretch.
 const LEAST_FRAMES: usize = 3;
 
-type Row = [f32; FINGERPRINT_DISTANCES];
+type DistanceRow = [f32; FINGERPRINT_DISTANCES];
 
 /// The fingerprint of a take: a row of distances between landmarks for every frame, in leg lengths.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionFingerprint {
     /// Frame by frame.
-    pub rows: Vec<Row>,
+    pub rows: Vec<DistanceRow>,
 }
 
 /// Frames that two takes share, each counted from 0 and including the last.
@@ -87,7 +87,7 @@ impl MotionFingerprint {
     }
 }
 
-fn distances(markers: &Markers) -> Row {
+fn distances(markers: &Markers) -> DistanceRow {
     let between = |a: Landmark, b: Landmark| match (markers[a as usize], markers[b as usize]) {
         (Some(a), Some(b)) => (a - b).norm(),
         _ => 0.0,
@@ -105,7 +105,7 @@ struct Meeting {
 }
 
 /// The first stretch of `rows` that follows the path through `path`.
-fn stretch_on(rows: &[Row], path: &[Row]) -> Option<SharedFrames> {
+fn stretch_on(rows: &[DistanceRow], path: &[DistanceRow]) -> Option<SharedFrames> {
     if path.len() < 2 {
         return None;
     }
@@ -127,7 +127,7 @@ fn stretch_on(rows: &[Row], path: &[Row]) -> Option<SharedFrames> {
     })
 }
 
-fn meeting(row: &Row, path: &[Row]) -> Option<Meeting> {
+fn meeting(row: &DistanceRow, path: &[DistanceRow]) -> Option<Meeting> {
     let mut best: Option<Meeting> = None;
     for (frame, pair) in path.windows(2).enumerate() {
         let bound = best.map_or(TOLERANCES[0], |b| b.apart);
@@ -140,7 +140,7 @@ fn meeting(row: &Row, path: &[Row]) -> Option<Meeting> {
 
 /// Maximum-norm distance of a row from the segment between two others, and the position on the segment; only if below
 /// `bound`.
-fn nearness(row: &Row, from: &Row, to: &Row, bound: f32) -> Option<(f32, f32)> {
+fn nearness(row: &DistanceRow, from: &DistanceRow, to: &DistanceRow, bound: f32) -> Option<(f32, f32)> {
     let outside = |i: usize| row[i] < from[i].min(to[i]) - bound || row[i] > from[i].max(to[i]) + bound;
     if (0..FINGERPRINT_DISTANCES).any(outside) {
         return None;
@@ -158,7 +158,7 @@ fn nearness(row: &Row, from: &Row, to: &Row, bound: f32) -> Option<(f32, f32)> {
 }
 
 /// The greatest change of a distance over a stretch.
-fn movement(rows: &[Row]) -> f32 {
+fn movement(rows: &[DistanceRow]) -> f32 {
     let of = |i: usize| {
         let values = || rows.iter().map(|row| row[i]);
         values().fold(f32::NEG_INFINITY, f32::max) - values().fold(f32::INFINITY, f32::min)

@@ -2,7 +2,7 @@
 
 use super::continuity::{Waypoint, solve_sequence};
 use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_afar};
-use crate::body::inverse_kinematics::{Goals, Solution, Solver};
+use crate::body::inverse_kinematics::{Goals, PoseSolution, Solver};
 use crate::body::{Humanoid, Markers, Pose};
 
 /// A pose fitted to markers.
@@ -36,7 +36,7 @@ pub fn fit_motion_to_markers(humanoid: &Humanoid, targets: &[Markers], start: &P
     targets.iter().zip(solutions).map(|(markers, solution)| measured(humanoid, markers, solution)).collect()
 }
 
-fn measured(humanoid: &Humanoid, targets: &Markers, solution: Solution) -> Fit {
+fn measured(humanoid: &Humanoid, targets: &Markers, solution: PoseSolution) -> Fit {
     let per_marker = marker_distances(humanoid, targets, &solution.pose);
     let squares: Vec<f64> = per_marker.iter().flatten().map(|d| d * d).collect();
     let residual_rms_m = libm::sqrt(squares.iter().sum::<f64>() / squares.len().max(1) as f64);

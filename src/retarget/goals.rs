@@ -4,7 +4,7 @@
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::spine::equal_shares;
-use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solution, Solver};
+use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, PoseSolution, Solver};
 use crate::body::{Humanoid, Landmark, Markers, Pose, from_axes};
 
 /// Weights for what markers do not determine.
@@ -56,7 +56,7 @@ pub(super) fn solve_from_afar(
     targets: &Markers,
     start: &Pose,
     max_iterations: usize,
-) -> Solution {
+) -> PoseSolution {
     let mut best = solver.solve(goals, start, max_iterations);
     for share in [0.0, 0.5, 1.0] {
         let mut pose = start.clone();

@@ -33,7 +33,7 @@ pub struct SegmentLengths {
 }
 
 /// Landmarks of one instant, and the balls of the left and of the right foot; metres.
-type Places = (Markers, [Option<Point3<f64>>; 2]);
+type LandmarkPlaces = (Markers, [Option<Point3<f64>>; 2]);
 
 /// The ends of a length.
 type Ends = (Option<Point3<f64>>, Option<Point3<f64>>);
@@ -79,9 +79,9 @@ impl SegmentLengths {
         Some(mean(self.shank)? + mean(self.thigh)? + self.trunk? + self.head?)
     }
 
-    fn measure(frames: &[Places]) -> Self {
+    fn measure(frames: &[LandmarkPlaces]) -> Self {
         use Landmark as L;
-        let quantile = |share: f64, ends: &dyn Fn(&Places) -> Ends| {
+        let quantile = |share: f64, ends: &dyn Fn(&LandmarkPlaces) -> Ends| {
             let distances = frames.iter().filter_map(|frame| match ends(frame) {
                 (Some(a), Some(b)) => Some((b - a).norm()),
                 _ => None,

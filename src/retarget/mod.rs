@@ -35,7 +35,7 @@ mod turning;
 use std::collections::BTreeMap;
 
 use anatomy::{Anatomy, SubjectFrame};
-use calibration::Calibration;
+use calibration::SegmentCalibration;
 
 pub use fingerprint::{FINGERPRINT_DISTANCES, MotionFingerprint, SharedFrames};
 pub use fit::{Fit, fit_motion_to_markers, fit_to_markers};
@@ -162,12 +162,12 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     require_markers(template)?;
     let anatomy = Anatomy::from_clip(clip, &options.landmarks)?;
     let subject: Vec<SubjectFrame> = (0..clip.frames.len()).map(|frame| anatomy.observe(clip, frame)).collect();
-    let measured = SegmentLengths::of_subject(&subject);
+    let measured = SegmentLengths::from_subject(&subject);
     let lengths = if options.symmetric { measured.symmetric() } else { measured };
     let shape = fit_shape(template, &lengths);
     let humanoid = template.reshaped(&shape);
     let posed = pose_from_positions(&humanoid, &subject, &options.fit);
-    let calibration = Calibration::new(&humanoid, &subject, &posed);
+    let calibration = SegmentCalibration::new(&humanoid, &subject, &posed);
     let hold = options.fit.continuity_m_per_rad * libm::sqrt(clip.frames_per_second / 120.0);
     let fit = FitOptions { continuity_m_per_rad: hold, ..options.fit };
     let recorded = turning::recorded_turns(clip, &anatomy.joints());

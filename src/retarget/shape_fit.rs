@@ -46,9 +46,9 @@ pub fn fit_shape(template: &Humanoid, subject: &SegmentLengths) -> BodyShape {
 }
 
 /// Landmarks at the ends of a limb's segment, and its lengths on both sides.
-type Segment = (Landmark, Landmark, fn(&SegmentLengths) -> [Option<f64>; 2]);
+type LimbSegment = (Landmark, Landmark, fn(&SegmentLengths) -> [Option<f64>; 2]);
 
-fn limb_segments(side: usize) -> [Segment; 4] {
+fn limb_segments(side: usize) -> [LimbSegment; 4] {
     let [hip, knee, ankle, shoulder, elbow, wrist] = limb_landmarks(side);
     [
         (shoulder, elbow, |lengths| lengths.upper_arm),

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Axis;
+use super::UpwardAxis;
 use crate::camera::{CameraFileFormat, CameraFileOptions};
 
 /// The cameras of a file of another tool. They stand in the rig after the ring's and before those of `[[rig.camera]]`.
@@ -27,7 +27,7 @@ pub struct CameraFileSettings {
     pub metres_per_unit: Option<f64>,
     /// The upward axis of the file's world; Y up is turned to Z up, X stays. Default: Z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<Axis>,
+    pub up: Option<UpwardAxis>,
     /// The row of `extrinsic_parameters`, from 0, that places the camera, for an OpenCV file without R and T. Default:
     /// none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -53,7 +53,7 @@ impl CameraFileSettings {
             Some(CameraFileKind::OpenCv) => Some(CameraFileFormat::OpenCv),
             Some(CameraFileKind::HumanEva) => Some(CameraFileFormat::HumanEva),
             Some(CameraFileKind::Qualisys) => Some(CameraFileFormat::Qualisys),
-            None => CameraFileFormat::of_name(&self.path),
+            None => CameraFileFormat::from_name(&self.path),
         }
     }
 
@@ -63,7 +63,7 @@ impl CameraFileSettings {
             name: self.name.clone(),
             size: self.size_px,
             metres_per_unit: self.metres_per_unit,
-            y_up: self.up == Some(Axis::Y),
+            y_up: self.up == Some(UpwardAxis::Y),
             view: self.view,
         }
     }

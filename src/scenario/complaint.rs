@@ -20,7 +20,7 @@ pub struct Complaint {
     /// The file as it was named, or the override on the command line.
     pub origin: String,
     /// Its position in the file; `None` for an override and for a missing key.
-    pub place: Option<Place>,
+    pub place: Option<LineSpan>,
     /// Dotted key; empty if the file is not TOML.
     pub key: String,
     /// What was found, what was expected, what to do.
@@ -29,7 +29,7 @@ pub struct Complaint {
 
 /// A stretch of one line of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct LineSpan {
     /// Line number, from 1.
     pub line: usize,
     /// Column of the first character, from 1.
@@ -40,7 +40,7 @@ pub struct Place {
     pub text: String,
 }
 
-impl Place {
+impl LineSpan {
     /// The place of a byte range of `text`.
     pub(super) fn from_span(text: &str, span: &Range<usize>) -> Self {
         let start = floor_char_boundary(text, span.start);
@@ -56,7 +56,7 @@ impl Place {
     }
 }
 
-impl Place {
+impl LineSpan {
     /// The displayed part of the line (for long lines the part around the mark), the number of characters before the
     /// mark, and the mark's width.
     fn window(&self) -> (String, usize, usize) {
@@ -95,13 +95,13 @@ impl fmt::Display for Complaint {
 impl std::error::Error for Complaint {}
 
 /// Position of a dotted key in a TOML text, and its value.
-pub(super) struct Spot {
+pub(super) struct KeySpan {
     pub(super) key: Range<usize>,
     pub(super) value: Range<usize>,
 }
 
 /// Position of a dotted key; `None` if the text does not contain it.
-pub(super) fn locate(text: &str, key: &str) -> Option<Spot> {
+pub(super) fn locate(text: &str, key: &str) -> Option<KeySpan> {
     let document = DeTable::parse(text).ok()?;
     let mut segments = key.split(['.', '[', ']']).filter(|s| !s.is_empty());
     let (mut key, mut value) = find(document.get_ref(), segments.next()?)?;
@@ -112,12 +112,12 @@ pub(super) fn locate(text: &str, key: &str) -> Option<Spot> {
             _ => return None,
         };
     }
-    Some(Spot { key: key.span(), value: value.span() })
+    Some(KeySpan { key: key.span(), value: value.span() })
 }
 
-type Entry<'a, 'i> = (&'a Spanned<DeString<'i>>, &'a Spanned<DeValue<'i>>);
+type TomlEntry<'a, 'i> = (&'a Spanned<DeString<'i>>, &'a Spanned<DeValue<'i>>);
 
-fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<Entry<'a, 'i>> {
+fn find<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<TomlEntry<'a, 'i>> {
     table.iter().find(|(k, _)| k.get_ref() == key)
 }
 
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn the_caret_stands_below_the_value_even_after_wide_characters() {
         let text = "a = 1\nname = \"é\"\n[t]\nkey = -4 # x\n";
-        let place = Place::from_span(text, &locate(text, "t.key").unwrap().value);
+        let place = LineSpan::from_span(text, &locate(text, "t.key").unwrap().value);
         assert_eq!((place.line, place.column, place.width), (4, 7, 2));
         let complaint =
             Complaint { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
@@ -159,7 +159,7 @@ mod tests {
     fn of_a_line_of_a_million_characters_the_part_around_the_mark_is_shown() {
         let text = format!("a = [{}]\nb = \"\u{1b}[2J{}\"\n", "1, ".repeat(300_000), "x".repeat(1_000_000));
         let span = text.rfind("1, ]").unwrap();
-        let place = Place::from_span(&text, &(span..span + 1));
+        let place = LineSpan::from_span(&text, &(span..span + 1));
         let shown =
             Complaint { origin: "f".into(), place: Some(place), key: "a".into(), message: "bad".into() }.to_string();
         assert!(shown.len() < 400, "{}", shown.len());
@@ -167,7 +167,7 @@ mod tests {
         let caret = lines[2].find('^').unwrap();
         assert_eq!(&lines[1][caret..caret + 2], "1,");
         let start = text.find("b = ").unwrap() + 4;
-        let place = Place::from_span(&text, &(start..text.len() - 1));
+        let place = LineSpan::from_span(&text, &(start..text.len() - 1));
         let shown =
             Complaint { origin: "f".into(), place: Some(place), key: "b".into(), message: "bad".into() }.to_string();
         assert!(shown.chars().count() < 500 && !shown.contains('\u{1b}'), "{shown}");

@@ -7,10 +7,10 @@ use serde_json::Value;
 use crate::input::foreign;
 
 /// An error of a tree with its key.
-pub(crate) type Error = serde_path_to_error::Error<serde_json::Error>;
+pub(crate) type TreeError = serde_path_to_error::Error<serde_json::Error>;
 
 /// The value of a tree.
-pub(crate) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, Error> {
+pub(crate) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, TreeError> {
     serde_path_to_error::deserialize(tree)
 }
 

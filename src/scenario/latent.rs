@@ -53,7 +53,7 @@ pub struct LatentTrackerSettings<T> {
     /// Time constant with which such offsets decay, seconds. Default: 0.25.
     pub residual_s: f64,
     /// Factor on the noise of the root's steps (estimated from training, at least 2 mm and 0.3 degrees per frame).
-    /// Default: 5, chosen on CMU takes other than those of `scenarios/s1`.
+    /// Default: 5, chosen on CMU takes other than those of `scenarios/monocular`.
     pub root_noise_scale: f64,
     /// Source of the root's motion: `"planted"` (feet are held to footholds that each particle stores, weighted by how
     /// still feet at that height were in training; in flight the model's velocities apply) or `"model"` (the model's
@@ -96,7 +96,7 @@ pub enum RootMode {
 /// The original GPDM: one model of each training clip, or one of all; particles never change models.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Gpdm {
+pub struct GpdmSettings {
     /// Whether one model is learned of all training clips together, which then share a latent space. Not with
     /// `model_file`. Default: false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -108,7 +108,7 @@ pub struct Gpdm {
 /// The switching GPDM, the competitor described in [GPDM graph]: the graph's models, left with a constant probability.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct SwitchingGpdm {
+pub struct SwitchingGpdmSettings {
     /// Probability of leaving a model in one frame. Default: 0.05.
     pub probability: f64,
     /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds. Default: 0.5.
@@ -123,7 +123,7 @@ pub struct SwitchingGpdm {
 /// The GPDM graph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct GpdmGraph {
+pub struct GpdmGraphSettings {
     /// Length of a clip while segments grow ([GPDM graph], Table 1), seconds. Default: 0.5.
     pub clip_s: f64,
     /// Greatest reconstruction error of a segment per anatomical joint (TH in [GPDM graph], Table 1), rad^2. Default:
@@ -185,7 +185,7 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
     }
 }
 
-impl LatentKind for Gpdm {
+impl LatentKind for GpdmSettings {
     const NAME: &str = "gpdm";
 
     fn learning(&self) -> GraphSettings {
@@ -197,7 +197,7 @@ impl LatentKind for Gpdm {
     }
 }
 
-impl LatentKind for SwitchingGpdm {
+impl LatentKind for SwitchingGpdmSettings {
     const NAME: &str = "switching_gpdm";
 
     fn learning(&self) -> GraphSettings {
@@ -214,7 +214,7 @@ impl LatentKind for SwitchingGpdm {
     }
 }
 
-impl LatentKind for GpdmGraph {
+impl LatentKind for GpdmGraphSettings {
     const NAME: &str = "gpdm_graph";
 
     fn learning(&self) -> GraphSettings {
@@ -271,14 +271,14 @@ impl<T: Default> Default for LatentTrackerSettings<T> {
     }
 }
 
-impl Default for SwitchingGpdm {
+impl Default for SwitchingGpdmSettings {
     fn default() -> Self {
         let GraphSettings { clip_s, threshold_per_joint, training, .. } = GraphSettings::default();
         Self { probability: 0.05, clip_s, threshold_per_joint, training }
     }
 }
 
-impl Default for GpdmGraph {
+impl Default for GpdmGraphSettings {
     fn default() -> Self {
         let GraphSettings { clip_s, threshold_per_joint, detector, training, .. } = GraphSettings::default();
         Self {

@@ -36,15 +36,15 @@ mod tree;
 pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, SkinBlending, TrackerBodySettings};
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
-pub use complaint::{Complaint, Place};
-pub use latent::{Gpdm, GpdmGraph, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdm};
-pub use motion::{Axis, JoinKeys, MotionSettings, TakeSettings, TrainingSettings, VariationSettings};
+pub use complaint::{Complaint, LineSpan};
+pub use latent::{GpdmSettings, GpdmGraphSettings, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdmSettings};
+pub use motion::{UpwardAxis, JoinKeys, MotionSettings, TakeSettings, TrainingSettings, VariationSettings};
 pub use props::{PropSettings, PropShape};
-pub use ranges::Problem;
+pub use ranges::InvalidValue;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};
-pub use sweep_file::{Axis as SweepAxis, AxisValue, Budget, Expansion, Sweep, SweepFile, SweepTag, as_toml};
+pub use sweep_file::{UpwardAxis as SweepAxis, AxisValue, SweepBudget, Expansion, Sweep, SweepFile, SweepTag, as_toml};
 pub use template::ScenarioTemplate;
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,

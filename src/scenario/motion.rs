@@ -36,7 +36,7 @@ pub struct MotionSettings {
     pub metres_per_unit: Option<f64>,
     /// The file's upward axis. Default: defined by the format; for BVH guessed from the skeleton, with a note.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<Axis>,
+    pub up: Option<UpwardAxis>,
     /// Ground position `[x, y]` of the body's root in the first frame used: the motion is moved there. Metres. Default:
     /// as recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -110,7 +110,7 @@ pub struct TakeSettings {
     pub metres_per_unit: Option<f64>,
     /// As `motion.up`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<Axis>,
+    pub up: Option<UpwardAxis>,
     /// As `motion.source_hz`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_hz: Option<f64>,
@@ -185,7 +185,7 @@ pub struct TrainingSettings {
 /// An upward axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Axis {
+pub enum UpwardAxis {
     /// The y axis, as in most recordings.
     Y,
     /// The z axis.
@@ -256,7 +256,7 @@ impl TakeSettings {
             joint_map: take.joint_map,
             sha256: take.sha256,
             source: take.source,
-            ..MotionSettings::of_clip(&take.clip)
+            ..MotionSettings::from_clip(&take.clip)
         }
     }
 }

@@ -14,14 +14,14 @@ use crate::tracker::{FilterSettings, RefinementSettings, SettingError, Silhouett
 
 /// An invalid value.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
+pub struct InvalidValue {
     /// Dotted key.
     pub key: String,
     /// What was expected and what was found.
     pub message: String,
 }
 
-type RangeCheck = Result<(), Problem>;
+type RangeCheck = Result<(), InvalidValue>;
 
 const MAX_IMAGE_SIDE: u32 = 8192;
 /// Greatest focal length and coordinate of a principal point, pixels.
@@ -334,15 +334,15 @@ fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings
     within(&format!("{table}.layers"), filter.layers, 1..=1000)
 }
 
-fn setting(table: &str, e: &SettingError) -> Problem {
-    Problem { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
+fn setting(table: &str, e: &SettingError) -> InvalidValue {
+    InvalidValue { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
 }
 
 pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> RangeCheck {
     searching(table, s.filter(), s.likelihood())?;
     match s.latent().validate() {
         Err(MotionModelError::Setting { key, expected, found }) => {
-            Err(Problem { key: format!("{table}.{key}"), message: format!("expected {expected}, found {found}") })
+            Err(InvalidValue { key: format!("{table}.{key}"), message: format!("expected {expected}, found {found}") })
         }
         _ => Ok(()),
     }?;
@@ -384,5 +384,5 @@ fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) 
     if sound {
         return Ok(());
     }
-    Err(Problem { key: key.to_owned(), message: format!("expected {expected}, found {found}") })
+    Err(InvalidValue { key: key.to_owned(), message: format!("expected {expected}, found {found}") })
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use super::complaint::{Complaint, Place, locate};
+use super::complaint::{Complaint, LineSpan, locate};
 use super::override_keys::{full_key, keys_of, keys_of_tracker, others_that_end_so};
 use super::tree::{settings_of, tree_of};
 use super::{Scenario, TrackerSettings};
@@ -112,7 +112,7 @@ impl ScenarioFile {
     pub(crate) fn complaint(&self, key: &str, message: String) -> Complaint {
         let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
         let spot = locate(&self.text, key).filter(|_| culprit.is_none());
-        let place = spot.map(|spot| Place::from_span(&self.text, &spot.value));
+        let place = spot.map(|spot| LineSpan::from_span(&self.text, &spot.value));
         let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
         Complaint { origin, place, key: key.to_owned(), message }
     }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::complaint::Complaint;
 use super::read::{covers, named, set, with_full_key};
-use super::tree::{Mistake, settings_or_mistake, tree_of};
+use super::tree::{SettingsMistake, settings_or_mistake, tree_of};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
 
 /// Limit of reported errors.
@@ -119,7 +119,7 @@ impl<'a> Repair<'a> {
         None
     }
 
-    fn mend(&mut self, mistake: Mistake) -> Option<()> {
+    fn mend(&mut self, mistake: SettingsMistake) -> Option<()> {
         let missing = mistake.message.strip_prefix("missing key `").and_then(|rest| rest.split('`').next());
         if let Some(field) = missing.map(str::to_owned) {
             let key = joined(&mistake.key, &field);
@@ -140,7 +140,7 @@ impl<'a> Repair<'a> {
         self.remove(&key).then_some(())
     }
 
-    fn tell(&mut self, mistake: Mistake, key: &str) {
+    fn tell(&mut self, mistake: SettingsMistake, key: &str) {
         let culprit = self.file.overrides.iter().rev().find(|assignment| covers(assignment, key));
         let complaint = match culprit {
             Some(assignment) => mistake.about(&named(assignment)),

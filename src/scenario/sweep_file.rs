@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::ScenarioError;
-use super::complaint::{Complaint, Place, locate};
+use super::complaint::{Complaint, LineSpan, locate};
 use super::read::parse_value;
 use super::tree::{settings_of, tree_of};
 use crate::input::{self, limits};
@@ -63,7 +63,7 @@ pub struct Sweep {
     pub random_seed: u32,
     /// A product of keys that is the same in all cells. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub budget: Option<Budget>,
+    pub budget: Option<SweepBudget>,
     /// Settings are kept where all of these are true: `["particles * layers <= 2000"]`. Names are those of axes, or
     /// dotted keys of the scenario. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -102,7 +102,7 @@ pub enum Expansion {
 /// A product of keys that is held constant: the same amount of work for every setting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Budget {
+pub struct SweepBudget {
     /// The keys that are multiplied: `["particles", "layers"]`.
     pub product: Vec<String>,
     /// What the product has to be.
@@ -118,7 +118,7 @@ pub struct Budget {
 
 /// The values of one axis.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Axis {
+pub enum SweepAxis {
     /// Exactly these.
     Values(Vec<AxisValue>),
     /// Drawn from a range; on a logarithmic scale or not, whole numbers or not.
@@ -205,7 +205,7 @@ impl SweepFile {
 
     /// An error about a key of the file, with its line.
     pub fn complaint(&self, key: &str, message: String) -> Complaint {
-        let place = locate(&self.text, key).map(|spot| Place::from_span(&self.text, &spot.value));
+        let place = locate(&self.text, key).map(|spot| LineSpan::from_span(&self.text, &spot.value));
         Complaint { origin: self.origin.clone(), place, key: key.to_owned(), message }
     }
 
@@ -213,7 +213,7 @@ impl SweepFile {
     ///
     /// # Errors
     /// [`Complaint`] for what is neither a list of values nor a range.
-    pub fn axes(&self) -> Result<BTreeMap<String, Axis>, Complaint> {
+    pub fn axes(&self) -> Result<BTreeMap<String, SweepAxis>, Complaint> {
         let mut axes = BTreeMap::new();
         self.add_axes("", &self.sweep.axes, &mut axes)?;
         if axes.len() > MOST_AXES {
@@ -243,7 +243,7 @@ impl SweepFile {
         &self,
         prefix: &str,
         table: &Map<String, Value>,
-        axes: &mut BTreeMap<String, Axis>,
+        axes: &mut BTreeMap<String, SweepAxis>,
     ) -> Result<(), Complaint> {
         for (key, value) in table {
             let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
@@ -255,7 +255,7 @@ impl SweepFile {
         Ok(())
     }
 
-    fn axis(&self, name: &str, value: &Value) -> Result<Axis, Complaint> {
+    fn axis(&self, name: &str, value: &Value) -> Result<SweepAxis, Complaint> {
         let key = format!("axes.{name}");
         match value {
             Value::Array(values) if values.is_empty() => {
@@ -272,7 +272,7 @@ impl SweepFile {
                     Some((_, value)) => {
                         Err(self.complaint(&key, format!("expected different values, found {} twice", value.label)))
                     }
-                    None => Ok(Axis::Values(values)),
+                    None => Ok(SweepAxis::Values(values)),
                 }
             }
             Value::Object(range) => self.range(&key, range),
@@ -283,7 +283,7 @@ impl SweepFile {
         }
     }
 
-    fn range(&self, key: &str, range: &Map<String, Value>) -> Result<Axis, Complaint> {
+    fn range(&self, key: &str, range: &Map<String, Value>) -> Result<SweepAxis, Complaint> {
         let refuse = |message: String| Err(self.complaint(key, message));
         if self.sweep.method != Expansion::Random {
             return refuse("expected a list of values; ranges need method = \"random\"".to_owned());
@@ -299,7 +299,7 @@ impl SweepFile {
         let integer = range.get("integer").is_some_and(|integer| integer == &Value::Bool(true));
         match ends.as_deref() {
             Some(&[low, high]) if low < high && (low > 0.0 || !logarithmic) && range.len() <= 1 + usize::from(integer) => {
-                Ok(Axis::Range { ends: [low, high], logarithmic, integer })
+                Ok(SweepAxis::Range { ends: [low, high], logarithmic, integer })
             }
             _ => refuse(
                 "expected { uniform = [low, high] } or { log_uniform = [low, high] } with low below high (and above 0 on \
@@ -361,7 +361,7 @@ impl SweepFile {
         sweep.budget.as_ref().map_or(Ok(()), |budget| self.check_budget(budget, &axes))
     }
 
-    fn check_budget(&self, budget: &Budget, axes: &BTreeMap<String, Axis>) -> Result<(), Complaint> {
+    fn check_budget(&self, budget: &SweepBudget, axes: &BTreeMap<String, SweepAxis>) -> Result<(), Complaint> {
         let refuse = |key: &str, message: String| Err(self.complaint(&format!("budget.{key}"), message));
         if budget.product.len() < 2 {
             return refuse("product", format!("expected two keys or more, found {}", budget.product.len()));
@@ -517,7 +517,7 @@ mod tests {
             "[axes.rig]\nring.count = [2, 4]\n",
         ] {
             let axes = parse(text).unwrap().axes().unwrap();
-            let Axis::Values(values) = &axes["rig.ring.count"] else { panic!("{axes:?}") };
+            let SweepAxis::Values(values) = &axes["rig.ring.count"] else { panic!("{axes:?}") };
             assert_eq!(values[1], AxisValue { label: 4.into(), set: vec!["rig.ring.count=4".to_owned()] });
         }
     }
@@ -526,7 +526,7 @@ mod tests {
     fn a_value_may_set_several_keys_under_a_name() {
         let text =
             "[axes]\nclip = [{ name = \"run\", set = [\"motion.clip=embedded:run\", \"motion.loop_to_s=2\"] }]\n";
-        let Axis::Values(values) = &parse(text).unwrap().axes().unwrap()["clip"] else { panic!() };
+        let SweepAxis::Values(values) = &parse(text).unwrap().axes().unwrap()["clip"] else { panic!() };
         assert_eq!((values[0].label.as_str(), values[0].set.len()), (Some("run"), 2));
         assert!(
             parse("[axes]\nclip = [{ name = \"run\", set = 3 }]\n")

@@ -20,11 +20,11 @@ pub struct ScenarioTemplate {
     /// The text with the file's own overrides.
     tree: Value,
     /// Full keys by the trackers of a scenario, by what was written, and by the kind of value.
-    known: Mutex<BTreeMap<Written, String>>,
+    known: Mutex<BTreeMap<TemplateKey, String>>,
 }
 
 /// The trackers of a scenario, a key, and the kind of its value.
-type Written = (String, String, &'static str);
+type TemplateKey = (String, String, &'static str);
 
 impl ScenarioTemplate {
     /// A template of this file, its overrides included.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::complaint::{Complaint, did_you_mean};
-use super::latent::{Gpdm, GpdmGraph, LatentTrackerSettings, SwitchingGpdm};
+use super::latent::{GpdmSettings, GpdmGraphSettings, LatentTrackerSettings, SwitchingGpdmSettings};
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
@@ -20,11 +20,11 @@ pub enum TrackerSettings {
     /// Never moves: the baseline that every tracker must beat.
     Frozen(FrozenSettings),
     /// Particles in the latent space of one GPDM: the original GPDM.
-    Gpdm(LatentTrackerSettings<Gpdm>),
+    Gpdm(LatentTrackerSettings<GpdmSettings>),
     /// Particles in the latent spaces of several GPDMs, left with a constant probability.
-    SwitchingGpdm(LatentTrackerSettings<SwitchingGpdm>),
+    SwitchingGpdm(LatentTrackerSettings<SwitchingGpdmSettings>),
     /// Particles on a GPDM graph.
-    GpdmGraph(LatentTrackerSettings<GpdmGraph>),
+    GpdmGraph(LatentTrackerSettings<GpdmGraphSettings>),
     /// Uses ground truth: answers with the nearest training pose. A reference, not a tracker.
     NearestTrainingPose(NearestTrainingPoseSettings),
     /// Uses ground truth: adds a known error. A check of the evaluation, not a tracker.

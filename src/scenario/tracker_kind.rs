@@ -1,7 +1,7 @@
 //! What the rest of the program asks of a tracker's settings: one implementation a kind of tracker.
 
 use super::latent::{LatentKind, LatentTrackerSettings, RootMode};
-use super::ranges::{Problem, first_of_filter, first_of_latent, first_of_oracle};
+use super::ranges::{InvalidValue, first_of_filter, first_of_latent, first_of_oracle};
 use super::tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };
@@ -92,8 +92,8 @@ pub trait TrackerKind {
     /// The first value that makes no sense; `table` is the key of the settings.
     ///
     /// # Errors
-    /// [`Problem`] that names the key.
-    fn first_problem(&self, _table: &str) -> Result<(), Problem> {
+    /// [`InvalidValue`] that names the key.
+    fn first_problem(&self, _table: &str) -> Result<(), InvalidValue> {
         Ok(())
     }
 }
@@ -147,7 +147,7 @@ impl TrackerKind for AnnealedParticleFilterSettings {
         self.refinement()
     }
 
-    fn first_problem(&self, table: &str) -> Result<(), Problem> {
+    fn first_problem(&self, table: &str) -> Result<(), InvalidValue> {
         first_of_filter(table, self)
     }
 }
@@ -185,7 +185,7 @@ impl<T: LatentKind + Default> TrackerKind for LatentTrackerSettings<T> {
         self.root == RootMode::Oracle
     }
 
-    fn first_problem(&self, table: &str) -> Result<(), Problem> {
+    fn first_problem(&self, table: &str) -> Result<(), InvalidValue> {
         first_of_latent(table, self)
     }
 }
@@ -243,7 +243,7 @@ impl TrackerKind for OracleSettings {
         "oracle: the truth plus a planted error".to_owned()
     }
 
-    fn first_problem(&self, table: &str) -> Result<(), Problem> {
+    fn first_problem(&self, table: &str) -> Result<(), InvalidValue> {
         first_of_oracle(table, self)
     }
 }
@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn what_is_given_roots_needs_the_truth_and_what_reads_a_model_learns_none() {
-        let settings = LatentTrackerSettings::<super::super::GpdmGraph>::default();
+        let settings = LatentTrackerSettings::<super::super::GpdmGraphSettings>::default();
         let of = |settings: &dyn TrackerKind| (settings.learns(), settings.training(), settings.needs_truth());
         assert_eq!(of(&settings), (true, TrainingUse::Required, false));
         let read = LatentTrackerSettings { model_file: Some("walk.model".to_owned()), ..settings.clone() };

@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::complaint::{Complaint, Place, did_you_mean, locate};
+use super::complaint::{Complaint, LineSpan, did_you_mean, locate};
 use super::json_tree;
 use crate::input::{self, excerpt};
 
@@ -13,7 +13,7 @@ use crate::input::{self, excerpt};
 pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
     toml::from_str(text).map_err(|e| Complaint {
         origin: origin.to_owned(),
-        place: e.span().map(|span| Place::from_span(text, &span)),
+        place: e.span().map(|span| LineSpan::from_span(text, &span)),
         key: String::new(),
         message: match e.message() {
             // valid TOML, but not a 64-bit number
@@ -26,17 +26,17 @@ pub(super) fn tree_of(text: &str, origin: &str) -> Result<Value, Complaint> {
 /// The settings of a tree.
 pub(super) fn settings_of<T: DeserializeOwned>(
     tree: Value,
-    complain: impl FnOnce(Mistake) -> Complaint,
+    complain: impl FnOnce(SettingsMistake) -> Complaint,
 ) -> Result<T, Complaint> {
     settings_or_mistake(tree).map_err(complain)
 }
 
 /// The settings of a tree, or its first error.
-pub(super) fn settings_or_mistake<T: DeserializeOwned>(tree: Value) -> Result<T, Mistake> {
+pub(super) fn settings_or_mistake<T: DeserializeOwned>(tree: Value) -> Result<T, SettingsMistake> {
     if let Some((key, expected)) = foreign(&tree) {
-        return Err(Mistake { key, unknown: None, message: expected.to_owned() });
+        return Err(SettingsMistake { key, unknown: None, message: expected.to_owned() });
     }
-    json_tree::value(tree).map_err(|e| Mistake::new(&e))
+    json_tree::value(tree).map_err(|e| SettingsMistake::new(&e))
 }
 
 /// The first key whose value exists in TOML but not in JSON, and what was expected.
@@ -63,7 +63,7 @@ const DATE: &str = "$__toml_private_datetime";
 
 /// An error of reading settings.
 #[derive(Clone)]
-pub(super) struct Mistake {
+pub(super) struct SettingsMistake {
     /// Dotted; empty for the whole.
     pub(super) key: String,
     /// The word that is unknown there.
@@ -71,7 +71,7 @@ pub(super) struct Mistake {
     pub(super) message: String,
 }
 
-impl Mistake {
+impl SettingsMistake {
     fn new(error: &json_tree::Error) -> Self {
         let key = error.path().to_string();
         let key = if key == "." { String::new() } else { key.trim_end_matches(".?").to_owned() };
@@ -97,7 +97,7 @@ impl Mistake {
     pub(super) fn in_text(self, origin: &str, text: &str) -> Complaint {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
-        let place = span.map(|span| Place::from_span(text, &span));
+        let place = span.map(|span| LineSpan::from_span(text, &span));
         Complaint { place, ..self.about(origin) }
     }
 }

@@ -17,9 +17,9 @@ pub(crate) fn dispatch<D: Dispatched>(work: D) -> D::Output {
     pulp::Arch::new().dispatch(Kernel(work))
 }
 
-struct Kernel<D>(D);
+struct Dispatcher<D>(D);
 
-impl<D: Dispatched> pulp::WithSimd for Kernel<D> {
+impl<D: Dispatched> pulp::WithSimd for Dispatcher<D> {
     type Output = D::Output;
 
     #[inline(always)]

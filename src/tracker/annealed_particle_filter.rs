@@ -130,7 +130,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     }
 
     /// Step 6: spreads the survivors.
-    fn perturb(&self, survivors: &[M::State], spread: &Spread<M::State>, frame: u64, layer: u64) -> Vec<M::State> {
+    fn perturb(&self, survivors: &[M::State], spread: &LayerNoise<M::State>, frame: u64, layer: u64) -> Vec<M::State> {
         let nudge = |(i, state): (usize, &M::State)| {
             let mut rng = stream(self.seed, Purpose::Perturbation, frame, layer, i as u64);
             let noise = spread.deviations.iter().map(|d| d * normal(&mut rng));
@@ -150,24 +150,24 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     }
 
     /// What the kernel makes of `[Skinned APF]`'s `P_m` (`geometric` holds its roots) and of the weighted particles.
-    fn spread(&self, particles: &[M::State], weights: &[f64], geometric: &[f64]) -> Spread<M::State> {
+    fn spread(&self, particles: &[M::State], weights: &[f64], geometric: &[f64]) -> LayerNoise<M::State> {
         match self.settings.kernel {
-            Kernel::Geometric => Spread { deviations: geometric.to_vec(), shrinkage: None },
+            Kernel::Geometric => LayerNoise { deviations: geometric.to_vec(), shrinkage: None },
             Kernel::Min { factor } => {
                 let own = self.moments(particles, weights).deviations;
                 let deviations = geometric.iter().zip(&own).map(|(g, o)| g.min(factor * o)).collect();
-                Spread { deviations, shrinkage: None }
+                LayerNoise { deviations, shrinkage: None }
             }
             Kernel::Shrink { h } => {
-                let Moments { about, mean, deviations } = self.moments(particles, weights);
+                let ParticleMoments { about, mean, deviations } = self.moments(particles, weights);
                 let deviations = deviations.iter().map(|o| h * o).collect();
-                Spread { deviations, shrinkage: Some(Shrinkage { about, mean, keep: (1.0 - h * h).sqrt() }) }
+                LayerNoise { deviations, shrinkage: Some(Shrinkage { about, mean, keep: (1.0 - h * h).sqrt() }) }
             }
         }
     }
 
     /// Weighted mean and deviations of the particles, as steps from the heaviest.
-    fn moments(&self, particles: &[M::State], weights: &[f64]) -> Moments<M::State> {
+    fn moments(&self, particles: &[M::State], weights: &[f64]) -> ParticleMoments<M::State> {
         let about = particles[heaviest(weights)].clone();
         let dimensions = self.model.deviations().len();
         let (mut step, mut mean, mut square) = (vec![0.0; dimensions], vec![0.0; dimensions], vec![0.0; dimensions]);
@@ -179,7 +179,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             }
         }
         let deviations = square.iter().zip(&mean).map(|(q, m)| (q - m * m).max(0.0).sqrt()).collect();
-        Moments { about, mean, deviations }
+        ParticleMoments { about, mean, deviations }
     }
 
     /// The answer of the last layer's weighted particles.
@@ -296,7 +296,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
 }
 
 /// The noise of one layer.
-struct Spread<S> {
+struct LayerNoise<S> {
     deviations: Vec<f64>,
     shrinkage: Option<Shrinkage<S>>,
 }
@@ -309,7 +309,7 @@ struct Shrinkage<S> {
 }
 
 /// First two moments of weighted particles, as steps from `about`.
-struct Moments<S> {
+struct ParticleMoments<S> {
     about: S,
     mean: Vec<f64>,
     deviations: Vec<f64>,

@@ -36,7 +36,7 @@ mod silhouette_likelihood;
 pub use annealed_particle_filter::AnnealedParticleFilter;
 pub use annealing::{Selection, select};
 pub use calibration::{
-    CALIBRATION_FRAMES, CALIBRATION_SPACING_S, Calibration, CalibrationError, CalibrationReport, CalibrationVerdict,
+    CALIBRATION_FRAMES, CALIBRATION_SPACING_S, BodyCalibration, CalibrationError, CalibrationReport, CalibrationVerdict,
     calibrate,
 };
 pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};

@@ -4,7 +4,7 @@ use super::placed_body::PlacedBody;
 use super::{ContourTerm, SilhouetteSettings};
 use crate::body::{Humanoid, SilhouettePainter, capsules_in_camera};
 use crate::camera::Camera;
-use crate::raster::{Comparison, DistanceMap, Mask, SilhouetteComparer, SilhouetteScratch, contour, overlap};
+use crate::raster::{MaskComparison, DistanceMap, Mask, SilhouetteComparer, SilhouetteScratch, contour, overlap};
 
 /// An observed silhouette in an ideal pinhole's pixels, and what it takes to compare it.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl ObservedView {
         camera: &Camera,
         view: usize,
         scratch: &mut ViewScratch,
-    ) -> Comparison {
+    ) -> MaskComparison {
         match self {
             Self::Capsules(comparer) => {
                 capsules_in_camera(body, frames, camera, capsules);
@@ -80,7 +80,7 @@ impl ObservedView {
                 model.clear();
                 painter.paint(body, frames, model);
                 let contour = edge.as_ref().map(|edge| edge.distance_of(model));
-                Comparison { overlap: overlap(model, observed), contour }
+                MaskComparison { overlap: overlap(model, observed), contour }
             }
         }
     }

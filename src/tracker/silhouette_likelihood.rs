@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::calibration::importance;
-use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, Residual};
+use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, OutlineResidual};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
@@ -17,7 +17,7 @@ use crate::camera::{Camera, CameraRig, Distortion};
 use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 use crate::parallel;
-use crate::raster::{Comparison, Mask, Overlap, TaperedCapsule};
+use crate::raster::{MaskComparison, Mask, Overlap, TaperedCapsule};
 
 /// How the areas of two silhouettes are compared: `[Skinned APF]`'s `D_s`, in [0, 1]. With B pixels of the model alone,
 /// R of the observation alone and Y of both:
@@ -103,7 +103,7 @@ impl SilhouetteSettings {
 pub struct SilhouetteLikelihood {
     body: Humanoid,
     settings: SilhouetteSettings,
-    views: Vec<View>,
+    views: Vec<ObservedCamera>,
     /// Whether [`crate::raster::SilhouetteComparer`] can do the work.
     fast: bool,
     /// What a descent needs; `None` unless descent is used.
@@ -114,7 +114,7 @@ pub struct SilhouetteLikelihood {
 
 /// One camera and what it saw.
 #[derive(Debug)]
-struct View {
+struct ObservedCamera {
     /// Its ideal pinhole.
     camera: Camera,
     rectification: Option<Rectification>,
@@ -153,7 +153,7 @@ impl SilhouetteLikelihood {
         let only_capsules = body.links.iter().flat_map(|l| &l.solids).all(|f| matches!(f, Solid::TaperedCapsule(_)));
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && body.skin.is_none() && one_sided;
-        let views = parallel::map(rig.cameras.len(), |camera| View::new(&rig.cameras[camera], fast, &settings));
+        let views = parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], fast, &settings));
         Ok(Self { body, settings, views, fast, outline: None, importance: Vec::new() })
     }
 
@@ -163,7 +163,7 @@ impl SilhouetteLikelihood {
     }
 
     /// What one view adds to the sum of Eq. 3; `None` where neither side has a pixel.
-    fn view_energy(&self, Comparison { overlap, contour }: Comparison) -> Option<f64> {
+    fn view_energy(&self, MaskComparison { overlap, contour }: MaskComparison) -> Option<f64> {
         let silhouette = self.settings.silhouette.value(&overlap)?;
         Some(silhouette + contour.map_or(0.0, |contour| self.settings.contour_weight * contour))
     }
@@ -171,7 +171,7 @@ impl SilhouetteLikelihood {
 
 impl SilhouetteLikelihood {
     /// What the sides of the limbs of a body with its links at `frames` add to a view's energy.
-    fn sides_energy(&self, view: &View, frames: &LinkFrames, limbs: &mut Vec<TaperedCapsule>) -> f64 {
+    fn sides_energy(&self, view: &ObservedCamera, frames: &LinkFrames, limbs: &mut Vec<TaperedCapsule>) -> f64 {
         let Some(sides) = &view.sides else { return 0.0 };
         capsules_in_camera(&self.body, frames, &view.camera, limbs);
         self.settings.limb_side_weight * sides.mean_distance(limbs)
@@ -237,7 +237,7 @@ impl SilhouetteLikelihood {
         &self,
         pose: &Pose,
         scratch: &'s mut LikelihoodScratch,
-        mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, Residual, f64),
+        mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, OutlineResidual, f64),
     ) -> Option<&'s LinkFrames> {
         let outline = self.outline.as_ref()?;
         let LikelihoodScratch { placed, descent, .. } = scratch;
@@ -315,7 +315,7 @@ impl SilhouetteLikelihood {
     }
 }
 
-impl View {
+impl ObservedCamera {
     fn new(camera: &Camera, fast: bool, settings: &SilhouetteSettings) -> Self {
         let rectification = Rectification::new(camera);
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
@@ -361,7 +361,7 @@ fn side(sample: &OutlineSample) -> usize {
     usize::from(sample.normal[0] > sample.normal[1]) + 2 * usize::from(sample.normal[0] > -sample.normal[1])
 }
 
-fn check_fit(views: &[View], observation: &Observation) -> Result<(), TrackError> {
+fn check_fit(views: &[ObservedCamera], observation: &Observation) -> Result<(), TrackError> {
     let mismatch = |detail| Err(TrackError::ObservationMismatch { frame: observation.frame, detail });
     if views.len() != observation.silhouettes.len() {
         let found = observation.silhouettes.len();

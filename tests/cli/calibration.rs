@@ -47,7 +47,7 @@ fn run_is_render_track_and_evaluate_with_the_body_that_was_found() {
     let bodies = bodies_from_json("bodies.json", &room.read("whole/bodies.json")).unwrap();
     assert!(!bodies[0].is_same_body(&set.start.body));
     let estimates =
-        Estimates::of_bodies("poses.npz", &room.read("whole/poses.npz"), &set.start.body, bodies.clone()).unwrap();
+        Estimates::from_bodies("poses.npz", &room.read("whole/poses.npz"), &set.start.body, bodies.clone()).unwrap();
     let sequence = &estimates.sequences[0];
     let markers = bodies[0].markers(&bodies[0].link_frames(sequence.pose(5).unwrap()));
     assert_eq!(sequence.markers[5], markers);

@@ -12,7 +12,7 @@ fn shipped_scenarios() -> Vec<PathBuf> {
         files.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect::<Vec<_>>()
     };
     let scenarios: Vec<PathBuf> =
-        ["scenarios", "scenarios/smoke", "scenarios/cmu", "scenarios/plausibility", "scenarios/s1"]
+        ["scenarios", "scenarios/smoke", "scenarios/cmu", "scenarios/plausibility", "scenarios/monocular"]
             .iter()
             .flat_map(|f| toml_files(&shipped(f)))
             .collect();

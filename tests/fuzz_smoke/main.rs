@@ -38,7 +38,7 @@ fn keep(target: &str, kind: &str, input: &[u8]) -> PathBuf {
 /// Runs a target on its seeds, then on changed ones until the time is over.
 fn smoke(name: &str) {
     let target: Target = TARGETS.iter().find(|(known, _)| *known == name).unwrap().1;
-    let seeds = seeds::of(name);
+    let seeds = seeds::seeds_for(name);
     let mut draw = Draw(number("SKIAGRAPH_FUZZ_SEED", 0.0) as u64);
     let seconds = Duration::from_secs_f64(number("SKIAGRAPH_FUZZ_SECONDS", 0.3));
     let begin = Instant::now();
@@ -89,7 +89,7 @@ smoke_tests!(bvh asf amc deepmimic urdf obj stl collada scenario manifest camera
 fn seeds_are_accepted_and_written_where_they_are_asked_for() {
     let corpus = std::env::var_os("SKIAGRAPH_FUZZ_CORPUS").map(PathBuf::from);
     for (name, target) in TARGETS {
-        for (index, seed) in seeds::of(name).iter().enumerate() {
+        for (index, seed) in seeds::seeds_for(name).iter().enumerate() {
             target(seed);
             if let Some(corpus) = &corpus {
                 fs::create_dir_all(corpus.join(name)).unwrap();

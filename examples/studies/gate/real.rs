@@ -79,7 +79,7 @@ fn of_tracker(name: &str, particles: u32, settings: &[&str]) -> Result<Vec<Row>,
             mean_error_mm: 0.0,
         })
         .collect();
-    let rules = GateRules { other_seeds: true, ..GateRules::of_metric("humaneva_mm", MARGIN.parse()?) };
+    let rules = GateRules { other_seeds: true, ..GateRules::from_metric("humaneva_mm", MARGIN.parse()?) };
     for repetition in 0..REPETITIONS {
         let first = repetition * SEEDS;
         let baseline = measured(&set, &with(&[])?, first)?;

@@ -63,7 +63,7 @@ fn descended(error: &dyn Fn(&[f64]) -> f64, mut least: f64, mut z: Vec<f64>, spr
 
 /// HumanEva error, mm.
 fn mean_error(truth: &Markers, estimate: &Markers) -> f64 {
-    let pair = Sequence::of_markers(60.0, std::slice::from_ref(truth), std::slice::from_ref(estimate));
+    let pair = Sequence::from_markers(60.0, std::slice::from_ref(truth), std::slice::from_ref(estimate));
     let distances: Vec<f64> = pair.distances_mm(0).collect();
     distances.iter().sum::<f64>() / distances.len() as f64
 }

@@ -1,4 +1,4 @@
-//! The page `results/s1.md`.
+//! The page `results/monocular.md`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -24,7 +24,7 @@ pub(crate) const ERROR: &str = "humaneva_mm";
 const INTRODUCTION: &str = "CMU recordings stand in place of HumanEva's, resampled to 60 Hz; training and test frames are apart; silhouettes \
     are clean. *The paper* is the one that introduced GPDM graphs for one camera, [GPDM graph] of `REFERENCES.md`. Its figures are a reference, \
     not a like for like comparison: subject, recording and images differ. What was tried before, and on which other takes, is told in \
-    [`s1-notes.md`](s1-notes.md).\n";
+    [`monocular-notes.md`](monocular-notes.md).\n";
 
 const PROTOCOLS_IN_WORDS: &str = "Every motion is tracked under three protocols:\n\n\
     * **As in the paper** (matched body, root given): actor and tracker have one body, and the trackers with learned models are given the true \
@@ -45,8 +45,8 @@ const METHODS_IN_WORDS: &str = "`graph`, `original` and `switching_*` have 1000 
 pub(crate) fn page(measured: &Measured, seeds: u32) -> String {
     let mut text = format!(
         "# Learned motion models, one camera\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- s1`; all digits are in `s1.json`. {seeds} seeds. The \
-         scenarios are `scenarios/s1/*.toml`. {INTRODUCTION}\n{PROTOCOLS_IN_WORDS}\n## In one table\n\n"
+         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- monocular`; all digits are in `monocular.json`. {seeds} seeds. The \
+         scenarios are `scenarios/monocular/*.toml`. {INTRODUCTION}\n{PROTOCOLS_IN_WORDS}\n## In one table\n\n"
     );
     text += "Error in mm and its 95 % interval; in brackets what is left once the roots lie on each other. *switching* is the one with a \
              probability of 0.05, the default.\n\n";
@@ -136,7 +136,7 @@ fn table(subject: &Subject, protocol: &Protocol, tracked: &Tracked) -> String {
     }
     if protocol.name == "standard" {
         let _ =
-            write!(text, "\n![Error of every method over the frames of {}](s1-{}.svg)\n", subject.title, subject.name);
+            write!(text, "\n![Error of every method over the frames of {}](monocular-{}.svg)\n", subject.title, subject.name);
     }
     text + "\n"
 }

@@ -9,7 +9,7 @@ use skiagraph::scenario::ScenarioFile;
 pub(crate) struct Subject {
     /// Its name in files.
     pub(crate) name: &'static str,
-    /// The scenario, a file of `scenarios/s1` without its ending.
+    /// The scenario, a file of `scenarios/monocular` without its ending.
     pub(crate) scenario: &'static str,
     /// What is other than in the scenario: frames to track.
     pub(crate) overrides: &'static [&'static str],
@@ -156,7 +156,7 @@ impl Unit {
 
     /// Its scenario.
     pub(crate) fn file(&self, root: &Path, seeds: u32) -> Result<ScenarioFile, Box<dyn Error>> {
-        let path = root.join(format!("scenarios/s1/{}.toml", self.subject.scenario));
+        let path = root.join(format!("scenarios/monocular/{}.toml", self.subject.scenario));
         let mut overrides = vec![format!("seeds={seeds}")];
         overrides.extend(self.subject.overrides.iter().chain(self.protocol.overrides).map(|o| (*o).to_owned()));
         let plain = ScenarioFile::open(&path, &overrides)?;

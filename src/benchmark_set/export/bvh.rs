@@ -28,7 +28,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         return Err(SetError::malformed("bvh", detail));
     }
     folder.readme(set, "The actor's motion as BVH", README)?;
-    let skeleton = Skeleton::new(&truth.actor);
+    let skeleton = BvhSkeleton::new(&truth.actor);
     let mut text = String::from("HIERARCHY\n");
     skeleton.push(&mut text, 0, 0);
     let (frames, period) = (truth.frames.len(), 1.0 / truth.frames_per_second);
@@ -44,7 +44,7 @@ fn y_up(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(v.y, v.z, v.x)
 }
 
-struct Skeleton<'a> {
+struct BvhSkeleton<'a> {
     actor: &'a Humanoid,
     rest: LinkFrames,
     children: Vec<Vec<usize>>,
@@ -52,7 +52,7 @@ struct Skeleton<'a> {
     order: Vec<usize>,
 }
 
-impl<'a> Skeleton<'a> {
+impl<'a> BvhSkeleton<'a> {
     fn new(actor: &'a Humanoid) -> Self {
         let mut children = vec![Vec::new(); actor.links.len()];
         for link in 1..actor.links.len() {

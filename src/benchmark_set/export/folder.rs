@@ -17,7 +17,7 @@ pub(super) struct Folder<'a> {
 }
 
 /// A silhouette of the set.
-pub(super) struct Picture {
+pub(super) struct SetSilhouette {
     pub(super) camera: usize,
     pub(super) frame: usize,
     pub(super) png: Vec<u8>,
@@ -62,7 +62,7 @@ impl<'a> Folder<'a> {
     pub(super) fn for_each_picture(
         &self,
         set: &BenchmarkSet,
-        mut take: impl FnMut(&Picture) -> Result<(), SetError>,
+        mut take: impl FnMut(&SetSilhouette) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
         for frame in 0..set.blind.frame_count {
             for (camera, known) in set.blind.rig.cameras.iter().enumerate() {
@@ -72,7 +72,7 @@ impl<'a> Folder<'a> {
                 let path = silhouette_path(camera, frame);
                 let png = set.blind.files().read(&path).map_err(|e| set.blind.files().locate(e))?.into_owned();
                 let mask = silhouette_png::decode(&path, &png, known.pinhole.width, known.pinhole.height)?;
-                take(&Picture { camera, frame, png, mask })?;
+                take(&SetSilhouette { camera, frame, png, mask })?;
             }
             (self.watch.tick)();
         }

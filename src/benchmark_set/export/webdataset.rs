@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 
 use serde_json::{Value, json};
 
-use super::folder::{Folder, Picture};
+use super::folder::{Folder, SetSilhouette};
 use crate::benchmark_set::{BenchmarkSet, SetError};
 
 /// Samples in a shard.
@@ -18,7 +18,7 @@ world, metres; markers_2d: pixels, null where out of view; visible). Axes and pi
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "WebDataset shards", README)?;
-    let mut shard = Shard::default();
+    let mut shard = TarShard::default();
     folder.for_each_picture(set, |picture| {
         shard.add(set, picture);
         if shard.samples == SAMPLES_A_SHARD { shard.store(folder) } else { Ok(()) }
@@ -28,14 +28,14 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 
 /// The shard that is being filled.
 #[derive(Default)]
-struct Shard {
+struct TarShard {
     number: usize,
     samples: usize,
     files: Vec<(String, Vec<u8>)>,
 }
 
-impl Shard {
-    fn add(&mut self, set: &BenchmarkSet, picture: &Picture) {
+impl TarShard {
+    fn add(&mut self, set: &BenchmarkSet, picture: &SetSilhouette) {
         let key = format!("{:06}_cam{:02}", picture.frame, picture.camera);
         self.files.push((format!("{key}.json"), sample(set, picture).to_string().into_bytes()));
         self.files.push((format!("{key}.mask.png"), picture.png.clone()));
@@ -64,7 +64,7 @@ fn push<W: Write>(archive: &mut tar::Builder<W>, name: &str, bytes: impl Read, s
     archive.append_data(&mut header, name, bytes)
 }
 
-fn sample(set: &BenchmarkSet, picture: &Picture) -> Value {
+fn sample(set: &BenchmarkSet, picture: &SetSilhouette) -> Value {
     let camera = &set.blind.rig.cameras[picture.camera];
     let frame = &set.truth.ground_truth.frames[picture.frame];
     let place = |point: &nalgebra::Point3<f64>| json!([point.x, point.y, point.z]);

@@ -46,13 +46,13 @@ pub(super) fn sequences(file: &str, bytes: &[u8]) -> Result<Vec<NumberSequence>,
         let inside = npz.iter().flat_map(|(name, array)| match &array.values {
             Values::U8(bytes) => of_bytes(&format!("array {name}"), bytes),
             Values::Text(texts) => of_text(&format!("array {name}"), &texts.join("\n")),
-            _ => NumberSequence::of_array(name, array).into_iter().collect(),
+            _ => NumberSequence::from_array(name, array).into_iter().collect(),
         });
         return Ok(inside.collect());
     }
     if file.ends_with(".npy") {
         let array = Array::from_npy(bytes).map_err(malformed)?;
-        return Ok(NumberSequence::of_array("of the file", &array).into_iter().collect());
+        return Ok(NumberSequence::from_array("of the file", &array).into_iter().collect());
     }
     if file.ends_with(".json") {
         let value: Value = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;

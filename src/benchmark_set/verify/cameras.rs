@@ -12,7 +12,7 @@ use crate::input::excerpt;
 const TOLERANCE: f64 = 1e-9;
 
 /// A camera's numbers as any reader of JSON finds them.
-pub(super) struct PlainCamera {
+pub(super) struct ListedCamera {
     pub(super) name: String,
     pub(super) size: [f64; 2],
     pub(super) k: Matrix3<f64>,
@@ -24,7 +24,7 @@ pub(super) struct PlainCamera {
     observations: String,
 }
 
-impl PlainCamera {
+impl ListedCamera {
     fn of(value: &Value) -> Option<Self> {
         let k = numbers::<9>(&value["K"])?;
         let r = numbers::<9>(&value["R"])?;
@@ -97,16 +97,16 @@ fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
 }
 
 /// The cameras of the file, read without this program's own reader.
-pub(super) fn plain(files: &SetFiles) -> Result<Vec<PlainCamera>, String> {
+pub(super) fn plain(files: &SetFiles) -> Result<Vec<ListedCamera>, String> {
     let (_, cameras) = read(files)?;
     cameras.into_iter().collect::<Option<_>>().ok_or_else(|| "not checked: cameras.json cannot be read".to_owned())
 }
 
-fn read(files: &SetFiles) -> Result<(Value, Vec<Option<PlainCamera>>), String> {
+fn read(files: &SetFiles) -> Result<(Value, Vec<Option<ListedCamera>>), String> {
     let unreadable = || "not checked: cameras.json cannot be read".to_owned();
     let bytes = files.read(cameras_file::PATH).map_err(|_| unreadable())?;
     let value: Value = serde_json::from_slice(&bytes).map_err(|_| unreadable())?;
-    let cameras = value["cameras"].as_array().ok_or_else(unreadable)?.iter().map(PlainCamera::of).collect();
+    let cameras = value["cameras"].as_array().ok_or_else(unreadable)?.iter().map(ListedCamera::of).collect();
     Ok((value, cameras))
 }
 

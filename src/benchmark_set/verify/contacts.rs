@@ -1,6 +1,6 @@
 //! `contact.npz` against what the poses give.
 
-use super::parts::Parts;
+use super::parts::ReadParts;
 use super::{Fault, Outcome};
 use crate::benchmark_set::contact_file;
 use crate::benchmark_set::files::SetFiles;
@@ -9,7 +9,7 @@ use crate::npz::{Array, Npz, Values};
 /// How far a number may be off, in shares of the greatest of its array and of 1.
 const TOLERANCE: f64 = 1e-9;
 
-pub(super) fn check(files: &SetFiles, parts: &Parts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let path = contact_file::PATH;
     let Some(expected) = contact_file::to_npz(truth) else {

@@ -8,9 +8,9 @@ const TOLERANCE: f64 = 1e-6;
 /// One frame: points with names, where they should be.
 pub(super) type Frame = Vec<Option<Point3<f64>>>;
 
-type Mistake = (&'static str, fn(&Vector3<f64>) -> Vector3<f64>);
+type CoordinateMistake = (&'static str, fn(&Vector3<f64>) -> Vector3<f64>);
 
-const OF_COORDINATES: [Mistake; 9] = [
+const OF_COORDINATES: [CoordinateMistake; 9] = [
     ("they are in millimetres", |p| p * 1000.0),
     ("they are in centimetres", |p| p * 100.0),
     ("they are in inches", |p| p / 0.0254),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::parts::Parts;
+use super::parts::ReadParts;
 use super::{Fault, Outcome, Thoroughness};
 use crate::benchmark_set::SetError;
 use crate::benchmark_set::exr_layers::{self, LayerImage};
@@ -22,7 +22,7 @@ const TOLERANCE_PX: usize = 2;
 /// Joints lie inside the body: its surface is before them, and not farther than the thickest body is thick, metres.
 const THICKEST_M: f64 = 0.6;
 
-pub(super) fn check(files: &SetFiles, parts: &Parts, how: Thoroughness<'_>) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
     if !files.paths().any(exr_layers::is_layer) {
         return Ok(("the set has no truth images".to_owned(), Vec::new()));
     }

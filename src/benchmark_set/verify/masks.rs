@@ -1,6 +1,6 @@
 //! Every silhouette against a new one.
 
-use super::parts::Parts;
+use super::parts::ReadParts;
 use super::{Fault, Outcome, Thoroughness};
 use crate::benchmark_set::blind::silhouette_path;
 use crate::benchmark_set::files::SetFiles;
@@ -14,7 +14,7 @@ use crate::raster::{Mask, overlap};
 /// which can decide a pixel whose centre lies on an outline.
 const TOLERANCE_PX: u64 = 2;
 
-pub(super) fn check(files: &SetFiles, parts: &Parts, how: Thoroughness<'_>) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
     let (truth, rig) = parts.scene()?;
     if parts.masks_are_spoiled() {
         return Ok((parts.spoiled().unwrap_or_default(), Vec::new()));

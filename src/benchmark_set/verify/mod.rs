@@ -23,7 +23,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use self::parts::Parts;
+use self::parts::ReadParts;
 use super::files::SetFiles;
 use super::{SetError, manifest};
 
@@ -134,9 +134,9 @@ pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, S
         checks.push(Checked { name, proves, looked_at, made, faults });
         if (how.stop)() { Err(SetError::Stopped) } else { Ok(()) }
     };
-    let hashes: Vec<Fault> = files.faults()?.into_iter().map(|error| Fault::of_file(directory, error)).collect();
+    let hashes: Vec<Fault> = files.faults()?.into_iter().map(|error| Fault::from_file(directory, error)).collect();
     add(Ok((format!("{} files", files.count()), hashes)))?;
-    let (parts, faults) = Parts::read(&files);
+    let (parts, faults) = ReadParts::read(&files);
     add(Ok((parts.in_words(), faults)))?;
     add(cameras::check(&files))?;
     add(body::check(&parts))?;

@@ -16,7 +16,7 @@ use crate::observation::SilhouetteSource;
 use crate::scene::GroundTruth;
 
 /// What a set consists of; `None` for a part that cannot be read.
-pub(super) struct Parts {
+pub(super) struct ReadParts {
     pub(super) manifest: Option<BlindManifest>,
     /// The cameras that a tracker is told.
     pub(super) rig: Option<CameraRig>,
@@ -27,7 +27,7 @@ pub(super) struct Parts {
     pub(super) refitted: Option<Motion>,
 }
 
-impl Parts {
+impl ReadParts {
     /// Reads everything and names what cannot be read and what does not agree. What was changed is left to the check of
     /// the hashes, and is not read.
     pub(super) fn read(files: &SetFiles) -> (Self, Vec<Fault>) {

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::explanation::{Frame, explain};
-use super::parts::Parts;
+use super::parts::ReadParts;
 use super::{Fault, Outcome};
 use crate::benchmark_set::truth_file::PATH;
 use crate::body::{LANDMARKS, LinkFrames, Markers};
@@ -20,7 +20,7 @@ const FASTEST_M_PER_S: f64 = 60.0;
 /// Distance from the image's border at which rounding may decide whether a marker is in view, pixels.
 const BORDER_PX: f64 = 1e-6;
 
-pub(super) fn check(parts: &Parts) -> Outcome {
+pub(super) fn check(parts: &ReadParts) -> Outcome {
     let truth = parts.truth.as_ref().ok_or("not checked: the truth cannot be read")?;
     let actor = &truth.actor;
     let known: Vec<(LinkFrames, Markers)> = parallel::map(truth.frames.len(), |frame| {
@@ -122,7 +122,7 @@ fn jump(truth: &GroundTruth, known: &[(LinkFrames, Markers)]) -> Option<String> 
 }
 
 /// `in_view` and `visible` against what body, props and cameras give.
-pub(super) fn check_visibility(parts: &Parts) -> Outcome {
+pub(super) fn check_visibility(parts: &ReadParts) -> Outcome {
     let (truth, rig) = parts.scene()?;
     let known = GroundTruth::among_props(truth.actor.clone(), &truth.motion(), rig, truth.props.clone());
     let known = match known {

@@ -2,8 +2,8 @@
 
 use nalgebra::Point3;
 
-use super::cameras::{PlainCamera, plain};
-use super::parts::Parts;
+use super::cameras::{ListedCamera, plain};
+use super::parts::ReadParts;
 use super::{Fault, Outcome};
 use crate::benchmark_set::blind::silhouette_path;
 use crate::benchmark_set::files::SetFiles;
@@ -31,7 +31,7 @@ const LEAST_MARKERS: usize = 10;
 /// How many frames' silhouettes are looked into.
 const SAMPLED_FRAMES: usize = 200;
 
-pub(super) fn check(files: &SetFiles, parts: &Parts) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let (truth, rig) = parts.scene()?;
     if let Some(why) = parts.spoiled() {
         return Ok((why, Vec::new()));
@@ -57,7 +57,7 @@ pub(super) fn check(files: &SetFiles, parts: &Parts) -> Outcome {
     Ok((format!("{} cameras, {markers} visible markers", cameras.len()), faults))
 }
 
-fn disagreement(plain: &PlainCamera, camera: &Camera, truth: &GroundTruth) -> Option<Fault> {
+fn disagreement(plain: &ListedCamera, camera: &Camera, truth: &GroundTruth) -> Option<Fault> {
     let mut worst: f64 = 0.0;
     for marker in truth.frames.iter().flat_map(|frame| frame.markers.iter().flatten()) {
         let Some(own) = camera.project(marker) else { continue };
@@ -75,7 +75,7 @@ fn disagreement(plain: &PlainCamera, camera: &Camera, truth: &GroundTruth) -> Op
 fn in_silhouettes(
     files: &SetFiles,
     truth: &GroundTruth,
-    plain: &PlainCamera,
+    plain: &ListedCamera,
     camera: &Camera,
     index: usize,
 ) -> (usize, usize) {
@@ -110,7 +110,7 @@ fn is_near(mask: &Mask, [u, v]: [f64; 2]) -> bool {
 type PointsOf = fn(&TruthFrame) -> Vec<Option<Point3<f64>>>;
 
 /// `joints_2d` and `markers_2d` against the formula, where the set has them.
-fn wrong_pixels(files: &SetFiles, cameras: &[PlainCamera], truth: &GroundTruth) -> Vec<Fault> {
+fn wrong_pixels(files: &SetFiles, cameras: &[ListedCamera], truth: &GroundTruth) -> Vec<Fault> {
     let npz = files.read(VIEWS).ok().and_then(|bytes| Npz::from_bytes(VIEWS, &bytes).ok());
     let Some(npz) = npz else { return Vec::new() };
     let joints: PointsOf = |f| f.joint_positions.iter().copied().map(Some).collect();
@@ -144,13 +144,13 @@ fn wrong_pixels(files: &SetFiles, cameras: &[PlainCamera], truth: &GroundTruth) 
 }
 
 /// Where a camera sees a place; `None` before its near plane.
-fn pixel(camera: &PlainCamera, place: Option<Point3<f64>>) -> Option<[f64; 2]> {
+fn pixel(camera: &ListedCamera, place: Option<Point3<f64>>) -> Option<[f64; 2]> {
     let (pixel, depth) = camera.project(&place?.coords);
     (depth >= camera.near).then_some(pixel)
 }
 
 /// `in_view` against the formula.
-fn wrong_views(plain: &PlainCamera, truth: &GroundTruth, index: usize) -> Option<Fault> {
+fn wrong_views(plain: &ListedCamera, truth: &GroundTruth, index: usize) -> Option<Fault> {
     let [width, height] = plain.size;
     let mut wrong = Vec::new();
     for (number, frame) in truth.frames.iter().enumerate() {

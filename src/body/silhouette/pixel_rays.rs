@@ -9,7 +9,7 @@ const TILE: u32 = 16;
 
 /// A rectangle in ideal image coordinates (x / z, y / z).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct View {
+pub(super) struct IdealRectangle {
     low: [f64; 2],
     high: [f64; 2],
 }
@@ -29,18 +29,18 @@ impl Reach {
     }
 
     /// The image region of the part of the box beyond the plane z = `near`; `None` if there is none.
-    pub(super) fn view(&self, near: f64) -> Option<View> {
+    pub(super) fn view(&self, near: f64) -> Option<IdealRectangle> {
         if self.high.z.is_nan() || self.high.z < near {
             return None;
         }
         let (nearest, farthest) = (self.low.z.max(near), self.high.z);
         let least = |i: usize| self.low[i] / if self.low[i] < 0.0 { nearest } else { farthest };
         let most = |i: usize| self.high[i] / if self.high[i] > 0.0 { nearest } else { farthest };
-        Some(View { low: [least(0), least(1)], high: [most(0), most(1)] })
+        Some(IdealRectangle { low: [least(0), least(1)], high: [most(0), most(1)] })
     }
 }
 
-impl View {
+impl IdealRectangle {
     fn meets(&self, other: &Self) -> bool {
         (0..2).all(|i| self.low[i] <= other.high[i] && self.high[i] >= other.low[i])
     }
@@ -68,7 +68,7 @@ pub(super) struct PixelRays {
 struct Tile {
     left: u32,
     top: u32,
-    view: View,
+    view: IdealRectangle,
 }
 
 /// Tiles that may see something.
@@ -90,7 +90,7 @@ impl PixelRays {
         let mut whole = Self { width, height, rays, tiles: Vec::new() };
         for top in (0..height).step_by(TILE as usize) {
             for left in (0..width).step_by(TILE as usize) {
-                let view = View::around(whole.pixels(left, top).map(|(_, _, ray)| ray));
+                let view = IdealRectangle::around(whole.pixels(left, top).map(|(_, _, ray)| ray));
                 whole.tiles.push(Tile { left, top, view });
             }
         }
@@ -103,7 +103,7 @@ impl PixelRays {
     }
 
     /// The tiles that overlap `view`.
-    pub(super) fn tiles(&self, view: &View) -> Tiles<'_> {
+    pub(super) fn tiles(&self, view: &IdealRectangle) -> Tiles<'_> {
         Tiles { rays: self, chosen: self.tiles.iter().filter(|t| t.view.meets(view)).collect() }
     }
 
@@ -118,10 +118,10 @@ impl PixelRays {
 
 impl Tiles<'_> {
     /// Calls `visit` with every pixel of these tiles that looks into `view`, and its ray (z = 1).
-    pub(super) fn each_pixel(&self, view: &View, mut visit: impl FnMut(u32, u32, &Vector3<f64>)) {
+    pub(super) fn each_pixel(&self, view: &IdealRectangle, mut visit: impl FnMut(u32, u32, &Vector3<f64>)) {
         for tile in self.chosen.iter().filter(|t| t.view.meets(view)) {
             for (x, y, &[u, v]) in self.rays.pixels(tile.left, tile.top) {
-                if view.meets(&View { low: [u, v], high: [u, v] }) {
+                if view.meets(&IdealRectangle { low: [u, v], high: [u, v] }) {
                     visit(x, y, &Vector3::new(u, v, 1.0));
                 }
             }

@@ -7,7 +7,7 @@ use crate::body::LinkFrames;
 
 /// What one link adds to a vertex: `R point + weight t`, with the link's rotation `R` and place `t`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Term {
+pub(super) struct SkinTerm {
     link: u32,
     weight: f64,
     /// The vertex in the link's frame, times the weight.
@@ -16,10 +16,10 @@ pub(super) struct Term {
 
 impl Skin {
     /// `T_i(bind)^-1 v0` of every influence.
-    pub(super) fn bone_local(&self) -> Vec<Term> {
+    pub(super) fn bone_local(&self) -> Vec<SkinTerm> {
         let of_vertex = |vertex: usize| {
             let point = self.vertices[vertex];
-            self.influences(vertex).map(move |(link, weight)| Term {
+            self.influences(vertex).map(move |(link, weight)| SkinTerm {
                 link: link as u32,
                 weight,
                 point: self.bind[link].inverse_transform_point(&point).coords * weight,
@@ -49,7 +49,7 @@ impl Skin {
                 let moves: Vec<_> = view_from_links
                     .iter()
                     .zip(&self.bind)
-                    .map(|(now, bind)| dual_quaternion::DualQuaternion::of(&(now * bind.inverse())))
+                    .map(|(now, bind)| dual_quaternion::DualQuaternion::from_isometry(&(now * bind.inverse())))
                     .collect();
                 deformed.extend((0..self.vertices.len()).map(|vertex| {
                     let shares = self.influences(vertex).map(|(link, weight)| (&moves[link], weight));
@@ -90,13 +90,13 @@ impl Skin {
             let moves: Vec<_> = self
                 .influences(vertex)
                 .map(|(link, weight)| {
-                    (dual_quaternion::DualQuaternion::of(&(frames[link] * self.bind[link].inverse())), weight)
+                    (dual_quaternion::DualQuaternion::from_isometry(&(frames[link] * self.bind[link].inverse())), weight)
                 })
                 .collect();
             return dual_quaternion::blended(moves.iter().map(|(q, weight)| (q, *weight)), &self.vertices[vertex]);
         }
         let terms = &self.terms[self.first[vertex] as usize..self.first[vertex + 1] as usize];
-        let carried = |term: &Term| {
+        let carried = |term: &SkinTerm| {
             let frame = &frames[term.link as usize];
             frame.rotation * term.point + frame.translation.vector * term.weight
         };

@@ -66,7 +66,7 @@ pub struct Skin {
     /// `world_from_link` of every link of the body in the bind pose.
     bind: Vec<Isometry3<f64>>,
     /// For every influence the vertex in the link's frame, times the weight, and the weight.
-    terms: Vec<blend::Term>,
+    terms: Vec<blend::SkinTerm>,
     /// Link with the greatest share of every vertex.
     parts: Vec<u32>,
     topology: MeshTopology,

@@ -18,7 +18,7 @@ impl Skin {
             let place = bind[parent] * Point3::from(offset.component_mul(&of(parent).length));
             bind[link] = Isometry3::from_parts(place.into(), bind[link].rotation);
         }
-        let axes: Vec<Vec<Axis>> = body.links.iter().map(|link| link.solids.iter().map(Axis::of).collect()).collect();
+        let axes: Vec<Vec<MiddleLine>> = body.links.iter().map(|link| link.solids.iter().map(MiddleLine::of).collect()).collect();
         let moved = |vertex: usize| {
             let carried = self.influences(vertex).map(|(link, weight)| {
                 let own = self.bind[link].inverse_transform_point(&self.vertices[vertex]);
@@ -34,12 +34,12 @@ impl Skin {
 }
 
 /// The middle line of a solid, in the link's frame.
-struct Axis {
+struct MiddleLine {
     from: Point3<f64>,
     to: Point3<f64>,
 }
 
-impl Axis {
+impl MiddleLine {
     fn of(solid: &Solid) -> Self {
         let line = |frame: &Isometry3<f64>, half: Vector3<f64>| Self {
             from: frame * Point3::from(-half),
@@ -71,7 +71,7 @@ impl Axis {
 
 /// A point of a link's frame: with `c` the mean of the nearest points of the link's axes, near ones most, it goes to
 /// `length c + girth (point - c)`.
-fn stretched(point: &Point3<f64>, axes: &[Axis], shape: &LinkShape) -> Point3<f64> {
+fn stretched(point: &Point3<f64>, axes: &[MiddleLine], shape: &LinkShape) -> Point3<f64> {
     if *shape == LinkShape::SAME {
         return *point;
     }

@@ -5,19 +5,19 @@ use super::skin_file;
 use crate::body::LANDMARKS;
 
 /// Files of a built-in skin.
-struct Files {
+struct SkinFiles {
     settings: &'static str,
     mesh: &'static str,
     weights: &'static str,
 }
 
-const PERSON: Files = Files {
+const PERSON: SkinFiles = SkinFiles {
     settings: include_str!("../../../robots/skins/person.toml"),
     mesh: include_str!("../../../robots/skins/person.obj"),
     weights: include_str!("../../../robots/skins/person.weights.json"),
 };
 
-const PERSON_COARSE: Files = Files {
+const PERSON_COARSE: SkinFiles = SkinFiles {
     settings: include_str!("../../../robots/skins/person_coarse.toml"),
     mesh: include_str!("../../../robots/skins/person_coarse.obj"),
     weights: include_str!("../../../robots/skins/person_coarse.weights.json"),

@@ -23,27 +23,27 @@ use crate::input::{self, excerpt, foreign, limits};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SkinRecord {
+struct SkinSettings {
     schema: String,
     mesh: String,
     weights: Option<String>,
     #[serde(default = "one")]
     metres_per_unit: f64,
     #[serde(default)]
-    up: Up,
+    up: MeshUp,
     #[serde(default)]
     landmarks: BTreeMap<String, [f64; 3]>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Up {
+enum MeshUp {
     #[default]
     Z,
     Y,
 }
 
-impl Up {
+impl MeshUp {
     /// Of the file's axes to X forward, Y left, Z up.
     fn turned(self, [x, y, z]: [f64; 3]) -> Point3<f64> {
         match self {
@@ -95,7 +95,7 @@ pub(super) type Read<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError> + 'a;
 /// Reads a skin's `.toml`; `read` gives the bytes of the files that it names.
 pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
-    let record: SkinRecord = toml::from_str(text).map_err(|e| malformed(foreign(e)))?;
+    let record: SkinSettings = toml::from_str(text).map_err(|e| malformed(foreign(e)))?;
     if record.schema != "skiagraph.skin/1" {
         return Err(malformed(format!("schema: expected \"skiagraph.skin/1\", found {:?}", excerpt(&record.schema))));
     }

@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn formats_are_known_by_names() {
-        let of = CameraFileFormat::of_name;
+        let of = CameraFileFormat::from_name;
         assert_eq!(of("a/left.YML"), Some(CameraFileFormat::OpenCv));
         assert_eq!(of("C1.cal"), Some(CameraFileFormat::HumanEva));
         assert_eq!((of("Calib.qca.txt"), of("notes.txt")), (Some(CameraFileFormat::Qualisys), None));

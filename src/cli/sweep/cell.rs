@@ -33,7 +33,7 @@ pub(super) struct Arguments {
 
     /// Part K of M, from 1: neighbouring cells with about the same work
     #[arg(long, value_name = "K/M")]
-    shard: Option<Shard>,
+    shard: Option<ListPart>,
 
     /// Also leave a whole run with its report in DIR/reports
     #[arg(long, conflicts_with = "shard")]
@@ -49,12 +49,12 @@ pub(super) struct Arguments {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Shard {
+struct ListPart {
     part: usize,
     parts: usize,
 }
 
-impl FromStr for Shard {
+impl FromStr for ListPart {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let sweep = PlannedSweep::open(&arguments.sweep)?;
     let cells = sweep.cells()?;
     let progress = SweepProgress::new(volume, &sweep.plan.objective);
-    if let Some(Shard { part, parts }) = arguments.shard {
+    if let Some(ListPart { part, parts }) = arguments.shard {
         let part_of = &cells[shard(&cells, part, parts)];
         let options = RunOptions { jobs: usize::from(arguments.jobs), retry_failed: false };
         let ran = run_some(&sweep, part_of, options, &progress)?;

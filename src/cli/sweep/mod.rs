@@ -39,7 +39,7 @@ pub(super) use self::definition::check_file;
 )]
 pub(super) struct Arguments {
     #[command(subcommand)]
-    action: Option<Action>,
+    action: Option<SweepAction>,
 
     #[command(flatten)]
     definition: Definition,
@@ -49,7 +49,7 @@ pub(super) struct Arguments {
 }
 
 #[derive(Debug, Subcommand)]
-enum Action {
+enum SweepAction {
     Check(plan::CheckArguments),
     Plan(plan::Arguments),
     Run(run::Arguments),
@@ -62,12 +62,12 @@ enum Action {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     match &arguments.action {
         None => run::directly(&arguments.definition, &arguments.direct, volume),
-        Some(Action::Check(arguments)) => plan::check(arguments, volume),
-        Some(Action::Plan(arguments)) => plan::run(arguments, volume),
-        Some(Action::Run(arguments)) => run::run(arguments, volume),
-        Some(Action::Cell(arguments)) => cell::run(arguments, volume),
-        Some(Action::Status(arguments)) => status::run(arguments),
-        Some(Action::Gather(arguments)) => gather::run(arguments),
-        Some(Action::Submit(arguments)) => submit::run(arguments),
+        Some(SweepAction::Check(arguments)) => plan::check(arguments, volume),
+        Some(SweepAction::Plan(arguments)) => plan::run(arguments, volume),
+        Some(SweepAction::Run(arguments)) => run::run(arguments, volume),
+        Some(SweepAction::Cell(arguments)) => cell::run(arguments, volume),
+        Some(SweepAction::Status(arguments)) => status::run(arguments),
+        Some(SweepAction::Gather(arguments)) => gather::run(arguments),
+        Some(SweepAction::Submit(arguments)) => submit::run(arguments),
     }
 }

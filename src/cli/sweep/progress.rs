@@ -7,7 +7,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::super::interrupt;
 use super::super::volume::{Volume, note_on_stderr};
-use crate::experiment::sweep::{Standing, SweepWatch};
+use crate::experiment::sweep::{RunProgress, SweepWatch};
 use crate::experiment::{Stage, Watch};
 
 /// Shows how a sweep stands on standard error if that is a terminal, unless `--quiet` is given; with `--verbose`
@@ -25,7 +25,7 @@ impl SweepProgress {
         Self { bar: ProgressBar::with_draw_target(None, target), volume, objective: objective.to_owned() }
     }
 
-    fn in_words(&self, standing: &Standing) -> String {
+    fn in_words(&self, standing: &RunProgress) -> String {
         let left = match standing.done == standing.cells {
             true => String::new(),
             false => format!("{} left", HumanDuration(Duration::from_secs_f64(standing.left_s.clamp(0.0, 1e9)))),
@@ -45,7 +45,7 @@ impl SweepWatch for SweepProgress {
         self.bar.tick();
     }
 
-    fn advance(&self, standing: &Standing) {
+    fn advance(&self, standing: &RunProgress) {
         let words = self.in_words(standing);
         if self.bar.is_hidden() && self.volume.verbose {
             note_on_stderr(&format!("{} of {} cells; {words}", standing.done, standing.cells));

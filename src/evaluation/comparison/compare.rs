@@ -178,7 +178,7 @@ pub fn compare_runs(
     others: &[(&str, &MeasuredRuns)],
     across_sets: bool,
 ) -> Result<RunComparison, NotComparable> {
-    let against = |other: &(&str, &MeasuredRuns)| TwoSides::of(base, *other, across_sets)?.compared();
+    let against = |other: &(&str, &MeasuredRuns)| TwoSides::new(base, *other, across_sets)?.compared();
     Ok(RunComparison {
         schema: "skiagraph.compare/1".to_owned(),
         base: facts(base),

@@ -109,7 +109,7 @@ fn difference_of(clips: &[ClipValues], pairs: Option<Vec<Vec<f64>>>) -> Option<D
     let (base, other) = (of_side(|clip| &clip.base), of_side(|clip| &clip.other));
     let strata = match &pairs {
         Some(pairs) => Strata { values: pairs.clone(), scale: 1.0 },
-        None => Strata::of_independent(&base, &other),
+        None => Strata::from_independent(&base, &other),
     };
     let whole = (mean_of_means(&base)?, mean_of_means(&other)?);
     let nothing = Difference {

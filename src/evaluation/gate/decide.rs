@@ -243,11 +243,11 @@ impl Sides<'_> {
     }
 
     /// Values of a metric in the clips of a budget; a protocol other than the baseline's is refused.
-    fn values(&self, metric: &str, clip: Option<&str>) -> Result<Values, GateRefusal> {
+    fn values(&self, metric: &str, clip: Option<&str>) -> Result<ClipsOfCheck, GateRefusal> {
         if let Some(unknown) = clip.filter(|clip| !self.baseline.clips.contains_key(*clip)) {
             return Err(GateRefusal::Rule(format!("budget of {metric}: the baseline has no clip `{unknown}`")));
         }
-        let mut values = Values::default();
+        let mut values = ClipsOfCheck::default();
         for (name, base, run) in self.clips().filter(|(name, ..)| clip.is_none_or(|clip| clip == *name)) {
             let Some(known) = base.metrics.get(metric) else { continue };
             if let Some(new) = run.metrics.get(metric).filter(|new| new.protocol != known.protocol) {
@@ -302,7 +302,7 @@ impl Sides<'_> {
         let Some(found) = difference(&values.clips) else {
             return Err(GateRefusal::Rule(format!("budget of {name}: nothing to compare")));
         };
-        let margin = budget.margin.of(name, metric.unit, found.base)?;
+        let margin = budget.margin.resolve(name, metric.unit, found.base)?;
         let worse_by = sign * found.difference;
         let ends = found.ci95.map(|ends| match sign > 0.0 {
             true => ends,
@@ -423,7 +423,7 @@ impl Sides<'_> {
 
 /// Values of the clips of a check, and the runs that have none where the baseline has.
 #[derive(Default)]
-struct Values {
+struct ClipsOfCheck {
     clips: Vec<ClipValues>,
     lacking: Vec<String>,
 }
@@ -501,7 +501,7 @@ mod tests {
     }
 
     fn rules(margin: &str) -> GateRules {
-        GateRules::of_metric("humaneva_mm", margin.parse().unwrap())
+        GateRules::from_metric("humaneva_mm", margin.parse().unwrap())
     }
 
     fn verdict_of(run: &MeasuredRuns, margin: &str) -> GateVerdict {
@@ -587,9 +587,9 @@ mod tests {
         let base = runs("a", 0, 0.0, 0.0);
         let refused = |rules: GateRules| gate(&base, &base, &rules).unwrap_err().to_string();
         assert!(refused(GateRules { budgets: vec![], ..rules("2mm") }).contains("no budget"));
-        assert!(refused(GateRules::of_metric("nothing", "2mm".parse().unwrap())).contains("no metric `nothing`"));
-        assert!(refused(GateRules::of_metric("energy_gap", "2".parse().unwrap())).contains("a diagnosis"));
-        assert!(refused(GateRules::of_metric("pa_mpjpe_mm", "2mm".parse().unwrap())).contains("baseline has no value"));
+        assert!(refused(GateRules::from_metric("nothing", "2mm".parse().unwrap())).contains("no metric `nothing`"));
+        assert!(refused(GateRules::from_metric("energy_gap", "2".parse().unwrap())).contains("a diagnosis"));
+        assert!(refused(GateRules::from_metric("pa_mpjpe_mm", "2mm".parse().unwrap())).contains("baseline has no value"));
         let of_clip = |clip: &str| {
             let mut rules = rules("2mm");
             rules.budgets[0].clip = Some(clip.to_owned());
@@ -609,7 +609,7 @@ mod tests {
             walk.metrics.insert("pck150".to_owned(), metric);
             runs
         };
-        let pck = GateRules::of_metric("pck150", "2%".parse().unwrap());
+        let pck = GateRules::from_metric("pck150", "2%".parse().unwrap());
         let verdict = |score| gate(&with_pck(0.9), &with_pck(score), &pck).unwrap().verdict;
         assert_eq!([0.95, 0.89, 0.85].map(verdict), [GateVerdict::Pass, GateVerdict::Pass, GateVerdict::Fail]);
     }

@@ -13,11 +13,11 @@ use crate::evaluation::Unit;
 #[serde(try_from = "Written", into = "String")]
 pub struct Margin {
     value: f64,
-    unit: Given,
+    unit: MarginUnit,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Given {
+enum MarginUnit {
     None,
     Percent,
     Unit(Unit),
@@ -26,7 +26,7 @@ enum Given {
 /// As files have it.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Written {
+enum WrittenMargin {
     Number(f64),
     Text(String),
 }
@@ -75,11 +75,11 @@ impl FromStr for Margin {
         let (number, unit) = (&trimmed[..end], trimmed[end..].trim());
         let value: f64 = number.parse().map_err(|_| malformed())?;
         let (factor, unit) = match unit {
-            "" => (1.0, Given::None),
-            "%" => (0.01, Given::Percent),
+            "" => (1.0, MarginUnit::None),
+            "%" => (0.01, MarginUnit::Percent),
             name => {
                 let known = UNITS.iter().find(|(known, ..)| *known == name);
-                known.map(|(_, unit, factor)| (*factor, Given::Unit(*unit))).ok_or_else(malformed)?
+                known.map(|(_, unit, factor)| (*factor, MarginUnit::Unit(*unit))).ok_or_else(malformed)?
             }
         };
         let value = value * factor;
@@ -87,14 +87,14 @@ impl FromStr for Margin {
     }
 }
 
-impl TryFrom<Written> for Margin {
+impl TryFrom<WrittenMargin> for Margin {
     type Error = MarginError;
 
-    fn try_from(written: Written) -> Result<Self, MarginError> {
+    fn try_from(written: WrittenMargin) -> Result<Self, MarginError> {
         match written {
-            Written::Text(text) => text.parse(),
-            Written::Number(value) if value.is_finite() && value >= 0.0 => Ok(Self { value, unit: Given::None }),
-            Written::Number(value) => Err(MarginError::Malformed(value.to_string())),
+            WrittenMargin::Text(text) => text.parse(),
+            WrittenMargin::Number(value) if value.is_finite() && value >= 0.0 => Ok(Self { value, unit: MarginUnit::None }),
+            WrittenMargin::Number(value) => Err(MarginError::Malformed(value.to_string())),
         }
     }
 }
@@ -108,9 +108,9 @@ impl From<Margin> for String {
 impl fmt::Display for Margin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.unit {
-            Given::None => write!(f, "{}", self.value),
-            Given::Percent => write!(f, "{} %", 100.0 * self.value),
-            Given::Unit(unit) => write!(f, "{} {}", self.value, unit.symbol()),
+            MarginUnit::None => write!(f, "{}", self.value),
+            MarginUnit::Percent => write!(f, "{} %", 100.0 * self.value),
+            MarginUnit::Unit(unit) => write!(f, "{} {}", self.value, unit.symbol()),
         }
     }
 }
@@ -118,7 +118,7 @@ impl fmt::Display for Margin {
 impl Margin {
     /// A number in the metric's own unit.
     pub(super) const fn of_number(value: f64) -> Self {
-        Self { value, unit: Given::None }
+        Self { value, unit: MarginUnit::None }
     }
 
     /// In the metric's unit; `base` is the baseline's mean.
@@ -127,11 +127,11 @@ impl Margin {
     /// [`MarginError::Unit`] if it is given in another unit.
     pub fn of(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
         match self.unit {
-            Given::None => Ok(self.value),
-            Given::Percent if unit == Unit::Fraction => Ok(self.value),
-            Given::Percent => Ok(self.value * base.abs()),
-            Given::Unit(given) if given == unit => Ok(self.value),
-            Given::Unit(_) => {
+            MarginUnit::None => Ok(self.value),
+            MarginUnit::Percent if unit == Unit::Fraction => Ok(self.value),
+            MarginUnit::Percent => Ok(self.value * base.abs()),
+            MarginUnit::Unit(given) if given == unit => Ok(self.value),
+            MarginUnit::Unit(_) => {
                 let symbol = if unit.symbol().is_empty() { "a number without a unit" } else { unit.symbol() };
                 let (margin, metric) = (self.to_string(), metric.to_owned());
                 Err(MarginError::Unit { margin, metric, expected: format!("{symbol}, or a percentage") })

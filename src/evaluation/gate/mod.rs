@@ -11,5 +11,5 @@ mod settle;
 
 pub use decide::{Check, CheckKind, GateOutcome, GateRefusal, GateVerdict, gate};
 pub use margin::{Margin, MarginError};
-pub use rules::{Budget, FEWEST_SEEDS, GateRules};
+pub use rules::{MetricMargin, FEWEST_SEEDS, GateRules};
 pub use settle::{MoreSeeds, seeds_to_settle};

@@ -16,7 +16,7 @@ pub struct GateRules {
     pub seeds: usize,
     /// Metrics with their margins; at least one.
     #[serde(default, rename = "budget")]
-    pub budgets: Vec<Budget>,
+    pub budgets: Vec<MetricMargin>,
     /// Metrics whose values must not change at all, seed by seed.
     #[serde(default)]
     pub exact: Vec<String>,
@@ -37,7 +37,7 @@ pub struct GateRules {
 /// One metric with its margin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Budget {
+pub struct MetricMargin {
     /// [`crate::evaluation::Metric::name`].
     pub metric: String,
     /// By how much it may worsen.
@@ -64,7 +64,7 @@ impl GateRules {
     pub fn of_metric(metric: &str, margin: Margin) -> Self {
         Self {
             seeds: FEWEST_SEEDS,
-            budgets: vec![Budget { metric: metric.to_owned(), margin, clip: None }],
+            budgets: vec![MetricMargin { metric: metric.to_owned(), margin, clip: None }],
             exact: Vec::new(),
             exact_truth: true,
             coverage: coverage(),

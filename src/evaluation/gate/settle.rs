@@ -25,17 +25,17 @@ pub enum MoreSeeds {
 /// The least number of more seeds for which the 95 % interval of the difference would be shorter on its side than
 /// `distance`, the distance from difference to margin: of the run alone where that suffices, else of both.
 pub fn seeds_to_settle(clips: &[ClipValues], paired: bool, distance: f64) -> Option<MoreSeeds> {
-    let sides: Vec<[Part; 2]> =
-        clips.iter().map(|clip| Some([Part::of(&clip.base)?, Part::of(&clip.other)?])).collect::<Option<_>>()?;
-    let settled = |parts: &[Part]| half_width(parts, clips.len()).is_some_and(|half| half < distance);
-    let more = |grown: &dyn Fn(&[Part; 2], usize) -> Vec<Part>| {
+    let sides: Vec<[ClipVariance; 2]> =
+        clips.iter().map(|clip| Some([ClipVariance::from_values(&clip.base)?, ClipVariance::from_values(&clip.other)?])).collect::<Option<_>>()?;
+    let settled = |parts: &[ClipVariance]| half_width(parts, clips.len()).is_some_and(|half| half < distance);
+    let more = |grown: &dyn Fn(&[ClipVariance; 2], usize) -> Vec<ClipVariance>| {
         (1..=MOST).find(|more| settled(&sides.iter().flat_map(|side| grown(side, *more)).collect::<Vec<_>>()))
     };
     let of_run = more(&|[base, run], more| vec![*base, run.with(more)]);
     let of_both = match paired {
         false => more(&|[base, run], more| vec![base.with(more), run.with(more)]),
         true => {
-            let pairs: Vec<Part> = clips.iter().map(Part::of_pairs).collect::<Option<_>>()?;
+            let pairs: Vec<ClipVariance> = clips.iter().map(ClipVariance::of_pairs).collect::<Option<_>>()?;
             (1..=MOST).find(|more| settled(&pairs.iter().map(|part| part.with(*more)).collect::<Vec<_>>()))
         }
     };
@@ -48,12 +48,12 @@ pub fn seeds_to_settle(clips: &[ClipValues], paired: bool, distance: f64) -> Opt
 
 /// Variance and number of the values of one side of one clip.
 #[derive(Clone, Copy)]
-struct Part {
+struct ClipVariance {
     variance: f64,
     seeds: usize,
 }
 
-impl Part {
+impl ClipVariance {
     fn of(values: &[(u64, f64)]) -> Option<Self> {
         let values: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
         Some(Self { variance: variance(&values)?, seeds: values.len() })
@@ -72,7 +72,7 @@ impl Part {
 }
 
 /// `t se` of the mean over clips, with the degrees of freedom of Welch and Satterthwaite.
-fn half_width(parts: &[Part], clips: usize) -> Option<f64> {
+fn half_width(parts: &[ClipVariance], clips: usize) -> Option<f64> {
     let squares = || parts.iter().map(|part| part.variance / part.seeds as f64);
     let sum: f64 = squares().sum();
     let freedom = sum * sum / squares().zip(parts).map(|(e, part)| e * e / (part.seeds - 1) as f64).sum::<f64>();
@@ -98,7 +98,7 @@ mod tests {
         let Some(MoreSeeds::OfRun(more)) = seeds_to_settle(std::slice::from_ref(&few), false, 3.0) else {
             panic!("the run alone suffices")
         };
-        let [base, run] = [Part::of(&few.base).unwrap(), Part::of(&few.other).unwrap()];
+        let [base, run] = [ClipVariance::from_values(&few.base).unwrap(), ClipVariance::from_values(&few.other).unwrap()];
         let half = |more| half_width(&[base, run.with(more)], 1).unwrap();
         assert!(half(more) < 3.0 && half(more - 1) >= 3.0, "{more}: {}", half(more));
         let now = difference(&[few]).unwrap();

@@ -133,12 +133,12 @@ pub fn inspect_contacts(
     metres_per_unit: Option<f64>,
     picture: Option<Destination<'_>>,
 ) -> Result<ContactSummary, ExperimentError> {
-    let kind = picture.map(|to| Picture::new(to.path).map(|kind| (to, kind))).transpose()?;
+    let kind = picture.map(|to| PictureKind::new(to.path).map(|kind| (to, kind))).transpose()?;
     // report an unwritable output before the work
     let kind = kind.map(|(to, kind)| place_for(to, [Some(name)]).map(|place| (place, kind))).transpose()?;
     let (body, motion, notes) = moved(name, metres_per_unit)?;
-    let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default())?;
-    let dynamics = Dynamics::of_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
+    let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default())?;
+    let dynamics = Dynamics::from_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
     let summary = ContactSummary {
         notes,
         ..ContactSummary::new(&name.display().to_string(), &body, &motion, &contacts, dynamics.as_ref())
@@ -146,8 +146,8 @@ pub fn inspect_contacts(
     if let Some((place, kind)) = kind {
         let chart = chart(&summary, &contacts, dynamics.as_ref());
         let text = match kind {
-            Picture::Svg => chart.svg()?,
-            Picture::Page => chart.page()?,
+            PictureKind::Svg => chart.svg()?,
+            PictureKind::Page => chart.page()?,
         };
         place.put(text.as_bytes())?;
     }
@@ -155,12 +155,12 @@ pub fn inspect_contacts(
 }
 
 #[derive(Clone, Copy)]
-enum Picture {
+enum PictureKind {
     Svg,
     Page,
 }
 
-impl Picture {
+impl PictureKind {
     fn new(path: &Path) -> Result<Self, ExperimentError> {
         match path.extension().and_then(|e| e.to_str()) {
             Some("svg") => Ok(Self::Svg),

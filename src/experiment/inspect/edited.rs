@@ -115,7 +115,7 @@ pub fn inspect_scenario(
     let place = picture.map(|to| place_of(file, mocap_directory, to)).transpose()?;
     let staged = Staged::new(file, mocap_directory)?;
     let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());
-    let contacts = GroundContacts::of_motion(body, &motion, &ContactRule::default()).ok();
+    let contacts = GroundContacts::from_motion(body, &motion, &ContactRule::default()).ok();
     if let Some(place) = place {
         let stances = contacts.as_ref().map_or_else(Default::default, |c| c.feet.each_ref().map(|foot| foot.stances()));
         let seams = staged.seams.iter().map(|seam| seam.first..seam.end).collect();
@@ -155,7 +155,7 @@ fn place_of(
         let detail = format!("expected the name of a .png file, found {}", to.path.display());
         return Err(ExperimentError::Argument { argument: "--out", detail });
     }
-    Inputs::of_scenario(file, mocap_directory).keep_from(to.path)?;
+    Inputs::from_scenario(file, mocap_directory).keep_from(to.path)?;
     PartialFile::begin(to.path, to.force)
 }
 

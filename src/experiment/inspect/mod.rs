@@ -21,7 +21,7 @@ use crate::input::{self, limits};
 pub use clip::ClipSummary;
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
 pub use edited::{EditedContact, EditedSummary, FastestAngle, SeamSummary, inspect_scenario};
-pub use model::{Against, ModelSummary, OneModel, Spread};
+pub use model::{Against, ModelSummary, GraphModelFacts, MeanAndMost};
 pub use robot::{DegreeSummary, RobotSummary};
 pub use set::{CameraSummary, SetSummary};
 
@@ -43,7 +43,7 @@ pub enum Inspected {
 
 /// The kinds of things that can be looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum InspectedKind {
     Model,
     Clip,
     Robot,
@@ -64,22 +64,22 @@ pub fn inspect(
 ) -> Result<Inspected, ExperimentError> {
     let kind = kind_of(path)?;
     let name = path.display().to_string();
-    if kind != Kind::Model {
+    if kind != InspectedKind::Model {
         let of_models = [("--against", against.is_some()), ("--out", page.is_some())];
         if let Some((argument, _)) = of_models.into_iter().find(|(_, given)| *given) {
             let detail = format!("is for models of skiagraph train only, and {name} is not one");
             return Err(ExperimentError::Argument { argument, detail });
         }
     }
-    if kind != Kind::Clip && metres_per_unit.is_some() {
+    if kind != InspectedKind::Clip && metres_per_unit.is_some() {
         let detail = format!("is for recordings and sets only, and {name} is neither");
         return Err(ExperimentError::Argument { argument: "--metres-per-unit", detail });
     }
     Ok(match kind {
-        Kind::Clip => Inspected::Clip(ClipSummary::new(&clip_file::read_whole(path, metres_per_unit)?)),
-        Kind::Robot => Inspected::Robot(RobotSummary::new(&name, &robot::read(&name, path)?)),
-        Kind::Set => Inspected::Set(SetSummary::read(path)?),
-        Kind::Model => {
+        InspectedKind::Clip => Inspected::Clip(ClipSummary::new(&clip_file::read_whole(path, metres_per_unit)?)),
+        InspectedKind::Robot => Inspected::Robot(RobotSummary::new(&name, &robot::read(&name, path)?)),
+        InspectedKind::Set => Inspected::Set(SetSummary::read(path)?),
+        InspectedKind::Model => {
             let model = LearnedModel::read(path)?;
             let other = against.map(|other| model::read_other(other, &model)).transpose()?;
             if let Some(to) = page {
@@ -100,26 +100,26 @@ fn place_for<'a>(
     PartialFile::begin(to.path, to.force)
 }
 
-fn kind_of(path: &Path) -> Result<Kind, ExperimentError> {
+fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {
     if path.as_os_str().as_encoded_bytes().starts_with(b"embedded:") {
-        return Ok(Kind::Clip);
+        return Ok(InspectedKind::Clip);
     }
     if path.is_dir() {
-        return Ok(Kind::Set);
+        return Ok(InspectedKind::Set);
     }
     if SHIPPED_ROBOTS.iter().any(|(known, _)| path == Path::new(known)) && !path.exists() {
-        return Ok(Kind::Robot);
+        return Ok(InspectedKind::Robot);
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
-        Some("bvh" | "amc" | "asf" | "txt" | "json") => return Ok(Kind::Clip),
-        Some("urdf" | "xml") => return Ok(Kind::Robot),
-        Some("model") => return Ok(Kind::Model),
+        Some("bvh" | "amc" | "asf" | "txt" | "json") => return Ok(InspectedKind::Clip),
+        Some("urdf" | "xml") => return Ok(InspectedKind::Robot),
+        Some("model") => return Ok(InspectedKind::Model),
         _ => {}
     }
     // models may have any name; all of them are archives
     if starts_with(path, b"PK")? {
-        return Ok(Kind::Model);
+        return Ok(InspectedKind::Model);
     }
     let clips = EMBEDDED_CLIPS.map(|(name, _)| format!("embedded:{name}")).join(", ");
     let robots = SHIPPED_ROBOTS.map(|(name, _)| name).join(", ");

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::super::{ExperimentError, LearnedModel, ModelFacts};
 use super::INSPECT_SCHEMA;
-use crate::motion_model::gpdm_graph::{Candidate, Segment};
+use crate::motion_model::gpdm_graph::{Candidate, GraphSegment};
 
 /// A model in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,20 +18,20 @@ pub struct ModelSummary {
     /// What it was learned from and how.
     pub facts: ModelFacts,
     /// The models, in the order of the training frames.
-    pub models: Vec<OneModel>,
+    pub models: Vec<GraphModelFacts>,
     /// Inter-transition candidates.
     pub candidates: usize,
     /// Pairs of candidates of different models, either way: the inter-transitions that are possible.
     pub inter_transitions: usize,
     /// Distance between recording and simulation over all frames (`[GPDM graph]`, Eq. 9).
-    pub reconstruction_error_rad2: Spread,
+    pub reconstruction_error_rad2: MeanAndMost,
     /// The same for the compared model, and the ratio of the means.
     pub against: Option<Against>,
 }
 
 /// One model of the graph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct OneModel {
+pub struct GraphModelFacts {
     /// Index of the training motion.
     pub motion: usize,
     /// First frame at the model's rate, from 0.
@@ -39,12 +39,12 @@ pub struct OneModel {
     /// Number of frames.
     pub frames: usize,
     /// Distance between recording and simulation.
-    pub reconstruction_error_rad2: Spread,
+    pub reconstruction_error_rad2: MeanAndMost,
 }
 
 /// Mean and greatest value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
+pub struct MeanAndMost {
     /// Mean over the frames.
     pub mean: f64,
     /// Greatest value of a frame.
@@ -57,12 +57,12 @@ pub struct Against {
     /// `gpdm` or `gpdm-graph`.
     pub kind: &'static str,
     /// Its reconstruction error.
-    pub reconstruction_error_rad2: Spread,
+    pub reconstruction_error_rad2: MeanAndMost,
     /// This model's mean error over the other's.
     pub ratio: f64,
 }
 
-impl Spread {
+impl MeanAndMost {
     fn new(values: impl Iterator<Item = f64> + Clone) -> Self {
         let count = values.clone().count().max(1) as f64;
         Self { mean: values.clone().sum::<f64>() / count, max: values.fold(0.0, f64::max) }
@@ -74,11 +74,11 @@ impl ModelSummary {
     pub(super) fn new(model: &LearnedModel, other: Option<&LearnedModel>) -> Self {
         let error = all_errors(model);
         let graph = &model.graph;
-        let of = |s: &Segment| OneModel {
+        let of = |s: &GraphSegment| GraphModelFacts {
             motion: s.range.motion,
             first: s.range.first,
             frames: s.errors.len(),
-            reconstruction_error_rad2: Spread::new(s.errors.iter().copied()),
+            reconstruction_error_rad2: MeanAndMost::new(s.errors.iter().copied()),
         };
         let pairs = |c: &Candidate| graph.candidates.iter().filter(|other| other.segment != c.segment).count();
         let against = |other: &LearnedModel| {
@@ -112,6 +112,6 @@ pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedMod
     Ok(other)
 }
 
-fn all_errors(model: &LearnedModel) -> Spread {
-    Spread::new(model.graph.segments.iter().flat_map(|s| s.errors.iter().copied()))
+fn all_errors(model: &LearnedModel) -> MeanAndMost {
+    MeanAndMost::new(model.graph.segments.iter().flat_map(|s| s.errors.iter().copied()))
 }

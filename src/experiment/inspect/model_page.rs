@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::super::{ExperimentError, LearnedModel};
-use crate::motion_model::gpdm_graph::{ModelKind, Segment};
+use crate::motion_model::gpdm_graph::{ModelKind, GraphSegment};
 use crate::motion_model::pose_chart::distance;
 use crate::parallel;
 use crate::report::{
@@ -28,7 +28,7 @@ pub(super) fn html(
     let title = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let starts = starts(model);
     let (settings, joints) = (&facts.settings, graph.chart.groups().len() as f64);
-    let one = |(segment, start): (&Segment, &usize)| one_model(model, segment, *start);
+    let one = |(segment, start): (&GraphSegment, &usize)| one_model(model, segment, *start);
     let at = |c: &crate::motion_model::gpdm_graph::Candidate| CandidateFrame {
         frame: starts[c.segment] + c.row,
         model: c.segment,
@@ -59,7 +59,7 @@ fn starts(model: &LearnedModel) -> Vec<usize> {
     lengths.scan(0, |next, length| Some(std::mem::replace(next, *next + length))).collect()
 }
 
-fn one_model(model: &LearnedModel, segment: &Segment, start: usize) -> OneModel {
+fn one_model(model: &LearnedModel, segment: &GraphSegment, start: usize) -> OneModel {
     let rows = |m: &dyn Fn(usize, usize) -> f64, count: usize, d: usize| -> LatentPath {
         (0..count).map(|i| (0..d).map(|c| m(i, c)).collect()).collect()
     };

@@ -3,7 +3,7 @@
 use super::ModelFacts;
 use crate::body::Humanoid;
 use crate::motion_model::gpdm::{DynamicsKernel, Gpdm, GpdmParts, MapKernel, PartsError, SequenceLayout};
-use crate::motion_model::gpdm_graph::{Candidate, GpdmGraph, Segment, SegmentRange};
+use crate::motion_model::gpdm_graph::{Candidate, GpdmGraph, GraphSegment, SegmentRange};
 use crate::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS, unit_quaternion};
 use crate::npz::{Array, Npz, NpzError, Values};
 
@@ -63,7 +63,7 @@ impl<'a> Arrays<'a> {
         facts: &ModelFacts,
         chart: &PoseChart,
         ranges: &[SegmentRange],
-    ) -> Result<Vec<Segment>, ArraysError> {
+    ) -> Result<Vec<GraphSegment>, ArraysError> {
         let frames: usize = ranges.iter().map(|r| r.end - r.first).sum();
         let (models, dimensions, joints) = (Some(ranges.len()), chart.dimensions(), chart.groups().len());
         let mean = self.numbers("mean", &[models, Some(dimensions)])?;
@@ -98,7 +98,7 @@ impl<'a> Arrays<'a> {
                 layout: SequenceLayout { order: options.order, delta: options.delta, lengths: vec![to - from] },
             })?;
             let rotations = (from..to).map(|t| rotations[t * joints..(t + 1) * joints].to_vec()).collect();
-            segments.push(Segment { range: *range, gpdm, errors: errors[from..to].to_vec(), rotations });
+            segments.push(GraphSegment { range: *range, gpdm, errors: errors[from..to].to_vec(), rotations });
         }
         Ok(segments)
     }

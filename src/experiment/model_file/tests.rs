@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::body::Motion;
-use crate::motion_model::gpdm_graph::{GraphSettings, Segment};
+use crate::motion_model::gpdm_graph::{GraphSettings, GraphSegment};
 
 /// Two short motions of a robot, learned in haste.
 fn model() -> LearnedModel {
@@ -55,7 +55,7 @@ fn a_model_read_back_is_the_same_and_predicts_the_same_bits() {
     assert_eq!(again.to_bytes().unwrap(), bytes);
     let points = again.graph.segments[0].gpdm.latents();
     for (a, b) in model.graph.segments.iter().zip(&again.graph.segments) {
-        let bits = |s: &Segment| {
+        let bits = |s: &GraphSegment| {
             let both = [s.gpdm.map_moments(points), s.gpdm.dynamics_moments(points)];
             let mean = both.iter().flat_map(|m| m.mean.col_iter().flat_map(|c| c.iter()));
             mean.chain(both.iter().flat_map(|m| &m.variance)).map(|x| x.to_bits()).collect::<Vec<_>>()

@@ -35,7 +35,7 @@ fn in_words(error: csv::Error) -> String {
     }
 }
 
-type Reader<'a> = csv::Reader<&'a [u8]>;
+type CsvReader<'a> = csv::Reader<&'a [u8]>;
 
 /// A number, or `None` for an empty field or NaN.
 fn number(field: Option<&str>, line: u64, what: &str) -> Result<Option<f64>, String> {
@@ -70,7 +70,7 @@ fn room_for(frames: usize, names: usize) -> Result<(), String> {
     }
 }
 
-fn wide(reader: &mut Reader<'_>, headers: &[String], frame_column: Option<usize>) -> Result<PointFile, String> {
+fn wide(reader: &mut CsvReader<'_>, headers: &[String], frame_column: Option<usize>) -> Result<PointFile, String> {
     let mut columns: BTreeMap<String, [Option<usize>; 3]> = BTreeMap::new();
     let mut order = Vec::new();
     for (index, header) in headers.iter().enumerate() {
@@ -114,7 +114,7 @@ fn wide(reader: &mut Reader<'_>, headers: &[String], frame_column: Option<usize>
     Ok(PointFile { names: order, frames, ..PointFile::default() })
 }
 
-fn rows(reader: &mut Reader<'_>, name: usize, frame: usize, axes: [usize; 3]) -> Result<PointFile, String> {
+fn rows(reader: &mut CsvReader<'_>, name: usize, frame: usize, axes: [usize; 3]) -> Result<PointFile, String> {
     let mut names: Vec<String> = Vec::new();
     let mut known: BTreeMap<String, usize> = BTreeMap::new();
     let mut found: Vec<Vec<Option<[f64; 3]>>> = Vec::new();

@@ -65,7 +65,7 @@ pub(super) fn read_poses(
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
     let points = match extension.as_str() {
-        "npz" if *declared == PosesDeclared::default() => return Tracked::of_others(path, &set.blind.start.body),
+        "npz" if *declared == PosesDeclared::default() => return Tracked::from_others(path, &set.blind.start.body),
         "npz" => {
             let detail = "units, axes and names of an .npz file are those of this program: metres, Z up; leave out \
                 --units, --up and --joint-map";

@@ -9,7 +9,7 @@ use crate::input::{self, excerpt, foreign, limits};
 
 /// Columns with the names that they have here.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Columns {
+pub(super) struct NamedColumns {
     pub(super) markers: Vec<(usize, String)>,
     pub(super) joints: Vec<(usize, String)>,
     /// What was left out.
@@ -31,10 +31,10 @@ pub(super) fn columns(
     names: &[String],
     map: Option<&BTreeMap<String, String>>,
     body: &Humanoid,
-) -> Result<Columns, String> {
+) -> Result<NamedColumns, String> {
     let markers = LANDMARKS.map(|landmark| landmark.name());
     let joints: Vec<&str> = body.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let mut found = Columns::default();
+    let mut found = NamedColumns::default();
     let mut left_out = Vec::new();
     if let Some((theirs, _)) = map.into_iter().flatten().find(|(theirs, _)| !names.contains(theirs)) {
         return Err(format!(

@@ -4,12 +4,12 @@ use std::io::ErrorKind;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::plan::{Cell, PlannedSweep};
+use super::plan::{SweepCell, PlannedSweep};
 use super::processor_time::of_this_thread;
-use super::record::{CellRecord, Environment, Results, Status};
+use super::record::{CellRecord, Environment, SweepResults, Status};
 use super::shared::{Shared, SharedSet};
 use crate::experiment::measuring::Measures;
-use crate::experiment::ours::Kind;
+use crate::experiment::ours::ResultKind;
 use crate::experiment::partial_directory::PartialDirectory;
 use crate::experiment::results;
 use crate::experiment::run::MethodRun;
@@ -49,7 +49,7 @@ pub struct CellDone {
 /// interruption.
 pub fn run_cell(
     sweep: &PlannedSweep,
-    cell: &Cell,
+    cell: &SweepCell,
     options: CellOptions,
     watch: &dyn Watch,
 ) -> Result<CellDone, ExperimentError> {
@@ -59,13 +59,13 @@ pub fn run_cell(
 /// As [`run_cell`], with sets and models that others use too; `held` keeps the last set in memory.
 pub(super) fn run_shared(
     sweep: &PlannedSweep,
-    cell: &Cell,
+    cell: &SweepCell,
     options: CellOptions,
     shared: &Shared,
     held: &mut Option<Arc<SharedSet>>,
     watch: &dyn Watch,
 ) -> Result<CellDone, ExperimentError> {
-    let results = Results::of(sweep);
+    let results = SweepResults::new(sweep);
     let wants_report = options.report || sweep.plan.reports;
     let has_report = !wants_report || sweep.root.join(REPORTS).join(&cell.cell).exists();
     if let Some(record) = results.get(&cell.cell).filter(|_| !options.again)
@@ -74,7 +74,7 @@ pub(super) fn run_shared(
         return Ok(CellDone { record, cached: true });
     }
     let quiet = Quiet(watch);
-    let work = Work { sweep, cell, report: wants_report, watch: &quiet };
+    let work = CellWork { sweep, cell, report: wants_report, watch: &quiet };
     let record = match work.run(shared, held) {
         Ok(record) => record,
         Err(error) if may_be_otherwise_next_time(&error) => return Err(error),
@@ -102,14 +102,14 @@ fn may_be_otherwise_next_time(error: &ExperimentError) -> bool {
     }
 }
 
-struct Work<'a> {
+struct CellWork<'a> {
     sweep: &'a PlannedSweep,
-    cell: &'a Cell,
+    cell: &'a SweepCell,
     report: bool,
     watch: &'a dyn Watch,
 }
 
-impl Work<'_> {
+impl CellWork<'_> {
     fn run(&self, shared: &Shared, held: &mut Option<Arc<SharedSet>>) -> Result<CellRecord, ExperimentError> {
         let file = self.sweep.scenario(self.cell)?;
         let set = shared.set(self.sweep, self.cell, &file, self.watch)?;
@@ -166,7 +166,7 @@ impl Work<'_> {
         models: &mut Models,
     ) -> Result<(), ExperimentError> {
         let path = self.sweep.root.join(REPORTS).join(&self.cell.cell);
-        let directory = PartialDirectory::begin(&path, Kind::Run, false)?;
+        let directory = PartialDirectory::begin(&path, ResultKind::Run, false)?;
         let seeds = [self.cell.seed];
         let attempt =
             MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &shared.set, seeds: &seeds };

@@ -6,7 +6,7 @@ use minijinja::{Environment, Expression, UndefinedBehavior, Value as Operand};
 use serde_json::{Map, Value};
 
 use crate::experiment::ExperimentError;
-use crate::scenario::{AxisValue, Budget, Scenario, ScenarioError, ScenarioFile, ScenarioTemplate, SweepFile};
+use crate::scenario::{AxisValue, SweepBudget, Scenario, ScenarioError, ScenarioFile, ScenarioTemplate, SweepFile};
 
 /// By what share a budget may be missed where rounding to a whole number is what misses it.
 const ROUNDING: f64 = 0.05;
@@ -160,7 +160,7 @@ impl<'a> Constraints<'a> {
     }
 }
 
-fn tolerance(budget: &Budget) -> f64 {
+fn tolerance(budget: &SweepBudget) -> f64 {
     budget.tolerance.unwrap_or(if budget.solve.is_some() { ROUNDING } else { 0.0 })
 }
 

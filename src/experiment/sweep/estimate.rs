@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::plan::{Cell, Draft, PlanRecord};
+use super::plan::{SweepCell, Draft, PlanRecord};
 use crate::experiment::ExperimentError;
 use crate::experiment::cost::cost;
 use crate::experiment::staging::Staged;
@@ -45,7 +45,7 @@ pub struct SweepCost {
 }
 
 /// One setting that was tried.
-struct Sample {
+struct TriedSetting {
     weight: f64,
     cell_s: f64,
     set_s: f64,
@@ -90,16 +90,16 @@ pub(super) struct CoreSeconds {
 /// # Errors
 /// As [`sweep_cost`].
 pub(super) fn core_seconds(
-    cells: &[Cell],
-    scenario: impl Fn(&Cell) -> Result<ScenarioFile, ExperimentError>,
+    cells: &[SweepCell],
+    scenario: impl Fn(&SweepCell) -> Result<ScenarioFile, ExperimentError>,
     record: &PlanRecord,
 ) -> Result<CoreSeconds, ExperimentError> {
-    let mut by_weight: Vec<&Cell> = cells.iter().collect();
+    let mut by_weight: Vec<&SweepCell> = cells.iter().collect();
     by_weight.dedup_by_key(|cell| cell.setting);
     by_weight.sort_by_key(|cell| (cell.weight, cell.index));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.map_err(|e| ExperimentError::Malformed { path: "threads".into(), detail: e.to_string() })?;
-    let mut samples: Vec<Sample> = Vec::new();
+    let mut samples: Vec<TriedSetting> = Vec::new();
     for cell in spread(&by_weight) {
         let file = scenario(cell)?;
         samples.push(pool.install(|| sample(cell, &file, record.mocap_directory.as_deref()))?);
@@ -116,14 +116,14 @@ pub(super) fn core_seconds(
 }
 
 fn sample(
-    cell: &Cell,
+    cell: &SweepCell,
     file: &ScenarioFile,
     mocap_directory: Option<&std::path::Path>,
-) -> Result<Sample, ExperimentError> {
+) -> Result<TriedSetting, ExperimentError> {
     let begin = Instant::now();
     let staged = Staged::new(file, mocap_directory)?;
     let cost = cost(file, &staged, begin.elapsed().as_secs_f64())?;
-    Ok(Sample {
+    Ok(TriedSetting {
         weight: cell.weight as f64,
         cell_s: cost.track_s + cost.measure_s,
         set_s: cost.staging_s + cost.render_s,
@@ -132,7 +132,7 @@ fn sample(
 }
 
 /// The cheapest, the dearest, and some between.
-fn spread<'c>(sorted: &[&'c Cell]) -> Vec<&'c Cell> {
+fn spread<'c>(sorted: &[&'c SweepCell]) -> Vec<&'c SweepCell> {
     if sorted.len() <= SAMPLES {
         return sorted.to_vec();
     }
@@ -140,7 +140,7 @@ fn spread<'c>(sorted: &[&'c Cell]) -> Vec<&'c Cell> {
 }
 
 /// Seconds of a cell of this weight, on straight lines between the samples.
-fn between(samples: &[Sample], weight: f64) -> f64 {
+fn between(samples: &[TriedSetting], weight: f64) -> f64 {
     let above = samples.iter().position(|sample| sample.weight >= weight);
     match above {
         None => samples.last().map_or(0.0, |last| last.cell_s * weight / last.weight.max(1.0)),
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn costs_between_samples_lie_on_a_line() {
-        let sample = |weight: f64, cell_s: f64| Sample { weight, cell_s, set_s: 0.0, models: 0 };
+        let sample = |weight: f64, cell_s: f64| TriedSetting { weight, cell_s, set_s: 0.0, models: 0 };
         let samples = [sample(100.0, 1.0), sample(200.0, 2.0), sample(400.0, 6.0)];
         let found = [50.0, 100.0, 150.0, 300.0, 400.0, 800.0].map(|weight| between(&samples, weight));
         assert_eq!(found, [1.0, 1.0, 1.5, 4.0, 6.0, 12.0]);

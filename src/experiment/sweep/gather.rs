@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::index_ranges::to_ranges;
-use super::plan::{Cell, PlannedSweep};
-use super::record::{CellRecord, Results, Status};
+use super::plan::{SweepCell, PlannedSweep};
+use super::record::{CellRecord, SweepResults, Status};
 use crate::evaluation::METRICS;
 use crate::experiment::error::output;
 use crate::experiment::place::sync_parent;
@@ -41,14 +41,14 @@ pub struct Gathered {
 /// [`ExperimentError::SweepIncomplete`] where cells are missing, [`ExperimentError::Output`]; then nothing has changed.
 pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<Gathered, ExperimentError> {
     let cells = sweep.cells()?;
-    let tables = [RUNS_TABLE, RUNS_LINES, TIMING_TABLE].map(|name| Table::begin(&sweep.root.join(name)));
+    let tables = [RUNS_TABLE, RUNS_LINES, TIMING_TABLE].map(|name| GatheredFile::begin(&sweep.root.join(name)));
     let [runs, lines, timing] = tables;
     let (mut runs, mut lines, mut timing) = (runs?, lines?, timing?);
-    let columns = Columns { axes: &sweep.plan.axes };
+    let columns = SweepColumns { axes: &sweep.plan.axes };
     runs.row(&columns.header())?;
     timing.row(&["index", "cell", "track_s", "track_processor_s", "processor_s", "host"].map(str::to_owned))?;
     let mut gathered = Gathered::default();
-    Results::of(sweep).for_each(&cells, |cell, record| {
+    SweepResults::new(sweep).for_each(&cells, |cell, record| {
         let Some(record) = record else {
             gathered.missing.push(cell.index);
             return Ok(());
@@ -68,15 +68,15 @@ pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<Gathered, Experimen
             missing: to_ranges(&gathered.missing),
         });
     }
-    [runs, lines, timing].into_iter().try_for_each(Table::finish)?;
+    [runs, lines, timing].into_iter().try_for_each(GatheredFile::finish)?;
     Ok(gathered)
 }
 
-struct Columns<'a> {
+struct SweepColumns<'a> {
     axes: &'a [String],
 }
 
-impl Columns<'_> {
+impl SweepColumns<'_> {
     fn header(&self) -> Vec<String> {
         let before = ["index", "cell", "setting", "seed"].map(str::to_owned);
         let between = ["status", "grade", "frames", "cameras", "likelihood_evaluations"].map(str::to_owned);
@@ -85,7 +85,7 @@ impl Columns<'_> {
         before.into_iter().chain(self.axes.iter().cloned()).chain(between).chain(metrics).chain(last).collect()
     }
 
-    fn row(&self, cell: &Cell, record: &CellRecord) -> Vec<String> {
+    fn row(&self, cell: &SweepCell, record: &CellRecord) -> Vec<String> {
         let mut row = vec![cell.index.to_string(), cell.cell.clone(), cell.setting.to_string(), cell.seed.to_string()];
         row.extend(self.axes.iter().map(|axis| cell.axes.get(axis).map(plain).unwrap_or_default()));
         row.extend([
@@ -107,7 +107,7 @@ pub(super) fn plain(value: &Value) -> String {
     value.as_str().map_or_else(|| as_toml(value), str::to_owned)
 }
 
-fn of_line(cell: &Cell, record: &CellRecord) -> Result<Value, ExperimentError> {
+fn of_line(cell: &SweepCell, record: &CellRecord) -> Result<Value, ExperimentError> {
     let mut line = serde_json::Map::new();
     line.insert("index".to_owned(), cell.index.into());
     line.insert("setting".to_owned(), cell.setting.into());
@@ -116,7 +116,7 @@ fn of_line(cell: &Cell, record: &CellRecord) -> Result<Value, ExperimentError> {
     Ok(Value::Object(line))
 }
 
-fn of_timing(cell: &Cell, record: &CellRecord) -> [String; 6] {
+fn of_timing(cell: &SweepCell, record: &CellRecord) -> [String; 6] {
     let env = &record.env;
     [
         cell.index.to_string(),
@@ -129,13 +129,13 @@ fn of_timing(cell: &Cell, record: &CellRecord) -> [String; 6] {
 }
 
 /// A file of the sweep's folder that is written bit by bit, and put in its place when it is whole.
-struct Table {
+struct GatheredFile {
     path: PathBuf,
     meanwhile: PathBuf,
     file: BufWriter<File>,
 }
 
-impl Table {
+impl GatheredFile {
     fn begin(path: &Path) -> Result<Self, ExperimentError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let meanwhile = path.with_file_name(format!(".{name}.writing-{}", std::process::id()));
@@ -165,7 +165,7 @@ impl Table {
     }
 }
 
-impl Drop for Table {
+impl Drop for GatheredFile {
     fn drop(&mut self) {
         // after `finish` nothing is there any more
         std::fs::remove_file(&self.meanwhile).ok();

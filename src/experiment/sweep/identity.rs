@@ -119,7 +119,7 @@ impl Identities {
             return Ok(known.clone());
         }
         let own = file.path.as_deref();
-        let paths = Inputs::of_scenario(file, self.mocap_directory.as_deref()).into_paths();
+        let paths = Inputs::from_scenario(file, self.mocap_directory.as_deref()).into_paths();
         let paths = paths.iter().filter(|path| Some(path.as_path()) != own);
         let inputs = paths.map(|path| InputFile::read(path)).collect::<Result<Vec<_>, _>>()?;
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(named, inputs.clone());
@@ -178,7 +178,7 @@ mod tests {
             let file =
                 ScenarioFile::parse(crate::scenario::DEFAULT_SCENARIO, "a", folder.path().to_owned(), &overrides);
             let identities = Identities::new(None);
-            let identity = identities.of(&file.unwrap()).unwrap();
+            let identity = identities.identify(&file.unwrap()).unwrap();
             (identity, identities.into_inputs())
         };
         let (one, inputs) = of("one");

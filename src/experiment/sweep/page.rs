@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::cell::REPORTS;
 use super::gather::plain;
 use super::plan::PlannedSweep;
-use super::record::{Results, Status};
+use super::record::{SweepResults, Status};
 use super::summary::{SettingSummary, SweepSummary};
 use crate::evaluation::{Direction, Unit, find_metric};
 use crate::experiment::{ExperimentError, REPORT_FILE};
@@ -22,7 +22,7 @@ const WITHIN_SHARE: f64 = 0.02;
 /// # Errors
 /// [`ExperimentError`] where the plan cannot be read, or no cell has a result.
 pub fn page_input(sweep: &PlannedSweep, within: Option<f64>) -> Result<SweepPageInput, ExperimentError> {
-    let summary = SweepSummary::of(sweep)?;
+    let summary = SweepSummary::new(sweep)?;
     let plan = &sweep.plan;
     let objective = find_metric(&plan.objective).ok_or_else(|| ExperimentError::Argument {
         argument: "objective",
@@ -85,7 +85,7 @@ fn point(setting: &SettingSummary, axes: &[String]) -> SweepPoint {
 fn facts(sweep: &PlannedSweep) -> Result<Vec<(String, String)>, ExperimentError> {
     let plan = &sweep.plan;
     let (mut processor_s, mut track_s, mut cells) = (0.0, 0.0, 0_usize);
-    Results::of(sweep).for_each(&sweep.cells()?, |_, record| {
+    SweepResults::new(sweep).for_each(&sweep.cells()?, |_, record| {
         if let Some(record) = record {
             cells += 1;
             processor_s += record.env.processor_s;
@@ -132,7 +132,7 @@ fn facts(sweep: &PlannedSweep) -> Result<Vec<(String, String)>, ExperimentError>
 /// # Errors
 /// [`ExperimentError`] where the plan cannot be read.
 pub fn ask(sweep: &PlannedSweep) -> Result<Value, ExperimentError> {
-    let summary = SweepSummary::of(sweep)?;
+    let summary = SweepSummary::new(sweep)?;
     let axes = sweep.definition()?.axes().map_err(crate::scenario::ScenarioError::from)?;
     let axes: Map<String, Value> = axes.into_iter().map(|(key, axis)| (key, range(&axis))).collect();
     let tried = |setting: &SettingSummary| {

@@ -3,7 +3,7 @@
 //! | file | what it is |
 //! |---|---|
 //! | `plan.json` | [`PlanRecord`]: number of cells, seeds, digests; written last |
-//! | `cells.jsonl` | one line a cell, in the order of their indices: [`Cell`] |
+//! | `cells.jsonl` | one line a cell, in the order of their indices: [`SweepCell`] |
 //! | `scenario.toml`, `sweep.toml` | base scenario and sweep as they were when it was planned |
 //! | `results/XX/ID.json` | one file a finished cell; `XX` are the first two digits of its id |
 //! | `sets/ID/` | benchmark sets, each rendered once |
@@ -19,7 +19,7 @@ use super::identity::{Identities, InputFile, short};
 use super::settings::{Setting, settings, with_method};
 use crate::evaluation::{METRICS, find_metric};
 use crate::experiment::error::{output, read_file};
-use crate::experiment::place::{Place, parent_of, sync_parent, write_synced};
+use crate::experiment::place::{LockedPlace, parent_of, sync_parent, write_synced};
 use crate::experiment::{ExperimentError, to_json, unfinished};
 use crate::input::{excerpt, hex_sha256, limits};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, Sweep, SweepFile, did_you_mean, json_tree};
@@ -38,7 +38,7 @@ const LARGEST_LIST: u64 = 4 << 30;
 
 /// One cell: a setting and a seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
+pub struct SweepCell {
     /// Its place in the plan, from 0.
     pub index: usize,
     /// What it is known by: a hash of all that its result depends on.
@@ -117,7 +117,7 @@ pub struct BaseRecord {
 pub struct Draft {
     record: PlanRecord,
     /// The cells.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<SweepCell>,
     base: String,
     definition: Sweep,
     template: ScenarioTemplate,
@@ -159,7 +159,7 @@ impl Draft {
         let template = ScenarioTemplate::new(base)?;
         let identities = Identities::new(mocap_directory);
         let mut made =
-            settings(file, &template, |setting, scenario| Ok((identities.of(scenario)?, weight(scenario), setting)))?;
+            settings(file, &template, |setting, scenario| Ok((identities.identify(scenario)?, weight(scenario), setting)))?;
         group_by_set(&mut made, |(identity, ..)| &identity.set);
         let scenario = &template.file().scenario;
         let first = u64::from(sweep.seed.unwrap_or(scenario.seed));
@@ -170,10 +170,10 @@ impl Draft {
                 format!("expected at most {MOST_CELLS} cells, found {} settings x {} seeds", made.len(), seeds.len());
             return Err(ScenarioError::from(file.complaint("seeds", message)).into());
         }
-        let mut cells: Vec<Cell> = Vec::with_capacity(count);
+        let mut cells: Vec<SweepCell> = Vec::with_capacity(count);
         for (number, (identity, weight, setting)) in made.iter().enumerate() {
             let Setting { axes, set, method } = setting;
-            cells.extend(seeds.iter().map(|seed| Cell {
+            cells.extend(seeds.iter().map(|seed| SweepCell {
                 index: 0,
                 cell: identity.cell(*seed),
                 setting: number,
@@ -232,7 +232,7 @@ impl Draft {
     ///
     /// # Errors
     /// None that planning has not met.
-    pub fn scenario(&self, cell: &Cell) -> Result<ScenarioFile, ExperimentError> {
+    pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
         scenario(&self.template, cell)
     }
 
@@ -246,7 +246,7 @@ impl Draft {
         let text = lines(&self.cells)?;
         let mut record = PlanRecord { cells_sha256: hex_sha256(&text), ..self.record.clone() };
         record.digest = digest(&record)?;
-        let place = Place::take(root)?;
+        let place = LockedPlace::take(root)?;
         if let Some(there) = there(root)? {
             if there == record
                 && fs::read(root.join(CELLS_FILE)).is_ok_and(|cells| hex_sha256(&cells) == record.cells_sha256)
@@ -328,7 +328,7 @@ impl PlannedSweep {
     ///
     /// # Errors
     /// [`ExperimentError::Malformed`] for a list that is not the one that was frozen.
-    pub fn cells(&self) -> Result<Vec<Cell>, ExperimentError> {
+    pub fn cells(&self) -> Result<Vec<SweepCell>, ExperimentError> {
         let path = self.root.join(CELLS_FILE);
         let bytes = read_file(&path, LARGEST_LIST)?;
         if hex_sha256(&bytes) != self.plan.cells_sha256 {
@@ -337,7 +337,7 @@ impl PlannedSweep {
         let lines: Vec<&[u8]> = bytes.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).collect();
         let blocks: Vec<&[&[u8]]> = lines.chunks(1000).collect();
         let parsed = crate::parallel::map(blocks.len(), |block| {
-            blocks[block].iter().map(|line| serde_json::from_slice(line)).collect::<Result<Vec<Cell>, _>>()
+            blocks[block].iter().map(|line| serde_json::from_slice(line)).collect::<Result<Vec<SweepCell>, _>>()
         });
         let mut cells = Vec::with_capacity(lines.len());
         for block in parsed {
@@ -350,7 +350,7 @@ impl PlannedSweep {
     ///
     /// # Errors
     /// [`ExperimentError`] where an override is refused.
-    pub fn scenario(&self, cell: &Cell) -> Result<ScenarioFile, ExperimentError> {
+    pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
         scenario(&self.template, cell)
     }
 
@@ -408,7 +408,7 @@ impl PlannedSweep {
     }
 }
 
-fn scenario(template: &ScenarioTemplate, cell: &Cell) -> Result<ScenarioFile, ExperimentError> {
+fn scenario(template: &ScenarioTemplate, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
     let mut file = template.with(&cell.overrides)?;
     if let Some(method) = &cell.method {
         file = with_method(file, method);
@@ -448,7 +448,7 @@ fn check_objective(file: &SweepFile) -> Result<(), ExperimentError> {
 }
 
 /// Two settings that are the same are a mistake: their cells would have one result.
-fn refuse_twins(file: &SweepFile, cells: &[Cell]) -> Result<(), ExperimentError> {
+fn refuse_twins(file: &SweepFile, cells: &[SweepCell]) -> Result<(), ExperimentError> {
     let mut ids: Vec<(&str, usize)> = cells.iter().enumerate().map(|(at, cell)| (cell.cell.as_str(), at)).collect();
     ids.sort_unstable();
     let Some(twins) = ids.windows(2).find(|pair| pair[0].0 == pair[1].0) else { return Ok(()) };
@@ -481,8 +481,8 @@ fn weight(file: &ScenarioFile) -> u64 {
     evaluations.max(1) * file.scenario.rig.count() as u64
 }
 
-fn lines(cells: &[Cell]) -> Result<Vec<u8>, ExperimentError> {
-    let blocks: Vec<&[Cell]> = cells.chunks(1000).collect();
+fn lines(cells: &[SweepCell]) -> Result<Vec<u8>, ExperimentError> {
+    let blocks: Vec<&[SweepCell]> = cells.chunks(1000).collect();
     let written = crate::parallel::map(blocks.len(), |block| {
         let mut text = Vec::new();
         for cell in blocks[block] {

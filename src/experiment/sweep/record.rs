@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::identity::{DIGITS, short};
-use super::plan::{Cell, PlannedSweep, put};
+use super::plan::{SweepCell, PlannedSweep, put};
 use crate::experiment::error::output;
 use crate::experiment::{ExperimentError, to_json};
 use crate::input::{self, limits};
@@ -99,7 +99,7 @@ pub struct Environment {
 
 impl CellRecord {
     /// An empty result of a cell.
-    pub(super) fn new(cell: &Cell, status: Status) -> Self {
+    pub(super) fn new(cell: &SweepCell, status: Status) -> Self {
         Self {
             schema: SCHEMA.to_owned(),
             cell: cell.cell.clone(),
@@ -139,11 +139,11 @@ impl CellRecord {
 
 /// The results of a sweep, as files.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Results<'a> {
+pub(super) struct SweepResults<'a> {
     root: &'a Path,
 }
 
-impl<'a> Results<'a> {
+impl<'a> SweepResults<'a> {
     pub(super) fn of(sweep: &'a PlannedSweep) -> Self {
         Self { root: &sweep.root }
     }
@@ -186,8 +186,8 @@ impl<'a> Results<'a> {
     }
 
     /// What became of every cell.
-    pub(super) fn statuses(&self, cells: &[Cell]) -> Vec<Option<Status>> {
-        let blocks: Vec<&[Cell]> = cells.chunks(BLOCK).collect();
+    pub(super) fn statuses(&self, cells: &[SweepCell]) -> Vec<Option<Status>> {
+        let blocks: Vec<&[SweepCell]> = cells.chunks(BLOCK).collect();
         let of_block = |block: usize| blocks[block].iter().map(|cell| self.status(&cell.cell)).collect::<Vec<_>>();
         parallel::map(blocks.len(), of_block).concat()
     }
@@ -198,8 +198,8 @@ impl<'a> Results<'a> {
     /// Those of `each`.
     pub(super) fn for_each(
         &self,
-        cells: &[Cell],
-        mut each: impl FnMut(&Cell, Option<CellRecord>) -> Result<(), ExperimentError>,
+        cells: &[SweepCell],
+        mut each: impl FnMut(&SweepCell, Option<CellRecord>) -> Result<(), ExperimentError>,
     ) -> Result<(), ExperimentError> {
         for block in cells.chunks(BLOCK) {
             let records = parallel::map(block.len(), |at| self.get(&block[at].cell));

@@ -6,12 +6,12 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::cell::{CellOptions, run_shared};
-use super::plan::{Cell, PlannedSweep};
-use super::record::{CellRecord, Results, Status};
+use super::plan::{SweepCell, PlannedSweep};
+use super::record::{CellRecord, SweepResults, Status};
 use super::shared::Shared;
 use crate::evaluation::find_metric;
 use crate::experiment::ExperimentError;
-use crate::experiment::place::Place;
+use crate::experiment::place::LockedPlace;
 use crate::experiment::watch::{Stage, Watch};
 
 /// Observes a sweep, from any thread.
@@ -20,7 +20,7 @@ pub trait SweepWatch: Sync {
     fn begin(&self, cells: usize, done: usize);
 
     /// One more cell is done.
-    fn advance(&self, standing: &Standing);
+    fn advance(&self, standing: &RunProgress);
 
     /// Something that a user should know now.
     fn note(&self, note: &str);
@@ -31,7 +31,7 @@ pub trait SweepWatch: Sync {
 
 /// How a sweep stands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
+pub struct RunProgress {
     /// Cells that have results.
     pub done: usize,
     /// All cells.
@@ -81,7 +81,7 @@ pub struct RunOptions {
 /// [`ExperimentError::Busy`] while another process runs the sweep; otherwise as [`super::run_cell`].
 pub fn run_sweep(sweep: &PlannedSweep, options: RunOptions, watch: &dyn SweepWatch) -> Result<Ran, ExperimentError> {
     // held while it runs: a second process would do the same cells
-    let _place = Place::take(&sweep.root.join("run"))?;
+    let _place = LockedPlace::take(&sweep.root.join("run"))?;
     let cells = sweep.cells()?;
     run_some(sweep, &cells, options, watch)
 }
@@ -92,14 +92,14 @@ pub fn run_sweep(sweep: &PlannedSweep, options: RunOptions, watch: &dyn SweepWat
 /// As [`super::run_cell`].
 pub fn run_some(
     sweep: &PlannedSweep,
-    cells: &[Cell],
+    cells: &[SweepCell],
     options: RunOptions,
     watch: &dyn SweepWatch,
 ) -> Result<Ran, ExperimentError> {
-    let results = Results::of(sweep);
+    let results = SweepResults::new(sweep);
     results.clear_leftovers();
     let mut course = Course::new(sweep, cells);
-    let mut missing: Vec<&Cell> = Vec::new();
+    let mut missing: Vec<&SweepCell> = Vec::new();
     let mut all = cells.iter();
     results.for_each(cells, |cell, record| {
         let here = all.next();
@@ -141,7 +141,7 @@ pub fn run_some(
 
 struct Workers<'a> {
     sweep: &'a PlannedSweep,
-    cells: &'a [&'a Cell],
+    cells: &'a [&'a SweepCell],
     next: AtomicUsize,
     stop: AtomicBool,
     shared: Shared,
@@ -171,7 +171,7 @@ impl Workers<'_> {
         });
     }
 
-    fn tell(&self, cell: &Cell, record: &CellRecord) {
+    fn tell(&self, cell: &SweepCell, record: &CellRecord) {
         let mut course = self.course.lock().unwrap_or_else(PoisonError::into_inner);
         course.add(cell, record, false);
         if let Some(error) = record.error.as_ref().filter(|_| course.ran.failed.len() <= 3) {
@@ -211,7 +211,7 @@ struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    fn new(sweep: &'a PlannedSweep, cells: &[Cell]) -> Self {
+    fn new(sweep: &'a PlannedSweep, cells: &[SweepCell]) -> Self {
         Self {
             sweep,
             ran: Ran::default(),
@@ -224,7 +224,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    fn add(&mut self, cell: &Cell, record: &CellRecord, cached: bool) {
+    fn add(&mut self, cell: &SweepCell, record: &CellRecord, cached: bool) {
         match cached {
             true => self.ran.cached += 1,
             false => {
@@ -247,7 +247,7 @@ impl<'a> Course<'a> {
     }
 
     /// A setting counts once all its seeds are done.
-    fn weigh(&mut self, cell: &Cell) {
+    fn weigh(&mut self, cell: &SweepCell) {
         let Some((sum, seeds)) = self.sums.get(&cell.setting).copied() else { return };
         if seeds < self.sweep.plan.seeds.len() {
             return;
@@ -260,16 +260,16 @@ impl<'a> Course<'a> {
         }
     }
 
-    fn standing(&self) -> Standing {
+    fn standing(&self) -> RunProgress {
         let done = self.ran.run + self.ran.cached;
         let a_weight = self.begin.elapsed().as_secs_f64() / self.run.max(1.0);
         let best = self.best.clone().map(|(mean, seeds, setting)| Best { setting, mean, seeds });
-        Standing { done, cells: self.cells, left_s: self.left.max(0.0) * a_weight, best }
+        RunProgress { done, cells: self.cells, left_s: self.left.max(0.0) * a_weight, best }
     }
 }
 
 /// Axes and values of a cell: `particles=50 rig.ring.count=2`.
-pub fn in_words(cell: &Cell) -> String {
+pub fn in_words(cell: &SweepCell) -> String {
     let plain =
         |value: &serde_json::Value| value.as_str().map_or_else(|| crate::scenario::as_toml(value), str::to_owned);
     let words: Vec<String> = cell.axes.iter().map(|(key, value)| format!("{key}={}", plain(value))).collect();

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::plan::Cell;
+use super::plan::SweepCell;
 
 /// Part `part` (from 1) of `parts`: a block of neighbouring cells with about the same share of the work. Blocks of one
 /// plan do not overlap and cover it.
-pub fn shard(cells: &[Cell], part: usize, parts: usize) -> Range<usize> {
+pub fn shard(cells: &[SweepCell], part: usize, parts: usize) -> Range<usize> {
     let total: u128 = cells.iter().map(|cell| u128::from(cell.weight.max(1))).sum();
     let end = |part: usize| {
         let wanted = total * part as u128;
@@ -34,8 +34,8 @@ pub fn shard(cells: &[Cell], part: usize, parts: usize) -> Range<usize> {
 mod tests {
     use super::*;
 
-    fn cells(weights: &[u64]) -> Vec<Cell> {
-        let cell = |(index, weight): (usize, &u64)| Cell {
+    fn cells(weights: &[u64]) -> Vec<SweepCell> {
+        let cell = |(index, weight): (usize, &u64)| SweepCell {
             index,
             cell: String::new(),
             setting: index,

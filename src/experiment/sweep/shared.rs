@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use super::plan::{Cell, PlannedSweep};
+use super::plan::{SweepCell, PlannedSweep};
 use crate::benchmark_set::{BenchmarkSet, is_set};
 use crate::experiment::tracking::prepare;
 use crate::experiment::watch::Watch;
@@ -38,7 +38,7 @@ impl Shared {
     pub(super) fn set(
         &self,
         sweep: &PlannedSweep,
-        cell: &Cell,
+        cell: &SweepCell,
         file: &ScenarioFile,
         watch: &dyn Watch,
     ) -> Result<Arc<SharedSet>, ExperimentError> {
@@ -73,7 +73,7 @@ impl SharedSet {
 
 fn on_disk(
     sweep: &PlannedSweep,
-    cell: &Cell,
+    cell: &SweepCell,
     file: &ScenarioFile,
     watch: &dyn Watch,
 ) -> Result<BenchmarkSet, ExperimentError> {

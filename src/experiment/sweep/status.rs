@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::index_ranges::to_ranges;
 use super::plan::PlannedSweep;
-use super::record::{Results, Status};
+use super::record::{SweepResults, Status};
 use crate::experiment::ExperimentError;
 
 /// How far a sweep is.
@@ -34,7 +34,7 @@ pub struct SweepStatus {
 /// [`ExperimentError`] where the plan cannot be read.
 pub fn sweep_status(sweep: &PlannedSweep) -> Result<SweepStatus, ExperimentError> {
     let cells = sweep.cells()?;
-    let statuses = Results::of(sweep).statuses(&cells);
+    let statuses = SweepResults::new(sweep).statuses(&cells);
     let indices = |wanted: Option<Status>| {
         let found = statuses.iter().enumerate().filter(|(_, status)| **status == wanted);
         found.map(|(index, _)| index).collect::<Vec<usize>>()

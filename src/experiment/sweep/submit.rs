@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::estimate::core_seconds;
 use super::index_ranges::to_ranges;
-use super::plan::{Cell, PlannedSweep, put};
-use super::record::Results;
+use super::plan::{SweepCell, PlannedSweep, put};
+use super::record::SweepResults;
 use super::script::{Engine, Job, closer, quoted, task};
 use super::shard::shard;
 use crate::experiment::error::output;
-use crate::experiment::place::Place;
+use crate::experiment::place::LockedPlace;
 use crate::experiment::{ExperimentError, to_json};
 use crate::input::plain;
 
@@ -75,8 +75,8 @@ struct Submitted {
 /// jobs of this sweep are still queued.
 pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submission, ExperimentError> {
     let cells = sweep.cells()?;
-    let statuses = Results::of(sweep).statuses(&cells);
-    let missing: Vec<Cell> =
+    let statuses = SweepResults::new(sweep).statuses(&cells);
+    let missing: Vec<SweepCell> =
         cells.iter().zip(&statuses).filter(|(_, status)| status.is_none()).map(|(cell, _)| cell.clone()).collect();
     let shards = match options.shards {
         Some(shards) => shards,
@@ -113,7 +113,7 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
         return Ok(submission);
     }
     // held while it submits
-    let _place = Place::take(&sweep.root.join(SCRIPTS))?;
+    let _place = LockedPlace::take(&sweep.root.join(SCRIPTS))?;
     if options.round == 0 {
         refuse_queued(sweep)?;
     }
@@ -147,7 +147,7 @@ pub fn submit(sweep: &PlannedSweep, options: &SubmitOptions) -> Result<Submissio
 }
 
 /// So many that each takes about the wanted time.
-fn shards_of(sweep: &PlannedSweep, missing: &[Cell], minutes: u32) -> Result<usize, ExperimentError> {
+fn shards_of(sweep: &PlannedSweep, missing: &[SweepCell], minutes: u32) -> Result<usize, ExperimentError> {
     if missing.is_empty() {
         return Ok(1);
     }

@@ -4,8 +4,8 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::cell::REPORTS;
-use super::plan::{Cell, PlannedSweep};
-use super::record::{CellRecord, Results, Status};
+use super::plan::{SweepCell, PlannedSweep};
+use super::record::{CellRecord, SweepResults, Status};
 use super::run::in_words;
 use crate::evaluation::{Interval, Metric, ValueRange, find_metric, mean, mean_interval};
 use crate::experiment::ExperimentError;
@@ -96,8 +96,8 @@ impl SweepSummary {
         };
         let reports = sweep.root.join(REPORTS);
         let has_reports = reports.is_dir();
-        let mut begun: Vec<(Cell, Option<CellRecord>)> = Vec::new();
-        Results::of(sweep).for_each(&cells, |cell, record| {
+        let mut begun: Vec<(SweepCell, Option<CellRecord>)> = Vec::new();
+        SweepResults::new(sweep).for_each(&cells, |cell, record| {
             summary.missing += usize::from(record.is_none());
             if begun.first().is_some_and(|(first, _)| first.setting != cell.setting) {
                 summary.settings.push(setting(&begun, metric, &plan.objective));
@@ -140,7 +140,7 @@ impl SweepSummary {
     }
 }
 
-fn setting(cells: &[(Cell, Option<CellRecord>)], metric: Option<&Metric>, objective: &str) -> SettingSummary {
+fn setting(cells: &[(SweepCell, Option<CellRecord>)], metric: Option<&Metric>, objective: &str) -> SettingSummary {
     let records = || cells.iter().filter_map(|(_, record)| record.as_ref());
     let measured = || records().filter(|record| record.status != Status::Failed);
     let values: Vec<Option<f64>> = cells

@@ -112,7 +112,7 @@ impl Workspace {
 }
 
 /// A loss term's value, with gradients by its inputs and by the logarithms of its kernel's parameters.
-struct Term<const K: usize> {
+struct LossTerm<const K: usize> {
     value: f64,
     inputs: Mat<f64>,
     logarithms: [f64; K],
@@ -150,7 +150,7 @@ impl<'a> Objective<'a> {
         map.value + dynamics.value + start + self.scale_prior() + theta[kernels..].iter().sum::<f64>()
     }
 
-    fn terms(&mut self, parameters: &Parameters) -> Option<(Term<2>, Term<4>, Mat<f64>)> {
+    fn terms(&mut self, parameters: &Parameters) -> Option<(LossTerm<2>, LossTerm<4>, Mat<f64>)> {
         let latents = parameters.latents.as_ref();
         let map = map_term(&parameters.latents, &parameters.map, self.scaled.as_ref(), &mut self.map_workspace)?;
         let inputs = self.layout.inputs(latents, &self.predicted);
@@ -190,12 +190,12 @@ impl<'a> Objective<'a> {
 }
 
 /// `D/2 ln|K_X| + 1/2 tr(K_X^-1 Y Y^T)` for `Y = X W`.
-fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>, room: &mut Workspace) -> Option<Term<2>> {
+fn map_term(z: &Mat<f64>, kernel: &MapKernel, scaled: MatRef<'_, f64>, room: &mut Workspace) -> Option<LossTerm<2>> {
     radial_lower(1.0, kernel.inverse_width, z, &mut room.radial);
     room.covariance.copy_from_triangular_lower(&room.radial);
     let (value, by_precision) = room.gaussian(kernel.noise_precision, scaled, 1.0)?;
     let RadialGradient { inputs, width, .. } = radial_gradient(&room.by_kernel, &room.radial, kernel.inverse_width, z);
-    Some(Term { value, inputs, logarithms: [width, by_precision] })
+    Some(LossTerm { value, inputs, logarithms: [width, by_precision] })
 }
 
 /// `balance (d/2 ln|K_Z| + 1/2 tr(K_Z^-1 V V^T))`, and its gradient by the targets `V`.
@@ -205,7 +205,7 @@ fn dynamics_term(
     targets: MatRef<'_, f64>,
     balance: f64,
     room: &mut Workspace,
-) -> Option<(Term<4>, Mat<f64>)> {
+) -> Option<(LossTerm<4>, Mat<f64>)> {
     radial_lower(kernel.amplitude, kernel.inverse_width, u, &mut room.radial);
     room.covariance.copy_from_triangular_lower(&room.radial);
     add_square(&mut room.covariance, kernel.linear, u.as_ref());
@@ -215,7 +215,7 @@ fn dynamics_term(
     let mut by_radial = radial_gradient(&room.by_kernel, &room.radial, kernel.inverse_width, u);
     by_radial.inputs += Scale(2.0 * kernel.linear) * &hu;
     let logarithms = [by_radial.amplitude, by_radial.width, by_linear, by_precision];
-    Some((Term { value, inputs: by_radial.inputs, logarithms }, Scale(balance) * &room.solution))
+    Some((LossTerm { value, inputs: by_radial.inputs, logarithms }, Scale(balance) * &room.solution))
 }
 
 impl Workspace {

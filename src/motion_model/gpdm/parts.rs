@@ -170,8 +170,8 @@ mod tests {
     #[test]
     fn numbers_that_make_no_model_are_refused_by_name() {
         let parts = model(DynamicsOrder::First).to_parts();
-        type Break<'a> = (&'a str, &'a dyn Fn(&mut GpdmParts));
-        let broken: [Break<'_>; 9] = [
+        type PartsFault<'a> = (&'a str, &'a dyn Fn(&mut GpdmParts));
+        let broken: [PartsFault<'_>; 9] = [
             ("mean", &|p| p.mean[2] = f64::NAN),
             ("mean", &|p| p.mean.clear()),
             ("scales", &|p| p.scales[0] = -1.0),

@@ -6,15 +6,15 @@ use crate::simd::{Dispatched, add_scaled, dispatch, dot, scaled_exponentials, su
 
 /// Writes the values between rows of `a` and rows of `b`: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
 pub(super) fn radial(amplitude: f64, inverse_width: f64, a: &Mat<f64>, b: MatRef<'_, f64>, values: &mut Mat<f64>) {
-    dispatch(Columns { amplitude, inverse_width, a, b, lower: false, values });
+    dispatch(RadialKernel { amplitude, inverse_width, a, b, lower: false, values });
 }
 
 /// Writes the lower triangle of the values between the rows of `x`.
 pub(super) fn radial_lower(amplitude: f64, inverse_width: f64, x: &Mat<f64>, values: &mut Mat<f64>) {
-    dispatch(Columns { amplitude, inverse_width, a: x, b: x.as_ref(), lower: true, values });
+    dispatch(RadialKernel { amplitude, inverse_width, a: x, b: x.as_ref(), lower: true, values });
 }
 
-struct Columns<'a> {
+struct RadialKernel<'a> {
     amplitude: f64,
     inverse_width: f64,
     a: &'a Mat<f64>,
@@ -24,7 +24,7 @@ struct Columns<'a> {
     values: &'a mut Mat<f64>,
 }
 
-impl Dispatched for Columns<'_> {
+impl Dispatched for RadialKernel<'_> {
     type Output = ();
 
     #[inline(always)]

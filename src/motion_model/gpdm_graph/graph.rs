@@ -44,7 +44,7 @@ impl Default for GraphSettings {
 
 /// One model of the graph.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Segment {
+pub struct GraphSegment {
     /// The training frames that it was learned from; of a model of several motions those of the first, the others
     /// follow whole.
     pub range: SegmentRange,
@@ -56,7 +56,7 @@ pub struct Segment {
     pub rotations: Vec<Vec<UnitQuaternion<f64>>>,
 }
 
-impl Segment {
+impl GraphSegment {
     /// The rows of the motion that a row belongs to: what is next to each other elsewhere does not follow each other.
     pub fn sequence_of(&self, row: usize) -> Range<usize> {
         self.sequences().find(|rows| rows.contains(&row)).unwrap_or(0..self.rotations.len())
@@ -93,7 +93,7 @@ pub struct GpdmGraph {
     /// Frames a second of the training motions.
     pub frames_per_second: f64,
     /// The models, in the order of the training frames.
-    pub segments: Vec<Segment>,
+    pub segments: Vec<GraphSegment>,
     /// Inter-transition candidates.
     pub candidates: Vec<Candidate>,
 }
@@ -151,13 +151,13 @@ pub enum GraphError {
 impl GpdmGraph {
     /// The model and row of a training frame.
     pub(super) fn locate(&self, motion: usize, frame: usize) -> Option<Candidate> {
-        let row_in = |s: &Segment| {
+        let row_in = |s: &GraphSegment| {
             let mut sequences = (s.range.motion..).zip(s.sequences());
             let (_, rows) = sequences.find(|(other, _)| *other == motion)?;
             let first = if s.range.motion == motion { s.range.first } else { 0 };
             frame.checked_sub(first).map(|row| rows.start + row).filter(|row| rows.contains(row))
         };
-        let located = |(segment, s): (usize, &Segment)| Some(Candidate { segment, row: row_in(s)? });
+        let located = |(segment, s): (usize, &GraphSegment)| Some(Candidate { segment, row: row_in(s)? });
         self.segments.iter().enumerate().find_map(located)
     }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::Point3;
 
-use super::graph::{GpdmGraph, GraphError, GraphSettings, Segment};
-use super::segmentation::{Learned, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
+use super::graph::{GpdmGraph, GraphError, GraphSettings, GraphSegment};
+use super::segmentation::{LearnedSegment, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::motion_model::gpdm::Round;
 use crate::motion_model::pose_chart::PoseChart;
@@ -53,7 +53,7 @@ impl<'a> GraphLearner<'a> {
     ///
     /// # Errors
     /// [`GraphError::OtherSegments`] where `finished` are not the first segments of these motions.
-    pub fn resume(mut self, finished: Vec<Segment>) -> Result<Self, GraphError> {
+    pub fn resume(mut self, finished: Vec<GraphSegment>) -> Result<Self, GraphError> {
         for segment in finished {
             let SegmentRange { motion, first, end } = segment.range;
             let own = self.training.get(motion).and_then(|t| t.rotations.get(first..end));
@@ -83,7 +83,7 @@ impl<'a> GraphLearner<'a> {
     pub fn grow(
         &mut self,
         keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-    ) -> Result<Option<&Segment>, GraphError> {
+    ) -> Result<Option<&GraphSegment>, GraphError> {
         let Some((index, first)) = self.next_frame() else { return Ok(None) };
         if self.settings.joint {
             return self.grow_jointly(keep_on).map(Some);
@@ -96,18 +96,18 @@ impl<'a> GraphLearner<'a> {
             grow_segment(training, &self.graph.chart, first, self.clip, self.threshold, options, keep_on)
         };
         let range = SegmentRange { motion: index, first, end };
-        let Learned { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
+        let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
         let rotations = training.rotations[range.first..range.end].to_vec();
-        self.graph.segments.push(Segment { range, gpdm, errors, rotations });
+        self.graph.segments.push(GraphSegment { range, gpdm, errors, rotations });
         Ok(self.graph.segments.last())
     }
 
-    fn grow_jointly(&mut self, keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool) -> Result<&Segment, GraphError> {
+    fn grow_jointly(&mut self, keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool) -> Result<&GraphSegment, GraphError> {
         let learned = learn_jointly(&self.training, &self.graph.chart, &self.settings.training, keep_on);
         let range = SegmentRange { motion: 0, first: 0, end: self.motions[0].poses.len() };
-        let Learned { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
+        let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;
         let rotations = self.training.iter().flat_map(|t| t.rotations.iter().cloned()).collect();
-        self.graph.segments.push(Segment { range, gpdm, errors, rotations });
+        self.graph.segments.push(GraphSegment { range, gpdm, errors, rotations });
         Ok(&self.graph.segments[0])
     }
 
@@ -147,7 +147,7 @@ impl GpdmGraph {
         body: &Humanoid,
         motions: &[Motion],
         settings: &GraphSettings,
-        mut progress: impl FnMut(&Segment, usize),
+        mut progress: impl FnMut(&GraphSegment, usize),
     ) -> Result<Self, GraphError> {
         let mut learner = GraphLearner::new(body, motions, settings)?;
         while let Some(segment) = learner.grow(&mut |_, _| true)? {

@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn settings_of_a_kind_ask_for_that_kind() {
         for kind in [ModelKind::Gpdm, ModelKind::GpdmGraph] {
-            assert_eq!(GraphSettings::of_kind(kind).kind(), kind);
+            assert_eq!(GraphSettings::from_kind(kind).kind(), kind);
         }
     }
 }

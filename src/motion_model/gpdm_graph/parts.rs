@@ -31,7 +31,7 @@ impl GpdmGraph {
         }
     }
 
-    fn check_lengths(&self, segment: &super::Segment) -> Result<(), PartsError> {
+    fn check_lengths(&self, segment: &super::GraphSegment) -> Result<(), PartsError> {
         let frames = segment.range.end - segment.range.first;
         let joints = self.chart.groups().len();
         let fits = segment.gpdm.layout().lengths == [frames]
@@ -67,8 +67,8 @@ mod tests {
         settings.training.rounds = 1;
         let graph = GpdmGraph::learn(&body, &[motion], &settings, |_, _| ()).unwrap();
         assert_eq!(graph.clone().checked().unwrap(), graph);
-        type Break<'a> = (&'a str, &'a dyn Fn(&mut GpdmGraph));
-        let broken: [Break<'_>; 5] = [
+        type GraphFault<'a> = (&'a str, &'a dyn Fn(&mut GpdmGraph));
+        let broken: [GraphFault<'_>; 5] = [
             ("frames a second", &|g| g.frames_per_second = f64::NAN),
             ("segments", &|g| g.segments[0].range.first = 1),
             ("segments", &|g| g.segments[0].errors.truncate(9)),

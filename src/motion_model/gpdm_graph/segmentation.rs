@@ -26,7 +26,7 @@ pub(super) struct TrainingMotion {
 
 /// A model of one segment and how far its simulation strays from the recording, per frame (`[GPDM graph]` Eq. 9,
 /// rad^2).
-pub(super) struct Learned {
+pub(super) struct LearnedSegment {
     pub(super) range: SegmentRange,
     pub(super) gpdm: Gpdm,
     pub(super) errors: Vec<f64>,
@@ -45,7 +45,7 @@ pub(super) fn grow_segment(
     threshold: f64,
     options: &TrainingOptions,
     keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-) -> Result<Learned, GpdmError> {
+) -> Result<LearnedSegment, GpdmError> {
     let frames = motion.observations.nrows();
     // a remainder shorter than a clip could not stand alone
     let end_after = |end: usize| if frames - end < clip { frames } else { end };
@@ -68,13 +68,13 @@ pub(super) fn learn(
     end: usize,
     options: &TrainingOptions,
     keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-) -> Result<Learned, GpdmError> {
+) -> Result<LearnedSegment, GpdmError> {
     let range = SegmentRange { motion: motion.index, first, end };
     let rows = motion.observations.as_ref().subrows(first, end - first);
     let gpdm = train_watched(rows, &[end - first], options, &mut |round| keep_on(range, round))?;
     let simulated = gpdm.simulate(0).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
     let errors = reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations[first..end]);
-    Ok(Learned { range, gpdm, errors })
+    Ok(LearnedSegment { range, gpdm, errors })
 }
 
 /// One model of all frames of all motions, of which none leads into the next.
@@ -83,7 +83,7 @@ pub(super) fn learn_jointly(
     chart: &PoseChart,
     options: &TrainingOptions,
     keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
-) -> Result<Learned, GpdmError> {
+) -> Result<LearnedSegment, GpdmError> {
     let lengths: Vec<usize> = motions.iter().map(|motion| motion.observations.nrows()).collect();
     let range = SegmentRange { motion: 0, first: 0, end: lengths.first().copied().unwrap_or(0) };
     let mut rows = Mat::zeros(lengths.iter().sum(), chart.dimensions());
@@ -98,7 +98,7 @@ pub(super) fn learn_jointly(
         reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations)
     };
     let errors = motions.iter().enumerate().flat_map(errors_of).collect();
-    Ok(Learned { range, gpdm, errors })
+    Ok(LearnedSegment { range, gpdm, errors })
 }
 
 /// `[GPDM graph]` Eq. 9 and 10: distance between the recording and the poses of latents, frame by frame.

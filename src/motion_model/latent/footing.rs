@@ -14,7 +14,7 @@ const GROUPS: usize = 10;
 /// A foot is where the middle of its sole's solid is: of the foot's solids the one that is lowest while the body stands
 /// at its zero pose. Where a foot is one with its shank, as in bodies without ankles, heel and toe swing about that
 /// middle with the shank, and it slides two to six times less than the lowest point does (measured on the takes of
-/// `results/s1-notes.md`).
+/// `results/monocular-notes.md`).
 #[derive(Clone, Debug)]
 pub(super) struct Footing {
     feet: [LinkPoint; 2],

@@ -12,8 +12,8 @@ use super::super::pose_chart::{PlanarRoot, PlanarStep};
 use super::super::{MotionModel, MotionModelError};
 use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
-use super::residual::{Residual, Unseen, offset_by};
-use super::root::{Place, RootDynamics, Stand};
+use super::residual::{PoseResidual, Unseen, offset_by};
+use super::root::{RootPlace, RootDynamics, Stand};
 use super::settings::{LatentSettings, RootMotion};
 use super::transition::{Jumps, PoseRate, jump, training_means};
 use crate::body::{Humanoid, Pose};
@@ -40,7 +40,7 @@ pub struct LatentModel {
     /// Per segment: spread of the latents per coordinate.
     spreads: Vec<f64>,
     roots: RootDynamics,
-    residual: Residual,
+    residual: PoseResidual,
     /// The true root of every frame, where it is given away on purpose (to tell articulated from global error).
     given_roots: Option<Arc<Vec<Isometry3<f64>>>>,
     deviations: Vec<f64>,
@@ -59,7 +59,7 @@ pub struct LatentParticle {
     mean: Vec<f64>,
     /// What the particle's observation vector has beside that mean.
     offset: Vec<f64>,
-    place: Place,
+    place: RootPlace,
     frame: usize,
     /// The pose at the map's mean, and how fast that moves.
     moving: PoseRate,
@@ -107,7 +107,7 @@ impl LatentModel {
             RootMotion::Planted => Footing::learn(&body, &graph),
         };
         let unseen = Unseen::measure(&body, &graph, footing.as_ref());
-        let residual = Residual::new(&unseen, settings.residual_scale, settings.residual_s, graph.frames_per_second);
+        let residual = PoseResidual::new(&unseen, settings.residual_scale, settings.residual_s, graph.frames_per_second);
         let roots = RootDynamics::learn(footing, &graph, &unseen, &settings);
         let dimensions = graph.segments.first().map_or(0, |s| s.gpdm.latents().ncols());
         let spread = spreads.iter().sum::<f64>() / spreads.len().max(1) as f64;
@@ -357,7 +357,7 @@ impl MotionModel for LatentModel {
         let (root, pose) = self.roots.nudged(&state.pose, &state.place.root, &self.stand(&mean, &offset), &step);
         let pose = self.with_given_root(pose, state.frame);
         let moving = PoseRate { rotations, velocities: state.moving.velocities.clone() };
-        let place = Place { root, ..state.place.clone() };
+        let place = RootPlace { root, ..state.place.clone() };
         LatentParticle { latent, mean, offset, place, pose, moving, ..state.clone() }
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::gpdm_graph::{GpdmGraph, Segment};
+use super::super::gpdm_graph::{GpdmGraph, GraphSegment};
 use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart, ROOT_DIMENSIONS};
 use super::footing::Footing;
 use crate::body::Humanoid;
@@ -31,14 +31,14 @@ const SHRINKAGE: f64 = 0.1;
 /// Ornstein-Uhlenbeck process sampled once a frame, `e` standard normal) has the covariance `L L^T` of these
 /// differences: hips and knees that differ together keep the feet below the body.
 #[derive(Clone, Debug)]
-pub(super) struct Residual {
+pub(super) struct PoseResidual {
     /// `L`, lower triangular, a row a number of the pose (D - 3); empty where particles keep to the manifold.
     factor: Vec<Vec<f64>>,
     /// `a`.
     keep: f64,
 }
 
-impl Residual {
+impl PoseResidual {
     /// With the covariance of motion that was not seen, its deviations scaled by `scale`; `correlation_s` is the time
     /// after which an offset is 1/e as great.
     pub(super) fn new(unseen: &Unseen, scale: f64, correlation_s: f64, frames_per_second: f64) -> Self {
@@ -98,7 +98,7 @@ impl Unseen {
     /// the lower foot.
     pub(super) fn measure(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) -> Self {
         let height = graph.chart.dimensions().saturating_sub(VELOCITIES + 1);
-        let of_row = |s: &Segment, row: usize| {
+        let of_row = |s: &GraphSegment, row: usize| {
             let mut observation = s.gpdm.observation(row);
             if let Some(footing) = footing {
                 let pose = graph.chart.place(&observation, &PlanarRoot { x: 0.0, y: 0.0, yaw: 0.0 });
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn an_offset_forgets_and_keeps_its_planted_deviation() {
-        let residual = Residual { factor: vec![vec![0.2], vec![0.0, 0.05]], keep: libm::exp(-1.0 / 15.0) };
+        let residual = PoseResidual { factor: vec![vec![0.2], vec![0.0, 0.05]], keep: libm::exp(-1.0 / 15.0) };
         let mut rng = stream(1, Purpose::MotionModel, 0, 0, 0);
         let (mut offset, mut squares) = (vec![3.0, 0.0], [0.0; 2]);
         for frame in 0..20_300 {
@@ -163,10 +163,10 @@ mod tests {
 
     #[test]
     fn an_offset_leads_from_a_mean_to_an_observation_and_leaves_velocities_alone() {
-        let residual = Residual { factor: vec![vec![0.1], vec![0.0, 0.1]], keep: 0.9 };
+        let residual = PoseResidual { factor: vec![vec![0.1], vec![0.0, 0.1]], keep: 0.9 };
         let offset = residual.between(&[1.0, 2.0, 5.0, 5.0, 5.0], &[1.5, 1.0, 9.0, 9.0, 9.0]);
         assert_eq!(offset_by(vec![1.0, 2.0, 5.0, 5.0, 5.0], &offset), [1.5, 1.0, 5.0, 5.0, 5.0]);
-        let none = Residual { factor: Vec::new(), keep: 0.9 };
+        let none = PoseResidual { factor: Vec::new(), keep: 0.9 };
         assert!(none.between(&[1.0], &[2.0]).is_empty());
     }
 }

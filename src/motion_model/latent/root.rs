@@ -40,7 +40,7 @@ pub(super) struct RootDynamics {
 
 /// Where a particle's body stands.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct RootPlace {
     pub(super) root: PlanarRoot,
     /// Where its feet stood before the frame's own noise; `None` where feet tell nothing.
     pub(super) footholds: Option<Feet>,
@@ -128,12 +128,12 @@ impl RootDynamics {
     }
 
     /// A pose at `root` whose footholds are where its feet are.
-    pub(super) fn place(&self, body: &Humanoid, root: PlanarRoot, pose: &Pose) -> Place {
-        Place { root, footholds: self.footing.as_ref().map(|footing| footing.feet(body, pose)) }
+    pub(super) fn place(&self, body: &Humanoid, root: PlanarRoot, pose: &Pose) -> RootPlace {
+        RootPlace { root, footholds: self.footing.as_ref().map(|footing| footing.feet(body, pose)) }
     }
 
     /// Place and pose one frame after `before`, which stood at `place`.
-    pub(super) fn next(&self, before: &Pose, place: &Place, at: &Stand<'_>, rng: &mut ChaCha8Rng) -> (Place, Pose) {
+    pub(super) fn next(&self, before: &Pose, place: &RootPlace, at: &Stand<'_>, rng: &mut ChaCha8Rng) -> (RootPlace, Pose) {
         let step = at.chart.planar_step(at.mean);
         let drawn = [0, 1, 2].map(|_| self.scale * normal(rng));
         match (&self.footing, &place.footholds) {
@@ -141,7 +141,7 @@ impl RootDynamics {
                 let footholds = footing.updated(footholds, &footing.feet(at.body, before));
                 let root = place.root.after(&step);
                 let (root, pose) = self.held(footing, &footholds, root, self.stand(at, &root), at.body, drawn);
-                (Place { root, footholds: Some(footholds) }, pose)
+                (RootPlace { root, footholds: Some(footholds) }, pose)
             }
             _ => {
                 let root = place.root.after(&PlanarStep {
@@ -149,7 +149,7 @@ impl RootDynamics {
                     left: step.left + self.noise.left * drawn[1],
                     turn: step.turn + self.noise.turn * drawn[2],
                 });
-                (Place { root, footholds: None }, self.stand(at, &root))
+                (RootPlace { root, footholds: None }, self.stand(at, &root))
             }
         }
     }

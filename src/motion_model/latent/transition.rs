@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::super::gpdm_graph::{Candidate, GpdmGraph, Segment};
+use super::super::gpdm_graph::{Candidate, GpdmGraph, GraphSegment};
 use super::super::pose_chart::distance;
 use super::initialisation::literal_shares;
 use super::settings::{InterTransition, JUMP_THRESHOLD, JumpRule, LatentSettings, VELOCITY_WEIGHT};
@@ -107,7 +107,7 @@ impl Jumps {
 }
 
 /// The frames of one model's means.
-fn frames_of(graph: &GpdmGraph, segment: &Segment, means: &Mat<f64>) -> Vec<PoseRate> {
+fn frames_of(graph: &GpdmGraph, segment: &GraphSegment, means: &Mat<f64>) -> Vec<PoseRate> {
     let rotations = |row: usize| graph.chart.rotations_of(&means.row(row).iter().copied().collect::<Vec<_>>());
     let rotations: Vec<_> = (0..means.nrows()).map(rotations).collect();
     let moving = |row: usize| {

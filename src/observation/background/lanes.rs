@@ -6,7 +6,7 @@ use crate::raster::Mask;
 pub(super) const LANES: usize = 8;
 
 /// A value for every pixel of a group.
-pub(super) type Lane = [f32; LANES];
+pub(super) type PixelLane = [f32; LANES];
 
 /// Groups that a row of `width` pixels takes; the last is filled up with pixels that are not there.
 pub(super) fn groups_per_row(width: u32) -> usize {
@@ -15,7 +15,7 @@ pub(super) fn groups_per_row(width: u32) -> usize {
 
 /// The values of group `group` of a row; 0 beyond its end.
 #[inline(always)]
-pub(super) fn lane_of(row: &[u8], group: usize) -> Lane {
+pub(super) fn lane_of(row: &[u8], group: usize) -> PixelLane {
     match row.get(group * LANES..(group + 1) * LANES) {
         Some(values) => std::array::from_fn(|i| f32::from(values[i])),
         None => std::array::from_fn(|i| row.get(group * LANES + i).map_or(0.0, |value| f32::from(*value))),

@@ -7,7 +7,7 @@
 //! least 1 grey value squared: that is the rounding of the image, and less makes saturated pixels flicker.
 
 use super::BackgroundError;
-use super::lanes::{LANES, Lane, groups_per_row, lane_of, put};
+use super::lanes::{LANES, PixelLane, groups_per_row, lane_of, put};
 use crate::observation::Image;
 use crate::raster::Mask;
 use crate::simd::{Dispatched, dispatch};
@@ -34,7 +34,7 @@ pub struct BackgroundMixture {
     components: usize,
     /// `[component][group]`: means of every channel, then `1 / (2 variance)` of every channel, then the logarithm of
     /// the weighted density at the mean; each for eight pixels.
-    blocks: Vec<Vec<Lane>>,
+    blocks: Vec<Vec<PixelLane>>,
     /// Logarithm of the density below which a pixel is foreground.
     threshold: f32,
 }
@@ -97,7 +97,7 @@ impl BackgroundMixture {
 }
 
 /// Means, precisions and weights of one period, group by group.
-fn component(period: &[Image], (width, height, channels): (u32, u32, usize), components: usize) -> Vec<Lane> {
+fn component(period: &[Image], (width, height, channels): (u32, u32, usize), components: usize) -> Vec<PixelLane> {
     let (columns, groups) = (width as usize, groups_per_row(width));
     let mut blocks = vec![[0.0; LANES]; groups * height as usize * (2 * channels + 1)];
     let weight = -(components as f64).ln();
@@ -148,7 +148,7 @@ impl<const CHANNELS: usize> Dispatched for Classify<'_, CHANNELS> {
         for y in 0..image.height() as usize {
             let rows: [&[u8]; CHANNELS] = std::array::from_fn(|c| &image.planes()[c][y * width..(y + 1) * width]);
             for group in 0..groups {
-                let pixels: [Lane; CHANNELS] = std::array::from_fn(|c| lane_of(rows[c], group));
+                let pixels: [PixelLane; CHANNELS] = std::array::from_fn(|c| lane_of(rows[c], group));
                 let first = (y * groups + group) * (2 * CHANNELS + 1);
                 let score = log_density(&model.blocks[likely][first..first + 2 * CHANNELS + 1], &pixels);
                 if score.iter().all(|s| *s >= model.threshold) {
@@ -164,7 +164,7 @@ impl<const CHANNELS: usize> Dispatched for Classify<'_, CHANNELS> {
 
 /// Logarithm of the weighted density of one component at eight pixels.
 #[inline(always)]
-fn log_density<const CHANNELS: usize>(block: &[Lane], pixels: &[Lane; CHANNELS]) -> Lane {
+fn log_density<const CHANNELS: usize>(block: &[PixelLane], pixels: &[PixelLane; CHANNELS]) -> PixelLane {
     let mut score = block[2 * CHANNELS];
     for channel in 0..CHANNELS {
         let (mean, precision, pixel) = (&block[channel], &block[CHANNELS + channel], &pixels[channel]);
@@ -181,8 +181,8 @@ fn log_density<const CHANNELS: usize>(block: &[Lane], pixels: &[Lane; CHANNELS])
 fn decide<const CHANNELS: usize>(
     model: &BackgroundMixture,
     first: usize,
-    pixels: &[Lane; CHANNELS],
-    known: Lane,
+    pixels: &[PixelLane; CHANNELS],
+    known: PixelLane,
     likely: usize,
 ) -> (u8, usize) {
     let mut most = known;
@@ -208,7 +208,7 @@ fn decide<const CHANNELS: usize>(
 }
 
 #[inline(always)]
-fn count_above(score: &Lane, threshold: f32) -> u32 {
+fn count_above(score: &PixelLane, threshold: f32) -> u32 {
     score.iter().map(|s| u32::from(*s >= threshold)).sum()
 }
 
@@ -216,7 +216,7 @@ fn count_above(score: &Lane, threshold: f32) -> u32 {
 fn sum_is_below<const CHANNELS: usize>(
     model: &BackgroundMixture,
     first: usize,
-    pixels: &[Lane; CHANNELS],
+    pixels: &[PixelLane; CHANNELS],
     lane: usize,
 ) -> bool {
     let scores = model

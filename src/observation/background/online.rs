@@ -11,7 +11,7 @@
 //! be touched.
 
 use super::BackgroundError;
-use super::lanes::{LANES, Lane, groups_per_row, lane_of, put};
+use super::lanes::{LANES, PixelLane, groups_per_row, lane_of, put};
 use crate::observation::Image;
 use crate::raster::Mask;
 use crate::simd::{Dispatched, dispatch};
@@ -51,7 +51,7 @@ pub struct OnlineBackground {
     settings: OnlineSettings,
     /// `[component][group]`: weight, variance, then the mean of every channel; each for eight pixels, the components
     /// of every pixel in the order of weight by deviation.
-    blocks: [Vec<Lane>; COMPONENTS],
+    blocks: [Vec<PixelLane>; COMPONENTS],
     /// Weights are multiples of it.
     factor: f32,
     frames: u64,
@@ -124,7 +124,7 @@ impl<const CHANNELS: usize> Dispatched for Update<'_, CHANNELS> {
         for y in 0..image.height() as usize {
             let rows: [&[u8]; CHANNELS] = std::array::from_fn(|c| &image.planes()[c][y * width..(y + 1) * width]);
             for group in 0..groups {
-                let pixels: [Lane; CHANNELS] = std::array::from_fn(|c| lane_of(rows[c], group));
+                let pixels: [PixelLane; CHANNELS] = std::array::from_fn(|c| lane_of(rows[c], group));
                 let first = (y * groups + group) * (2 + CHANNELS);
                 let block = &mut model.blocks[0][first..first + 2 + CHANNELS];
                 // the first component of all eight pixels is the usual case, and always background
@@ -159,7 +159,7 @@ struct Component<const CHANNELS: usize> {
 impl Learning {
     /// Learns from eight pixels if all match their first component; says whether they do.
     #[inline(always)]
-    fn learn_first<const CHANNELS: usize>(&self, block: &mut [Lane], pixels: &[Lane; CHANNELS]) -> bool {
+    fn learn_first<const CHANNELS: usize>(&self, block: &mut [PixelLane], pixels: &[PixelLane; CHANNELS]) -> bool {
         let mut squares = [0.0; LANES];
         for channel in 0..CHANNELS {
             for lane in 0..LANES {
@@ -196,7 +196,7 @@ impl Learning {
     /// Learns from one pixel; whether it is foreground.
     fn learn_pixel<const CHANNELS: usize>(
         &self,
-        blocks: &mut [Vec<Lane>; COMPONENTS],
+        blocks: &mut [Vec<PixelLane>; COMPONENTS],
         first: usize,
         lane: usize,
         pixel: &[f32; CHANNELS],
@@ -265,11 +265,11 @@ mod tests {
     }
 
     /// Weight, variance, mean.
-    type Entry = (f64, f64, Vec<f64>);
+    type ReferenceComponent = (f64, f64, Vec<f64>);
 
     /// The algorithm as it is written, in f64, weights normalised in every frame.
     struct Plain {
-        pixels: Vec<Vec<Entry>>,
+        pixels: Vec<Vec<ReferenceComponent>>,
         frames: u64,
     }
 
@@ -283,7 +283,7 @@ mod tests {
         fn update(&mut self, image: &Image) -> Vec<bool> {
             self.frames += 1;
             let a = 0.005_f64.max(1.0 / self.frames as f64);
-            let of_pixel = |(index, components): (usize, &mut Vec<Entry>)| {
+            let of_pixel = |(index, components): (usize, &mut Vec<ReferenceComponent>)| {
                 let x: Vec<f64> = image.planes().iter().map(|plane| f64::from(plane[index])).collect();
                 let squares =
                     |mean: &[f64]| x.iter().zip(mean).map(|(x, m)| (x - m).powi(2)).sum::<f64>() / x.len() as f64;

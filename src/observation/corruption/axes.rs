@@ -4,7 +4,7 @@ use super::Corruption;
 
 /// One way to corrupt observations.
 #[derive(Clone, Copy, Debug)]
-pub struct Axis {
+pub struct CorruptionAxis {
     /// Its key in `[observation.corruption]`.
     pub name: &'static str,
     /// Unit of its strength; empty for a share.
@@ -22,8 +22,8 @@ pub struct Axis {
 }
 
 /// Every axis, in the order in which they are applied.
-pub const AXES: [Axis; 15] = [
-    Axis {
+pub const AXES: [CorruptionAxis; 15] = [
+    CorruptionAxis {
         name: "desynchronisation_ms",
         unit: "ms",
         formula: "camera c shows the scene at t + o_c, o_c normal with standard deviation s, constant over the sequence; \
@@ -33,7 +33,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: true,
         strength: |c| c.desynchronisation_ms,
     },
-    Axis {
+    CorruptionAxis {
         name: "dropped_frames",
         unit: "",
         formula: "each frame of each camera but the first is lost with probability s; the camera's last image is shown \
@@ -43,7 +43,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: true,
         strength: |c| c.dropped_frames,
     },
-    Axis {
+    CorruptionAxis {
         name: "missing_limb",
         unit: "",
         formula: "in each half second of each camera, with probability s, one arm or leg (drawn evenly) is not seen from \
@@ -53,7 +53,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: true,
         strength: |c| c.missing_limb,
     },
-    Axis {
+    CorruptionAxis {
         name: "shadow_m",
         unit: "m",
         formula: "pixels of the ground z = 0 in the shadow that the body casts under a sun 45 degrees high, of an azimuth \
@@ -64,7 +64,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: true,
         strength: |c| c.shadow_m,
     },
-    Axis {
+    CorruptionAxis {
         name: "boundary_px",
         unit: "px",
         formula: "a pixel at signed distance d from the outline (positive outside) is set where d < s n; n is a field \
@@ -75,7 +75,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: true,
         strength: |c| c.boundary_px,
     },
-    Axis {
+    CorruptionAxis {
         name: "holes",
         unit: "",
         formula: "discs about evenly drawn pixels of the silhouette are cleared until s of its pixels are; radii even \
@@ -85,7 +85,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: true,
         strength: |c| c.holes,
     },
-    Axis {
+    CorruptionAxis {
         name: "blobs",
         unit: "",
         formula: "discs about evenly drawn pixels of the image are set until as many pixels are added as s times the \
@@ -95,7 +95,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: true,
         strength: |c| c.blobs,
     },
-    Axis {
+    CorruptionAxis {
         name: "salt_and_pepper",
         unit: "",
         formula: "each pixel is flipped with probability s",
@@ -104,7 +104,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: true,
         strength: |c| c.salt_and_pepper,
     },
-    Axis {
+    CorruptionAxis {
         name: "calibration_mm",
         unit: "mm",
         formula: "the tracker is told camera centres that are off by a normal deviate of standard deviation s in each \
@@ -114,7 +114,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: false,
         strength: |c| c.calibration_mm,
     },
-    Axis {
+    CorruptionAxis {
         name: "calibration_deg",
         unit: "deg",
         formula: "the tracker is told orientations turned by a rotation vector in the camera's axes, each coordinate a \
@@ -124,7 +124,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: false,
         strength: |c| c.calibration_deg,
     },
-    Axis {
+    CorruptionAxis {
         name: "calibration_px",
         unit: "px",
         formula: "the tracker is told focal lengths that are off by a normal deviate of standard deviation s, the same \
@@ -134,7 +134,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: false,
         strength: |c| c.calibration_px,
     },
-    Axis {
+    CorruptionAxis {
         name: "lens_ignored",
         unit: "",
         formula: "the tracker is told the lens's coefficients times 1 - s",
@@ -143,7 +143,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: false,
         strength: |c| c.lens_ignored,
     },
-    Axis {
+    CorruptionAxis {
         name: "wrong_body_percent",
         unit: "%",
         formula: "length and girth of every segment of the tracker's body, after its mismatch, times 1 + u, u even \
@@ -153,7 +153,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: false,
         strength: |c| c.wrong_body_percent,
     },
-    Axis {
+    CorruptionAxis {
         name: "start_mm",
         unit: "mm",
         formula: "the root of the start pose is off by a normal deviate of standard deviation s in each coordinate",
@@ -162,7 +162,7 @@ pub const AXES: [Axis; 15] = [
         of_masks: false,
         strength: |c| c.start_mm,
     },
-    Axis {
+    CorruptionAxis {
         name: "start_deg",
         unit: "deg",
         formula: "every joint angle of the start pose is off by a normal deviate of standard deviation s, then clamped \
@@ -174,7 +174,7 @@ pub const AXES: [Axis; 15] = [
     },
 ];
 
-impl Axis {
+impl CorruptionAxis {
     /// The axis of that name.
     pub fn named(name: &str) -> Option<&'static Self> {
         AXES.iter().find(|axis| axis.name == name)

@@ -15,7 +15,7 @@ mod outline;
 mod timing;
 mod told;
 
-pub use axes::{AXES, Axis};
+pub use axes::{AXES, CorruptionAxis};
 pub use observer::CorruptedObserver;
 pub use told::{told_rig, told_start};
 

@@ -9,11 +9,11 @@ use crate::body::Humanoid;
 use crate::rng::{Purpose, normal, stream};
 
 /// Red, green and blue, grey values.
-pub(super) type Colour = [f32; 3];
+pub(super) type Rgb = [f32; 3];
 
 /// Mean colours of the ground and of the walls; clothing is measured against their mean.
-const GROUND: Colour = [138.0, 128.0, 112.0];
-const WALL: Colour = [150.0, 148.0, 140.0];
+const GROUND: Rgb = [138.0, 128.0, 112.0];
+const WALL: Rgb = [150.0, 148.0, 140.0];
 /// Share of the light that comes from everywhere.
 const AMBIENT: f32 = 0.5;
 
@@ -24,7 +24,7 @@ pub(super) fn light(normal: &Vector3<f64>, towards_sun: &Vector3<f64>, sunny: bo
 }
 
 /// The ground at a point: slabs of one metre, grain and stains.
-pub(super) fn ground(x: f32, y: f32) -> Colour {
+pub(super) fn ground(x: f32, y: f32) -> Rgb {
     let joint = |v: f32| (v - v.floor() - 0.5).abs() > 0.492;
     let stain = 14.0 * noise(x, y, 0.0, 0.7, 1) + 9.0 * noise(x, y, 0.0, 0.09, 2) + 5.0 * noise(x, y, 0.0, 0.02, 3);
     let slab = 10.0 * noise(x.floor() * 3.7, y.floor() * 5.3, 0.0, 1.0, 4);
@@ -33,7 +33,7 @@ pub(super) fn ground(x: f32, y: f32) -> Colour {
 }
 
 /// A wall at a point: plaster, and panels of 1.2 metres with dark seams.
-pub(super) fn wall(point: &Point3<f64>, along: f64) -> Colour {
+pub(super) fn wall(point: &Point3<f64>, along: f64) -> Rgb {
     let (along, z) = (along as f32, point.z as f32);
     let seam = (along / 1.2 - (along / 1.2).floor() - 0.5).abs() > 0.49 || (0.0..0.1).contains(&z);
     let plaster = 10.0 * noise(along, z, point.x as f32, 0.9, 5) + 6.0 * noise(along, z, point.y as f32, 0.06, 6);
@@ -43,7 +43,7 @@ pub(super) fn wall(point: &Point3<f64>, along: f64) -> Colour {
 }
 
 /// A prop at a point.
-pub(super) fn prop(index: usize, point: &Point3<f64>) -> Colour {
+pub(super) fn prop(index: usize, point: &Point3<f64>) -> Rgb {
     let [x, y, z] = [point.x, point.y, point.z].map(|c| c as f32);
     let grain = 12.0 * noise(x, y, z, 0.05, 20 + index as u32);
     let shade = 30.0 * noise(index as f32 * 7.3, 0.0, 0.0, 1.0, 8);
@@ -52,14 +52,14 @@ pub(super) fn prop(index: usize, point: &Point3<f64>) -> Colour {
 
 /// The colours of a body's links.
 pub(super) struct Clothing {
-    of_link: Vec<Colour>,
+    of_link: Vec<Rgb>,
 }
 
 impl Clothing {
     /// One colour for links of the same garment, which left and right share: it lies `clothing_contrast` from the mean
     /// of ground and walls in a direction that is drawn.
     pub(super) fn new(body: &Humanoid, settings: &ImageSettings, seed: u64) -> Self {
-        let mut garments: Vec<(String, Colour)> = Vec::new();
+        let mut garments: Vec<(String, Rgb)> = Vec::new();
         let of_link = body.links.iter().map(|link| {
             let garment = garment_of(&link.name);
             if let Some((_, colour)) = garments.iter().find(|(name, _)| *name == garment) {
@@ -81,7 +81,7 @@ impl Clothing {
     }
 
     /// The colour of a point on a link, with the weave of its cloth.
-    pub(super) fn at(&self, link: usize, point_in_link: &Point3<f64>) -> Colour {
+    pub(super) fn at(&self, link: usize, point_in_link: &Point3<f64>) -> Rgb {
         let [x, y, z] = [point_in_link.x, point_in_link.y, point_in_link.z].map(|c| c as f32);
         let folds = 10.0 * noise(x, y, z, 0.08, 40) + 5.0 * noise(x, y, z, 0.015, 41);
         self.of_link[link].map(|c| c + folds)

@@ -24,7 +24,7 @@ use crate::observation::{Image, Observer};
 use crate::parallel;
 use crate::rng::{Purpose, stream};
 use crate::scene::GroundTruth;
-use looks::{Clothing, Colour};
+use looks::{Clothing, Rgb};
 use sensor::{Exposure, Sensor};
 use settings::PERIODS;
 
@@ -179,7 +179,7 @@ impl Backdrop {
 }
 
 /// The brightness of ground or wall where a ray from inside the room meets it first.
-fn room(centre: &Point3<f64>, ray: &Vector3<f64>, walls: f64, sun: &Vector3<f64>) -> Colour {
+fn room(centre: &Point3<f64>, ray: &Vector3<f64>, walls: f64, sun: &Vector3<f64>) -> Rgb {
     let to_ground = if ray.z < 0.0 { centre.z / -ray.z } else { f64::INFINITY };
     let to_wall = |axis: usize| match ray[axis] {
         0.0 => f64::INFINITY,
@@ -200,7 +200,7 @@ fn room(centre: &Point3<f64>, ray: &Vector3<f64>, walls: f64, sun: &Vector3<f64>
 }
 
 /// Brightness by the weights of ITU-R BT.601.
-fn grey_value([red, green, blue]: Colour) -> f32 {
+fn grey_value([red, green, blue]: Rgb) -> f32 {
     0.299 * red + 0.587 * green + 0.114 * blue
 }
 

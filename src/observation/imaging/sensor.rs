@@ -64,7 +64,7 @@ impl Sensor {
             values
         };
         let planes = planes.iter().enumerate().map(expose).collect();
-        Image::of_sound_planes(width, height, planes)
+        Image::from_sound_planes(width, height, planes)
     }
 
     /// Gain and offset: those of the period, and in between them during the frames.

@@ -29,7 +29,7 @@ pub struct Efforts {
 
 /// Motion of a link: angular velocity and acceleration, and velocity and acceleration of its origin; world.
 #[derive(Clone, Copy, Debug)]
-struct Motion {
+struct LinkMotion {
     turning: Vector3<f64>,
     turning_faster: Vector3<f64>,
     accelerating: Vector3<f64>,
@@ -53,7 +53,7 @@ pub fn inverse_dynamics(
     for (link, motion) in motions.iter().enumerate() {
         let Some(inertia) = &body.links[link].inertia else { continue };
         let lever = frames[link].rotation * inertia.centre_of_mass.coords;
-        let Motion { turning, turning_faster, accelerating } = motion;
+        let LinkMotion { turning, turning_faster, accelerating } = motion;
         let centre = accelerating + turning_faster.cross(&lever) + turning.cross(&turning.cross(&lever));
         let rotation = frames[link].rotation.to_rotation_matrix();
         let tensor = rotation * inertia.tensor * rotation.inverse();
@@ -95,10 +95,10 @@ pub fn inverse_dynamics(
 }
 
 /// The outward recursion.
-fn motions(body: &Humanoid, frames: &LinkFrames, rates: &[f64], accelerations: &[f64]) -> Vec<Motion> {
+fn motions(body: &Humanoid, frames: &LinkFrames, rates: &[f64], accelerations: &[f64]) -> Vec<LinkMotion> {
     let three = |numbers: &[f64], first: usize| Vector3::new(numbers[first], numbers[first + 1], numbers[first + 2]);
     let root = frames[0].rotation;
-    let mut found = vec![Motion {
+    let mut found = vec![LinkMotion {
         turning: root * three(rates, 3),
         turning_faster: root * three(accelerations, 3),
         accelerating: three(accelerations, 0),
@@ -131,8 +131,8 @@ fn motions(body: &Humanoid, frames: &LinkFrames, rates: &[f64], accelerations: &
             ),
         };
         let lever = link.translation.vector - frames[joint.parent].translation.vector;
-        let Motion { turning, turning_faster, accelerating } = above;
-        found.push(Motion {
+        let LinkMotion { turning, turning_faster, accelerating } = above;
+        found.push(LinkMotion {
             turning: turning + turn[0],
             turning_faster: turning_faster + turning.cross(&turn[0]) + turn[1],
             accelerating: accelerating

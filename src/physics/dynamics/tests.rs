@@ -11,8 +11,8 @@ use crate::physics::constants::GRAVITY;
 #[test]
 fn a_standing_person_needs_nothing_but_the_ground() {
     let (body, motion) = standing(5);
-    let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default()).unwrap();
-    let found = Dynamics::of_motion(&body, &motion, &contacts, 0.8).unwrap();
+    let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default()).unwrap();
+    let found = Dynamics::from_motion(&body, &motion, &contacts, 0.8).unwrap();
     for frame in &found.frames {
         let point = frame.zero_moment_point.unwrap();
         assert!((point - frame.centre_of_mass.xy()).norm() < 1e-9, "at rest it is below the centre of mass");
@@ -34,8 +34,8 @@ fn the_zero_moment_point_of_a_body_that_speeds_up_lags_as_the_cart_and_table_say
         let time = frame as f64 / 60.0;
         pose.world_from_root.translation.x += 0.5 * speeding_up * time * time;
     }
-    let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default()).unwrap();
-    let found = Dynamics::of_motion(&body, &motion, &contacts, 0.8).unwrap();
+    let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default()).unwrap();
+    let found = Dynamics::from_motion(&body, &motion, &contacts, 0.8).unwrap();
     let frame = &found.frames[6];
     let centre = frame.centre_of_mass;
     let expected = Point2::new(centre.x - speeding_up * centre.z / GRAVITY, centre.y);
@@ -53,9 +53,9 @@ fn what_stands_a_little_too_high_and_what_slides_are_carried() {
         pose.world_from_root.translation.x += 2.0 * frame as f64 / 60.0;
     }
     for (motion, stands) in [(high, true), (sliding, false)] {
-        let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default()).unwrap();
+        let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default()).unwrap();
         assert_eq!(contacts.feet[0].frames[6].in_contact, stands);
-        let frame = Dynamics::of_motion(&body, &motion, &contacts, 0.8).unwrap().frames[6].clone();
+        let frame = Dynamics::from_motion(&body, &motion, &contacts, 0.8).unwrap().frames[6].clone();
         assert!(frame.residual < 1e-3 && frame.margin_m.unwrap() > 0.01, "{frame:?}");
     }
 }
@@ -64,8 +64,8 @@ fn what_stands_a_little_too_high_and_what_slides_are_carried() {
 fn a_body_that_floats_is_carried_by_nothing() {
     let (body, mut motion) = standing(5);
     motion.poses.iter_mut().for_each(|pose| pose.world_from_root.translation.z += 0.5);
-    let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default()).unwrap();
-    let found = Dynamics::of_motion(&body, &motion, &contacts, 0.8).unwrap();
+    let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default()).unwrap();
+    let found = Dynamics::from_motion(&body, &motion, &contacts, 0.8).unwrap();
     for frame in &found.frames {
         assert_relative_eq!(frame.residual, 1.0, max_relative = 1e-9);
         assert!(frame.margin_m.is_none() && frame.support.is_empty());

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::body::LinkFrames;
-use crate::contact::{ContactTrack, Stance, TrackInput, stances};
+use crate::contact::{ContactTrack, Stance, GroundTrackInput, stances};
 
 /// Time in which the rate of a foot's offset decays after lift-off, seconds.
 const RATES_DIE_OUT_S: f64 = 0.05;
@@ -15,13 +15,13 @@ const RATES_DIE_OUT_S: f64 = 0.05;
 /// recorded foot: in some frames around the stance it is so low and slow that it stands, and skates. It is therefore
 /// held in these frames too: the stance is widened by one window of speeds on each side and relabelled until stable. As
 /// the recorded foot is faster further from the stance, this adds few frames.
-pub(super) fn planted(clip: &TrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
+pub(super) fn planted(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
     let mut held: Vec<bool> = track.frames.iter().map(|frame| frame.in_contact).collect();
     loop {
         let offsets = offsets(track, &stances(&held), clip.frames, clip.frames_per_second);
         let frames: Vec<LinkFrames> =
             clip.frames.iter().zip(&offsets).map(|(frames, offset)| moved(frames, &track.links, offset)).collect();
-        let Some(planned) = (TrackInput { frames: &frames, ..*clip }).track(&track.name, track.links.clone()) else {
+        let Some(planned) = (GroundTrackInput { frames: &frames, ..*clip }).track(&track.name, track.links.clone()) else {
             return offsets;
         };
         let before = held.clone();
@@ -35,7 +35,7 @@ pub(super) fn planted(clip: &TrackInput<'_>, track: &ContactTrack) -> Vec<Vector
 }
 
 /// Offsets of one foot that hold it in its recorded stances.
-pub(super) fn planted_in_recorded_stances(clip: &TrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
+pub(super) fn planted_in_recorded_stances(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
     offsets(track, &track.stances(), clip.frames, clip.frames_per_second)
 }
 

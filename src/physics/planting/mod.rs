@@ -10,7 +10,7 @@ mod report;
 use nalgebra::Vector3;
 
 use crate::body::{Humanoid, JointKind, Landmark, LinkFrames, LinkPoint, Motion, Pose};
-use crate::contact::{ContactError, ContactRule, ContactTrack, GroundContacts, TrackInput, link_frames};
+use crate::contact::{ContactError, ContactRule, ContactTrack, GroundContacts, GroundTrackInput, link_frames};
 use crate::parallel;
 use foot_paths::{planted, planted_in_recorded_stances};
 use out_of_ground::{LinkLifts, lift_whole_body};
@@ -42,7 +42,7 @@ pub struct PlantedMotion {
 /// last step, so in no frame any part of the body is below the ground by more than rounding (a test requires 0.1 mm).
 ///
 /// # Errors
-/// As [`GroundContacts::of_motion`].
+/// As [`GroundContacts::from_motion`].
 pub fn plant_feet(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<PlantedMotion, ContactError> {
     plant_on_paths(body, motion, rule, planted)
 }
@@ -61,15 +61,15 @@ fn plant_on_paths(
     body: &Humanoid,
     motion: &Motion,
     rule: &ContactRule,
-    path: fn(&TrackInput<'_>, &ContactTrack) -> Vec<Vector3<f64>>,
+    path: fn(&GroundTrackInput<'_>, &ContactTrack) -> Vec<Vector3<f64>>,
 ) -> Result<PlantedMotion, ContactError> {
-    let before = GroundContacts::of_motion(body, motion, rule)?;
+    let before = GroundContacts::from_motion(body, motion, rule)?;
     let depth = depth_of_feet(&before);
     let raised_m = if depth > rule.enter_gap_m { depth } else { 0.0 };
     let old = raised(motion, raised_m);
     let frames = link_frames(body, &old)?;
     let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, rule)?;
-    let clip = TrackInput { surface: body, frames: &frames, frames_per_second: motion.frames_per_second, rule };
+    let clip = GroundTrackInput { surface: body, frames: &frames, frames_per_second: motion.frames_per_second, rule };
     let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
     let mut settled = FeetOnPaths { body, old: &old, frames: &frames, feet: feet(body), paths }.settled();
     let lifts = lift_whole_body(body, &mut settled);
@@ -82,12 +82,12 @@ struct FeetOnPaths<'a> {
     body: &'a Humanoid,
     old: &'a Motion,
     frames: &'a [LinkFrames],
-    feet: [Foot; 2],
+    feet: [PlantedFoot; 2],
     paths: [Vec<Vector3<f64>>; 2],
 }
 
 /// A foot, and how its links are held.
-struct Foot {
+struct PlantedFoot {
     links: Vec<usize>,
     by: Hold,
 }
@@ -149,16 +149,16 @@ impl FeetOnPaths<'_> {
 
 /// The feet of a body. A leg that cannot control position and orientation of its foot (without an ankle) is held by the
 /// ankle.
-fn feet(body: &Humanoid) -> [Foot; 2] {
+fn feet(body: &Humanoid) -> [PlantedFoot; 2] {
     let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle].map(|ankle| body.markers[ankle as usize]);
     let mut links = body.foot_links().into_iter();
     ankles.map(|ankle| {
         let links = links.next().unwrap_or_default();
         match ankle {
             Some(LinkPoint { link, point_in_link }) if freedom_above(body, link) < 6 => {
-                Foot { links: vec![link], by: Hold::Point(point_in_link) }
+                PlantedFoot { links: vec![link], by: Hold::Point(point_in_link) }
             }
-            _ => Foot { links, by: Hold::Whole },
+            _ => PlantedFoot { links, by: Hold::Whole },
         }
     })
 }

@@ -79,7 +79,7 @@ pub(super) fn report(
     lifts: &[f64],
     rule: &ContactRule,
 ) -> Result<PlantingReport, ContactError> {
-    let mut after = GroundContacts::of_motion(body, settled, rule)?;
+    let mut after = GroundContacts::from_motion(body, settled, rule)?;
     let own = GroundQuality::from_contacts(&after);
     for (foot, as_was) in after.feet.iter_mut().zip(&on_ground.feet) {
         foot.frames.iter_mut().zip(&as_was.frames).for_each(|(frame, as_was)| frame.in_contact = as_was.in_contact);

@@ -92,7 +92,7 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
         ..simulated
     };
     let (moved_until_fall_mm, _) = distances_mm(body, motion, &upright)?;
-    let contacts = GroundContacts::of_motion(body, &simulated, &ContactRule::default())?;
+    let contacts = GroundContacts::from_motion(body, &simulated, &ContactRule::default())?;
     let report = SimulationReport {
         duration_s: motion.duration_s(),
         fell_at_s: fell_at_frame.map(|frame| frame as f64 / motion.frames_per_second),

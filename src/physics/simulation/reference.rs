@@ -109,7 +109,7 @@ mod tests {
             pose.world_from_root.translation.x += 2.0 * frame as f64 / 60.0;
         }
         motion.poses[0].world_from_root.translation.x -= 0.02;
-        let contacts = GroundContacts::of_motion(&body, &motion, &ContactRule::default()).unwrap();
+        let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default()).unwrap();
         let reference = Reference::new(&body, &motion, &contacts, 480.0).unwrap();
         // 20 mm over 1/15 s are 0.3 m/s, over a frame they would be 1.2 m/s
         assert!((reference.rate(0)[0] - 2.3).abs() < 1e-9 && (reference.rate(80)[0] - 2.0).abs() < 1e-9);

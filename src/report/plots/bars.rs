@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{Canvas, Chart, FINE, Head, draw_svg, failed, style_mesh, text_style};
+use super::style::{Canvas, Chart, FINE, PlotHead, draw_svg, failed, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -58,9 +58,9 @@ impl BarPlot {
         (self.head(width).height + ABOVE + groups + BELOW).max(120) as u32
     }
 
-    fn head(&self, width: u32) -> Head<'_> {
+    fn head(&self, width: u32) -> PlotHead<'_> {
         let entries = self.legend.iter().map(|(name, colour)| (name.as_str(), Stroke::solid(*colour))).collect();
-        Head::new(self.title.as_deref(), entries, width)
+        PlotHead::new(self.title.as_deref(), entries, width)
     }
 
     /// Draws the plot `width` CSS pixels wide and as high as [`Self::height`] says.

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{AxisPlace, Canvas, Chart, FINE, Head, draw_svg_over_frames, failed, short, style_mesh, text_style};
+use super::style::{AxisPlace, Canvas, Chart, FINE, PlotHead, draw_svg_over_frames, failed, short, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -100,7 +100,7 @@ impl LinePlot {
     fn draw(&self, size: Size, y_tick: &dyn Fn(&f64) -> String) -> Result<Svg, ReportError> {
         let named = self.lines.iter().filter(|line| !line.name.is_empty());
         let entries = named.map(|line| (line.name.as_str(), line.stroke)).collect();
-        let head = Head::new(self.title.as_deref(), entries, size.width);
+        let head = PlotHead::new(self.title.as_deref(), entries, size.width);
         let label = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
         let label = if self.finding.is_empty() { label } else { format!("{label}: {}", self.finding) };
         draw_svg_over_frames(size, &label, |canvas| {

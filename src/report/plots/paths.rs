@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{FINE, Head, draw_svg, failed, short, style_mesh, text_style};
+use super::style::{FINE, PlotHead, draw_svg, failed, short, style_mesh, text_style};
 use super::{Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -45,7 +45,7 @@ impl PathPlot {
     /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000, or when plotters fails.
     pub fn svg(&self, size: Size, columns: usize) -> Result<Svg, ReportError> {
         let entries = self.legend.iter().map(|(name, stroke)| (name.as_str(), *stroke)).collect();
-        let head = Head::new(None, entries, size.width);
+        let head = PlotHead::new(None, entries, size.width);
         draw_svg(size, &self.label, |canvas| {
             head.draw(canvas)?;
             let (_, below) = canvas.split_vertically((head.height + 2) * FINE);

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{FINE, Head, draw_svg, failed, short, style_mesh, text_style};
+use super::style::{FINE, PlotHead, draw_svg, failed, short, style_mesh, text_style};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -53,7 +53,7 @@ impl ScatterPlot {
         if !self.front.is_empty() {
             entries.push(("Pareto front", Stroke::dashed(Colour::Ink)));
         }
-        let head = Head::new(None, entries, size.width);
+        let head = PlotHead::new(None, entries, size.width);
         draw_svg(size, &format!("{} over {}", self.y_label, self.x_label), |canvas| {
             head.draw(canvas)?;
             let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);

@@ -243,7 +243,7 @@ pub(super) fn text_style(pixels: f64, colour: Colour, horizontal: HPos, vertical
 }
 
 /// The head of a plot: its title, if any, and a legend that wraps.
-pub(super) struct Head<'a> {
+pub(super) struct PlotHead<'a> {
     title: Option<&'a str>,
     entries: Vec<(&'a str, Stroke)>,
     places: Vec<[i32; 2]>,
@@ -254,7 +254,7 @@ pub(super) struct Head<'a> {
 const TITLE_HEIGHT: i32 = 28;
 const LEGEND_ROW: i32 = 20;
 
-impl<'a> Head<'a> {
+impl<'a> PlotHead<'a> {
     /// The head of a plot `width` CSS pixels wide.
     pub(super) fn new(title: Option<&'a str>, entries: Vec<(&'a str, Stroke)>, width: u32) -> Self {
         let mut at = [0, if title.is_some() { TITLE_HEIGHT } else { 0 }];
@@ -334,11 +334,11 @@ mod tests {
     #[test]
     fn a_legend_that_is_too_long_wraps() {
         let entry = |name| (name, Stroke::solid(Colour::Blue));
-        let head = Head::new(None, ["one", "two", "a rather long name"].map(entry).into(), 150);
+        let head = PlotHead::new(None, ["one", "two", "a rather long name"].map(entry).into(), 150);
         assert_eq!(head.places[0], [0, 0]);
         assert!(head.places[2][0] == 0 && head.places[2][1] > 0);
         assert_eq!(head.height, head.places[2][1] + LEGEND_ROW);
-        assert_eq!(Head::new(None, vec![], 150).height, 0);
-        assert_eq!(Head::new(Some("title"), vec![], 150).height, TITLE_HEIGHT);
+        assert_eq!(PlotHead::new(None, vec![], 150).height, 0);
+        assert_eq!(PlotHead::new(Some("title"), vec![], 150).height, TITLE_HEIGHT);
     }
 }

@@ -7,14 +7,14 @@ use crate::evaluation::{Direction, Interval, Metric, ValueRange, mean, mean_inte
 
 /// What a setting costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cost {
+pub enum CostMeasure {
     /// Likelihood evaluations of a frame.
     Evaluations,
     /// Processor milliseconds of a frame.
     Processor,
 }
 
-impl Cost {
+impl CostMeasure {
     /// The cost of a setting; `None` where it is unknown.
     pub fn of(self, point: &SweepPoint) -> Option<f64> {
         match self {
@@ -26,11 +26,11 @@ impl Cost {
 
 /// Indices of the settings that no other beats: none is at most as dear and at least as good, and better in one of both.
 /// The cheapest first.
-pub fn pareto_front(points: &[SweepPoint], cost: Cost, metric: &Metric) -> Vec<usize> {
+pub fn pareto_front(points: &[SweepPoint], cost: CostMeasure, metric: &Metric) -> Vec<usize> {
     let mut known: Vec<(f64, f64, usize)> = points
         .iter()
         .enumerate()
-        .filter_map(|(at, point)| Some((cost.of(point)?, badness(point.mean?, metric), at)))
+        .filter_map(|(at, point)| Some((cost.of_setting(point)?, badness(point.mean?, metric), at)))
         .collect();
     known.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
     let mut best = f64::INFINITY;
@@ -76,11 +76,11 @@ pub struct Choice {
 }
 
 /// The cheapest setting within `within` of the best; `None` where nothing was measured.
-pub fn cheapest_within(points: &[SweepPoint], cost: Cost, metric: &Metric, within: f64) -> Option<Choice> {
+pub fn cheapest_within(points: &[SweepPoint], cost: CostMeasure, metric: &Metric, within: f64) -> Option<Choice> {
     let known: Vec<(usize, f64, f64)> = points
         .iter()
         .enumerate()
-        .filter_map(|(at, point)| Some((at, cost.of(point)?, badness(point.mean?, metric))))
+        .filter_map(|(at, point)| Some((at, cost.of_setting(point)?, badness(point.mean?, metric))))
         .collect();
     let (best, _, least) = known.iter().copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
     // the upper end of an interval is no lower than the mean: others need not be tried
@@ -198,7 +198,7 @@ mod tests {
             [(10.0, 90.0), (20.0, 60.0), (20.0, 70.0), (30.0, 65.0), (40.0, 60.0), (80.0, 30.0)]
                 .map(|(c, v)| point(c, &[v]))
                 .into();
-        assert_eq!(pareto_front(&points, Cost::Evaluations, error()), [0, 1, 5]);
+        assert_eq!(pareto_front(&points, CostMeasure::Evaluations, error()), [0, 1, 5]);
         // by every other pair: nothing on the front is beaten, everything else is
         let beats = |a: &SweepPoint, b: &SweepPoint| {
             let of = |p: &SweepPoint| (p.evaluations.unwrap(), p.mean.unwrap());
@@ -210,10 +210,10 @@ mod tests {
         }
         let score = find_metric("pck150").unwrap();
         assert_eq!(
-            pareto_front(&[point(1.0, &[0.5]), point(2.0, &[0.9]), point(3.0, &[0.4])], Cost::Evaluations, score),
+            pareto_front(&[point(1.0, &[0.5]), point(2.0, &[0.9]), point(3.0, &[0.4])], CostMeasure::Evaluations, score),
             [0, 1]
         );
-        assert!(pareto_front(&points, Cost::Processor, error()).is_empty(), "its cost is unknown");
+        assert!(pareto_front(&points, CostMeasure::Processor, error()).is_empty(), "its cost is unknown");
     }
 
     #[test]
@@ -238,12 +238,12 @@ mod tests {
             point(20.0, &[20.0, 45.0, 30.0, 38.0, 32.0]),
             point(10.0, &[60.0, 61.0, 59.0, 60.0, 60.0]),
         ];
-        let choice = cheapest_within(&points, Cost::Evaluations, error(), 5.0).unwrap();
+        let choice = cheapest_within(&points, CostMeasure::Evaluations, error(), 5.0).unwrap();
         assert_eq!(choice, Choice { best: 0, by_mean: 2, surely: Some(1) });
-        let strict = cheapest_within(&points, Cost::Evaluations, error(), 0.5).unwrap();
+        let strict = cheapest_within(&points, CostMeasure::Evaluations, error(), 0.5).unwrap();
         assert_eq!((strict.by_mean, strict.surely), (0, Some(0)));
         let single: Vec<SweepPoint> = points.iter().map(|p| point(p.evaluations.unwrap(), &p.values[..1])).collect();
-        assert_eq!(cheapest_within(&single, Cost::Evaluations, error(), 5.0).unwrap().surely, None);
+        assert_eq!(cheapest_within(&single, CostMeasure::Evaluations, error(), 5.0).unwrap().surely, None);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::analysis::{Cost, Effect, cheapest_within, effects, pareto_front};
+use super::analysis::{CostMeasure, Effect, cheapest_within, effects, pareto_front};
 use super::input::{SweepPageInput, SweepPoint};
 use super::page::{choice, labelled, maps, three_digits};
 use crate::report::html::GENERATOR;
@@ -22,7 +22,7 @@ pub fn sweep_markdown(input: &SweepPageInput, command: &str) -> String {
         writeln!(text, "- {name}: {value}").ok();
     }
     text.push_str("\n## What to choose\n\n");
-    for choice in [Cost::Evaluations, Cost::Processor].iter().filter_map(|cost| choice(input, *cost)) {
+    for choice in [CostMeasure::Evaluations, CostMeasure::Processor].iter().filter_map(|cost| choice(input, *cost)) {
         writeln!(text, "- {choice}").ok();
     }
     text.push_str(
@@ -92,8 +92,8 @@ fn failures(input: &SweepPageInput, text: &mut String) {
 }
 
 fn table(input: &SweepPageInput, text: &mut String) {
-    let front = pareto_front(&input.settings, Cost::Evaluations, input.objective);
-    let best = cheapest_within(&input.settings, Cost::Evaluations, input.objective, 0.0).map(|choice| choice.best);
+    let front = pareto_front(&input.settings, CostMeasure::Evaluations, input.objective);
+    let best = cheapest_within(&input.settings, CostMeasure::Evaluations, input.objective, 0.0).map(|choice| choice.best);
     let unit = input.objective.unit;
     let shown: Vec<usize> = match input.settings.len() <= ROWS {
         true => (0..input.settings.len()).collect(),
@@ -113,14 +113,14 @@ fn table(input: &SweepPageInput, text: &mut String) {
         let point: &SweepPoint = &input.settings[at];
         let mean = point.mean.map_or("-".to_owned(), |mean| number(mean, unit));
         let mean = if best == Some(at) { format!("**{mean}**") } else { mean };
-        let cost = |cost: Cost| cost.of(point).map_or("-".to_owned(), three_digits);
+        let cost = |cost: CostMeasure| cost.of_setting(point).map_or("-".to_owned(), three_digits);
         writeln!(
             text,
             "| {} | {mean} | {} | {} | {} | {} of {} | {} |",
             point.labels.join(" | "),
             point.interval.map_or("-".to_owned(), |i| between(i.low, i.high, unit)),
-            cost(Cost::Evaluations),
-            cost(Cost::Processor),
+            cost(CostMeasure::Evaluations),
+            cost(CostMeasure::Processor),
             point.diverged(),
             point.cells.len(),
             if front.contains(&at) { "*" } else { "" },

@@ -5,7 +5,7 @@ mod input;
 mod markdown;
 mod page;
 
-pub use analysis::{Choice, Cost, Effect, cheapest_within, difference, effects, pareto_front};
+pub use analysis::{Choice, CostMeasure, Effect, cheapest_within, difference, effects, pareto_front};
 pub use input::{SweepCellState, SweepPageInput, SweepPoint};
 pub use markdown::sweep_markdown;
 pub use page::sweep_page;

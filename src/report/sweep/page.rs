@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use serde::Serialize;
 
-use super::analysis::{Choice, Cost, Effect, by_value, cheapest_within, effects, pareto_front};
+use super::analysis::{Choice, CostMeasure, Effect, by_value, cheapest_within, effects, pareto_front};
 use super::input::{SweepCellState, SweepPageInput, SweepPoint};
 use crate::evaluation::{Direction, mean};
 use crate::report::ReportError;
@@ -29,7 +29,7 @@ const COLOURS: [Colour; LINES] =
     [Colour::Blue, Colour::Orange, Colour::Green, Colour::Red, Colour::Purple, Colour::Amber];
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct SweepPage<'a> {
     title: &'a str,
     description: &'a str,
     objective: &'a str,
@@ -44,14 +44,14 @@ struct Page<'a> {
     maps: Vec<Map>,
     map_axes: Option<[&'a str; 2]>,
     averaged: bool,
-    curves: Vec<Curve>,
+    curves: Vec<ErrorCurve>,
     effects: Option<Vec<EffectRow>>,
     pairs: Vec<EffectRow>,
     trouble: Vec<TroubleRow>,
     failures: Vec<FailureRow<'a>>,
     more_failures: usize,
     axes: &'a [String],
-    rows: Vec<Row<'a>>,
+    rows: Vec<SettingRow<'a>>,
     more_rows: usize,
     facts: &'a [(String, String)],
 }
@@ -72,7 +72,7 @@ pub(super) struct MapCell {
 }
 
 #[derive(Serialize)]
-struct Curve {
+struct ErrorCurve {
     axis: String,
     plot: String,
 }
@@ -103,7 +103,7 @@ struct FailureRow<'a> {
 }
 
 #[derive(Serialize)]
-struct Row<'a> {
+struct SettingRow<'a> {
     labels: &'a [String],
     mean: String,
     interval: String,
@@ -136,7 +136,7 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
     let unit = input.objective.unit;
     let rows = |effects: Vec<Effect>| effects.into_iter().map(|effect| effect_row(input, effect)).collect::<Vec<_>>();
     let bad: Vec<(&SweepPoint, &SweepCellState)> = cells(input).filter(|(_, cell)| cell.state != "ok").collect();
-    let page = Page {
+    let page = SweepPage {
         title: &input.title,
         description: &input.description,
         objective: input.objective.title,
@@ -146,8 +146,8 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         cells: cells(input).count(),
         missing: bad.iter().filter(|(_, cell)| cell.state == "missing").count(),
         seeds: input.seeds.len(),
-        choices: [Cost::Evaluations, Cost::Processor].iter().filter_map(|cost| choice(input, *cost)).collect(),
-        scatters: [Cost::Evaluations, Cost::Processor]
+        choices: [CostMeasure::Evaluations, CostMeasure::Processor].iter().filter_map(|cost| choice(input, *cost)).collect(),
+        scatters: [CostMeasure::Evaluations, CostMeasure::Processor]
             .iter()
             .map(|cost| scatter(input, *cost))
             .collect::<Result<_, _>>()?,
@@ -184,16 +184,16 @@ fn cells(input: &SweepPageInput) -> impl Iterator<Item = (&SweepPoint, &SweepCel
     input.settings.iter().flat_map(|point| point.cells.iter().map(move |cell| (point, cell)))
 }
 
-fn cost_in_words(cost: Cost, point: &SweepPoint) -> String {
-    let value = cost.of(point).map_or("?".to_owned(), three_digits);
+fn cost_in_words(cost: CostMeasure, point: &SweepPoint) -> String {
+    let value = cost.of_setting(point).map_or("?".to_owned(), three_digits);
     match cost {
-        Cost::Evaluations => format!("{value} likelihood evaluations a frame"),
-        Cost::Processor => format!("{value} ms of processor time a frame"),
+        CostMeasure::Evaluations => format!("{value} likelihood evaluations a frame"),
+        CostMeasure::Processor => format!("{value} ms of processor time a frame"),
     }
 }
 
 /// The best setting, and the cheapest that is about as good.
-pub(super) fn choice(input: &SweepPageInput, cost: Cost) -> Option<String> {
+pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String> {
     let Choice { best, by_mean, surely } = cheapest_within(&input.settings, cost, input.objective, input.within)?;
     let unit = input.objective.unit;
     let told = |at: usize| {
@@ -222,16 +222,16 @@ pub(super) fn choice(input: &SweepPageInput, cost: Cost) -> Option<String> {
     };
     Some(format!(
         "By {}: best {}. {sure}{mean}",
-        if cost == Cost::Evaluations { "evaluations" } else { "processor time" },
+        if cost == CostMeasure::Evaluations { "evaluations" } else { "processor time" },
         told(best)
     ))
 }
 
-fn scatter(input: &SweepPageInput, cost: Cost) -> Result<String, ReportError> {
+fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<String, ReportError> {
     let axis = grouping_axis(input);
     let mut groups: Vec<ScatterGroup> = Vec::new();
     for point in &input.settings {
-        let (Some(x), Some(y)) = (cost.of(point), point.mean) else { continue };
+        let (Some(x), Some(y)) = (cost.of_setting(point), point.mean) else { continue };
         let name =
             axis.map_or_else(|| "settings".to_owned(), |axis| format!("{} {}", input.axes[axis], point.labels[axis]));
         let dot = ScatterPoint { x, y, interval: point.interval.map(|i| [i.low, i.high]) };
@@ -241,11 +241,11 @@ fn scatter(input: &SweepPageInput, cost: Cost) -> Result<String, ReportError> {
         }
     }
     let front = pareto_front(&input.settings, cost, input.objective);
-    let place = |at: usize| Some([cost.of(&input.settings[at])?, input.settings[at].mean?]);
+    let place = |at: usize| Some([cost.of_setting(&input.settings[at])?, input.settings[at].mean?]);
     let plot = ScatterPlot {
         x_label: match cost {
-            Cost::Evaluations => "likelihood evaluations a frame".to_owned(),
-            Cost::Processor => "processor time a frame, ms".to_owned(),
+            CostMeasure::Evaluations => "likelihood evaluations a frame".to_owned(),
+            CostMeasure::Processor => "processor time a frame, ms".to_owned(),
         },
         y_label: labelled(input),
         groups,
@@ -368,7 +368,7 @@ fn sorted(input: &SweepPageInput, axis: usize) -> Vec<String> {
 }
 
 /// The objective over every axis that counts something, one line for every value of the strongest other axis.
-fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Result<Vec<Curve>, ReportError> {
+fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Result<Vec<ErrorCurve>, ReportError> {
     let mut curves = Vec::new();
     for axis in 0..input.axes.len() {
         let values = sorted(input, axis);
@@ -397,7 +397,7 @@ fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Result<Vec<Curv
             ..LinePlot::default()
         };
         let Svg(plot) = plot.svg(Size { width: 560, height: 320 })?;
-        curves.push(Curve { axis: input.axes[axis].clone(), plot });
+        curves.push(ErrorCurve { axis: input.axes[axis].clone(), plot });
     }
     Ok(curves)
 }
@@ -442,9 +442,9 @@ fn trouble(input: &SweepPageInput) -> Vec<TroubleRow> {
     rows
 }
 
-fn table(input: &SweepPageInput) -> Vec<Row<'_>> {
-    let front = pareto_front(&input.settings, Cost::Evaluations, input.objective);
-    let best = cheapest_within(&input.settings, Cost::Evaluations, input.objective, 0.0).map(|choice| choice.best);
+fn table(input: &SweepPageInput) -> Vec<SettingRow<'_>> {
+    let front = pareto_front(&input.settings, CostMeasure::Evaluations, input.objective);
+    let best = cheapest_within(&input.settings, CostMeasure::Evaluations, input.objective, 0.0).map(|choice| choice.best);
     let unit = input.objective.unit;
     let row = |(at, point): (usize, &SweepPoint)| (at, point.mean.map_or("-".to_owned(), |mean| number(mean, unit)));
     let texts: Vec<(usize, String)> = input.settings.iter().enumerate().take(ROWS).map(row).collect();
@@ -452,7 +452,7 @@ fn table(input: &SweepPageInput) -> Vec<Row<'_>> {
         .into_iter()
         .map(|(at, mean)| {
             let point = &input.settings[at];
-            Row {
+            SettingRow {
                 labels: &point.labels,
                 mean,
                 interval: point.interval.map_or("-".to_owned(), |i| between(i.low, i.high, unit)),

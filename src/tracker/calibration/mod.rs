@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use self::shape::ShapeModel;
 pub(super) use self::shape::importance;
-use self::solve::{Problem, Solution};
+use self::solve::{CalibrationProblem, CalibrationSolution};
 use super::{Likelihood, SettingError, SilhouetteLikelihood, SilhouetteSettings, TrackError};
 use crate::body::{Humanoid, Pose};
 use crate::camera::CameraRig;
@@ -64,7 +64,7 @@ pub struct CalibrationReport {
 
 /// A calibration of a tracker's body.
 #[derive(Clone, Debug)]
-pub struct Calibration {
+pub struct BodyCalibration {
     /// The body to go on with: the calibrated one where it is kept, else the one that was given.
     pub body: Humanoid,
     /// Its pose in the first frame that was looked at.
@@ -97,14 +97,14 @@ pub fn calibrate(
     rig: &CameraRig,
     settings: SilhouetteSettings,
     seen: &[(Observation, Pose)],
-) -> Result<Calibration, CalibrationError> {
+) -> Result<BodyCalibration, CalibrationError> {
     let first = seen.first().ok_or(CalibrationError::NoFrame)?;
     let likelihood = || SilhouetteLikelihood::new(body.clone(), rig, settings).map(SilhouetteLikelihood::with_descent);
     let observed = seen.iter().map(|(observation, _)| Ok(likelihood()?.into_outlines(observation)?));
     let observed: Vec<Vec<_>> = observed.collect::<Result<_, CalibrationError>>()?;
     let seeing = (0..rig.cameras.len()).filter(|view| observed.iter().any(|frame| frame[*view].is_some())).count();
     let model = ShapeModel::new(body);
-    let problem = Problem {
+    let problem = CalibrationProblem {
         model: &model,
         cameras: likelihood()?.cameras().cloned().collect(),
         importance: importance(body),
@@ -116,7 +116,7 @@ pub fn calibrate(
             .map(|d| PULL / (d * d))
             .collect(),
     };
-    let as_given = |report| Calibration { body: body.clone(), start: first.1.clone(), report };
+    let as_given = |report| BodyCalibration { body: body.clone(), start: first.1.clone(), report };
     if seeing < 2 {
         let report = CalibrationReport {
             verdict: CalibrationVerdict::TooFewViews,
@@ -141,7 +141,7 @@ pub fn calibrate(
     let cost = Some([held.cost, free.cost]).filter(|cost| cost.iter().all(|cost| cost.is_finite()));
     let report = CalibrationReport { verdict, frames: seen.len(), cost, energy: Some(energy), shares, metres };
     Ok(match (verdict, free.poses.into_iter().next()) {
-        (CalibrationVerdict::Kept, Some(start)) => Calibration { body: calibrated, start, report },
+        (CalibrationVerdict::Kept, Some(start)) => BodyCalibration { body: calibrated, start, report },
         _ => as_given(report),
     })
 }
@@ -159,7 +159,7 @@ fn mean_energy(
     rig: &CameraRig,
     settings: SilhouetteSettings,
     seen: &[(Observation, Pose)],
-    solution: &Solution,
+    solution: &CalibrationSolution,
 ) -> Result<f64, CalibrationError> {
     let mut likelihood = SilhouetteLikelihood::new(body.clone(), rig, settings)?;
     let mut sum = 0.0;

@@ -31,11 +31,11 @@ pub(super) struct ShapeModel {
 #[derive(Debug)]
 pub(super) struct ShapeNumber {
     pub(super) name: String,
-    kind: Kind,
+    kind: ShapeNumberKind,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum ShapeNumberKind {
     /// Share that positions on these links are farther away along one of their axes.
     Length { links: Vec<usize>, axis: usize },
     /// Share that these solids, given by link and number on it, are thicker.
@@ -50,16 +50,16 @@ impl ShapeNumber {
     /// Standard deviation before anything is seen.
     pub(super) fn deviation(&self) -> f64 {
         match self.kind {
-            Kind::Length { .. } => LENGTH_DEVIATION,
-            Kind::Girth { .. } => GIRTH_DEVIATION,
-            Kind::Place { .. } => PLACE_DEVIATION_M,
-            Kind::Inflation => INFLATION_DEVIATION_M,
+            ShapeNumberKind::Length { .. } => LENGTH_DEVIATION,
+            ShapeNumberKind::Girth { .. } => GIRTH_DEVIATION,
+            ShapeNumberKind::Place { .. } => PLACE_DEVIATION_M,
+            ShapeNumberKind::Inflation => INFLATION_DEVIATION_M,
         }
     }
 
     /// Whether it is a share, not metres.
     pub(super) fn is_share(&self) -> bool {
-        matches!(self.kind, Kind::Length { .. } | Kind::Girth { .. })
+        matches!(self.kind, ShapeNumberKind::Length { .. } | ShapeNumberKind::Girth { .. })
     }
 }
 
@@ -69,7 +69,7 @@ impl ShapeModel {
         let mut numbers = lengths(body, &body_from_links);
         numbers.extend(girths(body, &body_from_links));
         numbers.extend(places(body, &body_from_links));
-        numbers.push(ShapeNumber { name: "all radii".to_owned(), kind: Kind::Inflation });
+        numbers.push(ShapeNumber { name: "all radii".to_owned(), kind: ShapeNumberKind::Inflation });
         Self { body: body.clone(), numbers }
     }
 
@@ -82,12 +82,12 @@ impl ShapeModel {
         for (number, value) in self.numbers.iter().zip(values) {
             let factor = (1.0 + value).max(LEAST_FACTOR);
             match &number.kind {
-                Kind::Length { links, axis } => {
+                ShapeNumberKind::Length { links, axis } => {
                     links.iter().for_each(|link| shape.links[*link].length[*axis] *= factor)
                 }
-                Kind::Girth { solids } => solids.iter().for_each(|[link, solid]| girths[*link][*solid] *= factor),
-                Kind::Inflation => inflation += value,
-                Kind::Place { .. } => {}
+                ShapeNumberKind::Girth { solids } => solids.iter().for_each(|[link, solid]| girths[*link][*solid] *= factor),
+                ShapeNumberKind::Inflation => inflation += value,
+                ShapeNumberKind::Place { .. } => {}
             }
         }
         for (link, girths) in shape.links.iter_mut().zip(&girths) {
@@ -101,7 +101,7 @@ impl ShapeModel {
             link.solids = self.body.links[index].solids.iter().enumerate().map(of_solid).collect();
         }
         for (number, value) in self.numbers.iter().zip(values) {
-            let Kind::Place { joints } = &number.kind else { continue };
+            let ShapeNumberKind::Place { joints } = &number.kind else { continue };
             joints.iter().for_each(|(joint, direction)| {
                 body.joints[*joint].parent_from_joint.translation.vector += direction * *value;
             });
@@ -129,7 +129,7 @@ fn lengths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shap
         let reach = links.iter().map(|link| reach(body, *link)).fold(Vector3::zeros(), |a, b| a.sup(&b));
         let longest = reach.imax();
         for axis in (0..3).filter(|axis| reach[*axis] > REACHES_M) {
-            let kind = Kind::Length { links: links.clone(), axis };
+            let kind = ShapeNumberKind::Length { links: links.clone(), axis };
             let way = match axis == longest {
                 true => "length",
                 false => body_way(&body_from_links[links[0]], axis),
@@ -188,7 +188,7 @@ fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
         let count = classes.len();
         for (number, solids) in classes.into_iter().enumerate() {
             let which = if count > 1 { format!(" {}", number + 1) } else { String::new() };
-            numbers.push(ShapeNumber { name: format!("{} girth{which}", words(&name)), kind: Kind::Girth { solids } });
+            numbers.push(ShapeNumber { name: format!("{} girth{which}", words(&name)), kind: ShapeNumberKind::Girth { solids } });
         }
     }
     numbers
@@ -239,7 +239,7 @@ fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
             // A single joint in the middle stays there.
             if joints.iter().any(|(_, direction)| direction.norm() > 0.5) && (joints.len() > 1 || way != 1) {
                 numbers
-                    .push(ShapeNumber { name: format!("{} joint {word}", words(&name)), kind: Kind::Place { joints } });
+                    .push(ShapeNumber { name: format!("{} joint {word}", words(&name)), kind: ShapeNumberKind::Place { joints } });
             }
         }
     }

@@ -12,7 +12,7 @@ use crate::body::{Humanoid, LinkFrames, Pose, ROOT_STEP, Solid};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 use crate::tracker::descent::{
-    self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, Spot, length_px, robust_weight,
+    self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, SolidPlace, length_px, robust_weight,
     slide, wrench,
 };
 
@@ -29,7 +29,7 @@ const TURN_RAD: f64 = 0.3;
 const DIFFERENCE: f64 = 0.01;
 
 /// What is to be solved.
-pub(super) struct Problem<'a> {
+pub(super) struct CalibrationProblem<'a> {
     pub(super) model: &'a ShapeModel,
     pub(super) cameras: Vec<Camera>,
     /// What each solid of each link counts.
@@ -44,7 +44,7 @@ pub(super) struct Problem<'a> {
 
 /// Poses and a shape.
 #[derive(Clone, Debug)]
-pub(super) struct Solution {
+pub(super) struct CalibrationSolution {
     /// One value per number of the shape.
     pub(super) values: Vec<f64>,
     pub(super) poses: Vec<Pose>,
@@ -74,9 +74,9 @@ struct Eliminated {
     alone: DVector<f64>,
 }
 
-impl Problem<'_> {
+impl CalibrationProblem<'_> {
     /// The solution, with the shape held or free.
-    pub(super) fn solve(&self, is_free: bool) -> Solution {
+    pub(super) fn solve(&self, is_free: bool) -> CalibrationSolution {
         let count = if is_free { self.model.numbers.len() } else { 0 };
         let mut values = vec![0.0; self.model.numbers.len()];
         let mut poses = self.tracked.clone();
@@ -95,7 +95,7 @@ impl Problem<'_> {
         let last = self.equations(&values, &poses, 0, WIDTHS[1]);
         let cost = last.iter().map(|frame| frame.pose.cost).sum::<f64>();
         let cost = cost / last.iter().map(|frame| frame.pose.weight).sum::<f64>();
-        Solution { values, poses, cost }
+        CalibrationSolution { values, poses, cost }
     }
 
     fn equations(&self, values: &[f64], poses: &[Pose], count: usize, width: f64) -> Vec<FrameEquations> {
@@ -160,7 +160,7 @@ impl Problem<'_> {
                     let slide = slide(camera, &sample.point, &residual, length);
                     let place = camera.camera_from_world.inverse_transform_point(&sample.point);
                     let row = wrench(&slide, &(place - about));
-                    shape.of(sample, camera, &slide, &mut moves);
+                    shape.derivatives(sample, camera, &slide, &mut moves);
                     for (i, (number, along)) in moves.iter().enumerate() {
                         let weighted = weight * along;
                         gradient[*number] += weighted * residual.value;
@@ -269,7 +269,7 @@ struct ShapeDerivatives<'a> {
 
 impl<'a> ShapeDerivatives<'a> {
     fn new(
-        problem: &Problem<'_>,
+        problem: &CalibrationProblem<'_>,
         base: &'a Variant,
         frames: &'a LinkFrames,
         variants: &'a [Variant],
@@ -305,7 +305,7 @@ impl<'a> ShapeDerivatives<'a> {
 }
 
 /// Where in the world the middle of a solid's surface is at a spot, and how far the surface lies from it.
-fn spot(variant: &Variant, frames: &LinkFrames, link: usize, spot: &Spot) -> Option<(Point3<f64>, f64)> {
+fn spot(variant: &Variant, frames: &LinkFrames, link: usize, spot: &SolidPlace) -> Option<(Point3<f64>, f64)> {
     let ends = match variant.body.links[link].solids.get(spot.solid as usize)? {
         Solid::TaperedCapsule(c) => spot.ends.map(|end| if end == 0 { (c.a, c.radius_a) } else { (c.b, c.radius_b) }),
         _ => {
@@ -322,7 +322,7 @@ mod tests {
     use super::*;
     use crate::body::shipped;
     use crate::camera::{CameraRig, RingParameters};
-    use crate::tracker::descent::Residual;
+    use crate::tracker::descent::OutlineResidual;
 
     #[test]
     fn derivatives_by_the_shape_agree_with_finite_differences_of_the_outline() {
@@ -345,7 +345,7 @@ mod tests {
             let body = model.shaped(values);
             Variant { outline: BodyOutline::new(&body), body }
         };
-        let problem = Problem {
+        let problem = CalibrationProblem {
             model: &model,
             cameras: vec![camera.clone()],
             importance: Vec::new(),
@@ -392,8 +392,8 @@ mod tests {
                     .zip(sample.normal)
                     .map(|(d, n)| d * n)
                     .sum::<f64>();
-                let residual = Residual { value: 1.0, gradient: sample.normal };
-                shape.of(sample, &camera, &slide(&camera, &sample.point, &residual, 1.0), &mut found);
+                let residual = OutlineResidual { value: 1.0, gradient: sample.normal };
+                shape.derivatives(sample, &camera, &slide(&camera, &sample.point, &residual, 1.0), &mut found);
                 let along = found.iter().find(|(of, _)| *of == number).map_or(0.0, |(_, along)| *along);
                 assert!((along - across).abs() < 0.02 * across.abs() + 1.5, "{name}: {along} is not {across}");
                 checked += 1;

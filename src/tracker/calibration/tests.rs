@@ -50,7 +50,7 @@ fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, P
     (0..frames).map(observe).collect()
 }
 
-fn calibrated(body: &Humanoid, rig: &CameraRig, seen: &[(Observation, Pose)]) -> Calibration {
+fn calibrated(body: &Humanoid, rig: &CameraRig, seen: &[(Observation, Pose)]) -> BodyCalibration {
     calibrate(body, rig, SilhouetteSettings::default(), seen).unwrap()
 }
 

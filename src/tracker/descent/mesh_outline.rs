@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3};
 
-use super::outline::Sink;
+use super::outline::SampleSink;
 use crate::body::Solid;
 
 /// Sides of the prism that stands for a cylinder; its faces lie within half a percent of the radius of the round.
@@ -17,12 +17,12 @@ pub(super) struct MeshOutline {
     /// In the link's frame.
     vertices: Vec<Point3<f64>>,
     triangles: Vec<[u32; 3]>,
-    edges: Vec<Edge>,
+    edges: Vec<OutlineEdge>,
 }
 
 /// An edge and the triangles that meet there; the second is missing at the rim of an open surface.
 #[derive(Debug)]
-struct Edge {
+struct OutlineEdge {
     ends: [u32; 2],
     triangles: [Option<u32>; 2],
 }
@@ -64,7 +64,7 @@ impl MeshOutline {
                 }
             }
         }
-        let edges = edges.into_iter().map(|(ends, triangles)| Edge { ends, triangles }).collect();
+        let edges = edges.into_iter().map(|(ends, triangles)| OutlineEdge { ends, triangles }).collect();
         Self { vertices, triangles, edges }
     }
 
@@ -74,7 +74,7 @@ impl MeshOutline {
     }
 
     /// Samples about `spacing` pixels apart on all edges where the surface turns away from the camera.
-    pub(super) fn sample(&self, camera_from_link: &Isometry3<f64>, spacing: f64, sink: &mut Sink<'_>) {
+    pub(super) fn sample(&self, camera_from_link: &Isometry3<f64>, spacing: f64, sink: &mut SampleSink<'_>) {
         let vertices: Vec<Point3<f64>> = self.vertices.iter().map(|v| camera_from_link * v).collect();
         let none = self.triangles.len() as u32;
         let edges = self.edges.iter().map(|edge| (edge.ends, edge.triangles.map(|t| t.unwrap_or(none))));
@@ -90,8 +90,8 @@ pub(super) fn sample_edges(
     triangles: &[[u32; 3]],
     edges: impl Iterator<Item = ([u32; 2], [u32; 2])>,
     spacing: f64,
-    sink: &mut Sink<'_>,
-    mut at_edge: impl FnMut(&mut Sink<'_>, [u32; 2]),
+    sink: &mut SampleSink<'_>,
+    mut at_edge: impl FnMut(&mut SampleSink<'_>, [u32; 2]),
 ) {
     let corners = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
     let faces = |triangle: &[u32; 3]| {

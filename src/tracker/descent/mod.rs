@@ -13,8 +13,8 @@ mod observed;
 mod outline;
 
 pub(super) use normal_equations::{Accumulator, robust_weight, slide, wrench};
-pub(super) use observed::{ObservedOutline, Residual};
-pub(super) use outline::{BodyOutline, OutlineSample, Spot};
+pub(super) use observed::{ObservedOutline, OutlineResidual};
+pub(super) use outline::{BodyOutline, OutlineSample, SolidPlace};
 
 use crate::body::{Humanoid, LinkFrames, SilhouettePainter};
 use crate::camera::Camera;
@@ -69,7 +69,7 @@ pub(super) fn each_residual(
     view: usize,
     observed: &ObservedOutline,
     scratch: &mut DescentScratch,
-    add: impl FnMut(&OutlineSample, Residual),
+    add: impl FnMut(&OutlineSample, OutlineResidual),
 ) {
     let DescentScratch { painters, drawn, samples } = scratch;
     let (Some(painter), Some(mask)) = (painters.get_mut(view), drawn.get_mut(view)) else { return };

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Matrix6, Point3, Vector3, Vector6};
 
 use super::OutlineSample;
-use super::observed::Residual;
+use super::observed::OutlineResidual;
 use crate::body::{Humanoid, LinkFrames};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
@@ -20,7 +20,7 @@ pub(in crate::tracker) fn robust_weight(residual: f64, width: f64) -> f64 {
 pub(in crate::tracker) fn slide(
     camera: &Camera,
     point: &Point3<f64>,
-    residual: &Residual,
+    residual: &OutlineResidual,
     length: f64,
 ) -> Vector3<f64> {
     let [fx, fy] = camera.pinhole.focal;
@@ -57,7 +57,7 @@ impl Accumulator {
         &mut self,
         camera: &Camera,
         sample: &OutlineSample,
-        residual: Residual,
+        residual: OutlineResidual,
         length: f64,
         width: f64,
         importance: f64,

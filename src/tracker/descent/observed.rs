@@ -20,7 +20,7 @@ struct OutlinePoint {
 
 /// How far a sample lies from the observed outline.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::tracker) struct Residual {
+pub(in crate::tracker) struct OutlineResidual {
     /// Lengths.
     pub(in crate::tracker) value: f64,
     /// Derivative of the distance in pixels with respect to the sample's pixel.
@@ -44,7 +44,7 @@ impl ObservedOutline {
         &self,
         samples: &[OutlineSample],
         length: f64,
-        mut add: impl FnMut(&OutlineSample, Residual),
+        mut add: impl FnMut(&OutlineSample, OutlineResidual),
     ) {
         for sample in samples {
             let Some(found) = self.field.sample(sample.pixel[0], sample.pixel[1]) else { continue };
@@ -54,7 +54,7 @@ impl ObservedOutline {
             if found.distance < 0.0 && agreement < SAME_SIDE * steepness {
                 continue;
             }
-            add(sample, Residual { value: found.distance / length, gradient: found.gradient });
+            add(sample, OutlineResidual { value: found.distance / length, gradient: found.gradient });
         }
         if samples.is_empty() {
             return;
@@ -64,7 +64,7 @@ impl ObservedOutline {
             let Some(nearest) = grid.nearest(samples, point) else { continue };
             let sample = &samples[nearest];
             let offset = [0, 1].map(|i| sample.pixel[i] - point.pixel[i]);
-            add(sample, Residual { value: dot(point.normal, offset) / length, gradient: point.normal });
+            add(sample, OutlineResidual { value: dot(point.normal, offset) / length, gradient: point.normal });
         }
     }
 }

@@ -13,7 +13,7 @@ pub(in crate::tracker) struct OutlineSample {
     /// The link that it belongs to.
     pub(in crate::tracker) link: usize,
     /// Where on the link's solid it is.
-    pub(in crate::tracker) spot: Spot,
+    pub(in crate::tracker) spot: SolidPlace,
     /// In the camera's frame, metres.
     pub(in crate::tracker) point: Point3<f64>,
     /// Where the camera sees it.
@@ -34,7 +34,7 @@ impl OutlineSample {
 
 /// Where on the solid of a link a sample is: what a change of the body's shape moves it with.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(in crate::tracker) struct Spot {
+pub(in crate::tracker) struct SolidPlace {
     /// Number of the solid on its link.
     pub(in crate::tracker) solid: u32,
     /// Between which two of the solid's points: the ends of a capsule's axis (0 and 1), else vertices of its surface.
@@ -53,7 +53,7 @@ pub(in crate::tracker) struct BodyOutline {
 impl BodyOutline {
     pub(in crate::tracker) fn new(body: &Humanoid) -> Self {
         let of_link = |(link, solids): (usize, &Vec<Solid>)| {
-            let surface = |(number, solid)| Some((link, number, MeshOutline::of_solid(solid)?));
+            let surface = |(number, solid)| Some((link, number, MeshOutline::from_solid(solid)?));
             (0..).zip(solids).filter_map(surface).collect::<Vec<_>>()
         };
         Self { surfaces: body.links.iter().map(|l| &l.solids).enumerate().flat_map(of_link).collect() }
@@ -76,14 +76,14 @@ impl BodyOutline {
             let camera_from_link = camera.camera_from_world * frames[link];
             for (number, solid) in (0..).zip(solids) {
                 if let Solid::TaperedCapsule(capsule) = solid {
-                    let mut sink = Sink { link, solid: number, pinhole: &camera.pinhole, samples };
+                    let mut sink = SampleSink { link, solid: number, pinhole: &camera.pinhole, samples };
                     sample_capsule(&capsule.transformed(&camera_from_link), spacing, &mut sink);
                 }
             }
         }
         for (link, solid, surface) in &self.surfaces {
             let camera_from_link: Isometry3<f64> = camera.camera_from_world * frames[*link];
-            let mut sink = Sink { link: *link, solid: *solid, pinhole: &camera.pinhole, samples };
+            let mut sink = SampleSink { link: *link, solid: *solid, pinhole: &camera.pinhole, samples };
             surface.sample(&camera_from_link, spacing, &mut sink);
         }
     }
@@ -101,7 +101,7 @@ fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, 
     let mut vertices = Vec::new();
     skin.deform_with(&camera.camera_from_world, frames, &mut vertices);
     let edges = skin.topology().edges().iter().map(|edge| (edge.ends, edge.triangles));
-    let mut sink = Sink { link: 0, solid: 0, pinhole: &camera.pinhole, samples };
+    let mut sink = SampleSink { link: 0, solid: 0, pinhole: &camera.pinhole, samples };
     let parts = skin.parts();
     sample_edges(&vertices, skin.topology().triangles(), edges, spacing, &mut sink, |sink, ends| {
         sink.link = parts[ends[0] as usize] as usize;
@@ -109,14 +109,14 @@ fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, 
 }
 
 /// Where samples of one link go.
-pub(super) struct Sink<'a> {
+pub(super) struct SampleSink<'a> {
     link: usize,
     solid: u32,
     pub(super) pinhole: &'a Pinhole,
     samples: &'a mut Vec<OutlineSample>,
 }
 
-impl Sink<'_> {
+impl SampleSink<'_> {
     /// Pixel of a point of the camera's frame; `None` before the near plane.
     pub(super) fn project(&self, point: &Point3<f64>) -> Option<[f64; 2]> {
         let Pinhole { focal, principal_point, near, .. } = self.pinhole;
@@ -129,7 +129,7 @@ impl Sink<'_> {
         let norm = (normal[0] * normal[0] + normal[1] * normal[1]).sqrt();
         let normal = normal.map(|n| n / norm);
         if let (Some(pixel), true) = (self.project(&point), normal[0].is_finite() && normal[1].is_finite()) {
-            let spot = Spot { solid: self.solid, ends, share };
+            let spot = SolidPlace { solid: self.solid, ends, share };
             self.samples.push(OutlineSample { link: self.link, spot, point, pixel, normal });
         }
     }
@@ -144,7 +144,7 @@ impl Sink<'_> {
 
 /// The outline of a tapered capsule: two sides along which planes through the camera's centre touch both balls, and of
 /// each ball's circle of grazing rays the part that the other ball's end does not cover.
-fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut Sink<'_>) {
+fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut SampleSink<'_>) {
     for (normal, [from, to]) in sides(capsule).into_iter().flatten() {
         let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
         let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MOST_SAMPLES) as u32;
@@ -173,7 +173,7 @@ fn sample_ball(
     spacing: f64,
     is_outline: impl Fn(&Vector3<f64>) -> bool,
     end: u32,
-    sink: &mut Sink<'_>,
+    sink: &mut SampleSink<'_>,
 ) {
     let square = centre.coords.norm_squared();
     let rest = 1.0 - radius * radius / square;
@@ -196,14 +196,14 @@ fn sample_ball(
 }
 
 /// A side of a capsule as the camera sees it: its outward normal and its ends.
-type Side = (Vector3<f64>, [Point3<f64>; 2]);
+type CapsuleSide = (Vector3<f64>, [Point3<f64>; 2]);
 
 /// Outward normals of the two planes through the camera's centre that touch both balls, and where they do; `None` where
 /// one ball hides the other.
 ///
 /// Such a plane has n.a = -ra and n.b = -rb. With w = a x b and q = ra b - rb a that is
 /// n = -(q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2.
-fn sides(capsule: &TaperedCapsule) -> [Option<Side>; 2] {
+fn sides(capsule: &TaperedCapsule) -> [Option<CapsuleSide>; 2] {
     let (a, b) = (capsule.a.coords, capsule.b.coords);
     let (w, q) = (a.cross(&b), capsule.radius_a * b - capsule.radius_b * a);
     let (square, rest) = (w.norm_squared(), w.norm_squared() - q.norm_squared());

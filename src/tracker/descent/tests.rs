@@ -174,7 +174,7 @@ fn derivatives_of_a_residual_agree_with_finite_differences_for_every_number_of_a
         let length = length_px(camera);
         for sample in samples(&body, &pose, camera).0.iter().step_by(37) {
             let gradient = [0.8, -0.6];
-            let residual = observed::Residual { value: 2.5, gradient };
+            let residual = observed::OutlineResidual { value: 2.5, gradient };
             let mut equations = Accumulator::new(body.links.len(), Point3::new(0.3, 0.2, 0.1));
             equations.add(camera, sample, residual, length, 1e9, 1.0);
             let equations = equations.finish(&body, &frames);

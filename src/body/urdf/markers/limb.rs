@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::names::{Part, Side};
+use super::names::{BodyPart, BodySide};
 use super::rigid_part::RigidParts;
 
 /// Which limb.
@@ -13,24 +13,24 @@ pub(super) enum Limb {
 }
 
 impl Limb {
-    fn middle(self) -> Part {
-        if self == Self::Leg { Part::Knee } else { Part::Elbow }
+    fn middle(self) -> BodyPart {
+        if self == Self::Leg { BodyPart::Knee } else { BodyPart::Elbow }
     }
 
-    fn lower(self) -> Part {
-        if self == Self::Leg { Part::Ankle } else { Part::Wrist }
+    fn lower(self) -> BodyPart {
+        if self == Self::Leg { BodyPart::Ankle } else { BodyPart::Wrist }
     }
 
     /// Names of parts below the lower joint that do not belong to the chain.
-    fn beyond(self) -> Part {
-        if self == Self::Leg { Part::Toe } else { Part::Finger }
+    fn beyond(self) -> BodyPart {
+        if self == Self::Leg { BodyPart::Toe } else { BodyPart::Finger }
     }
 
     /// Names that a chain may end with, best first.
-    fn ends(self) -> &'static [Part] {
+    fn ends(self) -> &'static [BodyPart] {
         match self {
-            Self::Leg => &[Part::Ankle, Part::Toe, Part::Leg, Part::Knee],
-            Self::Arm => &[Part::Wrist, Part::Arm, Part::Elbow],
+            Self::Leg => &[BodyPart::Ankle, BodyPart::Toe, BodyPart::Leg, BodyPart::Knee],
+            Self::Arm => &[BodyPart::Wrist, BodyPart::Arm, BodyPart::Elbow],
         }
     }
 
@@ -43,7 +43,7 @@ impl Limb {
 
 /// A position on a link; metres, root's frame at the zero pose.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct LimbPoint {
     pub(super) link: usize,
     pub(super) point: Point3<f64>,
     /// Whether it comes from a name and not only from shape.
@@ -51,9 +51,9 @@ pub(super) struct Place {
 }
 
 /// The end of a limb by the names of its parts.
-pub(super) fn named_end(parts: &RigidParts<'_>, limb: Limb, side: Side) -> Option<usize> {
+pub(super) fn named_end(parts: &RigidParts<'_>, limb: Limb, side: BodySide) -> Option<usize> {
     let all = || 0..parts.parts.len();
-    let is = |part: usize, name: Part| parts.parts[part].side == Some(side) && parts.parts[part].part == Some(name);
+    let is = |part: usize, name: BodyPart| parts.parts[part].side == Some(side) && parts.parts[part].part == Some(name);
     let is_beyond = |part: usize| parts.path(part).into_iter().any(|p| is(p, limb.beyond()));
     for &name in limb.ends() {
         let named = all().filter(|&p| is(p, name) && (name == limb.beyond() || !is_beyond(p)));
@@ -70,11 +70,11 @@ const MOST_HINGES: usize = 3;
 const NEAR: f64 = 0.3;
 
 /// The joints of a limb. `path` leads from the trunk's end to the limb's.
-pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Option<[Place; 3]> {
+pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Option<[LimbPoint; 3]> {
     let apart = |a: usize, b: usize| (parts.parts[path[a]].origin - parts.parts[path[b]].origin).norm();
-    let is = |i: usize, name: Part| parts.parts[path[i]].part == Some(name);
+    let is = |i: usize, name: BodyPart| parts.parts[path[i]].part == Some(name);
     let last = path.len().checked_sub(1)?;
-    let first = (0..last).find(|&i| !is(i, Part::Clavicle)).unwrap_or(0);
+    let first = (0..last).find(|&i| !is(i, BodyPart::Clavicle)).unwrap_or(0);
     let named_middle = (first + 1..=last).find(|&i| is(i, limb.middle()));
     let named_lower = (first + 1..=last).find(|&i| is(i, limb.lower()));
     let end = named_lower.unwrap_or(last);
@@ -93,7 +93,7 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     });
     // everything between two markers must be between the links that carry them: the bone may be on any link of a joint
     let place = |of: &[usize], carrier: Option<&usize>, named: bool| {
-        Some(Place { link: parts.parts[*carrier?].links[0], point: joint_centre(parts, of)?, named })
+        Some(LimbPoint { link: parts.parts[*carrier?].links[0], point: joint_centre(parts, of)?, named })
     };
     let upper_joint = place(&uppers, uppers.first(), named_middle.is_some())?;
     let middle_joint = place(&middles, middles.first(), named_middle.is_some())?;
@@ -106,19 +106,19 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
 /// if the shoulder has no others.
 fn upper_hinges(parts: &RigidParts<'_>, above: &[usize]) -> Vec<usize> {
     let hinges = &above[above.len().saturating_sub(MOST_HINGES)..];
-    let is_shoulder = |part: &&usize| parts.parts[**part].part != Some(Part::Clavicle);
+    let is_shoulder = |part: &&usize| parts.parts[**part].part != Some(BodyPart::Clavicle);
     let own: Vec<usize> = hinges.iter().filter(is_shoulder).copied().collect();
     let is_enough = own.len() > 1 || own.iter().any(|&part| parts.parts[part].axis.is_none());
     if is_enough { own } else { hinges.to_vec() }
 }
 
 /// The lower joint of a limb without one: a fixed link of that name, else a position by human proportions.
-fn tip(parts: &RigidParts<'_>, limb: Limb, last: usize, upper: &Place, middle: &Place) -> Place {
+fn tip(parts: &RigidParts<'_>, limb: Limb, last: usize, upper: &LimbPoint, middle: &LimbPoint) -> LimbPoint {
     let part = &parts.parts[last];
     if let Some((link, _, _)) = part.fixed.iter().find(|(_, _, name)| *name == limb.lower()) {
         let point: Point3<f64> = parts.frames[*link].translation.vector.into();
         if (point - middle.point).norm() > 1e-3 {
-            return Place { link: part.links[0], point, named: true };
+            return LimbPoint { link: part.links[0], point, named: true };
         }
     }
     let above = middle.point - upper.point;
@@ -127,7 +127,7 @@ fn tip(parts: &RigidParts<'_>, limb: Limb, last: usize, upper: &Place, middle: &
     let wanted = limb.proportion() * above.norm();
     let reach = parts.reach(&part.links, &direction).map(|reach| reach - middle.point.coords.dot(&direction));
     let length = reach.filter(|reach| *reach > 0.5 * wanted).map_or(wanted, |reach| reach.min(wanted));
-    Place { link: part.links[0], point: middle.point + direction * length, named: false }
+    LimbPoint { link: part.links[0], point: middle.point + direction * length, named: false }
 }
 
 /// Weight of a joint's own origin relative to its axis.

@@ -5,14 +5,14 @@
 
 /// Left or right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum BodySide {
     Left,
     Right,
 }
 
 /// A part of the body. A joint and the link that it moves are one part: the knee is the shank's joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum BodyPart {
     Hip,
     Knee,
     Ankle,
@@ -31,17 +31,17 @@ pub(super) enum Part {
 }
 
 /// Words of sided parts. Those of Atlas's joints (`l_leg_kny`) are among them.
-const SIDED: [(Part, &[&str]); 10] = [
-    (Part::Hip, &["hip", "thigh", "femur", "upleg", "upperleg", "uleg", "hpx", "hpy", "hpz"]),
-    (Part::Knee, &["knee", "shin", "calf", "tibia", "shank", "lowleg", "lowerleg", "lleg", "kny"]),
-    (Part::Ankle, &["ankle", "foot", "aky", "akx"]),
-    (Part::Toe, &["toe", "toes", "toebase", "ball"]),
-    (Part::Leg, &["leg"]),
-    (Part::Clavicle, &["clavicle", "clav", "collar", "scapula", "scap", "thorax"]),
-    (Part::Shoulder, &["shoulder", "uparm", "upperarm", "uarm", "humerus", "bicep", "shx", "shz"]),
-    (Part::Elbow, &["elbow", "forearm", "farm", "lowarm", "lowerarm", "larm", "radius", "ulna", "ely", "elx"]),
-    (Part::Wrist, &["wrist", "hand", "palm", "wrx", "wry"]),
-    (Part::Arm, &["arm"]),
+const SIDED: [(BodyPart, &[&str]); 10] = [
+    (BodyPart::Hip, &["hip", "thigh", "femur", "upleg", "upperleg", "uleg", "hpx", "hpy", "hpz"]),
+    (BodyPart::Knee, &["knee", "shin", "calf", "tibia", "shank", "lowleg", "lowerleg", "lleg", "kny"]),
+    (BodyPart::Ankle, &["ankle", "foot", "aky", "akx"]),
+    (BodyPart::Toe, &["toe", "toes", "toebase", "ball"]),
+    (BodyPart::Leg, &["leg"]),
+    (BodyPart::Clavicle, &["clavicle", "clav", "collar", "scapula", "scap", "thorax"]),
+    (BodyPart::Shoulder, &["shoulder", "uparm", "upperarm", "uarm", "humerus", "bicep", "shx", "shz"]),
+    (BodyPart::Elbow, &["elbow", "forearm", "farm", "lowarm", "lowerarm", "larm", "radius", "ulna", "ely", "elx"]),
+    (BodyPart::Wrist, &["wrist", "hand", "palm", "wrx", "wry"]),
+    (BodyPart::Arm, &["arm"]),
 ];
 /// Words of fingers; with one of them, a hand's name is a finger's.
 const FINGERS: [&str; 10] =
@@ -54,7 +54,7 @@ const ENDINGS: [&str; 3] = ["joint", "link", "body"];
 const BEFORE: [&str; 5] = ["upper", "up", "lower", "low", "fore"];
 
 /// The side and part in a name, each if present. Parts of a limb need a side.
-pub(super) fn told(name: &str) -> (Option<Side>, Option<Part>) {
+pub(super) fn told(name: &str) -> (Option<BodySide>, Option<BodyPart>) {
     let words = words(name);
     if words.iter().any(|w| FRAMES.contains(&w.as_str())) {
         return (None, None);
@@ -63,7 +63,7 @@ pub(super) fn told(name: &str) -> (Option<Side>, Option<Part>) {
     let joined = joined(&words);
     if let Some(side) = stated {
         if joined.iter().any(|w| FINGERS.contains(&w.as_str())) {
-            return (Some(side), Some(Part::Finger));
+            return (Some(side), Some(BodyPart::Finger));
         }
         return (Some(side), part(&joined));
     }
@@ -72,35 +72,35 @@ pub(super) fn told(name: &str) -> (Option<Side>, Option<Part>) {
     }
     let has =
         |known: &str| joined.iter().any(|w| w.as_str() == known || ENDINGS.iter().any(|e| *w == format!("{known}{e}")));
-    let middle = [("head", Part::Head), ("skull", Part::Head), ("neck", Part::Neck)];
+    let middle = [("head", BodyPart::Head), ("skull", BodyPart::Head), ("neck", BodyPart::Neck)];
     (None, middle.into_iter().find(|(word, _)| has(word)).map(|(_, part)| part))
 }
 
-fn side(word: &str) -> Option<Side> {
+fn side(word: &str) -> Option<BodySide> {
     match word {
-        "left" | "l" => Some(Side::Left),
-        "right" | "r" => Some(Side::Right),
+        "left" | "l" => Some(BodySide::Left),
+        "right" | "r" => Some(BodySide::Right),
         _ => None,
     }
 }
 
 /// The part of the most specific word; the name of a whole limb counts only without another.
-fn part(words: &[String]) -> Option<Part> {
+fn part(words: &[String]) -> Option<BodyPart> {
     let known = |word: &String| {
         let bare = ENDINGS.iter().find_map(|e| word.strip_suffix(e)).filter(|w| !w.is_empty()).unwrap_or(word);
         SIDED.iter().find(|(_, known)| known.contains(&bare)).map(|(part, _)| *part)
     };
-    let found: Vec<Part> = words.iter().filter_map(known).collect();
-    let is_whole = |part: &&Part| matches!(part, Part::Leg | Part::Arm);
+    let found: Vec<BodyPart> = words.iter().filter_map(known).collect();
+    let is_whole = |part: &&BodyPart| matches!(part, BodyPart::Leg | BodyPart::Arm);
     found.iter().find(|p| !is_whole(p)).or(found.first()).copied()
 }
 
 /// Side and part of a word such as `lfoot`, `rarm` or `leftknee`.
-fn glued(word: &str) -> Option<(Side, Part)> {
-    let prefixes = [("left", Side::Left), ("right", Side::Right), ("l", Side::Left), ("r", Side::Right)];
+fn glued(word: &str) -> Option<(BodySide, BodyPart)> {
+    let prefixes = [("left", BodySide::Left), ("right", BodySide::Right), ("l", BodySide::Left), ("r", BodySide::Right)];
     prefixes.into_iter().find_map(|(prefix, side)| {
         let rest = word.strip_prefix(prefix)?.to_owned();
-        let part = if FINGERS.contains(&rest.as_str()) { Part::Finger } else { part(&[rest])? };
+        let part = if FINGERS.contains(&rest.as_str()) { BodyPart::Finger } else { part(&[rest])? };
         Some((side, part))
     })
 }
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn names_of_many_robots_tell_side_and_part() {
-        use Part::*;
+        use BodyPart::*;
         let sided = [
             ("l_hip_yaw_link", Hip),
             ("LeftUpLeg", Hip),
@@ -195,10 +195,10 @@ mod tests {
             ("lthumb", Finger),
         ];
         for (name, expected) in sided {
-            assert_eq!(told(name), (Some(Side::Left), Some(expected)), "{name}");
+            assert_eq!(told(name), (Some(BodySide::Left), Some(expected)), "{name}");
             let mirrored = name.replace("left", "right").replace("Left", "Right").replace("LLEG", "RLEG");
             if mirrored != name {
-                assert_eq!(told(&mirrored), (Some(Side::Right), Some(expected)), "{mirrored}");
+                assert_eq!(told(&mirrored), (Some(BodySide::Right), Some(expected)), "{mirrored}");
             }
         }
         let middle = [

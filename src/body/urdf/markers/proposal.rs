@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::MarkerSet;
-use super::limb::{Limb, Place, joints, named_end};
-use super::names::{Part, Side};
+use super::limb::{Limb, LimbPoint, joints, named_end};
+use super::names::{BodyPart, BodySide};
 use super::rigid_part::RigidParts;
 use crate::body::{Humanoid, LANDMARKS, Landmark, LinkPoint};
 
@@ -60,7 +60,7 @@ pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
 }
 
 /// The proposed position of every landmark.
-fn places(body: &Humanoid) -> [Option<Place>; LANDMARKS.len()] {
+fn places(body: &Humanoid) -> [Option<LimbPoint>; LANDMARKS.len()] {
     let parts = RigidParts::new(body);
     let mut places = [None; LANDMARKS.len()];
     let Some(legs) = limb_ends(&parts, Limb::Leg, None) else { return places };
@@ -78,9 +78,9 @@ fn places(body: &Humanoid) -> [Option<Place>; LANDMARKS.len()] {
         }
     }
     let middle = |a: Landmark, b: Landmark, part: usize| {
-        let (a, b): (Place, Place) = (places[a as usize]?, places[b as usize]?);
+        let (a, b): (LimbPoint, LimbPoint) = (places[a as usize]?, places[b as usize]?);
         let link = parts.parts[part].links[0];
-        Some(Place { link, point: nalgebra::center(&a.point, &b.point), named: a.named && b.named })
+        Some(LimbPoint { link, point: nalgebra::center(&a.point, &b.point), named: a.named && b.named })
     };
     let hips = middle(Landmark::LeftHip, Landmark::RightHip, pelvis);
     let shoulders =
@@ -96,7 +96,7 @@ fn places(body: &Humanoid) -> [Option<Place>; LANDMARKS.len()] {
 
 /// Ends of the left and the right limb: by names, else by shape. Legs are found before arms.
 fn limb_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> Option<[usize; 2]> {
-    let named = [Side::Left, Side::Right].map(|side| named_end(parts, limb, side));
+    let named = [BodySide::Left, BodySide::Right].map(|side| named_end(parts, limb, side));
     if let [Some(left), Some(right)] = named {
         return Some([left, right]);
     }
@@ -155,15 +155,15 @@ fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
 
 /// The base of the neck and the crown: from a named head at a plausible position, else by human proportions from the
 /// distance between hips and shoulders.
-fn neck_and_crown(parts: &RigidParts<'_>, hips: &Place, shoulders: &Place) -> [Place; 2] {
+fn neck_and_crown(parts: &RigidParts<'_>, hips: &LimbPoint, shoulders: &LimbPoint) -> [LimbPoint; 2] {
     let trunk = shoulders.point - hips.point;
     let length = trunk.norm();
     let up = trunk.try_normalize(1e-9).unwrap_or(Vector3::z());
     let above = |point: &Point3<f64>| (point - shoulders.point).dot(&up) / length;
-    let head = Head::find(parts);
+    let head = FoundHead::find(parts);
     let neck = head.as_ref().map(|head| head.neck).filter(|neck| (-0.15..0.5).contains(&above(neck)));
     let guess = shoulders.point + up * (NECK_OVER_TRUNK * length);
-    let thorax = Place { link: shoulders.link, point: neck.unwrap_or(guess), named: neck.is_some() };
+    let thorax = LimbPoint { link: shoulders.link, point: neck.unwrap_or(guess), named: neck.is_some() };
     let base = head.as_ref().map(|head| head.origin).filter(|base| (-0.15..1.0).contains(&above(base)));
     let foot = base.unwrap_or(thorax.point);
     let crown = head.as_ref().and_then(|head| parts.reach(&head.links, &up));
@@ -172,11 +172,11 @@ fn neck_and_crown(parts: &RigidParts<'_>, hips: &Place, shoulders: &Place) -> [P
     let crown = crown.filter(is_crown);
     let link = head.as_ref().map_or(shoulders.link, |head| head.link);
     let guess = thorax.point + up * (CROWN_OVER_TRUNK * length);
-    [thorax, Place { link, point: crown.unwrap_or(guess), named: crown.is_some() }]
+    [thorax, LimbPoint { link, point: crown.unwrap_or(guess), named: crown.is_some() }]
 }
 
 /// A head found by name.
-struct Head {
+struct FoundHead {
     /// The link that carries it.
     link: usize,
     /// The link and its descendants.
@@ -186,16 +186,16 @@ struct Head {
     neck: Point3<f64>,
 }
 
-impl Head {
+impl FoundHead {
     fn find(parts: &RigidParts<'_>) -> Option<Self> {
-        let is = |part: usize, name: Part| parts.parts[part].part == Some(name);
+        let is = |part: usize, name: BodyPart| parts.parts[part].part == Some(name);
         let all = || 0..parts.parts.len();
-        let moving = all().filter(|&p| is(p, Part::Head)).max_by_key(|&p| parts.parts[p].depth);
-        let moving = moving.or_else(|| all().filter(|&p| is(p, Part::Neck)).max_by_key(|&p| parts.parts[p].depth));
+        let moving = all().filter(|&p| is(p, BodyPart::Head)).max_by_key(|&p| parts.parts[p].depth);
+        let moving = moving.or_else(|| all().filter(|&p| is(p, BodyPart::Neck)).max_by_key(|&p| parts.parts[p].depth));
         if let Some(head) = moving {
             let above = all().filter(|&p| parts.hangs_on(p, head));
             let path = parts.path(head);
-            let first = path.iter().copied().find(|&p| is(p, Part::Neck) || is(p, Part::Head)).unwrap_or(head);
+            let first = path.iter().copied().find(|&p| is(p, BodyPart::Neck) || is(p, BodyPart::Head)).unwrap_or(head);
             return Some(Self {
                 link: parts.parts[head].links[0],
                 links: above.flat_map(|p| parts.parts[p].links.iter().copied()).collect(),
@@ -203,13 +203,13 @@ impl Head {
                 neck: parts.parts[first].origin,
             });
         }
-        let fixed = |name: Part| {
+        let fixed = |name: BodyPart| {
             let links = parts.parts.iter().flat_map(|part| part.fixed.iter());
             links.filter(move |(_, _, part)| *part == name).map(|(link, _, _)| *link).next()
         };
-        let link = fixed(Part::Head).or_else(|| fixed(Part::Neck))?;
+        let link = fixed(BodyPart::Head).or_else(|| fixed(BodyPart::Neck))?;
         let origin = |link: usize| Point3::from(parts.frames[link].translation.vector);
-        let neck = fixed(Part::Neck).unwrap_or(link);
+        let neck = fixed(BodyPart::Neck).unwrap_or(link);
         Some(Self { link, links: vec![link], origin: origin(link), neck: origin(neck) })
     }
 }

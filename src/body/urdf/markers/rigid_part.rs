@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use super::names::{Part, Side, told};
+use super::names::{BodyPart, BodySide, told};
 use crate::body::{Humanoid, JointKind, LinkFrames};
 
 /// Links that move together.
@@ -19,10 +19,10 @@ pub(super) struct RigidPart {
     /// The joint's axis there; `None` for a ball joint or a slide.
     pub(super) axis: Option<Vector3<f64>>,
     /// From the name of its first link, else of its joint, else of another of its links.
-    pub(super) side: Option<Side>,
-    pub(super) part: Option<Part>,
+    pub(super) side: Option<BodySide>,
+    pub(super) part: Option<BodyPart>,
     /// Side and part of the other links.
-    pub(super) fixed: Vec<(usize, Option<Side>, Part)>,
+    pub(super) fixed: Vec<(usize, Option<BodySide>, BodyPart)>,
 }
 
 /// All rigid parts of a body at its zero pose, parents first.
