@@ -1,6 +1,6 @@
-//! Background subtraction and images of the scene, 640x480, on one thread: `cargo bench --bench background`. The aims: a
-//! frozen mixture of three components in 0.7 ms a colour image, the online mixture in 1.8 ms, 60 images of the scene a
-//! second.
+//! Background subtraction and images of the scene, 640x480, on one thread: `cargo bench --bench background`. The aims:
+//! a frozen mixture of three components in 0.7 ms a colour image, the online mixture in 1.8 ms, 60 images of the scene
+//! a second.
 
 use nalgebra::Point3;
 use skiagraph::body::{Humanoid, Motion};

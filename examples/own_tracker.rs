@@ -4,8 +4,8 @@
 //! cargo run --release --example own_tracker
 //! ```
 //!
-//! The tracker here is a plain coordinate search: it moves one coordinate of the pose at a time and keeps what lowers the
-//! energy of the silhouettes. Anything that implements [`Tracker`] can stand in its place.
+//! The tracker here is a plain coordinate search: it moves one coordinate of the pose at a time and keeps what lowers
+//! the energy of the silhouettes. Anything that implements [`Tracker`] can stand in its place.
 
 use std::error::Error;
 

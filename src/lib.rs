@@ -1,4 +1,5 @@
-//! Skiagraph generates exact ground truth for evaluating markerless human motion trackers, and measures trackers against it.
+//! Skiagraph generates exact ground truth for evaluating markerless human motion trackers, and measures trackers
+//! against it.
 //!
 //! ```text
 //! recording --mocap--> Clip --retarget--> Motion of a Humanoid --scene--> GroundTruth
@@ -24,9 +25,10 @@
 //!
 //! # Conventions
 //!
-//! Metres, radians and seconds; millimetres and degrees appear only in names that say so. The world is right-handed with Z up and the ground
-//! at z = 0. Cameras look along +Z with x right and y down; pixel (0, 0) is the outer corner of the top-left pixel. `a_from_b` names a
-//! transform, `p_in_a` a point. The same inputs and seed give the same bits on any number of threads.
+//! Metres, radians and seconds; millimetres and degrees appear only in names that say so. The world is right-handed
+//! with Z up and the ground at z = 0. Cameras look along +Z with x right and y down; pixel (0, 0) is the outer corner
+//! of the top-left pixel. `a_from_b` names a transform, `p_in_a` a point. The same inputs and seed give the same bits
+//! on any number of threads.
 //!
 //! # Example
 //!
@@ -91,8 +93,9 @@
 //!
 //! # What is not promised
 //!
-//! Versions 0.x may change names and signatures. Items marked as hidden from this documentation are not part of the interface; nor is `cli`.
-//! Truth (kinematics, projection, silhouettes) has the same bits on every machine; learned models only on one type of CPU.
+//! Versions 0.x may change names and signatures. Items marked as hidden from this documentation are not part of the
+//! interface; nor is `cli`. Truth (kinematics, projection, silhouettes) has the same bits on every machine; learned
+//! models only on one type of CPU.
 
 #![cfg_attr(
     not(test),

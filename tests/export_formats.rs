@@ -1,4 +1,5 @@
-//! Every export is read back by the reader of its own format (`tests/interop/read_exports.py`) and compared with the set.
+//! Every export is read back by the reader of its own format (`tests/interop/read_exports.py`) and compared with the
+//! set.
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! `plant_feet` left links under the ground that are no feet, and bodies without ankles under it and torn about: after it
-//! nothing sinks, in any motion. Depths are measured by parry, which knows nothing of our lowest points.
+//! `plant_feet` left links under the ground that are no feet, and bodies without ankles under it and torn about: after
+//! it nothing sinks, in any motion. Depths are measured by parry, which knows nothing of our lowest points.
 
 mod support;
 

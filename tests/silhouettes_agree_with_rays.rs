@@ -140,8 +140,8 @@ fn outline_passes(
     })
 }
 
-/// Draws and casts bodies. At most one pixel in 20,000 of those that either mask shows may differ, and the outline passes
-/// through its centre but for rounding. Returns how many bodies were seen at all.
+/// Draws and casts bodies. At most one pixel in 20,000 of those that either mask shows may differ, and the outline
+/// passes through its centre but for rounding. Returns how many bodies were seen at all.
 fn agree(
     width: u32,
     bodies: impl Iterator<Item = Vec<TaperedCapsule>>,

@@ -1,4 +1,5 @@
-//! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, and contact with the ground.
+//! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, and contact with the
+//! ground.
 
 use std::sync::Arc;
 

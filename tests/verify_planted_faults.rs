@@ -1,7 +1,7 @@
 //! `verify` finds every fault that is planted, names the file, and finds none in a set as it was written.
 //!
-//! One set is rendered for all tests. A fault is planted in a copy. Where the fault is in what was written and not in its
-//! copying, the list of hashes is made anew, so that hashes tell nothing and the content has to.
+//! One set is rendered for all tests. A fault is planted in a copy. Where the fault is in what was written and not in
+//! its copying, the list of hashes is made anew, so that hashes tell nothing and the content has to.
 
 use std::fs;
 use std::path::Path;

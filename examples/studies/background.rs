@@ -1,7 +1,8 @@
 //! Segmentation of the scene's images, against OpenCV on the same images: regenerates `results/background.md`.
 //!
-//! `cargo run --release --example studies -- background`; with `SKIAGRAPH_TEST_PYTHON` a Python that has opencv-python-headless. The
-//! images are written to `runs/background/`. Tuned on seed 1 of the scene; reported are seeds 11 to 13.
+//! `cargo run --release --example studies -- background`; with `SKIAGRAPH_TEST_PYTHON` a Python that has
+//! opencv-python-headless. The images are written to `runs/background/`. Tuned on seed 1 of the scene; reported are
+//! seeds 11 to 13.
 
 use std::error::Error;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! How trackers degrade along every axis of corruption: regenerates `results/degradation.md` and `.json`.
 //!
-//! `cargo run --release --example studies -- degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed draws both the
-//! corruption and the tracker's numbers. What was measured is kept in `runs/degradation/outcomes.jsonl`, so that a study
-//! that was stopped goes on where it was; remove that file after a change of the program. `SKIAGRAPH_AXES=a,b` measures
-//! some axes only; the page then shows what is known so far.
+//! `cargo run --release --example studies -- degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed
+//! draws both the corruption and the tracker's numbers. What was measured is kept in `runs/degradation/outcomes.jsonl`,
+//! so that a study that was stopped goes on where it was; remove that file after a change of the program.
+//! `SKIAGRAPH_AXES=a,b` measures some axes only; the page then shows what is known so far.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -61,7 +61,13 @@ fn key(axis: &CorruptionAxis, level: f64, tracker: &str, seed: u64) -> String {
     format!("{name}|{level}|{tracker}|{seed}|{SECONDS} s")
 }
 
-fn measure(axis: &CorruptionAxis, level: f64, seed: u64, ledger: &PathBuf, known: &mut Known) -> Result<(), Box<dyn Error>> {
+fn measure(
+    axis: &CorruptionAxis,
+    level: f64,
+    seed: u64,
+    ledger: &PathBuf,
+    known: &mut Known,
+) -> Result<(), Box<dyn Error>> {
     let missing: Vec<_> =
         TRACKERS.iter().filter(|(name, _)| !known.contains_key(&key(axis, level, name, seed))).collect();
     if missing.is_empty() {

@@ -1,9 +1,9 @@
 //! Coverage of intervals of a mean over seeds: regenerates `results/intervals.md` and `results/intervals.json`.
 //!
-//! `cargo run --release --example studies -- intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than [`TRIALS`]. Every
-//! trial draws the errors of `n` seeds from a distribution whose mean is known and asks rules for a 95 % interval: the
-//! rule in use (`evaluation::mean_interval`), the one before it, a bootstrap of percentiles, and two that were not
-//! chosen.
+//! `cargo run --release --example studies -- intervals`; `SKIAGRAPH_TRIALS=N` for another number of trials than
+//! [`TRIALS`]. Every trial draws the errors of `n` seeds from a distribution whose mean is known and asks rules for a
+//! 95 % interval: the rule in use (`evaluation::mean_interval`), the one before it, a bootstrap of percentiles, and two
+//! that were not chosen.
 
 use std::collections::BTreeMap;
 use std::error::Error;

@@ -1,10 +1,10 @@
 //! Tracking without and with the plausibility term: regenerates `results/plausibility.md` and
 //! `results/plausibility.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- plausibility`, where DIR holds CMU's 49_01 and 02_01 and their
-//! skeletons. Ten seeds, or as many as `SKIAGRAPH_SEEDS` says; with `SKIAGRAPH_TUNE=DIR`, DIR holding 16_15 and 35_02,
-//! the candidate weights of the default are run on those and printed, and nothing is written. Without any DIR nothing
-//! runs.
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- plausibility`, where DIR holds CMU's 49_01 and 02_01
+//! and their skeletons. Ten seeds, or as many as `SKIAGRAPH_SEEDS` says; with `SKIAGRAPH_TUNE=DIR`, DIR holding 16_15
+//! and 35_02, the candidate weights of the default are run on those and printed, and nothing is written. Without any
+//! DIR nothing runs.
 
 use std::collections::BTreeMap;
 use std::error::Error;

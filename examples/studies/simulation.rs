@@ -1,9 +1,9 @@
 //! How long simulated recordings stay upright, and with how much residual wrench: regenerates `results/simulation.md`
 //! and `results/simulation.json`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- simulation`, where DIR holds CMU's clips and their skeletons, in
-//! itself or in `DIR/cmu_asf_amc`. Nothing in it is random, and no figure depends on the number of cores. Without DIR
-//! nothing is written.
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- simulation`, where DIR holds CMU's clips and their
+//! skeletons, in itself or in `DIR/cmu_asf_amc`. Nothing in it is random, and no figure depends on the number of cores.
+//! Without DIR nothing is written.
 
 use std::error::Error;
 use std::fmt::Write;

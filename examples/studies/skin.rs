@@ -1,7 +1,7 @@
 //! A skin against capsules as the tracker's body: regenerates `results/skin.md` and `results/skin.json`.
 //!
-//! `cargo run --release --example studies -- skin`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; needs no files. About
-//! a quarter of an hour on an idle core.
+//! `cargo run --release --example studies -- skin`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; needs no files.
+//! About a quarter of an hour on an idle core.
 
 use std::collections::BTreeMap;
 use std::error::Error;

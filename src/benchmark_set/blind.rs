@@ -104,8 +104,8 @@ impl BlindSet {
         self.files.hand_out(folder, |path| !path.starts_with("truth/"))
     }
 
-    /// Writes a set without its truth into a folder: the same set for [`Self::read`], by its hash too, since the list of
-    /// files is the same.
+    /// Writes a set without its truth into a folder: the same set for [`Self::read`], by its hash too, since the list
+    /// of files is the same.
     ///
     /// # Errors
     /// [`SetError`] if a file cannot be written.

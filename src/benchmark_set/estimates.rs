@@ -70,7 +70,7 @@ pub enum Articulation {
 
 impl EstimatedSequence {
     /// A pose of `body` for every frame.
-    pub fn of_poses(body: &Humanoid, poses: Vec<Pose>) -> Self {
+    pub fn from_poses(body: &Humanoid, poses: Vec<Pose>) -> Self {
         let markers = poses.iter().map(|pose| body.markers(&body.link_frames(pose))).collect();
         let articulation = Articulation::Poses(poses.into_iter().map(Some).collect());
         Self { articulation, markers, covariances: Vec::new() }

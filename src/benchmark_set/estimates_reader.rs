@@ -29,7 +29,7 @@ impl Estimates {
     ///
     /// # Errors
     /// [`SetError::Malformed`] as there, and where the bodies do not fit.
-    pub fn of_bodies(file: &str, bytes: &[u8], body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
+    pub fn from_bodies(file: &str, bytes: &[u8], body: &Humanoid, bodies: Vec<Humanoid>) -> Result<Self, SetError> {
         let npz = Npz::from_bytes(file, bytes)?;
         let refuse = |detail: &str| SetError::malformed(file, detail);
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
@@ -48,7 +48,8 @@ impl Estimates {
             return Err(refuse("holds no frame of any seed"));
         }
         check_bodies(body, &bodies, seeds.len()).map_err(|detail| refuse(&detail))?;
-        let mut reader = EstimatesReader { file, npz: &npz, body, bodies: &bodies, seeds: &seeds, frames, notes: Vec::new() };
+        let mut reader =
+            EstimatesReader { file, npz: &npz, body, bodies: &bodies, seeds: &seeds, frames, notes: Vec::new() };
         let sequences = reader.sequences()?;
         let notes = reader.notes;
         Ok(Self { frames_per_second, seeds, sequences, bodies, notes })
@@ -123,8 +124,12 @@ impl EstimatesReader<'_> {
             (Some(roots), Some(angles)) => Some(self.poses(roots, angles)?),
             _ => None,
         };
-        let given =
-            EstimateArrays { markers, joints, roots: roots.as_deref().filter(|_| poses.is_none()), poses: poses.as_deref() };
+        let given = EstimateArrays {
+            markers,
+            joints,
+            roots: roots.as_deref().filter(|_| poses.is_none()),
+            poses: poses.as_deref(),
+        };
         self.tell(&given);
         let covariances = self.covariances(&landmarks)?;
         let mut found = Vec::with_capacity(self.seeds.len());

@@ -1,5 +1,5 @@
-//! `truth/recording.npz`: the recordings that the actor performs, and the fingerprints that identify their frames in any
-//! other file.
+//! `truth/recording.npz`: the recordings that the actor performs, and the fingerprints that identify their frames in
+//! any other file.
 //!
 //! It is on the truth's side: with the fingerprint of a frame a guessed pose can be confirmed, even if it is hashed,
 //! because poses are few. Therefore `skiagraph track` does not compare; it records the sources of its models

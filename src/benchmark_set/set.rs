@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::files::{self, LISTING, SetFiles, FileSink, Stop};
+use super::files::{self, FileSink, LISTING, SetFiles, Stop};
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{

@@ -12,8 +12,8 @@ use crate::experiment::{BASELINES, Baseline};
 
 /// Save, list and show baselines, against which skiagraph gate holds runs
 ///
-/// A baseline is a small file to be committed: the values of every metric per clip and seed, with set hashes, protocols,
-/// settings and versions.
+/// A baseline is a small file to be committed: the values of every metric per clip and seed, with set hashes,
+/// protocols, settings and versions.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline list\n  \
                         skiagraph baseline show walk\n  skiagraph baseline show walk --json")]

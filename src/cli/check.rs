@@ -10,7 +10,7 @@ use super::scenario_arguments::ScenarioArguments;
 use super::sweep::check_file;
 use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
-use crate::experiment::{CameraView, RunCost, ExperimentError, Soundness, check, unusable_files};
+use crate::experiment::{CameraView, ExperimentError, RunCost, Soundness, check, unusable_files};
 use crate::scenario::{ScenarioError, ScenarioFile, Survey, SweepFile};
 
 /// Check a scenario: list every error, or estimate what a run costs

@@ -12,8 +12,8 @@ use crate::report::{comparison_markdown, comparison_text, difference_page};
 
 /// Compare measured runs: every metric's difference with its 95 % interval
 ///
-/// RUN is the directory of a run, or a directory of runs (one clip each, or several seeds of one). All are compared with
-/// the first. A single directory that holds several runs gives one side each: the methods of a comparison.
+/// RUN is the directory of a run, or a directory of runs (one clip each, or several seeds of one). All are compared
+/// with the first. A single directory that holds several runs gives one side each: the methods of a comparison.
 ///
 /// Runs are paired by clip and seed where both sides have the same seeds. Intervals are over clip x seed, never over
 /// frames: Student's or Welch's t below ten seeds, a BCa bootstrap from ten on, none below three. p values are adjusted

@@ -13,10 +13,9 @@ use crate::mocap::UpAxis;
 
 /// Measure a run against the ground truth of its set
 ///
-/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a file: .npz, .csv, .trc
-/// or .bvh. Results
-/// of a skiagraph run go into its directory. Results of another program's estimate go beside it, into NAME-evaluation;
-/// files that skiagraph did not write are never changed.
+/// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a file: .npz, .csv,
+/// .trc or .bvh. Results of a skiagraph run go into its directory. Results of another program's estimate go beside it,
+/// into NAME-evaluation; files that skiagraph did not write are never changed.
 ///
 /// CSV has columns as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are HumanEva's
 /// markers or joints of the set's body, or are mapped by --joint-map: a TOML file with lines as "LKnee" = "left_knee".

@@ -16,8 +16,8 @@ use crate::experiment::{ExperimentError, ExportTo, export_set};
 
 /// Write a benchmark set in other tools' formats
 ///
-/// The folder of each format has a README.txt with axes, units and what is left out. Exports hold the truth: they are for
-/// evaluation, not for trackers. Each is read back by the format's own reader in this project's tests.
+/// The folder of each format has a README.txt with axes, units and what is left out. Exports hold the truth: they are
+/// for evaluation, not for trackers. Each is read back by the format's own reader in this project's tests.
 #[derive(Args, Debug)]
 #[command(
     after_help = "Examples:\n  skiagraph export sets/walk --to coco                    # into sets/walk-coco\n  \

@@ -17,12 +17,12 @@ use crate::report::GateReport;
 /// Hold a run against a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
 ///
 /// A metric passes if the 95 % interval of its worsening lies below the margin, fails if it lies above, and is
-/// inconclusive in between; then it is told how many more seeds would settle it. The unit is the run (clip x seed), never
-/// the frame. Run and baseline need at least 5 seeds; 10 are usual. Runs of the baseline's own seeds are paired.
+/// inconclusive in between; then it is told how many more seeds would settle it. The unit is the run (clip x seed),
+/// never the frame. Run and baseline need at least 5 seeds; 10 are usual. Runs of the baseline's own seeds are paired.
 ///
-/// Metrics of the truth must not change at all. Coverage must not fall by more than 0.01, and not more runs may lose the
-/// body than chance explains, since errors leave out what has no estimate. A gate.toml holds budgets of several metrics
-/// and clips; scenarios/README.md lists its keys.
+/// Metrics of the truth must not change at all. Coverage must not fall by more than 0.01, and not more runs may lose
+/// the body than chance explains, since errors leave out what has no estimate. A gate.toml holds budgets of several
+/// metrics and clips; scenarios/README.md lists its keys.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph gate runs/walk --baseline walk --margin 2mm\n  \
                         skiagraph gate runs/walk --baseline walk --margin 2mm --add-seeds 10\n  \

@@ -20,8 +20,8 @@ use crate::experiment::{Destination, ExperimentError, Inspected, inspect};
                         skiagraph inspect scenarios/long_walk.toml --out strip.png")]
 pub(super) struct Arguments {
     /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt or .json, embedded:NAME); a robot (.urdf, or
-    /// a built-in one); a scenario (.toml), for the motion that it makes of its recordings; the directory of a benchmark
-    /// set
+    /// a built-in one); a scenario (.toml), for the motion that it makes of its recordings; the directory of a
+    /// benchmark set
     #[arg(value_name = "MODEL|CLIP|ROBOT|SCENARIO|SET")]
     pub(super) what: PathBuf,
 

@@ -39,7 +39,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// By how much a setting may be worse than the best, in the unit of the objective [default: 5 mm, or 0.02 for shares]
+    /// By how much a setting may be worse than the best, in the unit of the objective [default: 5 mm, or 0.02 for
+    /// shares]
     #[arg(long, value_name = "X")]
     within: Option<f64>,
 

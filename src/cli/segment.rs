@@ -14,8 +14,8 @@ use crate::observation::{BackgroundSettings, Cleaning, OnlineSettings};
 
 /// Cut silhouettes out of camera images by background subtraction
 ///
-/// Reads PNG, PPM, PGM and JPEG images of one camera that stands still; grey or colour. Writes one mask per image (8-bit
-/// grey PNG, 255 foreground) and segment.json.
+/// Reads PNG, PPM, PGM and JPEG images of one camera that stands still; grey or colour. Writes one mask per image
+/// (8-bit grey PNG, 255 foreground) and segment.json.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph segment --background empty/ --frames walk/ --out masks/\n  \
                         skiagraph segment --background monday/ --background friday/ --frames walk/ --out masks/\n  \

@@ -20,9 +20,9 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 /// Reads the set's cameras, observations and start pose. Only oracle trackers read the ground truth.
 ///
 /// With --exec any program tracks: it reads JSON lines from standard input and answers on standard output
-/// (docs/protocol.md). It is handed a folder that holds the blind side of the set alone, and started once a seed. A frame
-/// without an answer in time, or with one that makes no sense, is lost; after a crash the program is started again.
-/// --dry-run asks for five frames and says whether the program keeps to the protocol.
+/// (docs/protocol.md). It is handed a folder that holds the blind side of the set alone, and started once a seed. A
+/// frame without an answer in time, or with one that makes no sense, is lost; after a crash the program is started
+/// again. --dry-run asks for five frames and says whether the program keeps to the protocol.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \

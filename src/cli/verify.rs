@@ -18,9 +18,9 @@ const MOST_PRINTED: usize = 8;
 
 /// Prove a benchmark set: compute everything anew and name every fault
 ///
-/// Checks the hashes, then what hashes cannot tell: cameras, axes, units, left and right, joints and markers from the poses,
-/// projections by OpenCV's formula, every silhouette and truth image drawn anew, contacts, and that no file outside truth/
-/// tells a pose of the test. Exit code 1 if anything is wrong, 2 if the directory is no set.
+/// Checks the hashes, then what hashes cannot tell: cameras, axes, units, left and right, joints and markers from the
+/// poses, projections by OpenCV's formula, every silhouette and truth image drawn anew, contacts, and that no file
+/// outside truth/ tells a pose of the test. Exit code 1 if anything is wrong, 2 if the directory is no set.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph verify sets/walk\n  \
                         skiagraph verify sets/walk --every 10    # draw only every tenth frame anew\n  \

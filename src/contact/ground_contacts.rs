@@ -83,7 +83,7 @@ impl GroundContacts {
     /// # Errors
     /// [`ContactError`] for invalid thresholds, a motion that is empty, belongs to another body or is not finite, and
     /// a body whose feet have no geometry.
-    pub fn of_motion(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Self, ContactError> {
+    pub fn from_motion(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Self, ContactError> {
         Self::of_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
     }
 

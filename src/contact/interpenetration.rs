@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::SelfCollision;
 use super::bounds::{Bounds, rounding};
-use super::capsule_distance::{CapsuleAxis, AxisLength, squared_distance_of_axes};
+use super::capsule_distance::{AxisLength, CapsuleAxis, squared_distance_of_axes};
 use super::self_collision::bounding_ball;
 use super::solid_distance::solid_distance;
 use crate::body::{Humanoid, LinkFrames, Solid};
@@ -210,7 +210,13 @@ impl Measuring<'_> {
 
 /// Puts boxes around solids and parts, around capsules with radii larger by `more`.
 #[inline(always)]
-fn bound(parts: &[LinkSolids], capsules: &[TaperedCapsule], more: f32, boxes: &mut [Bounds], part_boxes: &mut [Bounds]) {
+fn bound(
+    parts: &[LinkSolids],
+    capsules: &[TaperedCapsule],
+    more: f32,
+    boxes: &mut [Bounds],
+    part_boxes: &mut [Bounds],
+) {
     for (around, part) in part_boxes.iter_mut().zip(parts) {
         // joined here, not read back: a vector load after scalar stores stalls (no store forwarding)
         let mut whole = Bounds::NOTHING;

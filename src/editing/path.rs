@@ -89,7 +89,7 @@ struct Way {
 }
 
 impl Way {
-    fn of(motion: &Motion) -> Self {
+    fn from_motion(motion: &Motion) -> Self {
         let roots: Vec<Vector2<f64>> = motion.poses.iter().map(|p| p.world_from_root.translation.vector.xy()).collect();
         let points = smoothed(&roots, SWAY_S * motion.frames_per_second);
         let mut lengths = vec![0.0; points.len()];

@@ -81,7 +81,7 @@ impl PoseClouds {
 }
 
 impl Cloud {
-    fn of(points: impl Iterator<Item = Vector3<f64>>) -> Self {
+    fn from_points(points: impl Iterator<Item = Vector3<f64>>) -> Self {
         let points: Vec<Vector3<f64>> = points.collect();
         let on_ground: Vec<Complex<f64>> = points.iter().map(|p| Complex::new(p.x, p.y)).collect();
         let centre = on_ground.iter().sum::<Complex<f64>>() / on_ground.len().max(1) as f64;

@@ -9,7 +9,7 @@ use crate::body::LANDMARKS;
 use super::breakdown::{self, BreakdownGroup};
 use super::pck::{self, CurvePoint};
 use super::reprojection::{self, CameraError};
-use super::{EvaluationError, METRICS, Measurement, Metric, Sequence, FrameSpread, Unit};
+use super::{EvaluationError, FrameSpread, METRICS, Measurement, Metric, Sequence, Unit};
 use super::{coverage, protocol};
 
 /// Everything measured on one sequence.

@@ -86,11 +86,12 @@ pub(super) const RATIO: Metric = Metric {
 /// Slides longer than this in one frame count in [`RATIO`], millimetres.
 const SLIDE_MM: f64 = 25.0;
 
-type Who = for<'a> fn(&ContactPair<'a>) -> Option<ContactMeasures<'a>>;
+/// ContactsOf contacts are measured: the estimate's or the actor's.
+pub(super) type ContactsOf = for<'a> fn(&ContactPair<'a>) -> Option<ContactMeasures<'a>>;
 
 /// Speeds, mm/s, of the feet whose counterpart stands in the truth; none where the difference touches a frame that is
 /// left out or has no pose.
-fn speeds_in_stance(sequence: &Sequence<'_>, who: Who, frame: usize) -> impl Iterator<Item = f64> {
+fn speeds_in_stance(sequence: &Sequence<'_>, who: ContactsOf, frame: usize) -> impl Iterator<Item = f64> {
     let pair = sequence.contacts.filter(|_| frame > sequence.first_scored);
     let known = pair.and_then(|pair| Some((pair, who(&pair).filter(|body| body.is_known(frame, 1))?)));
     known.into_iter().flat_map(move |(pair, body)| {
@@ -107,7 +108,7 @@ fn pooled(sequence: &Sequence<'_>, value: impl Fn(usize) -> Vec<f64>) -> Option<
     Some(Measurement::Pooled { per_frame, mean })
 }
 
-fn skate(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
+fn skate(sequence: &Sequence<'_>, who: ContactsOf) -> Option<Measurement> {
     pooled(sequence, |frame| speeds_in_stance(sequence, who, frame).collect())
 }
 
@@ -121,7 +122,7 @@ fn ratio(sequence: &Sequence<'_>) -> Option<Measurement> {
     pooled(sequence, |frame| speeds_in_stance(sequence, |p| p.estimate, frame).map(slides).collect())
 }
 
-fn slip(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
+fn slip(sequence: &Sequence<'_>, who: ContactsOf) -> Option<Measurement> {
     let pair = sequence.contacts?;
     let body = who(&pair)?;
     let of_foot = |foot: usize| {

@@ -1,4 +1,5 @@
-//! MPJPE in the world after one similarity transform for a whole segment: drift counts, where the world begins does not.
+//! MPJPE in the world after one similarity transform for a whole segment: drift counts, where the world begins does
+//! not.
 
 use nalgebra::Point3;
 

@@ -1,8 +1,8 @@
 //! Penetration of the ground, and height of the feet while the actor stands.
 
-use super::foot_skate::{STANCES, TRUE_STANCES};
+use super::foot_skate::{ContactsOf, STANCES, TRUE_STANCES};
 use super::metric::{Direction, Measurement, Metric, Unit};
-use super::sequence::{ContactMeasures, ContactPair, Sequence};
+use super::sequence::Sequence;
 use super::statistics::mean_of;
 
 /// Depth below the ground.
@@ -52,9 +52,7 @@ pub(super) const TRUE_FLOAT: Metric = Metric {
     ..FLOAT
 };
 
-type Who = for<'a> fn(&ContactPair<'a>) -> Option<ContactMeasures<'a>>;
-
-fn penetration(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
+fn penetration(sequence: &Sequence<'_>, who: ContactsOf) -> Option<Measurement> {
     let body = who(&sequence.contacts?)?;
     let deepest = |frame: usize| {
         let links = body.ground.links.iter();
@@ -64,7 +62,7 @@ fn penetration(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
     Some(Measurement::PerFrame(sequence.per_scored_frame(deepest)))
 }
 
-fn float(sequence: &Sequence<'_>, who: Who) -> Option<Measurement> {
+fn float(sequence: &Sequence<'_>, who: ContactsOf) -> Option<Measurement> {
     let pair = sequence.contacts?;
     let body = who(&pair)?;
     let heights = |frame: usize| {

@@ -73,8 +73,8 @@ pub use comparison::{
 };
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{
-    MetricMargin, Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
-    MoreSeeds, gate, seeds_to_settle,
+    Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
+    MetricMargin, MoreSeeds, gate, seeds_to_settle,
 };
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
 pub use metric::{Direction, Measurement, Metric, Unit};

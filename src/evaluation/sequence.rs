@@ -175,7 +175,7 @@ pub enum EvaluationError {
 
 impl<'a> Sequence<'a> {
     /// A sequence of which only marker positions are known; frame 0 is left out.
-    pub fn of_markers(frames_per_second: f64, truth: &'a [Markers], estimate: &'a [Markers]) -> Self {
+    pub fn from_markers(frames_per_second: f64, truth: &'a [Markers], estimate: &'a [Markers]) -> Self {
         Self {
             frames_per_second,
             first_scored: 1,

@@ -9,8 +9,8 @@ use super::reprojection::{CameraSummary, summarise_cameras};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
-    Evaluation, EvaluationError, Interval, MetricValue, FrameSpread, Unit, ValueRange, find_metric, interval_words, mean,
-    mean_interval,
+    Evaluation, EvaluationError, FrameSpread, Interval, MetricValue, Unit, ValueRange, find_metric, interval_words,
+    mean, mean_interval,
 };
 use crate::body::LANDMARKS;
 

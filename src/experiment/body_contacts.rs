@@ -23,7 +23,7 @@ pub(super) struct BodyContacts {
 
 impl BodyContacts {
     /// `None` for a body whose feet have no geometry: then nothing is said about contact.
-    pub(super) fn of_motion(body: &Humanoid, motion: &Motion, props: &[Prop]) -> Option<Self> {
+    pub(super) fn from_motion(body: &Humanoid, motion: &Motion, props: &[Prop]) -> Option<Self> {
         let rule = ContactRule::default();
         let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
         let ground = GroundContacts::from_motion(body, motion, &rule).ok()?;
@@ -37,7 +37,7 @@ impl BodyContacts {
 
     /// As [`Self::from_motion`], of poses some of which may be missing: each stretch between gaps by itself. `None`
     /// without any pose.
-    pub(super) fn of_poses(
+    pub(super) fn from_poses(
         body: &Humanoid,
         poses: &[Option<Pose>],
         frames_per_second: f64,

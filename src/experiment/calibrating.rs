@@ -5,7 +5,8 @@ use super::watch::{Watch, advance};
 use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::tracker::{
-    CALIBRATION_FRAMES, CALIBRATION_SPACING_S, BodyCalibration, CalibrationVerdict, SilhouetteSettings, Tracker, calibrate,
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, SilhouetteSettings, Tracker,
+    calibrate,
 };
 
 /// The numbers of the frames of a set that a calibration looks at.
@@ -49,11 +50,11 @@ pub(super) struct Beginning {
 
 impl Beginning {
     /// As the set says.
-    pub(super) fn of_set(set: &BlindSet) -> Self {
+    pub(super) fn from_set(set: &BlindSet) -> Self {
         Self { body: set.start.body.clone(), pose: set.start.pose.clone(), is_calibrated: false }
     }
 
-    pub(super) fn of_calibration(calibration: &BodyCalibration) -> Self {
+    pub(super) fn from_calibration(calibration: &BodyCalibration) -> Self {
         let is_calibrated = calibration.report.verdict == CalibrationVerdict::Kept;
         Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated }
     }

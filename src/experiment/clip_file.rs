@@ -9,7 +9,7 @@ use crate::benchmark_set::SourceRecording;
 use crate::input::{self, excerpt, hex_sha256, limits};
 use crate::mocap::{self, Clip, ReadOptions, UpAxis};
 use crate::retarget::MotionFingerprint;
-use crate::scenario::{UpwardAxis, MotionSettings, ScenarioFile, did_you_mean};
+use crate::scenario::{MotionSettings, ScenarioFile, UpwardAxis, did_you_mean};
 
 /// The clips that are built in, by the name behind `embedded:`.
 pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
@@ -82,8 +82,8 @@ fn missing_of_one(
     missing.map(|(key, name)| scenario_error_at(key, places.missing(name, settings))).collect()
 }
 
-/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `scenario_error_at` is how a
-/// complaint about a key of the settings is put.
+/// As [`load`] for `recording`, which is the settings' clip and need not be UTF-8, below `folder`; `scenario_error_at`
+/// is how a complaint about a key of the settings is put.
 pub(super) fn read_part(
     folder: &Path,
     recording: &Path,

@@ -25,7 +25,7 @@ impl Inputs {
     }
 
     /// Of a scenario: its file, recordings, robots and models.
-    pub(super) fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Self {
+    pub(super) fn from_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Self {
         let scenario = &file.scenario;
         let training = scenario.training.iter().flat_map(|training| &training.clips);
         let recordings = training.chain([&scenario.motion]).flat_map(|motion| motion.takes("motion"));
@@ -41,7 +41,7 @@ impl Inputs {
     }
 
     /// Of a tracker that reads a set.
-    pub(super) fn of_set(set: &Path, settings: &TrackerSettings) -> Self {
+    pub(super) fn from_set(set: &Path, settings: &TrackerSettings) -> Self {
         Self::new(settings.kind().model_file().map(PathBuf::from).into_iter().chain([set.to_owned()]))
     }
 

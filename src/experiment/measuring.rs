@@ -60,7 +60,8 @@ impl Measures {
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<Self, ExperimentError> {
         let blind = &set.blind;
         watch.begin(Stage::Evaluate, blind.frame_count);
-        let frozen = EstimatedSequence::from_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
+        let frozen =
+            EstimatedSequence::from_poses(&blind.start.body, vec![blind.start.pose.clone(); blind.frame_count]);
         let answers: Vec<&EstimatedSequence> = tracked.estimates.sequences.iter().chain([&frozen]).collect();
         let bodies: Vec<&Humanoid> = (0..tracked.estimates.sequences.len())
             .map(|index| tracked.estimates.body(index, &blind.start.body))
@@ -227,7 +228,8 @@ fn refitted(body: &Humanoid, set: &BenchmarkSet) -> Motion {
     refit(body, &markers, truth.frames_per_second)
 }
 
-/// The energy that the tracker's own likelihood, with the body that it used, gives the truth; empty for trackers without a likelihood.
+/// The energy that the tracker's own likelihood, with the body that it used, gives the truth; empty for trackers
+/// without a likelihood.
 fn truth_energy(
     tracked: &Tracked,
     set: &BlindSet,

@@ -76,8 +76,8 @@ pub use external::{
 pub use gating::{GATE_FILE, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
-    Inspected, ModelSummary, GraphModelFacts, RobotSummary, SeamSummary, SetSummary, MeanAndMost, StanceSummary, WorstContact,
-    inspect, inspect_contacts, inspect_scenario,
+    GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary, StanceSummary,
+    WorstContact, inspect, inspect_contacts, inspect_scenario,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
@@ -87,7 +87,7 @@ pub use more_seeds::{MoreOf, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use poses_file::PosesDeclared;
-pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunResults, RunRecord};
+pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
 pub use run::{
     Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
     track_set_calibrating, track_set_with_program,

@@ -69,7 +69,7 @@ impl TrainingInput {
     /// # Errors
     /// [`ExperimentError`] that names the file, line or key; a scenario without training other than its test is
     /// refused.
-    pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
+    pub fn from_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
             let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
             return Err(scenario_error(file, "training", message.to_owned()));

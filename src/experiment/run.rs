@@ -16,13 +16,13 @@ use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::place::write_synced;
 use super::poses_file::{PosesDeclared, check_scale, read_poses};
-use super::results::{RunResults, RunRecord, tracker_in_words};
+use super::results::{RunRecord, RunResults, tracker_in_words};
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::unfinished;
 use super::watch::{Stage, Watch};
-use super::{ExperimentError, NamedFiles, Models};
+use super::{ExperimentError, Models, NamedFiles};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetParts, TruthSet, is_set};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
@@ -255,9 +255,10 @@ pub struct Evaluated {
 }
 
 /// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's
-/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.bvh`) of which a user may declare units, axes and names. The results of a run of this program go into its folder unless `out`
-/// says otherwise; nothing else there is changed. Results of another program's estimate go beside it, into
-/// `NAME-evaluation` or `out`, never into it.
+/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.bvh`) of which a user may declare units,
+/// axes and names. The results of a run of this program go into its folder unless `out` says otherwise; nothing else
+/// there is changed. Results of another program's estimate go beside it, into `NAME-evaluation` or `out`, never into
+/// it.
 ///
 /// # Errors
 /// [`ExperimentError`]; then nothing has changed on the disk.

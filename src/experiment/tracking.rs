@@ -22,7 +22,7 @@ use super::external::{EXTERNAL_FILE, ExternalRecord};
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use super::watch::{Stage, Watch, advance};
-use super::{ExperimentError, NamedFiles, Models};
+use super::{ExperimentError, Models, NamedFiles};
 use crate::benchmark_set::{
     BlindSet, EstimatedSequence, Estimates, SourceRecording, Training, bodies_from_json, bodies_to_json,
     recordings_from_npz, recordings_to_npz,
@@ -153,8 +153,8 @@ pub fn track(
     Ok(Tracked { record: Some(record), sources, ..Tracked::new(set, seeds, bodies, estimates) })
 }
 
-/// Runs any tracker over a set, blindfolded: `new_tracker` makes one for each seed. [`super::Measures::new`] measures the
-/// result against the truth.
+/// Runs any tracker over a set, blindfolded: `new_tracker` makes one for each seed. [`super::Measures::new`] measures
+/// the result against the truth.
 ///
 /// # Errors
 /// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `watch` stops the work.
@@ -444,7 +444,7 @@ impl Tracked {
     ///
     /// # Errors
     /// [`ExperimentError`] if it cannot be read or is not what it should be.
-    pub fn of_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
+    pub fn from_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file, limits::ARRAYS)?, body)?;
         Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
     }

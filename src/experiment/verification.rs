@@ -6,8 +6,8 @@ use super::ExperimentError;
 use super::watch::{Stage, Watch};
 use crate::benchmark_set::{BlindSet, Thoroughness, Verification, verify};
 
-/// `skiagraph verify`: makes every check of the set in `directory`; of every `every`th frame silhouettes and truth images
-/// are drawn anew.
+/// `skiagraph verify`: makes every check of the set in `directory`; of every `every`th frame silhouettes and truth
+/// images are drawn anew.
 ///
 /// # Errors
 /// [`ExperimentError::Set`] for a directory that is no set of this format; [`ExperimentError::Interrupted`]. What is

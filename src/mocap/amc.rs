@@ -216,7 +216,10 @@ head 40 50
         let motion = turn(CoordinateAxis::Y, 50.0) * turn(CoordinateAxis::X, 40.0);
         let axes = turn(CoordinateAxis::X, 90.0);
         assert_relative_eq!(clip.frames[0][2].rotation, axes * motion * axes.inverse(), epsilon = 1e-15);
-        let root = turn(CoordinateAxis::X, 90.0) * turn(CoordinateAxis::Z, 30.0) * turn(CoordinateAxis::Y, 20.0) * turn(CoordinateAxis::X, 10.0);
+        let root = turn(CoordinateAxis::X, 90.0)
+            * turn(CoordinateAxis::Z, 30.0)
+            * turn(CoordinateAxis::Y, 20.0)
+            * turn(CoordinateAxis::X, 10.0);
         assert_relative_eq!(clip.frames[0][0].rotation, root, epsilon = 1e-15);
         let position = Vector3::new(1.0, -3.0, 2.0) * 0.0254 / 0.45;
         assert_relative_eq!(clip.frames[0][0].translation.vector, position, epsilon = 1e-15);

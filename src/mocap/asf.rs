@@ -250,7 +250,8 @@ impl<'a> Parser<'a> {
     /// The next word as three different letters.
     fn axis_order(&mut self) -> Result<[CoordinateAxis; 3], MocapError> {
         let word = self.cursor.word_in_line();
-        let axes: Option<Vec<CoordinateAxis>> = word.unwrap_or_default().chars().map(CoordinateAxis::from_letter).collect();
+        let axes: Option<Vec<CoordinateAxis>> =
+            word.unwrap_or_default().chars().map(CoordinateAxis::from_letter).collect();
         match axes.as_deref() {
             Some(&[a, b, c]) if a != b && b != c && a != c => Ok([a, b, c]),
             _ => Err(self.cursor.unexpected("an order of axes such as XYZ", word)),

@@ -104,7 +104,8 @@ pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<
         cyclic: content.looping.eq_ignore_ascii_case("wrap"),
     };
     let rest_offsets = JOINTS.iter().map(|(_, _, offset, ..)| Vector3::from(*offset)).collect();
-    let mut recording = ParsedRecording { clip, rest_offsets, empty_frames, metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };
+    let mut recording =
+        ParsedRecording { clip, rest_offsets, empty_frames, metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };
     let kept = recording.fill_empty_frames();
     set_rate(&mut recording.clip, &durations[kept.start..kept.end.saturating_sub(1).max(kept.start)], file)?;
     if let Some(rate) = options.frames_per_second {

@@ -71,7 +71,8 @@ impl Clip {
         let change = last.rotation * first.rotation.inverse();
         let heading = 2.0 * libm::atan2(change.k, change.w);
         let heading = libm::remainder(heading, core::f64::consts::TAU);
-        let turn = if heading.abs() < LEAST_TURN { UnitQuaternion::identity() } else { CoordinateAxis::Z.turn(heading) };
+        let turn =
+            if heading.abs() < LEAST_TURN { UnitQuaternion::identity() } else { CoordinateAxis::Z.turn(heading) };
         let mut shift = last.translation.vector - turn * first.translation.vector;
         shift.z = 0.0;
         Isometry3::from_parts(Translation3::from(shift), turn)

@@ -112,8 +112,9 @@ mod tests {
     fn a_full_turn_in_small_steps_keeps_its_sign() {
         let mut frames: Vec<_> = (0..200)
             .map(|i| {
-                let rotation =
-                    UnitQuaternion::from_matrix(&CoordinateAxis::X.turn(f64::from(i) * 0.1).to_rotation_matrix().into_inner());
+                let rotation = UnitQuaternion::from_matrix(
+                    &CoordinateAxis::X.turn(f64::from(i) * 0.1).to_rotation_matrix().into_inner(),
+                );
                 vec![Isometry3::from_parts(Translation3::identity(), rotation)]
             })
             .collect();

@@ -90,8 +90,8 @@ impl Diffusion {
         slide.into_iter().chain(turn).chain(joints).collect()
     }
 
-    /// Brings every angle within its limits. A reflection keeps the density of a symmetric step continuous up to the limit;
-    /// a step longer than the whole range would leave it again on the other side, and is clamped there.
+    /// Brings every angle within its limits. A reflection keeps the density of a symmetric step continuous up to the
+    /// limit; a step longer than the whole range would leave it again on the other side, and is clamped there.
     fn reflect_at_limits(&self, pose: &mut Pose) {
         for (angle, dof) in pose.joint_angles.iter_mut().zip(&self.body.degrees_of_freedom) {
             if *angle < dof.lower {

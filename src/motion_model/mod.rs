@@ -86,8 +86,8 @@ pub trait MotionModel: Send + Sync {
         None
     }
 
-    /// Covariance of a step from the state's pose ([`Humanoid::step`]), the model's own prior added to `evidence`, which
-    /// was taken at that pose. `None` for models that cannot tell.
+    /// Covariance of a step from the state's pose ([`Humanoid::step`]), the model's own prior added to `evidence`,
+    /// which was taken at that pose. `None` for models that cannot tell.
     fn covariance(&self, _state: &Self::State, _evidence: &Evidence) -> Option<DMatrix<f64>> {
         None
     }

@@ -17,7 +17,7 @@ impl Image {
     }
 
     /// As [`Self::from_planes`], of planes whose number and length are right by how they were made.
-    pub(super) fn of_sound_planes(width: u32, height: u32, planes: Vec<Vec<u8>>) -> Self {
+    pub(super) fn from_sound_planes(width: u32, height: u32, planes: Vec<Vec<u8>>) -> Self {
         debug_assert!(planes.iter().all(|plane| plane.len() == width as usize * height as usize));
         Self { width, height, planes }
     }

@@ -14,7 +14,7 @@ pub use background::{
     BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, OnlineBackground, OnlineSettings, Risk,
     Segmenter, ShadowRule,
 };
-pub use corruption::{AXES, CorruptionAxis, CorruptedObserver, Corruption, told_rig, told_start};
+pub use corruption::{AXES, CorruptedObserver, Corruption, CorruptionAxis, told_rig, told_start};
 pub use imaging::{ImageSettings, SceneCamera, SegmentedObserver};
 pub use layers::{LayerImages, LayerObserver, WantedLayers};
 pub use observe::{Observer, observe, observe_frame};

@@ -1,7 +1,7 @@
 //! The physics of a body's motion: balance and forces, feet planted on the ground, and simulation.
 //!
-//! [`Dynamics`] computes balance, support and forces of a motion; [`plant_feet`] changes a motion as little as possible so
-//! that standing feet are planted and nothing is below the ground; [`simulate`] drives a body towards a motion under
+//! [`Dynamics`] computes balance, support and forces of a motion; [`plant_feet`] changes a motion as little as possible
+//! so that standing feet are planted and nothing is below the ground; [`simulate`] drives a body towards a motion under
 //! gravity.
 
 mod constants;

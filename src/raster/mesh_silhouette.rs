@@ -1,9 +1,10 @@
 //! Silhouettes of triangle meshes by the edges at which they turn away: what a fine mesh costs grows with its outline.
 //!
 //! Every triangle, whichever side it shows, covers its pixels once. So where two triangles that share an edge show the
-//! same side, their parts of the edge cancel, and the number of triangles over a pixel is a sum over the remaining edges
-//! to its left. That holds for open, folded and non-manifold meshes too: an edge is drawn as often as its triangles do
-//! not cancel. Rows of pixel centres are crossed half-open, so neither gaps nor double pixels appear at vertices.
+//! same side, their parts of the edge cancel, and the number of triangles over a pixel is a sum over the remaining
+//! edges to its left. That holds for open, folded and non-manifold meshes too: an edge is drawn as often as its
+//! triangles do not cancel. Rows of pixel centres are crossed half-open, so neither gaps nor double pixels appear at
+//! vertices.
 
 use nalgebra::Point3;
 

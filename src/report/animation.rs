@@ -6,7 +6,7 @@ use png::{BitDepth, ColorType, Compression, Encoder};
 use tiny_skia::Pixmap;
 
 use super::ReportError;
-use super::overlay::{BoneLine, Whose, PictureWindow, draw_bones};
+use super::overlay::{BoneLine, PictureWindow, Whose, draw_bones};
 use crate::camera::Camera;
 use crate::raster::Mask;
 
@@ -20,8 +20,8 @@ const FINEST: f64 = 60_000.0;
 /// frame, in order; one picture is in memory at a time.
 ///
 /// # Errors
-/// [`ReportError`] where a picture cannot be drawn; whatever `frame` answers; [`std::io::Error`]s of `to` as the encoder
-/// words them.
+/// [`ReportError`] where a picture cannot be drawn; whatever `frame` answers; [`std::io::Error`]s of `to` as the
+/// encoder words them.
 pub fn write_animation<E: From<ReportError>>(
     to: impl Write,
     camera: &Camera,

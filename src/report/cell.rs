@@ -9,7 +9,7 @@ use crate::evaluation::intersection_over_union;
 use crate::raster::{Mask, PixelBounds};
 
 use super::ReportError;
-use super::overlay::{Whose, PictureWindow, draw_bones, marker_bones};
+use super::overlay::{PictureWindow, Whose, draw_bones, marker_bones};
 
 /// Width of a view's picture, pixels.
 pub const CELL_WIDTH: u32 = 360;

@@ -60,23 +60,29 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
 
 /// `[frame][camera]`. Every camera keeps one scale over all frames, and follows the body.
 pub(super) fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<SheetPicture>>, ReportError> {
-    let views: Vec<Vec<OverlaidView<'_>>> = sheet.frames.iter().map(|frame| views(sheet, frame)).collect::<Result<_, _>>()?;
-    let bounds: Vec<Vec<PixelBounds>> = views.iter().map(|frame| frame.iter().map(OverlaidView::bounds).collect()).collect();
+    let views: Vec<Vec<OverlaidView<'_>>> =
+        sheet.frames.iter().map(|frame| views(sheet, frame)).collect::<Result<_, _>>()?;
+    let bounds: Vec<Vec<PixelBounds>> =
+        views.iter().map(|frame| frame.iter().map(OverlaidView::bounds).collect()).collect();
     let span_of = |camera: usize| bounds.iter().map(|frame| span(&frame[camera])).fold(1.0, f64::max);
     let spans: Vec<f64> = (0..sheet.rig.cameras.len()).map(span_of).collect();
     let cell = |((view, bounds), span): ((&OverlaidView<'_>, &PixelBounds), &f64)| {
         Ok(SheetPicture { picture: view.draw(bounds, *span)?, overlap: view.overlap() })
     };
-    let column =
-        |(frame, bounds): (&Vec<OverlaidView<'_>>, &Vec<PixelBounds>)| frame.iter().zip(bounds).zip(&spans).map(cell).collect();
+    let column = |(frame, bounds): (&Vec<OverlaidView<'_>>, &Vec<PixelBounds>)| {
+        frame.iter().zip(bounds).zip(&spans).map(cell).collect()
+    };
     views.iter().zip(&bounds).map(column).collect()
 }
 
 /// The view of a frame with the lowest overlap, and its camera's index; `None` without a camera.
 pub(super) fn worst_cell(sheet: &Sheet<'_>, frame: &SheetFrame) -> Result<Option<(usize, SheetPicture)>, ReportError> {
     let views = views(sheet, frame)?;
-    let found =
-        views.iter().map(OverlaidView::overlap).enumerate().min_by(|a, b| a.1.unwrap_or(1.0).total_cmp(&b.1.unwrap_or(1.0)));
+    let found = views
+        .iter()
+        .map(OverlaidView::overlap)
+        .enumerate()
+        .min_by(|a, b| a.1.unwrap_or(1.0).total_cmp(&b.1.unwrap_or(1.0)));
     let Some((camera, overlap)) = found else { return Ok(None) };
     let bounds = views[camera].bounds();
     let picture = views[camera].draw(&bounds, span(&bounds).max(1.0))?;

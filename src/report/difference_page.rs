@@ -47,7 +47,12 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
     let side = |side: &'_ crate::evaluation::AgainstBase| {
         let tables = [
             DifferenceTable { title: "Metrics", first: "Metric", tested: true, rows: metric_rows(side, true) },
-            DifferenceTable { title: "HumanEva 3-D error by clip, mm", first: "Clip", tested: false, rows: clip_rows(side) },
+            DifferenceTable {
+                title: "HumanEva 3-D error by clip, mm",
+                first: "Clip",
+                tested: false,
+                rows: clip_rows(side),
+            },
             DifferenceTable { title: "Error by marker, mm", first: "Marker", tested: false, rows: joint_rows(side) },
         ];
         tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
@@ -66,7 +71,10 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
         .collect();
     let names: Vec<&str> = sides.iter().map(|side| side.name).collect();
     let title = format!("{} against {}", names.join(", "), comparison.base.name);
-    render_page(TEMPLATE, &DifferencePage { title, base: &comparison.base.name, seeds: seeds_of(comparison), how: HOW, sides })
+    render_page(
+        TEMPLATE,
+        &DifferencePage { title, base: &comparison.base.name, seeds: seeds_of(comparison), how: HOW, sides },
+    )
 }
 
 #[cfg(test)]

@@ -52,7 +52,7 @@ pub(super) struct IntervalBar {
 }
 
 impl IntervalBar {
-    fn of(difference: &Difference) -> Option<Self> {
+    fn from_difference(difference: &Difference) -> Option<Self> {
         let ends = difference.ci95?;
         let scale = 1.1 * ends.low.abs().max(ends.high.abs());
         let place = |value: f64| 50.0 + 50.0 * value / scale;
@@ -62,7 +62,7 @@ impl IntervalBar {
 }
 
 impl DifferenceRow {
-    pub(super) fn of_metric(metric: &ComparedMetric) -> Self {
+    pub(super) fn from_metric(metric: &ComparedMetric) -> Self {
         let title = find_metric(&metric.metric).map_or(metric.metric.as_str(), |known| known.title);
         let unit = symbol(metric.unit);
         let title = if unit.is_empty() { title.to_owned() } else { format!("{title}, {unit}") };

@@ -67,7 +67,14 @@ pub fn link_bones(humanoid: &Humanoid, frames: &LinkFrames) -> Vec<BoneLine> {
 
 /// Draws bones as `camera` sees them through `window`. Bones behind the camera are left out; lens distortion bends
 /// them. Lines are `width` picture pixels wide and have a dark edge, so that they show on any ground.
-pub fn draw_bones(picture: &mut Pixmap, camera: &Camera, window: &PictureWindow, bones: &[BoneLine], whose: Whose, width: f32) {
+pub fn draw_bones(
+    picture: &mut Pixmap,
+    camera: &Camera,
+    window: &PictureWindow,
+    bones: &[BoneLine],
+    whose: Whose,
+    width: f32,
+) {
     let to_picture = |point: &Point3<f64>| {
         let pixel = camera.project(point)?;
         let at = (pixel - window.corner) * window.scale;

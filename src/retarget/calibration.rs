@@ -7,7 +7,7 @@
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use super::anatomy::{SEGMENTS, BodySegment, SubjectFrame};
+use super::anatomy::{BodySegment, SEGMENTS, SubjectFrame};
 use crate::body::inverse_kinematics::OrientationGoal;
 use crate::body::{Humanoid, Landmark, LinkPoint, Pose, from_axes, rotation_from_vector, rotation_vector};
 

@@ -56,7 +56,8 @@ pub(super) fn pose_all(
     let waypoint = |frame: usize, most: f64| Waypoint { goals: &goals[frame], markers: &subject[frame].markers, most };
     let ahead = (0..goals.len()).map(|frame| waypoint(frame, turns[frame]));
     let back = (0..goals.len()).rev().map(|frame| waypoint(frame, turns.get(frame + 1).copied().unwrap_or(0.0)));
-    let poses = |solutions: Vec<PoseSolution>| solutions.into_iter().map(|solution| solution.pose).collect::<Vec<Pose>>();
+    let poses =
+        |solutions: Vec<PoseSolution>| solutions.into_iter().map(|solution| solution.pose).collect::<Vec<Pose>>();
     let forward = poses(solve_sequence(&mut solver, humanoid, ahead, &start(posed.first()), options));
     let mut backward = poses(solve_sequence(&mut solver, humanoid, back, &start(posed.last()), options));
     backward.reverse();

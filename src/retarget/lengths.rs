@@ -52,7 +52,7 @@ impl SegmentLengths {
         Self::measure(&[(*markers, toes)])
     }
 
-    pub(super) fn of_subject(frames: &[SubjectFrame]) -> Self {
+    pub(super) fn from_subject(frames: &[SubjectFrame]) -> Self {
         Self::measure(&frames.iter().map(|f| (f.markers, f.toes)).collect::<Vec<_>>())
     }
 

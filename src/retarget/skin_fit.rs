@@ -1,5 +1,5 @@
-//! A skin on a body: the body takes the size and pose in which the skin's mesh was modelled, the mesh is bound to it, and
-//! both are brought back to the body's own size.
+//! A skin on a body: the body takes the size and pose in which the skin's mesh was modelled, the mesh is bound to it,
+//! and both are brought back to the body's own size.
 
 use std::sync::Arc;
 
@@ -16,11 +16,12 @@ const WORST_FIT: f64 = 0.06;
 /// Feet whose ankle is this far from their link's origin have no ankle joint, metres.
 const AT_ORIGIN: f64 = 0.03;
 
-/// `template` with the skin `mesh`, which is fitted by its landmarks. A mesh without landmarks is taken to be modelled on
-/// the template itself at its zero pose.
+/// `template` with the skin `mesh`, which is fitted by its landmarks. A mesh without landmarks is taken to be modelled
+/// on the template itself at its zero pose.
 ///
 /// # Errors
-/// [`SkinError`] for weights of another skeleton, landmarks that are missing, and a body that cannot take the mesh's pose.
+/// [`SkinError`] for weights of another skeleton, landmarks that are missing, and a body that cannot take the mesh's
+/// pose.
 pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinError> {
     let bare = Humanoid { skin: None, ..template.clone() };
     if mesh.landmarks.is_empty() {

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActorSettings {
-    /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled to the
-    /// recorded subject. Default: `actor`.
+    /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled
+    /// to the recorded subject. Default: `actor`.
     pub robot: String,
     /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
     /// path of a `.toml` relative to the scenario (`robots/skins/`). Default: the robot's solids.
@@ -105,9 +105,9 @@ pub struct TrackerBodySettings {
     pub seed: u32,
     /// Whether the tracker calibrates its body before it tracks: lengths, girths, places of joints and one inflation of
     /// all radii are solved together with the poses of the first 20 frames, a fifteenth of a second apart, on the
-    /// outlines that the cameras saw, seed by seed. A gate decides whether the body that was found is kept; the run says
-    /// what was decided and found. For the annealed particle filter; other trackers keep the body as it is. Default:
-    /// false.
+    /// outlines that the cameras saw, seed by seed. A gate decides whether the body that was found is kept; the run
+    /// says what was decided and found. For the annealed particle filter; other trackers keep the body as it is.
+    /// Default: false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub calibrate: bool,
 }

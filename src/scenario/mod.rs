@@ -37,14 +37,14 @@ pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, SkinBlendin
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, LineSpan};
-pub use latent::{GpdmSettings, GpdmGraphSettings, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdmSettings};
-pub use motion::{UpwardAxis, JoinKeys, MotionSettings, TakeSettings, TrainingSettings, VariationSettings};
+pub use latent::{GpdmGraphSettings, GpdmSettings, LatentKind, LatentTrackerSettings, RootMode, SwitchingGpdmSettings};
+pub use motion::{JoinKeys, MotionSettings, TakeSettings, TrainingSettings, UpwardAxis, VariationSettings};
 pub use props::{PropSettings, PropShape};
 pub use ranges::InvalidValue;
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub use survey::{Survey, survey};
-pub use sweep_file::{UpwardAxis as SweepAxis, AxisValue, SweepBudget, Expansion, Sweep, SweepFile, SweepTag, as_toml};
+pub use sweep_file::{AxisValue, Expansion, Sweep, SweepAxis, SweepBudget, SweepFile, SweepTag, as_toml};
 pub use template::ScenarioTemplate;
 pub use tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,

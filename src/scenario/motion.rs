@@ -194,7 +194,7 @@ pub enum UpwardAxis {
 
 impl MotionSettings {
     /// All of a clip, once, at 60 frames a second.
-    pub fn of_clip(clip: &str) -> Self {
+    pub fn from_clip(clip: &str) -> Self {
         Self {
             clip: clip.to_owned(),
             skeleton: None,

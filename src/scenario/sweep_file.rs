@@ -46,10 +46,10 @@ pub struct Sweep {
     /// How settings are made of the axes. Default: `"grid"`.
     #[serde(default)]
     pub method: Expansion,
-    /// Axes by dotted key, or by its last parts if they are unambiguous. A value is any TOML value; a table `{ name =
-    /// "...", set = ["key=value", ...] }` sets several keys at once, and its axis may have any name. With `method =
-    /// "random"` an axis may be `{ uniform = [low, high] }` or `{ log_uniform = [low, high] }`, with `integer = true` for
-    /// whole numbers. Default: none.
+    /// Axes by dotted key, or by its last parts if they are unambiguous. A value is any TOML value; a table
+    /// `{ name = "...", set = ["key=value", ...] }` sets several keys at once, and its axis may have any name. With
+    /// `method = "random"` an axis may be `{ uniform = [low, high] }` or `{ log_uniform = [low, high] }`, with
+    /// `integer = true` for whole numbers. Default: none.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     pub axes: Map<String, Value>,
     /// The settings of `method = "list"`: tables of keys and values. Default: none.

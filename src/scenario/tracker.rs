@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::complaint::{Complaint, did_you_mean};
-use super::latent::{GpdmSettings, GpdmGraphSettings, LatentTrackerSettings, SwitchingGpdmSettings};
+use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, SwitchingGpdmSettings};
 use crate::motion_model::{DiffusionSettings, Prediction};
 use crate::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,

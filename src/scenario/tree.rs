@@ -72,7 +72,7 @@ pub(super) struct SettingsMistake {
 }
 
 impl SettingsMistake {
-    fn new(error: &json_tree::Error) -> Self {
+    fn new(error: &json_tree::TreeError) -> Self {
         let key = error.path().to_string();
         let key = if key == "." { String::new() } else { key.trim_end_matches(".?").to_owned() };
         let message = error.inner().to_string();

@@ -14,7 +14,7 @@ pub(crate) trait Dispatched {
 /// A closure does not work: if it can be called more than once, `FnOnce::call_once` is a separate function compiled for
 /// the baseline, and everything is inlined there instead of into the function with the better instruction set.
 pub(crate) fn dispatch<D: Dispatched>(work: D) -> D::Output {
-    pulp::Arch::new().dispatch(Kernel(work))
+    pulp::Arch::new().dispatch(Dispatcher(work))
 }
 
 struct Dispatcher<D>(D);

@@ -36,8 +36,8 @@ mod silhouette_likelihood;
 pub use annealed_particle_filter::AnnealedParticleFilter;
 pub use annealing::{Selection, select};
 pub use calibration::{
-    CALIBRATION_FRAMES, CALIBRATION_SPACING_S, BodyCalibration, CalibrationError, CalibrationReport, CalibrationVerdict,
-    calibrate,
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
+    CalibrationVerdict, calibrate,
 };
 pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
 pub use frozen::Frozen;

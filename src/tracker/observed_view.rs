@@ -4,7 +4,7 @@ use super::placed_body::PlacedBody;
 use super::{ContourTerm, SilhouetteSettings};
 use crate::body::{Humanoid, SilhouettePainter, capsules_in_camera};
 use crate::camera::Camera;
-use crate::raster::{MaskComparison, DistanceMap, Mask, SilhouetteComparer, SilhouetteScratch, contour, overlap};
+use crate::raster::{DistanceMap, Mask, MaskComparison, SilhouetteComparer, SilhouetteScratch, contour, overlap};
 
 /// An observed silhouette in an ideal pinhole's pixels, and what it takes to compare it.
 #[derive(Debug)]

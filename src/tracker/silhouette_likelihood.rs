@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::calibration::importance;
-use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, OutlineResidual};
+use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineResidual, OutlineSample};
 use super::limb_sides::LimbSides;
 use super::observed_view::{ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
@@ -17,7 +17,7 @@ use crate::camera::{Camera, CameraRig, Distortion};
 use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 use crate::parallel;
-use crate::raster::{MaskComparison, Mask, Overlap, TaperedCapsule};
+use crate::raster::{Mask, MaskComparison, Overlap, TaperedCapsule};
 
 /// How the areas of two silhouettes are compared: `[Skinned APF]`'s `D_s`, in [0, 1]. With B pixels of the model alone,
 /// R of the observation alone and Y of both:
@@ -153,7 +153,8 @@ impl SilhouetteLikelihood {
         let only_capsules = body.links.iter().flat_map(|l| &l.solids).all(|f| matches!(f, Solid::TaperedCapsule(_)));
         let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
         let fast = only_capsules && body.skin.is_none() && one_sided;
-        let views = parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], fast, &settings));
+        let views =
+            parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], fast, &settings));
         Ok(Self { body, settings, views, fast, outline: None, importance: Vec::new() })
     }
 

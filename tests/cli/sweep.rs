@@ -145,7 +145,8 @@ fn a_sweep_that_is_killed_at_twenty_moments_ends_with_the_bytes_of_an_undisturbe
     let room = room();
     let whole = undisturbed(&room, "whole");
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));
-    // moments from a fixed sequence without pattern; killed cells are begun again, and all of them where none is missing
+    // moments from a fixed sequence without pattern; killed cells are begun again, and all of them where none is
+    // missing
     let mut moment = 17_u64;
     let mut killed = 0;
     for _ in 0..20 {

@@ -30,7 +30,7 @@ const COLLADA: &str = "<COLLADA><asset><unit meter=\"0.01\"/></asset><library_ge
     <instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes></COLLADA>";
 
 /// The seeds of a target: at least one, none longer than 64 KiB but models.
-pub(crate) fn of(target: &str) -> Vec<Vec<u8>> {
+pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
     let shared = |folder: &str, endings: &[&str]| match test_data(folder) {
         Some(folder) => files_below(&folder, endings),
         None => Vec::new(),

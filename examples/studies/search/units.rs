@@ -81,7 +81,8 @@ impl Ledger {
         Ok(Self { path, known })
     }
 
-    /// What is known of cases by the parts of their key: take, bodies, condition, method, settings, seeds, frames, size.
+    /// What is known of cases by the parts of their key: take, bodies, condition, method, settings, seeds, frames,
+    /// size.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (Vec<&str>, &Outcome)> {
         self.known.iter().map(|(key, outcome)| (key.split('|').collect(), outcome))
     }

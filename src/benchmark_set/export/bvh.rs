@@ -1,7 +1,7 @@
 //! BVH: the actor's links as joints that turn, centimetres, Y up.
 //!
-//! BVH has no rest rotations. The rest pose is the zero pose, in which every joint's axes are those of the world; a joint's
-//! rotation is how far its link has turned from there, against its parent's.
+//! BVH has no rest rotations. The rest pose is the zero pose, in which every joint's axes are those of the world; a
+//! joint's rotation is how far its link has turned from there, against its parent's.
 
 use std::fmt::Write as _;
 

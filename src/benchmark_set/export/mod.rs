@@ -1,8 +1,8 @@
 //! A set in the formats of other tools.
 //!
 //! Each format is one file here, written as its own documentation has it, and read back by its own reader in
-//! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and what is left out. Exports hold the truth:
-//! they are for evaluation, not for trackers.
+//! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and what is left out. Exports hold the
+//! truth: they are for evaluation, not for trackers.
 
 mod bodytrack;
 mod bvh;
@@ -93,8 +93,8 @@ pub struct ExportWatch<'a> {
 /// Writes a set into `folder`, which must be there and where none of the files may be yet.
 ///
 /// # Errors
-/// [`SetError::Io`] naming the file that cannot be written, [`SetError::Malformed`] for a set that the format cannot hold,
-/// with the reason; errors of reading the set; [`SetError::Stopped`].
+/// [`SetError::Io`] naming the file that cannot be written, [`SetError::Malformed`] for a set that the format cannot
+/// hold, with the reason; errors of reading the set; [`SetError::Stopped`].
 pub fn export(set: &BenchmarkSet, format: ExportFormat, folder: &Path, watch: ExportWatch<'_>) -> Result<(), SetError> {
     let folder = Folder::new(folder, watch);
     match format {

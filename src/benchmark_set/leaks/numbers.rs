@@ -26,7 +26,7 @@ impl NumberSequence {
         Self { place, numbers, strides }
     }
 
-    fn of_array(name: &str, array: &Array) -> Option<Self> {
+    fn from_array(name: &str, array: &Array) -> Option<Self> {
         let numbers = match &array.values {
             Values::F64(values) => values.clone(),
             Values::F32(values) => values.iter().map(|v| f64::from(*v)).collect(),

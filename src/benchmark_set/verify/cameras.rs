@@ -25,7 +25,7 @@ pub(super) struct ListedCamera {
 }
 
 impl ListedCamera {
-    fn of(value: &Value) -> Option<Self> {
+    fn from_json(value: &Value) -> Option<Self> {
         let k = numbers::<9>(&value["K"])?;
         let r = numbers::<9>(&value["R"])?;
         Some(Self {
@@ -106,7 +106,7 @@ fn read(files: &SetFiles) -> Result<(Value, Vec<Option<ListedCamera>>), String> 
     let unreadable = || "not checked: cameras.json cannot be read".to_owned();
     let bytes = files.read(cameras_file::PATH).map_err(|_| unreadable())?;
     let value: Value = serde_json::from_slice(&bytes).map_err(|_| unreadable())?;
-    let cameras = value["cameras"].as_array().ok_or_else(unreadable)?.iter().map(ListedCamera::of).collect();
+    let cameras = value["cameras"].as_array().ok_or_else(unreadable)?.iter().map(ListedCamera::from_json).collect();
     Ok((value, cameras))
 }
 

@@ -1,10 +1,11 @@
 //! Proves a set: every file is what was written, and all files tell the same story.
 //!
 //! Hashes say that nothing was changed since the set was written. They cannot say that what was written is right, and a
-//! set that was edited and listed anew has good hashes. So everything that can be computed in two ways is computed anew:
-//! body and joints from the poses, contact from the body, projections from the numbers of `cameras.json` by OpenCV's
-//! formula without this program's reader, silhouettes and truth images from the body. What differs is a fault, and where
-//! a common mistake explains it (another unit, a flipped axis, mirrored images, the frame before), the fault says so.
+//! set that was edited and listed anew has good hashes. So everything that can be computed in two ways is computed
+//! anew: body and joints from the poses, contact from the body, projections from the numbers of `cameras.json` by
+//! OpenCV's formula without this program's reader, silhouettes and truth images from the body. What differs is a fault,
+//! and where a common mistake explains it (another unit, a flipped axis, mirrored images, the frame before), the fault
+//! says so.
 //!
 //! [`CHECKS`] lists the checks. A check that lacks a file which another check found at fault says that it did not look.
 
@@ -118,9 +119,8 @@ type Outcome = Result<(String, Vec<Fault>), String>;
 /// Makes all checks of the set in `directory`.
 ///
 /// # Errors
-/// [`SetError::NotASet`] and [`SetError::Io`] for a directory that is no set or cannot be read,
-/// [`SetError::Malformed`] for a set of another version of the format, [`SetError::Stopped`]. What is wrong with a set is
-/// no error but a fault.
+/// [`SetError::NotASet`] and [`SetError::Io`] for a directory that is no set or cannot be read, [`SetError::Malformed`]
+/// for a set of another version of the format, [`SetError::Stopped`]. What is wrong with a set is no error but a fault.
 pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, SetError> {
     let files = SetFiles::open(directory)?;
     manifest::refuse_other_formats(directory)?;
@@ -157,7 +157,7 @@ impl Fault {
     }
 
     /// A file that cannot be read is named by its path inside the set.
-    fn of_file(directory: &Path, error: SetError) -> Self {
+    fn from_file(directory: &Path, error: SetError) -> Self {
         match error {
             SetError::Io { path, action, source } => {
                 let file = path.strip_prefix(directory).unwrap_or(&path).to_string_lossy().replace('\\', "/");

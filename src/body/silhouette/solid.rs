@@ -7,7 +7,8 @@ use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 
 /// Calls `visit` with every pixel that sees `solid` at or beyond z = `near`, and the least depth z at which it does.
-/// Pixels that see several triangles of a mesh are visited for each. The last argument is the triangle, 0 of other solids.
+/// Pixels that see several triangles of a mesh are visited for each. The last argument is the triangle, 0 of other
+/// solids.
 pub(super) fn each_depth(
     solid: &Solid,
     camera_from_link: &Isometry3<f64>,

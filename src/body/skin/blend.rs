@@ -90,7 +90,10 @@ impl Skin {
             let moves: Vec<_> = self
                 .influences(vertex)
                 .map(|(link, weight)| {
-                    (dual_quaternion::DualQuaternion::from_isometry(&(frames[link] * self.bind[link].inverse())), weight)
+                    (
+                        dual_quaternion::DualQuaternion::from_isometry(&(frames[link] * self.bind[link].inverse())),
+                        weight,
+                    )
                 })
                 .collect();
             return dual_quaternion::blended(moves.iter().map(|(q, weight)| (q, *weight)), &self.vertices[vertex]);

@@ -9,7 +9,7 @@ pub(super) struct DualQuaternion {
 }
 
 impl DualQuaternion {
-    pub(super) fn of(motion: &Isometry3<f64>) -> Self {
+    pub(super) fn from_isometry(motion: &Isometry3<f64>) -> Self {
         let real = motion.rotation.into_inner();
         let translation = Quaternion::from_imag(motion.translation.vector);
         Self { real, dual: translation * real * 0.5 }

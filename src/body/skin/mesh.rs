@@ -96,8 +96,8 @@ pub enum SkinError {
 }
 
 impl SkinMesh {
-    /// Checks sizes, indices, numbers and weights; weights that sum to nearly 1 are brought to it. `file` is its name in
-    /// messages.
+    /// Checks sizes, indices, numbers and weights; weights that sum to nearly 1 are brought to it. `file` is its name
+    /// in messages.
     pub(super) fn checked(mut self, file: &str) -> Result<Self, SkinError> {
         let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
         for (found, most, what) in

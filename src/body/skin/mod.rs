@@ -2,10 +2,10 @@
 //! (`[Skinned APF]`, section 4; `[Lewis 2000]`).
 //!
 //! A vertex at `v0` in the bind pose, in which the mesh was modelled, is in another pose at
-//! `v = sum_i w_i T_i(pose) T_i(bind)^-1 v0`: every link carries it along rigidly, and the weighted mean of these places
-//! is taken. Between two links that turn by an angle `a` against each other, a ring of equally weighted vertices shrinks
-//! to `cos(a / 2)` of its radius; blending dual quaternions instead ([`Blending::DualQuaternion`], `[Kavan 2007]`)
-//! keeps the radius.
+//! `v = sum_i w_i T_i(pose) T_i(bind)^-1 v0`: every link carries it along rigidly, and the weighted mean of these
+//! places is taken. Between two links that turn by an angle `a` against each other, a ring of equally weighted vertices
+//! shrinks to `cos(a / 2)` of its radius; blending dual quaternions instead ([`Blending::DualQuaternion`],
+//! `[Kavan 2007]`) keeps the radius.
 //!
 //! [`SkinMesh`] is the mesh with its weights by name of a body segment, as files have it; [`Skin`] is bound to a body.
 

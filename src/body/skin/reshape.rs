@@ -18,7 +18,8 @@ impl Skin {
             let place = bind[parent] * Point3::from(offset.component_mul(&of(parent).length));
             bind[link] = Isometry3::from_parts(place.into(), bind[link].rotation);
         }
-        let axes: Vec<Vec<MiddleLine>> = body.links.iter().map(|link| link.solids.iter().map(MiddleLine::of).collect()).collect();
+        let axes: Vec<Vec<MiddleLine>> =
+            body.links.iter().map(|link| link.solids.iter().map(MiddleLine::from_solid).collect()).collect();
         let moved = |vertex: usize| {
             let carried = self.influences(vertex).map(|(link, weight)| {
                 let own = self.bind[link].inverse_transform_point(&self.vertices[vertex]);
@@ -40,7 +41,7 @@ struct MiddleLine {
 }
 
 impl MiddleLine {
-    fn of(solid: &Solid) -> Self {
+    fn from_solid(solid: &Solid) -> Self {
         let line = |frame: &Isometry3<f64>, half: Vector3<f64>| Self {
             from: frame * Point3::from(-half),
             to: frame * Point3::from(half),

@@ -1,4 +1,5 @@
-//! HumanEva's `.cal`: 22 or 25 numbers, `fc(2) cc(2) alpha(1) kc(5) R(9) T(3)`, then perhaps the rotation vector `om(3)`.
+//! HumanEva's `.cal`: 22 or 25 numbers, `fc(2) cc(2) alpha(1) kc(5) R(9) T(3)`, then perhaps the rotation vector
+//! `om(3)`.
 
 use super::{PlainCamera, rows};
 use crate::input::excerpt;

@@ -6,8 +6,8 @@
 //! | [`CameraFileFormat::HumanEva`] | `.cal`: fc cc alpha kc R T, one camera a file | millimetre | the same | the same |
 //! | [`CameraFileFormat::Qualisys`] | Qualisys' calibration in XML, all cameras in one file | millimetre | the same | `x_camera = R (x_world - C)`, x right, y **up**, z **backward** |
 //!
-//! All become [`Camera`]s in metres with OpenCV's axes and the world's Z up. What a format can say and a [`Camera`] cannot
-//! (skew, fisheye lenses, more than five coefficients) is refused, never dropped.
+//! All become [`Camera`]s in metres with OpenCV's axes and the world's Z up. What a format can say and a [`Camera`]
+//! cannot (skew, fisheye lenses, more than five coefficients) is refused, never dropped.
 
 mod humaneva;
 mod opencv_yaml;
@@ -45,7 +45,7 @@ pub struct CameraFileOptions {
 
 impl CameraFileFormat {
     /// The format that a file's name suggests: `.yml` and `.yaml`, `.cal`, `.xml` and `.qca.txt`.
-    pub fn of_name(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         let name = name.to_lowercase();
         let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
         if ends(&[".yml", ".yaml"]) {

@@ -1,5 +1,5 @@
-//! OpenCV's `FileStorage` in YAML: `camera_matrix`, `distortion_coefficients`, and `R` with `T`, or `rvec` with `tvec`, or a
-//! row of `extrinsic_parameters`.
+//! OpenCV's `FileStorage` in YAML: `camera_matrix`, `distortion_coefficients`, and `R` with `T`, or `rvec` with `tvec`,
+//! or a row of `extrinsic_parameters`.
 
 use nalgebra::{Rotation3, Vector3};
 use serde::Deserialize;

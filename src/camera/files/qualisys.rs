@@ -1,7 +1,7 @@
 //! Qualisys' calibration in XML: all cameras of a system, intrinsics in 1/64 pixel, places in millimetres.
 //!
-//! `r11` to `r33`, row by row, turn the world into camera axes whose y is up and whose z points backward; `x y z` is the
-//! camera's centre. Both become OpenCV's.
+//! `r11` to `r33`, row by row, turn the world into camera axes whose y is up and whose z points backward; `x y z` is
+//! the camera's centre. Both become OpenCV's.
 
 use nalgebra::{Matrix3, Vector3};
 use roxmltree::{Document, Node};

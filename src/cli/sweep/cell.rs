@@ -14,9 +14,9 @@ use crate::experiment::sweep::{CellOptions, PlannedSweep, RunOptions, Status, ru
 
 /// Run one cell of a sweep, or one shard of it: what a cluster's engine calls
 ///
-/// Safe to repeat and to kill: a cell that has a result is not run again, and a result is whole or absent. A tracker that
-/// loses the body is a result (exit code 0), and so is a setting that cannot be run. Exit code 75: try again; 2: bad
-/// input.
+/// Safe to repeat and to kill: a cell that has a result is not run again, and a result is whole or absent. A tracker
+/// that loses the body is a result (exit code 0), and so is a setting that cannot be run. Exit code 75: try again; 2:
+/// bad input.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep cell sweeps/mine --index 17\n  \
                         skiagraph sweep cell sweeps/mine --shard 3/40\n  \

@@ -20,8 +20,8 @@ pub(super) struct Definition {
     #[arg(value_name = "SWEEP|SCENARIO")]
     file: Option<PathBuf>,
 
-    /// Axes (key=value,value,...) and overrides for all settings (key=value): a dotted key, or its last parts if they are
-    /// unambiguous
+    /// Axes (key=value,value,...) and overrides for all settings (key=value): a dotted key, or its last parts if they
+    /// are unambiguous
     #[arg(value_name = "KEY=VALUES")]
     assignments: Vec<String>,
 

@@ -202,7 +202,7 @@ struct TwoSides<'a> {
 }
 
 impl<'a> TwoSides<'a> {
-    fn of(
+    fn new(
         base: (&'a str, &'a MeasuredRuns),
         other: (&'a str, &'a MeasuredRuns),
         across_sets: bool,

@@ -93,8 +93,8 @@ pub fn difference(clips: &[ClipValues]) -> Option<Difference> {
     difference_of(clips, pairs)
 }
 
-/// As [`difference`], of sides whose seeds have nothing in common even where they are the same numbers: of runs on other
-/// sets.
+/// As [`difference`], of sides whose seeds have nothing in common even where they are the same numbers: of runs on
+/// other sets.
 pub fn independent_difference(clips: &[ClipValues]) -> Option<Difference> {
     difference_of(clips, None)
 }
@@ -151,7 +151,7 @@ struct Strata {
 
 impl Strata {
     /// The values of both sides, those of the base negated: twice their mean of means is the difference.
-    fn of_independent(base: &[Vec<f64>], other: &[Vec<f64>]) -> Self {
+    fn from_independent(base: &[Vec<f64>], other: &[Vec<f64>]) -> Self {
         let negated = base.iter().map(|values| values.iter().map(|value| -value).collect());
         Self { values: negated.chain(other.iter().cloned()).collect(), scale: 2.0 }
     }

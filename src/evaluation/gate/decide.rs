@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::settle::{MoreSeeds, seeds_to_settle};
-use super::{Budget, FEWEST_SEEDS, GateRules, MarginError};
+use super::{FEWEST_SEEDS, GateRules, MarginError, MetricMargin};
 use crate::evaluation::comparison::{
     ClipValues, Difference, DifferenceRule, MeasuredClip, MeasuredRuns, difference, holm, lost_tracks, seeds_in_words,
     set_difference,
@@ -269,7 +269,7 @@ impl Sides<'_> {
         Ok(values)
     }
 
-    fn budget(&self, budget: &Budget) -> Result<Check, GateRefusal> {
+    fn budget(&self, budget: &MetricMargin) -> Result<Check, GateRefusal> {
         let name = budget.metric.as_str();
         let metric =
             find_metric(name).ok_or_else(|| GateRefusal::Rule(format!("budget: there is no metric `{name}`")))?;
@@ -380,7 +380,7 @@ impl Sides<'_> {
             return Ok(None);
         }
         let margin = self.rules.coverage;
-        let mut check = self.budget(&Budget { metric: "coverage".to_owned(), margin, clip: None })?;
+        let mut check = self.budget(&MetricMargin { metric: "coverage".to_owned(), margin, clip: None })?;
         check.kind = CheckKind::Coverage;
         check.more_seeds = None;
         if check.verdict == GateVerdict::Inconclusive {
@@ -439,8 +439,8 @@ fn verdict(worse_by: f64, ends: Option<Interval>, margin: f64) -> GateVerdict {
     }
 }
 
-/// Of several budgets one may seem to fail by chance: failures must hold with Holm's adjustment too. Passing needs none,
-/// since all must pass.
+/// Of several budgets one may seem to fail by chance: failures must hold with Holm's adjustment too. Passing needs
+/// none, since all must pass.
 fn adjust_failures(checks: &mut [Check]) {
     let p_of = |check: &Check| {
         let (found, margin) = (check.difference.as_ref()?, check.margin?);
@@ -589,7 +589,9 @@ mod tests {
         assert!(refused(GateRules { budgets: vec![], ..rules("2mm") }).contains("no budget"));
         assert!(refused(GateRules::from_metric("nothing", "2mm".parse().unwrap())).contains("no metric `nothing`"));
         assert!(refused(GateRules::from_metric("energy_gap", "2".parse().unwrap())).contains("a diagnosis"));
-        assert!(refused(GateRules::from_metric("pa_mpjpe_mm", "2mm".parse().unwrap())).contains("baseline has no value"));
+        assert!(
+            refused(GateRules::from_metric("pa_mpjpe_mm", "2mm".parse().unwrap())).contains("baseline has no value")
+        );
         let of_clip = |clip: &str| {
             let mut rules = rules("2mm");
             rules.budgets[0].clip = Some(clip.to_owned());

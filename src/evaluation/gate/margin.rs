@@ -10,7 +10,7 @@ use crate::evaluation::Unit;
 /// By how much a metric may worsen: a number with its unit (`2mm`, `1.5deg`, `0.02`), or a share of the baseline's mean
 /// (`5%`; of a metric that is itself a share, percentage points).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "String")]
+#[serde(try_from = "WrittenMargin", into = "String")]
 pub struct Margin {
     value: f64,
     unit: MarginUnit,
@@ -93,7 +93,9 @@ impl TryFrom<WrittenMargin> for Margin {
     fn try_from(written: WrittenMargin) -> Result<Self, MarginError> {
         match written {
             WrittenMargin::Text(text) => text.parse(),
-            WrittenMargin::Number(value) if value.is_finite() && value >= 0.0 => Ok(Self { value, unit: MarginUnit::None }),
+            WrittenMargin::Number(value) if value.is_finite() && value >= 0.0 => {
+                Ok(Self { value, unit: MarginUnit::None })
+            }
             WrittenMargin::Number(value) => Err(MarginError::Malformed(value.to_string())),
         }
     }
@@ -117,7 +119,7 @@ impl fmt::Display for Margin {
 
 impl Margin {
     /// A number in the metric's own unit.
-    pub(super) const fn of_number(value: f64) -> Self {
+    pub(super) const fn from_number(value: f64) -> Self {
         Self { value, unit: MarginUnit::None }
     }
 
@@ -125,7 +127,7 @@ impl Margin {
     ///
     /// # Errors
     /// [`MarginError::Unit`] if it is given in another unit.
-    pub fn of(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
+    pub fn resolve(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
         match self.unit {
             MarginUnit::None => Ok(self.value),
             MarginUnit::Percent if unit == Unit::Fraction => Ok(self.value),
@@ -145,7 +147,7 @@ mod tests {
     use super::*;
 
     fn margin(text: &str, unit: Unit, base: f64) -> f64 {
-        text.parse::<Margin>().unwrap().of("x", unit, base).unwrap()
+        text.parse::<Margin>().unwrap().resolve("x", unit, base).unwrap()
     }
 
     #[test]
@@ -163,7 +165,7 @@ mod tests {
         for text in ["", "mm", "-2mm", "2 parsecs", "1e999", "NaN", "2furlongs", "infmm", "1..2"] {
             assert!(text.parse::<Margin>().is_err(), "{text}");
         }
-        let other = "2deg".parse::<Margin>().unwrap().of("humaneva_mm", Unit::Millimetre, 30.0).unwrap_err();
+        let other = "2deg".parse::<Margin>().unwrap().resolve("humaneva_mm", Unit::Millimetre, 30.0).unwrap_err();
         assert_eq!(other.to_string(), "margin 2 ° of humaneva_mm: expected mm, or a percentage");
     }
 }

@@ -1,8 +1,8 @@
 //! The regression gate: whether a run is worse than a baseline by more than a margin.
 //!
-//! [`gate`] gives one of three answers to every budget: the 95 % interval of the worsening lies below the margin (pass),
-//! above it (fail), or holds it (inconclusive, with the number of seeds that would settle it). The unit is the run, never
-//! the frame: a test over correlated frames finds a difference between equal trackers 85 % of the time.
+//! [`gate`] gives one of three answers to every budget: the 95 % interval of the worsening lies below the margin
+//! (pass), above it (fail), or holds it (inconclusive, with the number of seeds that would settle it). The unit is the
+//! run, never the frame: a test over correlated frames finds a difference between equal trackers 85 % of the time.
 
 mod decide;
 mod margin;
@@ -11,5 +11,5 @@ mod settle;
 
 pub use decide::{Check, CheckKind, GateOutcome, GateRefusal, GateVerdict, gate};
 pub use margin::{Margin, MarginError};
-pub use rules::{MetricMargin, FEWEST_SEEDS, GateRules};
+pub use rules::{FEWEST_SEEDS, GateRules, MetricMargin};
 pub use settle::{MoreSeeds, seeds_to_settle};

@@ -56,12 +56,12 @@ fn yes() -> bool {
 }
 
 fn coverage() -> Margin {
-    Margin::of_number(0.01)
+    Margin::from_number(0.01)
 }
 
 impl GateRules {
     /// One metric over all clips, and the defaults for all else.
-    pub fn of_metric(metric: &str, margin: Margin) -> Self {
+    pub fn from_metric(metric: &str, margin: Margin) -> Self {
         Self {
             seeds: FEWEST_SEEDS,
             budgets: vec![MetricMargin { metric: metric.to_owned(), margin, clip: None }],

@@ -25,8 +25,10 @@ pub enum MoreSeeds {
 /// The least number of more seeds for which the 95 % interval of the difference would be shorter on its side than
 /// `distance`, the distance from difference to margin: of the run alone where that suffices, else of both.
 pub fn seeds_to_settle(clips: &[ClipValues], paired: bool, distance: f64) -> Option<MoreSeeds> {
-    let sides: Vec<[ClipVariance; 2]> =
-        clips.iter().map(|clip| Some([ClipVariance::from_values(&clip.base)?, ClipVariance::from_values(&clip.other)?])).collect::<Option<_>>()?;
+    let sides: Vec<[ClipVariance; 2]> = clips
+        .iter()
+        .map(|clip| Some([ClipVariance::from_values(&clip.base)?, ClipVariance::from_values(&clip.other)?]))
+        .collect::<Option<_>>()?;
     let settled = |parts: &[ClipVariance]| half_width(parts, clips.len()).is_some_and(|half| half < distance);
     let more = |grown: &dyn Fn(&[ClipVariance; 2], usize) -> Vec<ClipVariance>| {
         (1..=MOST).find(|more| settled(&sides.iter().flat_map(|side| grown(side, *more)).collect::<Vec<_>>()))
@@ -35,7 +37,7 @@ pub fn seeds_to_settle(clips: &[ClipValues], paired: bool, distance: f64) -> Opt
     let of_both = match paired {
         false => more(&|[base, run], more| vec![base.with(more), run.with(more)]),
         true => {
-            let pairs: Vec<ClipVariance> = clips.iter().map(ClipVariance::of_pairs).collect::<Option<_>>()?;
+            let pairs: Vec<ClipVariance> = clips.iter().map(ClipVariance::from_pairs).collect::<Option<_>>()?;
             (1..=MOST).find(|more| settled(&pairs.iter().map(|part| part.with(*more)).collect::<Vec<_>>()))
         }
     };
@@ -54,12 +56,12 @@ struct ClipVariance {
 }
 
 impl ClipVariance {
-    fn of(values: &[(u64, f64)]) -> Option<Self> {
+    fn from_values(values: &[(u64, f64)]) -> Option<Self> {
         let values: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
         Some(Self { variance: variance(&values)?, seeds: values.len() })
     }
 
-    fn of_pairs(clip: &ClipValues) -> Option<Self> {
+    fn from_pairs(clip: &ClipValues) -> Option<Self> {
         let base = |seed: u64| clip.base.iter().find(|(s, _)| *s == seed).map(|(_, value)| *value);
         let pairs: Vec<f64> = clip.other.iter().filter_map(|(seed, value)| Some(value - base(*seed)?)).collect();
         mean(&pairs)?;
@@ -91,14 +93,16 @@ mod tests {
         ClipValues { base: base.collect(), other: other.collect() }
     }
 
-    /// The promise is kept: with so many more seeds of the same spread the interval is short enough, with one fewer not.
+    /// The promise is kept: with so many more seeds of the same spread the interval is short enough, with one fewer
+    /// not.
     #[test]
     fn so_many_more_seeds_do_settle_it() {
         let few = clip(5, 0.0, 100);
         let Some(MoreSeeds::OfRun(more)) = seeds_to_settle(std::slice::from_ref(&few), false, 3.0) else {
             panic!("the run alone suffices")
         };
-        let [base, run] = [ClipVariance::from_values(&few.base).unwrap(), ClipVariance::from_values(&few.other).unwrap()];
+        let [base, run] =
+            [ClipVariance::from_values(&few.base).unwrap(), ClipVariance::from_values(&few.other).unwrap()];
         let half = |more| half_width(&[base, run.with(more)], 1).unwrap();
         assert!(half(more) < 3.0 && half(more - 1) >= 3.0, "{more}: {}", half(more));
         let now = difference(&[few]).unwrap();

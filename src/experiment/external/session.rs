@@ -50,8 +50,8 @@ pub struct Programmed {
 /// Runs a program with every seed over a set; `folder` holds the blind side of the set alone.
 ///
 /// # Errors
-/// [`ExperimentError::Program`] if it cannot be started or never becomes ready; [`ExperimentError`] if the set cannot be
-/// read.
+/// [`ExperimentError::Program`] if it cannot be started or never becomes ready; [`ExperimentError`] if the set cannot
+/// be read.
 pub fn track_with_program(
     set: &BlindSet,
     folder: &Path,

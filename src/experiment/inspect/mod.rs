@@ -21,7 +21,7 @@ use crate::input::{self, limits};
 pub use clip::ClipSummary;
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
 pub use edited::{EditedContact, EditedSummary, FastestAngle, SeamSummary, inspect_scenario};
-pub use model::{Against, ModelSummary, GraphModelFacts, MeanAndMost};
+pub use model::{Against, GraphModelFacts, MeanAndMost, ModelSummary};
 pub use robot::{DegreeSummary, RobotSummary};
 pub use set::{CameraSummary, SetSummary};
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::super::{ExperimentError, LearnedModel};
-use crate::motion_model::gpdm_graph::{ModelKind, GraphSegment};
+use crate::motion_model::gpdm_graph::{GraphSegment, ModelKind};
 use crate::motion_model::pose_chart::distance;
 use crate::parallel;
 use crate::report::{

@@ -154,28 +154,26 @@ impl LearnedModel {
     }
 }
 
+/// The version that the facts of a model announce.
+#[derive(Deserialize)]
+struct ModelTag {
+    schema: String,
+}
+
 /// Whether a file is a model of this program, of whatever version, whole or not.
 pub(super) fn is_model(path: &Path) -> bool {
-    #[derive(Deserialize)]
-    struct Tag {
-        schema: String,
-    }
     let npz = std::fs::read(path).ok().and_then(|bytes| Npz::from_bytes("model", &bytes).ok());
     let tag = npz.and_then(|npz| {
         let facts = bytes_of(path, &npz, "facts").ok()?;
-        serde_json::from_slice::<Tag>(facts).ok()
+        serde_json::from_slice::<ModelTag>(facts).ok()
     });
     tag.is_some_and(|tag| tag.schema.starts_with("skiagraph.model/"))
 }
 
 fn facts_of(path: &Path, npz: &Npz) -> Result<ModelFacts, ExperimentError> {
-    #[derive(Deserialize)]
-    struct Tag {
-        schema: String,
-    }
     let bytes = bytes_of(path, npz, "facts")?;
     let in_facts = |detail| malformed(path, format!("facts: {detail}"));
-    let Tag { schema } = json_tree::value_of_file(bytes).map_err(in_facts)?;
+    let ModelTag { schema } = json_tree::value_of_file(bytes).map_err(in_facts)?;
     if schema != MODEL_SCHEMA {
         let detail = match schema.strip_prefix("skiagraph.model/") {
             Some(_) => format!("written as {}, this program reads {MODEL_SCHEMA}; update skiagraph", excerpt(&schema)),

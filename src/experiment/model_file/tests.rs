@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::body::Motion;
-use crate::motion_model::gpdm_graph::{GraphSettings, GraphSegment};
+use crate::motion_model::gpdm_graph::{GraphSegment, GraphSettings};
 
 /// Two short motions of a robot, learned in haste.
 fn model() -> LearnedModel {

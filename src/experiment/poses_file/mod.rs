@@ -1,8 +1,8 @@
 //! Estimates of other programs in the formats that they write: CSV, TRC and BVH besides NumPy's.
 //!
-//! A file gives points by names. Units and axes are those that the file declares, unless the user declares others; names
-//! are markers of HumanEva or joints of the tracker's body, as they are or through a joint map. A body whose size is not
-//! that of the start pose is refused: its units are wrong.
+//! A file gives points by names. Units and axes are those that the file declares, unless the user declares others;
+//! names are markers of HumanEva or joints of the tracker's body, as they are or through a joint map. A body whose size
+//! is not that of the start pose is refused: its units are wrong.
 
 mod csv_file;
 mod names;

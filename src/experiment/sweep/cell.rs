@@ -4,9 +4,9 @@ use std::io::ErrorKind;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::plan::{SweepCell, PlannedSweep};
+use super::plan::{PlannedSweep, SweepCell};
 use super::processor_time::of_this_thread;
-use super::record::{CellRecord, Environment, SweepResults, Status};
+use super::record::{CellRecord, Environment, Status, SweepResults};
 use super::shared::{Shared, SharedSet};
 use crate::experiment::measuring::Measures;
 use crate::experiment::ours::ResultKind;

@@ -6,7 +6,7 @@ use minijinja::{Environment, Expression, UndefinedBehavior, Value as Operand};
 use serde_json::{Map, Value};
 
 use crate::experiment::ExperimentError;
-use crate::scenario::{AxisValue, SweepBudget, Scenario, ScenarioError, ScenarioFile, ScenarioTemplate, SweepFile};
+use crate::scenario::{AxisValue, Scenario, ScenarioError, ScenarioFile, ScenarioTemplate, SweepBudget, SweepFile};
 
 /// By what share a budget may be missed where rounding to a whole number is what misses it.
 const ROUNDING: f64 = 0.05;

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::plan::{SweepCell, Draft, PlanRecord};
+use super::plan::{Draft, PlanRecord, SweepCell};
 use crate::experiment::ExperimentError;
 use crate::experiment::cost::cost;
 use crate::experiment::staging::Staged;

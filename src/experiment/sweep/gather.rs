@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::index_ranges::to_ranges;
-use super::plan::{SweepCell, PlannedSweep};
-use super::record::{CellRecord, SweepResults, Status};
+use super::plan::{PlannedSweep, SweepCell};
+use super::record::{CellRecord, Status, SweepResults};
 use crate::evaluation::METRICS;
 use crate::experiment::error::output;
 use crate::experiment::place::sync_parent;

@@ -79,7 +79,7 @@ impl Identities {
     ///
     /// # Errors
     /// [`ExperimentError::Unreadable`] for an input that cannot be read.
-    pub(super) fn of(&self, file: &ScenarioFile) -> Result<Identity, ExperimentError> {
+    pub(super) fn identify(&self, file: &ScenarioFile) -> Result<Identity, ExperimentError> {
         let inputs = self.inputs(file)?;
         let contents: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
         let contents = contents.join("\n");
@@ -140,7 +140,7 @@ mod tests {
 
     fn identity(overrides: &[&str]) -> Identity {
         let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
-        Identities::default().of(&ScenarioFile::built_in(&overrides).unwrap()).unwrap()
+        Identities::default().identify(&ScenarioFile::built_in(&overrides).unwrap()).unwrap()
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Sweeps: many settings of one scenario, each with several seeds, on one machine or many.
 //!
-//! A [`Draft`] turns a sweep file into cells; frozen in a folder it is a [`PlannedSweep`]. Every cell is known by a hash
-//! of all that its result depends on, and leaves one file, whole or not at all. So it does not matter who runs a cell,
-//! how often, in which order, and who is killed meanwhile: [`run_sweep`] on this machine, [`run_cell`] for an engine
-//! such as Slurm. [`sweep_status`] and [`gather()`] look at files alone.
+//! A [`Draft`] turns a sweep file into cells; frozen in a folder it is a [`PlannedSweep`]. Every cell is known by a
+//! hash of all that its result depends on, and leaves one file, whole or not at all. So it does not matter who runs a
+//! cell, how often, in which order, and who is killed meanwhile: [`run_sweep`] on this machine, [`run_cell`] for an
+//! engine such as Slurm. [`sweep_status`] and [`gather()`] look at files alone.
 //!
 //! ```no_run
 //! use skiagraph::experiment::sweep::{Draft, PlannedSweep, SweepSummary};
@@ -11,7 +11,7 @@
 //! let file = SweepFile::open("scenarios/sweeps/particles-layers.toml".as_ref())?;
 //! Draft::new(&file, None)?.freeze("sweeps/particles-layers".as_ref(), false)?;
 //! let sweep = PlannedSweep::open("sweeps/particles-layers".as_ref())?;
-//! for setting in SweepSummary::of(&sweep)?.ranked() {
+//! for setting in SweepSummary::new(&sweep)?.ranked() {
 //!     println!("{}: {:?}", setting.words, setting.mean);
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -42,7 +42,7 @@ pub use gather::{Gathered, RUNS_LINES, RUNS_TABLE, TIMING_TABLE, gather};
 pub use identity::InputFile;
 pub use index_ranges::to_ranges;
 pub use page::{ask, page_input};
-pub use plan::{BaseRecord, CELLS_FILE, SweepCell, Draft, PLAN_FILE, PlanRecord, Planned, PlannedSweep};
+pub use plan::{BaseRecord, CELLS_FILE, Draft, PLAN_FILE, PlanRecord, Planned, PlannedSweep, SweepCell};
 pub use record::{CellRecord, Environment, Status};
 pub use run::{Best, Ran, RunOptions, RunProgress, SweepWatch, in_words, run_some, run_sweep};
 pub use script::Engine;

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::cell::REPORTS;
 use super::gather::plain;
 use super::plan::PlannedSweep;
-use super::record::{SweepResults, Status};
+use super::record::{Status, SweepResults};
 use super::summary::{SettingSummary, SweepSummary};
 use crate::evaluation::{Direction, Unit, find_metric};
 use crate::experiment::{ExperimentError, REPORT_FILE};

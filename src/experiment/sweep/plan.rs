@@ -158,8 +158,9 @@ impl Draft {
         }?;
         let template = ScenarioTemplate::new(base)?;
         let identities = Identities::new(mocap_directory);
-        let mut made =
-            settings(file, &template, |setting, scenario| Ok((identities.identify(scenario)?, weight(scenario), setting)))?;
+        let mut made = settings(file, &template, |setting, scenario| {
+            Ok((identities.identify(scenario)?, weight(scenario), setting))
+        })?;
         group_by_set(&mut made, |(identity, ..)| &identity.set);
         let scenario = &template.file().scenario;
         let first = u64::from(sweep.seed.unwrap_or(scenario.seed));

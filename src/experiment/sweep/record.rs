@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::identity::{DIGITS, short};
-use super::plan::{SweepCell, PlannedSweep, put};
+use super::plan::{PlannedSweep, SweepCell, put};
 use crate::experiment::error::output;
 use crate::experiment::{ExperimentError, to_json};
 use crate::input::{self, limits};
@@ -144,7 +144,7 @@ pub(super) struct SweepResults<'a> {
 }
 
 impl<'a> SweepResults<'a> {
-    pub(super) fn of(sweep: &'a PlannedSweep) -> Self {
+    pub(super) fn new(sweep: &'a PlannedSweep) -> Self {
         Self { root: &sweep.root }
     }
 

@@ -6,8 +6,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::cell::{CellOptions, run_shared};
-use super::plan::{SweepCell, PlannedSweep};
-use super::record::{CellRecord, SweepResults, Status};
+use super::plan::{PlannedSweep, SweepCell};
+use super::record::{CellRecord, Status, SweepResults};
 use super::shared::Shared;
 use crate::evaluation::find_metric;
 use crate::experiment::ExperimentError;

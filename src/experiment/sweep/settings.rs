@@ -30,8 +30,8 @@ pub(super) struct Setting {
 /// A combination: one value of every axis that it has.
 type Combination = BTreeMap<String, AxisValue>;
 
-/// All settings of a sweep that are kept, in the order of the grid (the last axis varies fastest), and what `of` makes of
-/// each and its scenario.
+/// All settings of a sweep that are kept, in the order of the grid (the last axis varies fastest), and what `of` makes
+/// of each and its scenario.
 ///
 /// # Errors
 /// [`ExperimentError`] for a setting that makes no sound scenario, for constraints that no setting meets, and for more

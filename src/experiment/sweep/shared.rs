@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use super::plan::{SweepCell, PlannedSweep};
+use super::plan::{PlannedSweep, SweepCell};
 use crate::benchmark_set::{BenchmarkSet, is_set};
 use crate::experiment::tracking::prepare;
 use crate::experiment::watch::Watch;
@@ -56,8 +56,8 @@ impl Shared {
 }
 
 impl SharedSet {
-    /// The motion models that a scenario's tracker needs, learned now if no other cell has had them learned. Others that
-    /// need models of the same set wait meanwhile.
+    /// The motion models that a scenario's tracker needs, learned now if no other cell has had them learned. Others
+    /// that need models of the same set wait meanwhile.
     ///
     /// # Errors
     /// [`ExperimentError`] where a model cannot be learned or read.

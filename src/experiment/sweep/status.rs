@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::index_ranges::to_ranges;
 use super::plan::PlannedSweep;
-use super::record::{SweepResults, Status};
+use super::record::{Status, SweepResults};
 use crate::experiment::ExperimentError;
 
 /// How far a sweep is.

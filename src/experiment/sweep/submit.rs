@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::estimate::core_seconds;
 use super::index_ranges::to_ranges;
-use super::plan::{SweepCell, PlannedSweep, put};
+use super::plan::{PlannedSweep, SweepCell, put};
 use super::record::SweepResults;
 use super::script::{Engine, Job, closer, quoted, task};
 use super::shard::shard;

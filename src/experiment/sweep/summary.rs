@@ -4,8 +4,8 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::cell::REPORTS;
-use super::plan::{SweepCell, PlannedSweep};
-use super::record::{CellRecord, SweepResults, Status};
+use super::plan::{PlannedSweep, SweepCell};
+use super::record::{CellRecord, Status, SweepResults};
 use super::run::in_words;
 use crate::evaluation::{Interval, Metric, ValueRange, find_metric, mean, mean_interval};
 use crate::experiment::ExperimentError;
@@ -80,7 +80,7 @@ impl SweepSummary {
     ///
     /// # Errors
     /// [`ExperimentError`] where the plan cannot be read.
-    pub fn of(sweep: &PlannedSweep) -> Result<Self, ExperimentError> {
+    pub fn new(sweep: &PlannedSweep) -> Result<Self, ExperimentError> {
         let cells = sweep.cells()?;
         let plan = &sweep.plan;
         let metric = find_metric(&plan.objective);

@@ -142,9 +142,9 @@ impl PositiveDefinite {
     /// Eliminates the columns `first .. end`; `false` where a pivot is not positive.
     ///
     /// Invariant, before and after every block, with `k` columns done: `left` from `(k, k)` on is the Schur complement
-    /// of the done columns in `K`; the first `k` rows of `inverse_factor` are those of `L^-1`; its rows below are the row
-    /// operations done so far, applied to the unit matrix. For a block `A` of the complement with `A = L_A L_A^T` and
-    /// `B` below it, the panel of the factor is `P = B L_A^-T`, the next complement `C - P P^T`, and the same row
+    /// of the done columns in `K`; the first `k` rows of `inverse_factor` are those of `L^-1`; its rows below are the
+    /// row operations done so far, applied to the unit matrix. For a block `A` of the complement with `A = L_A L_A^T`
+    /// and `B` below it, the panel of the factor is `P = B L_A^-T`, the next complement `C - P P^T`, and the same row
     /// operations turn the unit matrix into the next rows of `L^-1`.
     fn eliminate(&mut self, first: usize, end: usize, stack: &mut MemStack) -> bool {
         let (n, size) = (self.left.nrows(), end - first);
@@ -155,8 +155,8 @@ impl PositiveDefinite {
         let block = self.left.get(first..end, first..end);
         self.log_determinant += 2.0 * (0..size).map(|i| block[(i, i)].ln()).sum::<f64>();
         let block_inverse = inverse_of_lower(block);
-        // rows of `L^-1`: what elimination has left in them, times `L_A^-1`; by way of `rows`, because a product cannot be
-        // written over its own factor
+        // rows of `L^-1`: what elimination has left in them, times `L_A^-1`; by way of `rows`, because a product cannot
+        // be written over its own factor
         let mut rows = self.rows.get_mut(..size, ..first);
         matmul(
             rows.rb_mut(),

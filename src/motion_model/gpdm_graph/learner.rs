@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::graph::{GpdmGraph, GraphError, GraphSettings, GraphSegment};
+use super::graph::{GpdmGraph, GraphError, GraphSegment, GraphSettings};
 use super::segmentation::{LearnedSegment, SegmentRange, TrainingMotion, grow_segment, learn, learn_jointly};
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::motion_model::gpdm::Round;
@@ -102,7 +102,10 @@ impl<'a> GraphLearner<'a> {
         Ok(self.graph.segments.last())
     }
 
-    fn grow_jointly(&mut self, keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool) -> Result<&GraphSegment, GraphError> {
+    fn grow_jointly(
+        &mut self,
+        keep_on: &mut dyn FnMut(SegmentRange, Round) -> bool,
+    ) -> Result<&GraphSegment, GraphError> {
         let learned = learn_jointly(&self.training, &self.graph.chart, &self.settings.training, keep_on);
         let range = SegmentRange { motion: 0, first: 0, end: self.motions[0].poses.len() };
         let LearnedSegment { range, gpdm, errors } = learned.map_err(|source| GraphError::Model { range, source })?;

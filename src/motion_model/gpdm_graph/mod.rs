@@ -13,7 +13,7 @@ mod parts;
 mod segmentation;
 
 pub use candidates::{CandidateDetector, Detector, EveryFrame, ShortTermPca, SpeedMinima};
-pub use graph::{Candidate, GpdmGraph, GraphError, GraphSettings, GraphSegment};
+pub use graph::{Candidate, GpdmGraph, GraphError, GraphSegment, GraphSettings};
 pub use learner::GraphLearner;
 pub use model_kind::ModelKind;
 pub use segmentation::SegmentRange;

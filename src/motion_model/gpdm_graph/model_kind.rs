@@ -23,7 +23,7 @@ impl ModelKind {
 
 impl GraphSettings {
     /// The default settings of a kind of model.
-    pub fn of_kind(kind: ModelKind) -> Self {
+    pub fn from_kind(kind: ModelKind) -> Self {
         Self { single: kind == ModelKind::Gpdm, ..Self::default() }
     }
 

@@ -13,7 +13,7 @@ use super::super::{MotionModel, MotionModelError};
 use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
 use super::residual::{PoseResidual, Unseen, offset_by};
-use super::root::{RootPlace, RootDynamics, Stand};
+use super::root::{RootDynamics, RootPlace, Stand};
 use super::settings::{LatentSettings, RootMotion};
 use super::transition::{Jumps, PoseRate, jump, training_means};
 use crate::body::{Humanoid, Pose};
@@ -107,7 +107,8 @@ impl LatentModel {
             RootMotion::Planted => Footing::learn(&body, &graph),
         };
         let unseen = Unseen::measure(&body, &graph, footing.as_ref());
-        let residual = PoseResidual::new(&unseen, settings.residual_scale, settings.residual_s, graph.frames_per_second);
+        let residual =
+            PoseResidual::new(&unseen, settings.residual_scale, settings.residual_s, graph.frames_per_second);
         let roots = RootDynamics::learn(footing, &graph, &unseen, &settings);
         let dimensions = graph.segments.first().map_or(0, |s| s.gpdm.latents().ncols());
         let spread = spreads.iter().sum::<f64>() / spreads.len().max(1) as f64;

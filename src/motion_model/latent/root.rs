@@ -133,7 +133,13 @@ impl RootDynamics {
     }
 
     /// Place and pose one frame after `before`, which stood at `place`.
-    pub(super) fn next(&self, before: &Pose, place: &RootPlace, at: &Stand<'_>, rng: &mut ChaCha8Rng) -> (RootPlace, Pose) {
+    pub(super) fn next(
+        &self,
+        before: &Pose,
+        place: &RootPlace,
+        at: &Stand<'_>,
+        rng: &mut ChaCha8Rng,
+    ) -> (RootPlace, Pose) {
         let step = at.chart.planar_step(at.mean);
         let drawn = [0, 1, 2].map(|_| self.scale * normal(rng));
         match (&self.footing, &place.footholds) {

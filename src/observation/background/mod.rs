@@ -1,7 +1,7 @@
 //! Background subtraction: silhouettes from images of a camera that stands still.
 //!
-//! [`BackgroundMixture`] is HumanEva's (`[Sigal 2010]`): one Gaussian a pixel for each period in which the background was
-//! recorded, learned once. [`OnlineBackground`] learns while it goes on (`[Stauffer 1999]`). [`Cleaning`] and
+//! [`BackgroundMixture`] is HumanEva's (`[Sigal 2010]`): one Gaussian a pixel for each period in which the background
+//! was recorded, learned once. [`OnlineBackground`] learns while it goes on (`[Stauffer 1999]`). [`Cleaning`] and
 //! [`ShadowRule`] make masks of either fit for a tracker.
 
 mod cleaning;

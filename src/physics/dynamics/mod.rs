@@ -85,14 +85,14 @@ pub struct DynamicsSummary {
 
 impl Dynamics {
     /// Of `body` in `motion` with these contacts. Rates and accelerations are those of parabolas over 1/15 s before and
-    /// after. GroundSupport forces are the least squares solution within friction cones (pyramids of four edges inside them)
-    /// of `friction`; if several solutions are equally good, the load is distributed evenly, which may differ from the
-    /// true distribution.
+    /// after. GroundSupport forces are the least squares solution within friction cones (pyramids of four edges inside
+    /// them) of `friction`; if several solutions are equally good, the load is distributed evenly, which may differ
+    /// from the true distribution.
     ///
     /// # Errors
     /// [`PhysicsError`] for a motion that is empty, belongs to another body or is not finite, a body without mass, and
     /// contacts of another length.
-    pub fn of_motion(
+    pub fn from_motion(
         body: &Humanoid,
         motion: &Motion,
         contacts: &GroundContacts,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::body::LinkFrames;
-use crate::contact::{ContactTrack, Stance, GroundTrackInput, stances};
+use crate::contact::{ContactTrack, GroundTrackInput, Stance, stances};
 
 /// Time in which the rate of a foot's offset decays after lift-off, seconds.
 const RATES_DIE_OUT_S: f64 = 0.05;
@@ -21,7 +21,8 @@ pub(super) fn planted(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<
         let offsets = offsets(track, &stances(&held), clip.frames, clip.frames_per_second);
         let frames: Vec<LinkFrames> =
             clip.frames.iter().zip(&offsets).map(|(frames, offset)| moved(frames, &track.links, offset)).collect();
-        let Some(planned) = (GroundTrackInput { frames: &frames, ..*clip }).track(&track.name, track.links.clone()) else {
+        let Some(planned) = (GroundTrackInput { frames: &frames, ..*clip }).track(&track.name, track.links.clone())
+        else {
             return offsets;
         };
         let before = held.clone();

@@ -47,8 +47,8 @@ pub fn plant_feet(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Resul
     plant_on_paths(body, motion, rule, planted)
 }
 
-/// As [`plant_feet`], with feet held only in the recorded stances: skating around them is left to the simulation that follows,
-/// and feet that are held longer swing faster.
+/// As [`plant_feet`], with feet held only in the recorded stances: skating around them is left to the simulation that
+/// follows, and feet that are held longer swing faster.
 pub(super) fn plant_feet_in_recorded_stances(
     body: &Humanoid,
     motion: &Motion,

@@ -42,11 +42,11 @@ const FALLEN: f64 = 0.75;
 /// Simulates `body` as it is driven towards `motion`: a multibody in reduced coordinates on the ground z = 0, with
 /// friction and self-collision ([`crate::contact::SelfCollision`] says between which links), props if there are any,
 /// springs and dampers in its joints that pull towards the motion with about each joint's effort at most, and a wrench
-/// at the root if asked. The target motion is planted as by [`crate::physics::plant_feet`], but feet are held only in their
-/// recorded stances, and stances are labelled without look-ahead ([`ContactRule::looks_ahead`]): the control was tuned
-/// on these, and feet that are held longer swing faster, which made it stumble. Swinging feet are lifted to clear the
-/// ground, and no joint is faster than its greatest speed. The body starts in that motion's first pose with the mean
-/// velocity of its first 1/15 s. Results are bit-identical on any number of threads.
+/// at the root if asked. The target motion is planted as by [`crate::physics::plant_feet`], but feet are held only in
+/// their recorded stances, and stances are labelled without look-ahead ([`ContactRule::looks_ahead`]): the control was
+/// tuned on these, and feet that are held longer swing faster, which made it stumble. Swinging feet are lifted to clear
+/// the ground, and no joint is faster than its greatest speed. The body starts in that motion's first pose with the
+/// mean velocity of its first 1/15 s. Results are bit-identical on any number of threads.
 ///
 /// Balance control: 120 times a second, inverse dynamics of the current body gives the wrench that returns its root to
 /// the motion, and the part of it that the ground can supply at the feet, or at other links that touch the ground in

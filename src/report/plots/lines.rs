@@ -3,7 +3,9 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{AxisPlace, Canvas, Chart, FINE, PlotHead, draw_svg_over_frames, failed, short, style_mesh, text_style};
+use super::style::{
+    AxisPlace, Canvas, Chart, FINE, PlotHead, draw_svg_over_frames, failed, short, style_mesh, text_style,
+};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 

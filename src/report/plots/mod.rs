@@ -1,7 +1,7 @@
 //! Plots as SVG: lines with bands, bars, and paths through a plane.
 //!
-//! A plot is drawn in the colours of light paper. A page's rules ([`css_rules`]) replace each by a CSS variable, so that the
-//! plot follows the page's light or dark theme ([`css_variables`]); a plot in its own file contains both
+//! A plot is drawn in the colours of light paper. A page's rules ([`css_rules`]) replace each by a CSS variable, so
+//! that the plot follows the page's light or dark theme ([`css_variables`]); a plot in its own file contains both
 //! ([`Svg::standalone`]).
 
 mod bars;

@@ -79,7 +79,7 @@ impl Colour {
     }
 
     /// Step `index` of `count` on the ramp.
-    pub fn of_rank(index: usize, count: usize) -> Self {
+    pub fn from_rank(index: usize, count: usize) -> Self {
         if count > 1 { Self::Ramp((5 * index / (count - 1)).min(5) as u8) } else { Self::Blue }
     }
 

@@ -16,7 +16,7 @@ pub enum CostMeasure {
 
 impl CostMeasure {
     /// The cost of a setting; `None` where it is unknown.
-    pub fn of(self, point: &SweepPoint) -> Option<f64> {
+    pub fn of_setting(self, point: &SweepPoint) -> Option<f64> {
         match self {
             Self::Evaluations => point.evaluations,
             Self::Processor => point.processor_ms,
@@ -24,8 +24,8 @@ impl CostMeasure {
     }
 }
 
-/// Indices of the settings that no other beats: none is at most as dear and at least as good, and better in one of both.
-/// The cheapest first.
+/// Indices of the settings that no other beats: none is at most as dear and at least as good, and better in one of
+/// both. The cheapest first.
 pub fn pareto_front(points: &[SweepPoint], cost: CostMeasure, metric: &Metric) -> Vec<usize> {
     let mut known: Vec<(f64, f64, usize)> = points
         .iter()
@@ -48,8 +48,8 @@ fn badness(value: f64, metric: &Metric) -> f64 {
 }
 
 /// 95 % interval of how much worse the values of one setting are on average than those of another: Welch's of the
-/// difference of both means, from ten seeds on a bootstrap, as [`mean_interval`] makes them. Seeds are not paired: other
-/// settings draw other random numbers. `None` below two seeds each.
+/// difference of both means, from ten seeds on a bootstrap, as [`mean_interval`] makes them. Seeds are not paired:
+/// other settings draw other random numbers. `None` below two seeds each.
 pub fn difference(of: &[f64], than: &[f64], metric: &Metric) -> Option<Interval> {
     let of: Vec<f64> = of.iter().map(|value| badness(*value, metric)).collect();
     let than: Vec<f64> = than.iter().map(|value| -badness(*value, metric)).collect();
@@ -70,8 +70,8 @@ pub struct Choice {
     pub best: usize,
     /// The cheapest whose mean is within the limit of the best.
     pub by_mean: usize,
-    /// The cheapest that is within the limit surely: the upper end of the 95 % interval of its difference from the best is.
-    /// The best itself counts. `None` without intervals.
+    /// The cheapest that is within the limit surely: the upper end of the 95 % interval of its difference from the best
+    /// is. The best itself counts. `None` without intervals.
     pub surely: Option<usize>,
 }
 
@@ -101,8 +101,8 @@ pub fn cheapest_within(points: &[SweepPoint], cost: CostMeasure, metric: &Metric
 pub struct Effect {
     /// The axis, or both.
     pub axes: Vec<usize>,
-    /// Difference between the best and the worst of the means by value; of two axes the greatest departure from the sum of
-    /// their effects.
+    /// Difference between the best and the worst of the means by value; of two axes the greatest departure from the sum
+    /// of their effects.
     pub range: f64,
     /// Share of the variance of the settings' means that it explains.
     pub share: f64,
@@ -210,7 +210,11 @@ mod tests {
         }
         let score = find_metric("pck150").unwrap();
         assert_eq!(
-            pareto_front(&[point(1.0, &[0.5]), point(2.0, &[0.9]), point(3.0, &[0.4])], CostMeasure::Evaluations, score),
+            pareto_front(
+                &[point(1.0, &[0.5]), point(2.0, &[0.9]), point(3.0, &[0.4])],
+                CostMeasure::Evaluations,
+                score
+            ),
             [0, 1]
         );
         assert!(pareto_front(&points, CostMeasure::Processor, error()).is_empty(), "its cost is unknown");

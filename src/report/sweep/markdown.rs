@@ -93,7 +93,8 @@ fn failures(input: &SweepPageInput, text: &mut String) {
 
 fn table(input: &SweepPageInput, text: &mut String) {
     let front = pareto_front(&input.settings, CostMeasure::Evaluations, input.objective);
-    let best = cheapest_within(&input.settings, CostMeasure::Evaluations, input.objective, 0.0).map(|choice| choice.best);
+    let best =
+        cheapest_within(&input.settings, CostMeasure::Evaluations, input.objective, 0.0).map(|choice| choice.best);
     let unit = input.objective.unit;
     let shown: Vec<usize> = match input.settings.len() <= ROWS {
         true => (0..input.settings.len()).collect(),

@@ -146,7 +146,10 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         cells: cells(input).count(),
         missing: bad.iter().filter(|(_, cell)| cell.state == "missing").count(),
         seeds: input.seeds.len(),
-        choices: [CostMeasure::Evaluations, CostMeasure::Processor].iter().filter_map(|cost| choice(input, *cost)).collect(),
+        choices: [CostMeasure::Evaluations, CostMeasure::Processor]
+            .iter()
+            .filter_map(|cost| choice(input, *cost))
+            .collect(),
         scatters: [CostMeasure::Evaluations, CostMeasure::Processor]
             .iter()
             .map(|cost| scatter(input, *cost))
@@ -444,7 +447,8 @@ fn trouble(input: &SweepPageInput) -> Vec<TroubleRow> {
 
 fn table(input: &SweepPageInput) -> Vec<SettingRow<'_>> {
     let front = pareto_front(&input.settings, CostMeasure::Evaluations, input.objective);
-    let best = cheapest_within(&input.settings, CostMeasure::Evaluations, input.objective, 0.0).map(|choice| choice.best);
+    let best =
+        cheapest_within(&input.settings, CostMeasure::Evaluations, input.objective, 0.0).map(|choice| choice.best);
     let unit = input.objective.unit;
     let row = |(at, point): (usize, &SweepPoint)| (at, point.mean.map_or("-".to_owned(), |mean| number(mean, unit)));
     let texts: Vec<(usize, String)> = input.settings.iter().enumerate().take(ROWS).map(row).collect();

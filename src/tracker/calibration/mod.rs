@@ -24,8 +24,8 @@ use crate::observation::Observation;
 pub const CALIBRATION_FRAMES: usize = 20;
 /// How far apart they are, seconds: every fourth frame of a video of 60 Hz.
 pub const CALIBRATION_SPACING_S: f64 = 1.0 / 15.0;
-/// By which factor the energy must fall for a calibrated body to be kept. Right bodies gain nothing: on 16_15, 14_24 and
-/// 16_57 the factor was 1.3 to 1.4 for them, and 0.6 to 0.8 for bodies of other lengths and girths.
+/// By which factor the energy must fall for a calibrated body to be kept. Right bodies gain nothing: on 16_15, 14_24
+/// and 16_57 the factor was 1.3 to 1.4 for them, and 0.6 to 0.8 for bodies of other lengths and girths.
 const GAIN: f64 = 0.9;
 /// How far a pose is held to the one that was tracked: squared lengths of the residuals times the spread of a human's
 /// motion between frames of 60 Hz.

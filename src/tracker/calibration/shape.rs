@@ -85,7 +85,9 @@ impl ShapeModel {
                 ShapeNumberKind::Length { links, axis } => {
                     links.iter().for_each(|link| shape.links[*link].length[*axis] *= factor)
                 }
-                ShapeNumberKind::Girth { solids } => solids.iter().for_each(|[link, solid]| girths[*link][*solid] *= factor),
+                ShapeNumberKind::Girth { solids } => {
+                    solids.iter().for_each(|[link, solid]| girths[*link][*solid] *= factor)
+                }
                 ShapeNumberKind::Inflation => inflation += value,
                 ShapeNumberKind::Place { .. } => {}
             }
@@ -188,7 +190,10 @@ fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
         let count = classes.len();
         for (number, solids) in classes.into_iter().enumerate() {
             let which = if count > 1 { format!(" {}", number + 1) } else { String::new() };
-            numbers.push(ShapeNumber { name: format!("{} girth{which}", words(&name)), kind: ShapeNumberKind::Girth { solids } });
+            numbers.push(ShapeNumber {
+                name: format!("{} girth{which}", words(&name)),
+                kind: ShapeNumberKind::Girth { solids },
+            });
         }
     }
     numbers
@@ -238,8 +243,10 @@ fn places(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
             let joints: Vec<(usize, Vector3<f64>)> = joints.iter().map(direction).collect();
             // A single joint in the middle stays there.
             if joints.iter().any(|(_, direction)| direction.norm() > 0.5) && (joints.len() > 1 || way != 1) {
-                numbers
-                    .push(ShapeNumber { name: format!("{} joint {word}", words(&name)), kind: ShapeNumberKind::Place { joints } });
+                numbers.push(ShapeNumber {
+                    name: format!("{} joint {word}", words(&name)),
+                    kind: ShapeNumberKind::Place { joints },
+                });
             }
         }
     }

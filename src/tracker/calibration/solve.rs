@@ -12,8 +12,8 @@ use crate::body::{Humanoid, LinkFrames, Pose, ROOT_STEP, Solid};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 use crate::tracker::descent::{
-    self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, SolidPlace, length_px, robust_weight,
-    slide, wrench,
+    self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, SolidPlace, length_px,
+    robust_weight, slide, wrench,
 };
 
 /// Gauss-Newton steps.
@@ -291,7 +291,13 @@ impl<'a> ShapeDerivatives<'a> {
 
     /// The derivatives of a residual at `sample` whose derivative by its place in the world is `slide`: number of the
     /// shape and value.
-    fn of(&self, sample: &OutlineSample, camera: &Camera, slide: &Vector3<f64>, found: &mut Vec<(usize, f64)>) {
+    fn derivatives(
+        &self,
+        sample: &OutlineSample,
+        camera: &Camera,
+        slide: &Vector3<f64>,
+        found: &mut Vec<(usize, f64)>,
+    ) {
         found.clear();
         let Some((place, radius)) = spot(self.base, self.frames, sample.link, &sample.spot) else { return };
         let normal = camera.camera_from_world.inverse_transform_vector(&sample.surface_normal(&camera.pinhole));

@@ -29,7 +29,7 @@ struct OutlineEdge {
 
 impl MeshOutline {
     /// The surface of a solid; `None` for a tapered capsule.
-    pub(super) fn of_solid(solid: &Solid) -> Option<Self> {
+    pub(super) fn from_solid(solid: &Solid) -> Option<Self> {
         match solid {
             Solid::TaperedCapsule(_) => None,
             Solid::Box { link_from_box, half_extents } => {

@@ -95,8 +95,8 @@ impl BodyOutline {
     }
 }
 
-/// Samples of a skin's outline. They belong to the link that carries most of the edge's first end: a step of the descent
-/// moves them with it alone, and the next step deforms the skin again.
+/// Samples of a skin's outline. They belong to the link that carries most of the edge's first end: a step of the
+/// descent moves them with it alone, and the next step deforms the skin again.
 fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, samples: &mut Vec<OutlineSample>) {
     let mut vertices = Vec::new();
     skin.deform_with(&camera.camera_from_world, frames, &mut vertices);

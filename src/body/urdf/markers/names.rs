@@ -97,7 +97,8 @@ fn part(words: &[String]) -> Option<BodyPart> {
 
 /// Side and part of a word such as `lfoot`, `rarm` or `leftknee`.
 fn glued(word: &str) -> Option<(BodySide, BodyPart)> {
-    let prefixes = [("left", BodySide::Left), ("right", BodySide::Right), ("l", BodySide::Left), ("r", BodySide::Right)];
+    let prefixes =
+        [("left", BodySide::Left), ("right", BodySide::Right), ("l", BodySide::Left), ("r", BodySide::Right)];
     prefixes.into_iter().find_map(|(prefix, side)| {
         let rest = word.strip_prefix(prefix)?.to_owned();
         let part = if FINGERS.contains(&rest.as_str()) { BodyPart::Finger } else { part(&[rest])? };

@@ -1,12 +1,13 @@
-//! Tracking with learned motion models from one camera, after the paper's Tables 2 and 3: regenerates `results/monocular.md`,
-//! `results/monocular.json` and `results/monocular-MOTION.svg`.
+//! Tracking with learned motion models from one camera, after the paper's Tables 2 and 3: regenerates
+//! `results/monocular.md`, `results/monocular.json` and `results/monocular-MOTION.svg`.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- monocular`, where DIR holds the CMU recordings that `scenarios/monocular/*.toml`
-//! name and their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. Without DIR nothing is written.
+//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- monocular`, where DIR holds the CMU recordings that
+//! `scenarios/monocular/*.toml` name and their skeletons. Five seeds, or as many as `SKIAGRAPH_SEEDS` says. Without DIR
+//! nothing is written.
 //!
-//! Every motion under every protocol is a part of its own, kept in `runs/monocular/parts`: who stops the study and starts it
-//! again has what was done, and the page is written anew after each part. A part is made again where its scenario has
-//! changed. Changes of the program are not noticed: remove the folder then.
+//! Every motion under every protocol is a part of its own, kept in `runs/monocular/parts`: who stops the study and
+//! starts it again has what was done, and the page is written anew after each part. A part is made again where its
+//! scenario has changed. Changes of the program are not noticed: remove the folder then.
 
 mod best_latent;
 mod learning;

@@ -135,8 +135,11 @@ fn table(subject: &Subject, protocol: &Protocol, tracked: &Tracked) -> String {
         );
     }
     if protocol.name == "standard" {
-        let _ =
-            write!(text, "\n![Error of every method over the frames of {}](monocular-{}.svg)\n", subject.title, subject.name);
+        let _ = write!(
+            text,
+            "\n![Error of every method over the frames of {}](monocular-{}.svg)\n",
+            subject.title, subject.name
+        );
     }
     text + "\n"
 }

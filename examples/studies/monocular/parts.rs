@@ -1,4 +1,5 @@
-//! What was measured, kept part by part in `runs/monocular/parts`, so that a study that was stopped goes on where it was.
+//! What was measured, kept part by part in `runs/monocular/parts`, so that a study that was stopped goes on where it
+//! was.
 
 use std::collections::BTreeMap;
 use std::error::Error;
