@@ -112,7 +112,7 @@ def check_labels(page, wrong):
     bad = page.evaluate(
         """() => [...document.querySelectorAll("img, svg, canvas, button, input")].filter((e) =>
             !e.closest("dialog") && !e.closest("[hidden]") && e.getAttribute("aria-hidden") !== "true" &&
-            !(e.getAttribute("aria-label") || e.getAttribute("alt") || e.textContent.trim() || (e.labels && e.labels.length))
+            !(e.getAttribute("aria-label") || e.getAttribute("alt") || e.textContent.trim() || e.querySelector("img[alt]") || (e.labels && e.labels.length))
         ).map((e) => e.outerHTML.slice(0, 80))"""
     )
     wrong.extend(f"no label: {element}" for element in bad[:5])
