@@ -161,7 +161,7 @@ const playback = () => {
       draw(frame, view);
       const overlap = words(data.overlap[frame][view], "%");
       const pixels = words(data.pixels[frame][view], "px");
-      caption.textContent = `${camera.name} · ${overlap} · ${pixels}`;
+      caption.textContent = `${camera.name} · overlap ${overlap} · ${pixels} off`;
       canvas.setAttribute("aria-label", `${camera.name}, frame ${number}: overlap ${overlap}, 2-D error ${pixels}, ${error}`);
     });
     for (const { cursor, left, right, from, to } of axes) {
