@@ -311,7 +311,7 @@ impl Sides<'_> {
         let verdict = verdict(worse_by, ends, margin);
         let more_seeds = (verdict == GateVerdict::Inconclusive).then(|| {
             let paired = matches!(found.rule, DifferenceRule::PairedT | DifferenceRule::PairedBootstrap);
-            seeds_to_settle(&values.clips, paired, (margin - worse_by).abs())
+            seeds_to_decide(&values.clips, paired, (margin - worse_by).abs())
         });
         Ok(Check {
             difference: Some(found),
