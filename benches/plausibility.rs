@@ -9,17 +9,17 @@
 //! pairs that are neither adjacent nor touch in the bind pose are tested, and the ground. Poses are those of
 //! `benches/silhouette.rs`.
 
+#[path = "scene/jittered.rs"]
+mod jittered;
 mod scene;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use rand::RngExt;
+use jittered::jittered;
 use scene::{filter, ring, seen, tracker25};
 use skiagraph::body::{Humanoid, LinkFrames, Pose, Solid};
 use skiagraph::contact::{Interpenetration, InterpenetrationScratch, SelfCollision};
 use skiagraph::raster::TaperedCapsule;
-use skiagraph::rng::{Purpose, stream};
 use skiagraph::tracker::{
     Likelihood, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood, SilhouetteSettings, Tracker,
 };
@@ -84,17 +84,6 @@ fn sixteen_capsules() -> Humanoid {
     }
     assert_eq!(body.links.iter().map(|link| link.solids.len()).sum::<usize>(), 16);
     body
-}
-
-fn jittered(body: &Humanoid, index: u64) -> Pose {
-    let mut random = stream(index, Purpose::Perturbation, 0, 0, 0);
-    let mut deviate = |reach: f64| random.random_range(-reach..reach);
-    let mut pose = body.zero_pose();
-    pose.joint_angles.iter_mut().for_each(|angle| *angle = deviate(0.3));
-    let place = Vector3::new(deviate(0.1), deviate(0.1), 0.93 + deviate(0.05));
-    let turn = UnitQuaternion::from_euler_angles(deviate(0.2), deviate(0.2), deviate(0.5));
-    pose.world_from_root = Isometry3::from_parts(Translation3::from(place), turn);
-    pose
 }
 
 /// Kinematics alone.

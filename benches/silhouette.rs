@@ -4,14 +4,16 @@
 //! tracker25 (18 tapered capsules), 256 poses jittered around the standing pose, four cameras on a ring of 4.5 m, the
 //! figure 265 pixels tall at 640x480.
 
+#[path = "scene/jittered.rs"]
+mod jittered;
+
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use rand::RngExt;
+use jittered::jittered;
+use nalgebra::Point3;
 use skiagraph::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
 use skiagraph::camera::{Camera, CameraRig, RingParameters};
 use skiagraph::raster::{CapsulePainter, Mask, SilhouetteComparer, SilhouetteScratch, TaperedCapsule};
-use skiagraph::rng::{Purpose, stream};
 
 fn main() {
     divan::main();
@@ -33,17 +35,6 @@ fn rig(image_size: [u32; 2]) -> CameraRig {
         near: 0.05,
     })
     .expect("a sound ring")
-}
-
-fn jittered(body: &Humanoid, index: u64) -> Pose {
-    let mut random = stream(index, Purpose::Perturbation, 0, 0, 0);
-    let mut deviate = |reach: f64| random.random_range(-reach..reach);
-    let mut pose = body.zero_pose();
-    pose.joint_angles.iter_mut().for_each(|angle| *angle = deviate(0.3));
-    let place = Vector3::new(deviate(0.1), deviate(0.1), 0.93 + deviate(0.05));
-    let turn = UnitQuaternion::from_euler_angles(deviate(0.2), deviate(0.2), deviate(0.5));
-    pose.world_from_root = Isometry3::from_parts(Translation3::from(place), turn);
-    pose
 }
 
 struct Workload {

@@ -6,18 +6,14 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use skiagraph::benchmark_set::{
-    BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, Observed, SetParts, Start, Training, TruthFacts, export,
-};
-use skiagraph::body::{Humanoid, Motion, shipped};
-use skiagraph::camera::{
-    Camera, CameraFileFormat, CameraFileOptions, CameraRig, Distortion, FieldOfView, read_cameras,
-};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
+use skiagraph::body::shipped;
+use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
 use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::observation::Observer;
-use skiagraph::scene::GroundTruth;
 
+#[path = "support/made_up_set.rs"]
+mod made_up_set;
 mod support;
 
 const FRAMES: usize = 4;
@@ -28,50 +24,18 @@ static SET: LazyLock<(BenchmarkSet, tempfile::TempDir)> = LazyLock::new(|| {
     (write_set(directory.path()), directory)
 });
 
-fn rig() -> CameraRig {
-    let camera = |name: &str, eye: [f64; 3], distortion: [f64; 5]| {
-        let (eye, view) = (Point3::from(eye), FieldOfView::Vertical(0.75));
-        let camera = Camera::look_at(name, eye, Point3::new(0.1, 0.0, 1.0), Vector3::z(), view, 90, 70).unwrap();
-        Camera { distortion: Distortion::from_coefficients(distortion), ..camera }
-    };
+fn write_set(directory: &Path) -> BenchmarkSet {
+    let camera = |name, eye, distortion| made_up_set::camera(name, eye, distortion, [90, 70]);
     let ideal = camera("ideal", [3.0, 0.4, 1.3], [0.0; 5]);
     let lens = camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]);
     let near = camera("near", [1.0, -1.1, 0.7], [0.1, -0.02, 0.0, 0.0, 0.0]);
-    CameraRig { cameras: vec![ideal, lens, near] }
-}
-
-fn motion(body: &Humanoid) -> Motion {
-    let poses = (0..FRAMES).map(|frame| {
-        let mut pose = body.zero_pose();
-        let yaw = UnitQuaternion::from_euler_angles(0.1, 0.05 * frame as f64, 0.7 * frame as f64);
-        pose.world_from_root = Isometry3::from_parts(Translation3::new(0.05 * frame as f64, 0.0, 1.0), yaw);
-        for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
-            *angle = 0.2 * f64::from(i as u32 * 7 + frame as u32 * 3).sin();
-        }
-        pose
-    });
-    Motion { frames_per_second: 60.0, poses: poses.collect() }
-}
-
-fn write_set(directory: &Path) -> BenchmarkSet {
-    let actor = shipped("actor").unwrap();
-    let motion = motion(&actor);
-    let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
-    let training = Training::none(&actor);
-    let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
-    let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
-    let parts = SetParts {
-        name: "to be exported",
-        rig: &rig,
-        start: &start,
-        ground_truth: &truth,
-        refitted: Some(&motion),
-        facts: &facts,
-        recordings: &[],
-        observed: Observed::default(),
+    let root = |frame: usize| {
+        let turn = UnitQuaternion::from_euler_angles(0.1, 0.05 * frame as f64, 0.7 * frame as f64);
+        Isometry3::from_parts(Translation3::new(0.05 * frame as f64, 0.0, 1.0), turn)
     };
-    let observer = Observer::new(&truth, &rig);
-    let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();
+    let angle = |frame: usize, i: usize| 0.2 * f64::from(i as u32 * 7 + frame as u32 * 3).sin();
+    let motion = made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 60.0, root, angle);
+    let set = made_up_set::assemble("to be exported", vec![ideal, lens, near], &motion);
     set.write(directory).unwrap();
     set
 }

@@ -7,9 +7,7 @@ use std::collections::BTreeMap;
 
 use skiagraph::body::{Landmark, Markers, shipped};
 use skiagraph::mocap::{Clip, ReadOptions, read};
-use skiagraph::retarget::{
-    FitOptions, RetargetOptions, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
-};
+use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 const THINNING: usize = 6;
 
@@ -171,13 +169,7 @@ fn a_recording_and_its_bvh_conversion_give_the_same_legs() {
 fn a_walk_of_the_actor_refits_to_the_trackers_body() {
     let Some(clip) = thinned("cmu_asf_amc/49_01.amc") else { return };
     let truth = retargeted(&clip, "actor");
-    let template = shipped("tracker25").unwrap();
-    let tracker = template.reshaped(&fit_shape(&template, &SegmentLengths::from_body(&truth.humanoid)));
-    let markers: Vec<Markers> =
-        truth.motion.poses.iter().map(|pose| truth.humanoid.markers(&truth.humanoid.link_frames(pose))).collect();
-    let fits = fit_motion_to_markers(&tracker, &markers, &tracker.zero_pose(), &FitOptions::default());
-    let mean = fits.iter().map(|fit| fit.residual_rms_m).sum::<f64>() / fits.len() as f64;
-    println!("tracker25 scaled to the actor: {:.1} mm RMS", 1000.0 * mean);
+    let mean = support::refit_to_the_trackers_body_m(&truth);
     assert!(mean < 0.025, "{mean} m");
 }
 

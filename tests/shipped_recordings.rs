@@ -1,15 +1,15 @@
 //! The recordings that come with this project, read, retargeted, measured, planted and simulated: what the tests on
 //! other people's recordings check, where those recordings are not at hand.
 
+mod support;
+
 use std::path::{Path, PathBuf};
 
-use skiagraph::body::{Markers, shipped};
+use skiagraph::body::shipped;
 use skiagraph::contact::{ContactRule, GroundContacts};
 use skiagraph::mocap::{Clip, ReadOptions, read};
 use skiagraph::physics::{SimulationSettings, plant_feet, simulate};
-use skiagraph::retarget::{
-    FitOptions, RetargetOptions, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape, retarget,
-};
+use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
 
 fn clip(name: &str) -> Clip {
     let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions");
@@ -77,13 +77,7 @@ fn planted_feet_neither_skate_nor_sink() {
 #[test]
 fn the_actor_refits_to_the_trackers_body() {
     let truth = on("actor", &jumps());
-    let template = shipped("tracker25").unwrap();
-    let tracker = template.reshaped(&fit_shape(&template, &SegmentLengths::from_body(&truth.humanoid)));
-    let markers: Vec<Markers> =
-        truth.motion.poses.iter().map(|pose| truth.humanoid.markers(&truth.humanoid.link_frames(pose))).collect();
-    let fits = fit_motion_to_markers(&tracker, &markers, &tracker.zero_pose(), &FitOptions::default());
-    let mean = fits.iter().map(|fit| fit.residual_rms_m).sum::<f64>() / fits.len() as f64;
-    println!("tracker25 scaled to the actor: {:.1} mm RMS", 1000.0 * mean);
+    let mean = support::refit_to_the_trackers_body_m(&truth);
     assert!(mean < 0.025, "{mean} m");
 }
 

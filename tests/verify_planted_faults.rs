@@ -7,17 +7,15 @@ use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use skiagraph::benchmark_set::{
-    BenchmarkSet, CHECKS, Layer, Observed, SetParts, Start, Thoroughness, Training, TruthFacts, Verification, verify,
-};
-use skiagraph::body::{Humanoid, Motion, shipped};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph::benchmark_set::{CHECKS, Layer, Thoroughness, Verification, verify};
+use skiagraph::body::shipped;
 use skiagraph::npz::{Array, Npz, Values};
-use skiagraph::observation::Observer;
-use skiagraph::scene::GroundTruth;
+
+#[path = "support/made_up_set.rs"]
+mod made_up_set;
 
 const FRAMES: usize = 5;
 const WIDTH: u32 = 160;
@@ -30,50 +28,18 @@ static SET: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     directory
 });
 
-fn rig() -> CameraRig {
-    let camera = |name: &str, eye: [f64; 3], distortion: [f64; 5]| {
-        let (eye, view) = (Point3::from(eye), FieldOfView::Vertical(0.75));
-        let camera = Camera::look_at(name, eye, Point3::new(0.1, 0.0, 1.0), Vector3::z(), view, WIDTH, HEIGHT).unwrap();
-        Camera { distortion: Distortion::from_coefficients(distortion), ..camera }
-    };
+/// The body walks on, turns a little and swings every joint, no two alike.
+fn render(directory: &Path) {
+    let camera = |name, eye, distortion| made_up_set::camera(name, eye, distortion, [WIDTH, HEIGHT]);
     let front = camera("front", [3.0, 0.8, 1.3], [0.0; 5]);
     let lens = camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]);
-    CameraRig { cameras: vec![front, lens] }
-}
-
-/// The body walks on, turns a little and swings every joint, no two alike.
-fn motion(body: &Humanoid) -> Motion {
-    let poses = (0..FRAMES).map(|frame| {
-        let mut pose = body.zero_pose();
-        let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3 + 0.05 * frame as f64);
-        pose.world_from_root = Isometry3::from_parts(Translation3::new(0.06 * frame as f64, 0.1, 0.97), yaw);
-        for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
-            *angle = 0.15 * (f64::from(i as u32 * 7) + 0.35 * frame as f64).sin();
-        }
-        pose
-    });
-    Motion { frames_per_second: 30.0, poses: poses.collect() }
-}
-
-fn render(directory: &Path) {
-    let actor = shipped("actor").unwrap();
-    let motion = motion(&actor);
-    let (rig, truth) = (rig(), GroundTruth::from_motion(actor.clone(), &motion, &rig()).unwrap());
-    let training = Training::none(&actor);
-    let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
-    let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
-    let parts = SetParts {
-        name: "for faults",
-        rig: &rig,
-        start: &start,
-        ground_truth: &truth,
-        refitted: Some(&motion),
-        facts: &facts,
-        recordings: &[],
-        observed: Observed::default(),
+    let root = |frame: usize| {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3 + 0.05 * frame as f64);
+        Isometry3::from_parts(Translation3::new(0.06 * frame as f64, 0.1, 0.97), turn)
     };
-    let observer = Observer::new(&truth, &rig);
-    let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();
+    let angle = |frame: usize, i: usize| 0.15 * (f64::from(i as u32 * 7) + 0.35 * frame as f64).sin();
+    let motion = made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 30.0, root, angle);
+    let set = made_up_set::assemble("for faults", vec![front, lens], &motion);
     set.write_with_layers(directory, &[Layer::Depth, Layer::Parts]).unwrap();
 }
 

@@ -1,5 +1,5 @@
-//! How long a long estimate takes to score, and in how much memory; prints only. `SKIAGRAPH_FRAMES` is the number of frames, a
-//! million unless it is set; it takes a minute or two. The numbers stand in `results/speed.md`.
+//! How long a long estimate takes to score, and in how much memory; prints only. `SKIAGRAPH_FRAMES` is the number of
+//! frames, a million unless it is set; it takes a minute or two. The numbers stand in `results/speed.md`.
 
 use std::error::Error;
 use std::time::Instant;

@@ -1,8 +1,12 @@
 //! One row of the tables of `results/monocular-notes.md`: trackers in latent space on takes that are not among the test
 //! frames.
 //!
-//! `SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- tune_monocular -- [TAKE,...] [gpdm|switching_gpdm|gpdm_graph][,key=value...]...`
-//! where keys are those of `[tracker.gpdm_graph]` and its like: `gpdm_graph,root_motion=planted,root_noise_scale=1`.
+//! ```sh
+//! SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- tune_monocular -- [TAKE,...] \
+//!     [gpdm|switching_gpdm|gpdm_graph][,key=value...]...
+//! ```
+//!
+//! Keys are those of `[tracker.gpdm_graph]` and its like, as in `gpdm_graph,root_motion=planted,root_noise_scale=1`.
 //! Three seeds, or as many as `SKIAGRAPH_SEEDS` says. The method `drift` tracks nothing: it says how fast a root drifts
 //! that follows the recording's own feet, and one that follows the velocities of the most similar training frames. The
 //! method `depth` tracks nothing either: it says where along the camera's view the silhouette would have the root of

@@ -3,6 +3,7 @@
 
 use super::SetError;
 use super::files::LAYERS;
+use super::grey_png;
 use crate::body::DepthImage;
 
 /// Where the depth of a camera and frame lies.
@@ -17,17 +18,7 @@ pub(super) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError
         false => 0,
     };
     let pixels: Vec<u8> = image.depth.iter().flat_map(|depth| millimetres(depth).to_be_bytes()).collect();
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, image.width, image.height);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Sixteen);
-    encoder.set_compression(png::Compression::Fastest);
-    let written = encoder.write_header().and_then(|mut writer| {
-        writer.write_image_data(&pixels)?;
-        writer.finish()
-    });
-    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
-    Ok(bytes)
+    grey_png::encode(file, [image.width, image.height], png::BitDepth::Sixteen, &pixels)
 }
 
 #[cfg(test)]

@@ -36,7 +36,9 @@ mod files;
 mod fixture;
 #[doc(hidden)]
 pub mod fuzzing;
+mod grey_png;
 mod json;
+mod layer_drawing;
 mod leaks;
 mod manifest;
 mod props_file;
@@ -58,15 +60,13 @@ pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates};
 pub use export::{EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 pub use exr_layers::{Layer, layer_channels};
+pub use layer_drawing::LAYERS_MEMORY_BYTES;
 pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;
 pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };
-pub use set::{
-    BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set,
-    verify_hashes,
-};
+pub use set::{BenchmarkSet, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes};
 pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;
 pub use start_file::Start;

@@ -5,17 +5,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::files::{self, FileSink, LISTING, SetFiles, Stop};
+use super::files::{self, LISTING, SetFiles};
+use super::layer_drawing::LayerDrawing;
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, depth_png, exr_layers, props_file,
-    recording_file, silhouette_png, truth_file, views_file,
+    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, props_file, recording_file,
+    silhouette_png, truth_file, views_file,
 };
 use crate::body::Motion;
-use crate::camera::{Camera, CameraRig};
+use crate::camera::CameraRig;
 use crate::npz::Npz;
-use crate::observation::{LayerImages, LayerObserver, Observation, ObservationFacts, WantedLayers};
+use crate::observation::{Observation, ObservationFacts};
 use crate::parallel;
 use crate::scene::GroundTruth;
 
@@ -23,26 +24,7 @@ use crate::scene::GroundTruth;
 pub const SET_ENTRIES: [&str; 8] =
     [manifest::PATH, README, truth_file::READER_PATH, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
-/// Memory limit of images while layers are written, unless a single image takes more: it bounds the number of drawing
-/// threads.
-pub const LAYERS_MEMORY_BYTES: usize = 1 << 30;
-
-/// What one thread that writes layers holds for every pixel: its ray, depth and part, the parts cut out, and the file's
-/// bytes.
-const LAYER_BYTES_A_PIXEL: usize = 16 + 8 + 8 + 8;
-
 const README: &str = "README.txt";
-
-/// What a thread holds for every pixel besides depth and parts: images, their crops and surface points.
-fn bytes_a_pixel(layer: &Layer) -> usize {
-    match layer {
-        Layer::Depth | Layer::Parts => 4,
-        Layer::Normals | Layer::Flow => 120,
-        // sixteen rays, and depths where there are props
-        Layer::Coverage => 16 * (16 + 8),
-        Layer::Colour => 160,
-    }
-}
 
 /// A set in memory or on disk. In both cases all content has passed through its files, so `run` sees bit for bit the
 /// same as a reader of the set on disk.
@@ -254,11 +236,7 @@ impl BenchmarkSet {
     /// # Errors
     /// [`SetError`] where an image cannot be encoded.
     pub fn layer_bytes(&self, frame: usize, layers: &[Layer]) -> Result<usize, SetError> {
-        let size = |camera: usize| {
-            let images = self.layer_observer(camera, layers).look(frame);
-            Ok(layer_files(camera, frame, &images, layers)?.iter().map(|(_, bytes)| bytes.len()).sum::<usize>())
-        };
-        if layers.is_empty() { Ok(0) } else { (0..self.true_rig().cameras.len()).map(size).sum() }
+        if layers.is_empty() { Ok(0) } else { self.layer_drawing(layers).bytes(frame) }
     }
 
     /// As [`Self::write_with_layers`]; no image and no file is begun once `stop` answers `true`.
@@ -273,65 +251,19 @@ impl BenchmarkSet {
     ) -> Result<(), SetError> {
         self.blind.files().write(folder, stop, |sink| match layers.is_empty() {
             true => Ok(()),
-            false => self.write_layers(layers, stop, sink),
+            false => self.layer_drawing(layers).write(stop, sink),
         })
     }
 
-    /// Sees the images of one true camera.
-    fn layer_observer(&self, camera: usize, layers: &[Layer]) -> LayerObserver<'_> {
-        let images = self.blind.observation.as_ref().and_then(|facts| facts.images).unwrap_or_default();
-        let seed = self.truth.facts.observation_seed.unwrap_or(1);
-        let wanted = WantedLayers {
-            normals: layers.contains(&Layer::Normals),
-            flow: layers.contains(&Layer::Flow),
-            coverage: layers.contains(&Layer::Coverage),
-            colour: layers.contains(&Layer::Colour).then_some((images, seed.into())),
-        };
-        LayerObserver::new(&self.truth.ground_truth, self.true_rig(), camera, wanted)
-    }
-
-    /// One camera after another; each image is drawn, written and dropped, so memory does not grow with their number.
-    fn write_layers(&self, layers: &[Layer], stop: Stop<'_>, sink: FileSink<'_>) -> Result<(), SetError> {
-        let frames = self.blind.frame_count;
-        for (index, camera) in self.true_rig().cameras.iter().enumerate() {
-            let observer = self.layer_observer(index, layers);
-            let workers = layer_workers(camera, layers);
-            let work = |worker| {
-                for frame in (worker..frames).step_by(workers).take_while(|_| !stop()) {
-                    for (path, bytes) in layer_files(index, frame, &observer.look(frame), layers)? {
-                        sink(path, &bytes)?;
-                    }
-                }
-                if stop() { Err(SetError::Stopped) } else { Ok(()) }
-            };
-            parallel::map(workers, work).into_iter().collect::<Result<(), _>>()?;
+    fn layer_drawing<'a>(&'a self, layers: &'a [Layer]) -> LayerDrawing<'a> {
+        LayerDrawing {
+            truth: &self.truth.ground_truth,
+            rig: self.true_rig(),
+            images: self.blind.observation.as_ref().and_then(|facts| facts.images).unwrap_or_default(),
+            seed: self.truth.facts.observation_seed.unwrap_or(1).into(),
+            layers,
         }
-        Ok(())
     }
-}
-
-/// The files of one camera and frame.
-fn layer_files(
-    camera: usize,
-    frame: usize,
-    images: &LayerImages,
-    layers: &[Layer],
-) -> Result<Vec<(String, Vec<u8>)>, SetError> {
-    let exr = exr_layers::path(camera, frame);
-    let mut files = vec![(exr.clone(), exr_layers::encode(&exr, images, layers)?)];
-    if layers.contains(&Layer::Depth) {
-        let png = depth_png::path(camera, frame);
-        files.push((png.clone(), depth_png::encode(&png, &images.depth)?));
-    }
-    Ok(files)
-}
-
-/// How many threads may draw images of that camera at a time, at least one.
-fn layer_workers(camera: &Camera, layers: &[Layer]) -> usize {
-    let pixels = (camera.pinhole.width as usize * camera.pinhole.height as usize).max(1);
-    let more: usize = layers.iter().map(bytes_a_pixel).sum();
-    let bytes = pixels * (LAYER_BYTES_A_PIXEL + more);
-    (LAYERS_MEMORY_BYTES / bytes).clamp(1, rayon::current_num_threads().max(1))
 }
 
 /// Whether `directory` holds a set and nothing else.
@@ -510,21 +442,6 @@ mod tests {
         verify_hashes(directory.path()).unwrap();
         assert!(directory.path().join("truth/layers/cam02/000001.exr").exists());
         same(&set, &BenchmarkSet::read(directory.path()).unwrap());
-    }
-
-    fn sized(width: u32, height: u32) -> Camera {
-        let mut camera = small_set(1).unwrap().blind.rig.cameras.remove(0);
-        (camera.pinhole.width, camera.pinhole.height) = (width, height);
-        camera
-    }
-
-    #[test]
-    fn so_few_large_images_are_drawn_at_a_time_that_memory_is_bounded() {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(64).build().unwrap();
-        let [small, large, largest] =
-            pool.install(|| [(640, 480), (3840, 2160), (8192, 8192)].map(|(w, h)| layer_workers(&sized(w, h), &[])));
-        assert_eq!((small, largest), (64, 1));
-        assert!(large > 1 && large * 3840 * 2160 * LAYER_BYTES_A_PIXEL <= LAYERS_MEMORY_BYTES, "{large}");
     }
 
     #[test]

@@ -1,27 +1,17 @@
 //! Silhouettes as 8-bit grey PNG files: 255 where the body is, 0 elsewhere.
 
-use super::SetError;
+use super::{SetError, grey_png};
 use crate::input::foreign;
 use crate::raster::Mask;
 
-/// The PNG of a mask; compressed as fast as the format allows, for these images need little.
+/// The PNG of a mask.
 pub(super) fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
     let mut pixels = Vec::with_capacity(mask.width() as usize * mask.height() as usize);
     for y in 0..mask.height() {
         let row = mask.row(y);
         pixels.extend((0..mask.width() as usize).map(|x| if row[x / 64] >> (x % 64) & 1 == 1 { 255 } else { 0_u8 }));
     }
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, mask.width(), mask.height());
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Fastest);
-    let written = encoder.write_header().and_then(|mut writer| {
-        writer.write_image_data(&pixels)?;
-        writer.finish()
-    });
-    written.map_err(|e| SetError::malformed(file, e.to_string()))?;
-    Ok(bytes)
+    grey_png::encode(file, [mask.width(), mask.height()], png::BitDepth::Eight, &pixels)
 }
 
 /// The PNG of a mask, as sets have it; `file` is named in errors.

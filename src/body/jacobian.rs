@@ -170,8 +170,7 @@ impl Humanoid {
     }
 }
 
-/// The right Jacobian of a rotation vector `v`: `R(v + d) = R(v) R(J d)` to first order (Sola, Deray and Atchuthan
-/// 2018, "A micro Lie theory", Eq. 143).
+/// The right Jacobian of a rotation vector `v`: `R(v + d) = R(v) R(J d)` to first order (`[Sola 2018]`, Eq. 143).
 fn right_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
     let square = v.norm_squared();
     let angle = libm::sqrt(square);

@@ -25,6 +25,7 @@ mod kinematics;
 mod landmark;
 mod limits;
 mod lowest;
+mod marker_positions;
 mod mass;
 mod mismatch;
 mod motion;

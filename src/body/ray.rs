@@ -143,7 +143,7 @@ fn contains(capsule: &TaperedCapsule, point: &Point3<f64>) -> bool {
     (point - (a + axis * centre)).norm() <= radius_a + k * centre
 }
 
-/// Moeller and Trumbore (1997), both faces.
+/// `[Möller 1997]`, both faces.
 fn triangle_hit(triangle: &[Point3<f64>; 3], ray: &Ray) -> Option<f64> {
     let (e1, e2) = (triangle[1] - triangle[0], triangle[2] - triangle[0]);
     let p = ray.direction.cross(&e2);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
+use super::solid::vertex_bounds;
 use super::{Humanoid, Inertia, Solid};
 use crate::raster::TaperedCapsule;
 
@@ -108,7 +109,7 @@ impl LinkShape {
                 half_length: half_length * self.along(&(link_from_cylinder.rotation * Vector3::z())),
             },
             Solid::Mesh { vertices, triangles } => {
-                let (low, high) = bounds(vertices);
+                let (low, high) = vertex_bounds(vertices);
                 let middle = nalgebra::center(&low, &high);
                 let mut factors = Vector3::repeat(self.girth);
                 let longest = (high - low).imax();
@@ -138,11 +139,6 @@ impl LinkShape {
             tensor: Matrix3::from_diagonal_element(moments.trace()) - moments,
         }
     }
-}
-
-pub(super) fn bounds(vertices: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
-    let first = vertices.first().copied().unwrap_or(Point3::origin());
-    vertices.iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)))
 }
 
 #[cfg(test)]

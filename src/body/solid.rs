@@ -2,7 +2,6 @@
 
 use nalgebra::{Isometry3, Point3};
 
-use super::shape::bounds;
 use crate::raster::TaperedCapsule;
 
 /// Least radius and least half an edge of a solid that is made smaller, metres.
@@ -58,7 +57,7 @@ impl Solid {
                 half_length: grown(*half_length),
             },
             Self::Mesh { vertices, triangles } => {
-                let (low, high) = bounds(vertices);
+                let (low, high) = vertex_bounds(vertices);
                 let middle = nalgebra::center(&low, &high);
                 let factors = (0.5 * (high - low)).map(|half| grown(half) / half.max(LEAST));
                 let vertices = vertices.iter().map(|v| middle + (v - middle).component_mul(&factors)).collect();
@@ -66,6 +65,12 @@ impl Solid {
             }
         }
     }
+}
+
+/// The corners of the box around vertices, along the axes.
+pub(super) fn vertex_bounds(vertices: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
+    let first = vertices.first().copied().unwrap_or(Point3::origin());
+    vertices.iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)))
 }
 
 #[cfg(test)]
@@ -83,7 +88,7 @@ mod tests {
         let corners = [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, 0.6]].map(Point3::from);
         let mesh = Solid::Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
         let Solid::Mesh { vertices, .. } = mesh.inflated(0.01) else { panic!("a mesh stays one") };
-        let (low, high) = bounds(&vertices);
+        let (low, high) = vertex_bounds(&vertices);
         assert!((low - Point3::new(-0.01, -0.01, -0.01)).norm() < 1e-12, "{low}");
         assert!((high - Point3::new(0.21, 0.41, 0.61)).norm() < 1e-12, "{high}");
         let Solid::TaperedCapsule(gone) = Solid::TaperedCapsule(ball).inflated(-1.0) else {

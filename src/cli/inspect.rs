@@ -63,7 +63,19 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let to = arguments.out.as_deref().map(|path| Destination { path, force: arguments.force });
     let is_scenario = arguments.what.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     if is_scenario && !arguments.contacts {
-        return inspect_scenario::run(arguments, to, volume);
+        let of_others =
+            [("--against", arguments.against.is_some()), ("--metres-per-unit", arguments.metres_per_unit.is_some())];
+        if let Some((argument, _)) = of_others.into_iter().find(|(_, given)| *given) {
+            let detail = format!("is not for scenarios, and {} is one", arguments.what.display());
+            return Err(ExperimentError::Argument { argument, detail }.into());
+        }
+        let scenario = inspect_scenario::ScenarioArguments {
+            file: &arguments.what,
+            overrides: &arguments.overrides,
+            mocap_dir: arguments.mocap_dir.clone(),
+            json: arguments.json,
+        };
+        return inspect_scenario::run(&scenario, to, volume);
     }
     for (argument, given) in
         [("KEY=VALUE", !arguments.overrides.is_empty()), ("--mocap-dir", arguments.mocap_dir.is_some())]

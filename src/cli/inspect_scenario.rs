@@ -1,28 +1,29 @@
 //! `skiagraph inspect SCENARIO` as text.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use super::inspect::Arguments;
 use super::output::counted;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::{Destination, EditedSummary, ExperimentError, inspect_scenario};
 use crate::scenario::ScenarioFile;
 
+/// A scenario to look at.
+pub(super) struct ScenarioArguments<'a> {
+    pub(super) file: &'a Path,
+    pub(super) overrides: &'a [String],
+    pub(super) mocap_dir: Option<PathBuf>,
+    pub(super) json: bool,
+}
+
 /// Prints what a scenario makes of its recordings.
 pub(super) fn run(
-    arguments: &Arguments,
+    arguments: &ScenarioArguments<'_>,
     picture: Option<Destination<'_>>,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
-    let of_others =
-        [("--against", arguments.against.is_some()), ("--metres-per-unit", arguments.metres_per_unit.is_some())];
-    if let Some((argument, _)) = of_others.into_iter().find(|(_, given)| *given) {
-        let detail = format!("is not for scenarios, and {} is one", arguments.what.display());
-        return Err(ExperimentError::Argument { argument, detail }.into());
-    }
-    let file = ScenarioFile::open(&arguments.what, &arguments.overrides).map_err(ExperimentError::from)?;
+    let file = ScenarioFile::open(arguments.file, arguments.overrides).map_err(ExperimentError::from)?;
     let mocap = arguments.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from));
     let summary = inspect_scenario(&file, mocap.as_deref(), picture)?;
     picture.iter().for_each(|to| volume.written(to.path));

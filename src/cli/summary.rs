@@ -1,22 +1,12 @@
 //! The summary table of a run.
 
-use crate::evaluation::{METRICS, MetricSummary};
+use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary};
 use crate::experiment::{MethodComparison, MethodRecord, RunRecord};
 
-/// Metrics in the table; `--json` and the report have all.
-const SHOWN: [&str; 11] = [
-    "humaneva_mm",
-    "mpjpe_mm",
-    "mpjpe_root_mm",
-    "pa_mpjpe_mm",
-    "body_orientation_deg",
-    "silhouette_iou",
-    "pck150",
-    "track_loss",
-    "lost_frames",
-    "limb_swaps",
-    "energy_gap",
-];
+/// Whether a metric is in the table; `--json` and the report have all. Coverage has a column of its own.
+fn is_shown(name: &str) -> bool {
+    name != "coverage" && MAIN_METRICS.contains(&name)
+}
 
 /// The summary table: mean, 95 % interval, coverage, and the frozen tracker's value; values worse than it are marked.
 /// Metrics that could not be measured follow.
@@ -33,7 +23,7 @@ pub(super) fn table(record: &RunRecord) -> String {
         format!("  {:<37} {:>9}   {:^20}  {:>8}  {:>9}", "", "mean", "95 % interval", "coverage", "frozen"),
     ];
     let is_worse = |name: &str| record.verdict.worse_than_frozen.contains(&name);
-    for metric in METRICS.iter().filter(|metric| SHOWN.contains(&metric.name)) {
+    for metric in METRICS.iter().filter(|metric| is_shown(metric.name)) {
         if let Some(summary) = record.summary.metrics.get(metric.name) {
             let title = match metric.unit.symbol() {
                 "" => metric.title.to_owned(),
@@ -45,7 +35,10 @@ pub(super) fn table(record: &RunRecord) -> String {
             lines.push(format!("  {title:<37} {mean:>9} {mark} {:^20}  {coverage:>8}  {frozen:>9}", interval(summary)));
         }
     }
-    let absent = SHOWN.iter().filter_map(|name| Some((name, record.summary.absent.get(*name)?)));
+    let absent = MAIN_METRICS
+        .iter()
+        .filter(|name| is_shown(name))
+        .filter_map(|name| Some((name, record.summary.absent.get(*name)?)));
     lines.extend(absent.map(|(name, needs)| format!("  no {name}: {needs}")));
     lines.push(String::new());
     lines.extend(worse_in_words(record));
@@ -64,7 +57,7 @@ pub(super) fn table(record: &RunRecord) -> String {
 /// The legend of the mark, and the metrics that are marked in the report only.
 fn worse_in_words(record: &RunRecord) -> Option<String> {
     let worse = &record.verdict.worse_than_frozen;
-    let others: Vec<&str> = worse.iter().filter(|name| !SHOWN.contains(name)).copied().collect();
+    let others: Vec<&str> = worse.iter().filter(|name| !is_shown(name)).copied().collect();
     let also = if others.is_empty() { String::new() } else { format!("; also {}", others.join(", ")) };
     (!worse.is_empty()).then(|| format!("  ▼ worse than a tracker that never moves (frozen){also}"))
 }
@@ -137,7 +130,7 @@ mod tests {
 
     #[test]
     fn every_metric_of_the_table_exists() {
-        for name in SHOWN {
+        for name in MAIN_METRICS {
             assert!(crate::evaluation::find_metric(name).is_some(), "{name}");
         }
     }

@@ -84,7 +84,7 @@ impl GroundContacts {
     /// [`ContactError`] for invalid thresholds, a motion that is empty, belongs to another body or is not finite, and
     /// a body whose feet have no geometry.
     pub fn from_motion(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Self, ContactError> {
-        Self::from_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
+        Self::of_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
     }
 
     /// As [`Self::from_motion`], with the links at `frames` and `surface` around them.

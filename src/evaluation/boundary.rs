@@ -25,7 +25,7 @@ fn boundary_f(sequence: &Sequence<'_>) -> Option<Measurement> {
 #[cfg(test)]
 mod tests {
     use crate::evaluation::fixture::standing;
-    use crate::evaluation::{Outline, Sequence, evaluate};
+    use crate::evaluation::{Sequence, SilhouetteOutline, evaluate};
     use crate::raster::Mask;
 
     #[test]
@@ -33,7 +33,7 @@ mod tests {
         let trunk = |x: u32, y: u32| (40..80).contains(&x) && (20..100).contains(&y);
         let whole = Mask::from_fn(160, 120, |x, y| trunk(x, y) || ((80..140).contains(&x) && (50..54).contains(&y)));
         let without = Mask::from_fn(160, 120, trunk);
-        let found = Outline::new(&without).agreement(&Outline::new(&whole)).unwrap();
+        let found = SilhouetteOutline::new(&without).agreement(&SilhouetteOutline::new(&whole)).unwrap();
         let overlap = crate::evaluation::intersection_over_union(&without, &whole).unwrap();
         assert!(overlap > 0.9 && found < 0.85, "{overlap} {found}");
         let markers = vec![standing(); 3];
@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn empty_outlines_agree_with_nothing() {
         let (empty, block) = (Mask::new(20, 20), Mask::from_fn(20, 20, |x, y| x > 5 && x < 12 && y > 5 && y < 12));
-        let [empty, block] = [&empty, &block].map(Outline::new);
+        let [empty, block] = [&empty, &block].map(SilhouetteOutline::new);
         assert_eq!((empty.agreement(&empty), empty.agreement(&block)), (None, Some(0.0)));
         assert_eq!(block.agreement(&block), Some(1.0));
     }

@@ -12,7 +12,8 @@ use crate::body::Landmark;
 /// Knee and ankle of each leg, in the order of the feet of contact truth: left, right.
 const LEGS: [[Landmark; 2]; 2] =
     [[Landmark::LeftKnee, Landmark::LeftAnkle], [Landmark::RightKnee, Landmark::RightAnkle]];
-/// Limits between slow, medium and fast markers of the actor, metres a second: a walker's trunk and a walker's swinging foot.
+/// Limits between slow, medium and fast markers of the actor, metres a second: a walker's trunk and a walker's swinging
+/// foot.
 const SPEEDS: [f64; 2] = [0.5, 2.0];
 /// From so many cameras on no further difference is made.
 const MOST_CAMERAS: usize = 4;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
 use super::evaluate::MetricValue;
 use super::fixture::evaluate_markers;
-use super::{Outline, PARTS, PartRotations, Sequence, Views, evaluate};
+use super::{PARTS, PartRotations, Sequence, SilhouetteOutline, Views, evaluate};
 use crate::body::{Landmark, Markers};
 use crate::camera::{Camera, FieldOfView};
 use crate::raster::Mask;
@@ -158,7 +158,7 @@ fn with_more_than_markers() -> (BTreeMap<String, MetricValue>, Vec<Derived>) {
     // 20 mm in every direction
     let covariances = vec![[Some(Matrix3::identity() * 4e-4); 15]; 3];
     let block = |left: u32| Mask::from_fn(64, 64, |x, y| (left..left + 20).contains(&x) && (20..40).contains(&y));
-    let agreement = Outline::new(&block(23)).agreement(&Outline::new(&block(20)));
+    let agreement = SilhouetteOutline::new(&block(23)).agreement(&SilhouetteOutline::new(&block(20)));
     let boundaries = vec![vec![agreement]; 3];
     let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
     sequence.views = Some(Views { cameras: &cameras, in_view: &views, visible: &views });

@@ -8,7 +8,7 @@ use crate::body::LANDMARKS;
 
 use super::breakdown::{self, BreakdownGroup};
 use super::pck::{self, CurvePoint};
-use super::reprojection::{self, CameraError};
+use super::reprojection::{self, PerCameraError};
 use super::{EvaluationError, FrameSpread, METRICS, Measurement, Metric, Sequence, Unit};
 use super::{coverage, protocol};
 
@@ -35,7 +35,7 @@ pub struct Evaluation {
     pub breakdown: Vec<BreakdownGroup>,
     /// Errors by camera; empty where the cameras are not known.
     #[serde(default)]
-    pub per_camera: Vec<CameraError>,
+    pub per_camera: Vec<PerCameraError>,
     /// Share of markers within 0, 5, ... 150 mm.
     pub pck_curve: Vec<CurvePoint>,
 }

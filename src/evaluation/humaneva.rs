@@ -6,8 +6,8 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 use super::{Sequence, mpjpe};
 
-/// Mean distance of the fifteen virtual markers ([Sigal 2010]; equal to the position error of [Skinned APF], Fig. 5, in
-/// mm).
+/// Mean distance of the fifteen virtual markers ([Sigal 2006], [Sigal 2010]; equal to the position error of [Skinned
+/// APF], Fig. 5, in mm).
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "humaneva_mm",
     title: "HumanEva 3-D error",

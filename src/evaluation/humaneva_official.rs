@@ -1,8 +1,8 @@
 //! HumanEva's errors as its own code has them, quirks included, for numbers that are compared with published ones.
 //!
-//! Its skeleton has twenty ends of limbs; where two share a joint, their mean error is one term, *unless both are exactly
-//! zero: then the joint is left out of the mean*. Its relative error takes the head's upper end for its lower one in the
-//! thorax, and the lower for the upper in the head. [`super::humaneva`] has both corrected.
+//! Its skeleton has twenty ends of limbs; where two share a joint, their mean error is one term, *unless both are
+//! exactly zero: then the joint is left out of the mean*. Its relative error takes the head's upper end for its lower
+//! one in the thorax, and the lower for the upper in the head. [`super::humaneva`] has both corrected.
 
 use crate::body::Landmark;
 

@@ -81,9 +81,10 @@ pub use metric::{Direction, Measurement, Metric, Unit};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;
 pub use procrustes::Similarity;
+pub(crate) use registry::MAIN_METRICS;
 pub use registry::{METRICS, find_metric};
-pub use reprojection::{CameraError, CameraSummary};
-pub use segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, Outline, SegmentationQuality};
+pub use reprojection::{PerCameraError, PerCameraSummary};
+pub use segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality, SilhouetteOutline};
 pub use sequence::{
     ContactMeasures, ContactPair, Energies, EvaluationError, PARTS, PartRotations, RootRotations, Sequence, Views,
 };

@@ -1,6 +1,6 @@
 //! PCK and its area as 3DPW's challenge computes them: twelve joints of the limbs, relative to the middle of the hips.
 
-use crate::body::Landmark;
+use crate::body::{LANDMARKS, Landmark};
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
@@ -11,21 +11,6 @@ const THRESHOLD_MM: f64 = 50.0;
 const ROUNDING_MM: f64 = 1e-9;
 /// Thresholds of the area: 0, 1, ... 199 mm.
 const LAST_MM: u32 = 199;
-
-const LIMBS: [Landmark; 12] = [
-    Landmark::LeftShoulder,
-    Landmark::LeftElbow,
-    Landmark::LeftWrist,
-    Landmark::RightShoulder,
-    Landmark::RightElbow,
-    Landmark::RightWrist,
-    Landmark::LeftHip,
-    Landmark::LeftKnee,
-    Landmark::LeftAnkle,
-    Landmark::RightHip,
-    Landmark::RightKnee,
-    Landmark::RightAnkle,
-];
 
 /// PCK at 50 mm.
 pub(super) const PCK: Metric = Metric {
@@ -80,7 +65,7 @@ fn per_frame(sequence: &Sequence<'_>, score: impl Fn(f64) -> f64) -> Option<Meas
         };
         let of_truth = middle(truth)?;
         let of_estimate = middle(estimate);
-        mean_of(LIMBS.iter().filter_map(|joint| {
+        mean_of(LANDMARKS.iter().filter(|landmark| landmark.is_on_limb()).filter_map(|joint| {
             let place = truth[*joint as usize]?;
             let found = of_estimate.zip(estimate[*joint as usize]);
             Some(found.map_or(0.0, |(root, found)| score(1000.0 * ((found - root) - (place - of_truth)).norm())))

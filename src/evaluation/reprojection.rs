@@ -23,7 +23,7 @@ pub(super) const ERROR: Metric = Metric {
 
 /// One camera of one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CameraError {
+pub struct PerCameraError {
     /// Its name.
     pub camera: String,
     /// Mean 2-D error, pixels; `None` where no marker is in view.
@@ -38,7 +38,7 @@ pub struct CameraError {
 
 /// One camera over all runs: means over clips of each clip's mean over seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CameraSummary {
+pub struct PerCameraSummary {
     /// Its name.
     pub camera: String,
     /// Mean 2-D error, pixels.
@@ -66,7 +66,7 @@ fn in_camera(sequence: &Sequence<'_>, camera: usize, frame: usize) -> Vec<f64> {
 }
 
 /// One entry a camera; empty where the cameras are not known.
-pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<CameraError> {
+pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<PerCameraError> {
     let Some(views) = sequence.views else { return vec![] };
     let of = |scores: Option<&[Vec<Option<f64>>]>, camera: usize| {
         let scores = scores?;
@@ -80,7 +80,7 @@ pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<CameraError> {
                 .zip(views.visible[frame][index])
                 .filter_map(|(marker, seen)| marker.map(|_| f64::from(u8::from(seen))))
         });
-        CameraError {
+        PerCameraError {
             camera: camera.name.clone(),
             error_px: mean_of(sequence.scored().flat_map(|frame| in_camera(sequence, index, frame))),
             overlap: of(sequence.view_overlaps, index),
@@ -92,17 +92,17 @@ pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<CameraError> {
 }
 
 /// All cameras over all runs, in the order in which they are met.
-pub(super) fn summarise_cameras(runs: &[SeedRun<'_>]) -> Vec<CameraSummary> {
+pub(super) fn summarise_cameras(runs: &[SeedRun<'_>]) -> Vec<PerCameraSummary> {
     let mut names: Vec<&str> = Vec::new();
     for camera in runs.iter().flat_map(|run| &run.evaluation.per_camera) {
         if !names.contains(&camera.camera.as_str()) {
             names.push(&camera.camera);
         }
     }
-    let mean = |name: &str, value: fn(&CameraError) -> Option<f64>| {
+    let mean = |name: &str, value: fn(&PerCameraError) -> Option<f64>| {
         mean_over_clips(runs, |run| value(run.evaluation.per_camera.iter().find(|camera| camera.camera == name)?))
     };
-    let summary = |name: &str| CameraSummary {
+    let summary = |name: &str| PerCameraSummary {
         camera: name.to_owned(),
         error_px: mean(name, |camera| camera.error_px),
         overlap: mean(name, |camera| camera.overlap),

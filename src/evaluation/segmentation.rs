@@ -56,26 +56,26 @@ impl MaskQuality {
 }
 
 fn boundary_f(observed: &Mask, exact: &Mask) -> Option<f64> {
-    Outline::new(exact).agreement(&Outline::new(observed))
+    SilhouetteOutline::new(exact).agreement(&SilhouetteOutline::new(observed))
 }
 
 /// A silhouette's outline, and everything near it.
 #[derive(Clone, Debug)]
-pub struct Outline {
+pub struct SilhouetteOutline {
     line: Mask,
     near: Mask,
     pixels: u64,
 }
 
-impl Outline {
+impl SilhouetteOutline {
     /// Of a silhouette.
     pub fn new(silhouette: &Mask) -> Self {
         let line = contour(silhouette);
         Self { near: grown_by_disc(&line, BOUNDARY_TOLERANCE_PX as u32), pixels: line.count(), line }
     }
 
-    /// Harmonic mean of the shares of either outline within [`BOUNDARY_TOLERANCE_PX`] of the other; 0 where one is empty,
-    /// `None` where both are.
+    /// Harmonic mean of the shares of either outline within [`BOUNDARY_TOLERANCE_PX`] of the other; 0 where one is
+    /// empty, `None` where both are.
     pub fn agreement(&self, other: &Self) -> Option<f64> {
         match (self.pixels, other.pixels) {
             (0, 0) => return None,

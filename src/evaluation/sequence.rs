@@ -26,7 +26,8 @@ pub struct Sequence<'a> {
     /// `[frame][view]`: overlap of the estimate's silhouette with the observed one
     /// ([`super::intersection_over_union`]), where known.
     pub view_overlaps: Option<&'a [Vec<Option<f64>>]>,
-    /// `[frame][view]`: agreement of the outlines of those silhouettes ([`super::Outline::agreement`]), where known.
+    /// `[frame][view]`: agreement of the outlines of those silhouettes ([`super::SilhouetteOutline::agreement`]), where
+    /// known.
     pub view_boundaries: Option<&'a [Vec<Option<f64>>]>,
     /// The cameras and what they see of the markers, where known.
     pub views: Option<Views<'a>>,
@@ -54,9 +55,9 @@ pub struct Views<'a> {
 /// How many parts of the body have a rotation of their own: the root, both thighs, shanks, upper arms and forearms.
 pub const PARTS: usize = 9;
 
-/// Rotations of parts in the world from their rotation at the zero pose, one list a frame, in the order root, left and right thigh,
-/// left and right shank, left and right upper arm, left and right forearm; `None` for parts that a body lacks and frames without
-/// a pose.
+/// Rotations of parts in the world from their rotation at the zero pose, one list a frame, in the order root, left and
+/// right thigh, left and right shank, left and right upper arm, left and right forearm; `None` for parts that a body
+/// lacks and frames without a pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PartRotations<'a> {
     /// Of the actor.

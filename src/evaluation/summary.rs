@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::breakdown::{BreakdownSummary, summarise_groups};
-use super::reprojection::{CameraSummary, summarise_cameras};
+use super::reprojection::{PerCameraSummary, summarise_cameras};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
@@ -53,7 +53,7 @@ pub struct Summary {
     pub breakdown: Vec<BreakdownSummary>,
     /// Errors by camera.
     #[serde(default)]
-    pub per_camera: Vec<CameraSummary>,
+    pub per_camera: Vec<PerCameraSummary>,
 }
 
 /// One metric over all runs.

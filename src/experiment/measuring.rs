@@ -12,8 +12,8 @@ use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, MaskQuality, Outline, PartRotations, RootRotations, SeedRun,
-    SegmentationQuality, Sequence, Summary, Views, evaluate, intersection_over_union, summarise,
+    ContactPair, Energies, Evaluation, MaskQuality, PartRotations, RootRotations, SeedRun, SegmentationQuality,
+    Sequence, SilhouetteOutline, Summary, Views, evaluate, intersection_over_union, summarise,
 };
 use crate::observation::{Observation, Observer};
 use crate::raster::Mask;
@@ -287,14 +287,14 @@ impl Painters {
         observed: &Observation,
         poses: impl Iterator<Item = (&'p Humanoid, Option<&'p Pose>)>,
     ) -> FrameAgreements {
-        let outlines: Vec<Outline> = observed.silhouettes.iter().map(Outline::new).collect();
+        let outlines: Vec<SilhouetteOutline> = observed.silhouettes.iter().map(SilhouetteOutline::new).collect();
         let agreement = |(body, pose): (&Humanoid, Option<&Pose>)| {
             let Some(pose) = pose else { return vec![ViewAgreement::default(); self.cameras.len()] };
             let drawn = self.silhouettes(body, pose);
             let views = drawn.iter().zip(&observed.silhouettes).zip(&outlines);
-            let of_view = |((drawn, observed), outline): ((&Mask, &Mask), &Outline)| ViewAgreement {
+            let of_view = |((drawn, observed), outline): ((&Mask, &Mask), &SilhouetteOutline)| ViewAgreement {
                 overlap: intersection_over_union(drawn, observed),
-                boundary_f: outline.agreement(&Outline::new(drawn)),
+                boundary_f: outline.agreement(&SilhouetteOutline::new(drawn)),
             };
             views.map(of_view).collect()
         };

@@ -11,8 +11,7 @@ use super::learning::{Stopped, grow_all};
 use super::partial_file::{PartialFile, beside};
 use super::staging::robot_named;
 use super::{
-    Destination, ExperimentError, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, Stage, Staged,
-    Watch, clip_file, unfinished,
+    Destination, ExperimentError, LearnedFrom, LearnedModel, ModelFacts, Stage, Staged, Watch, clip_file, unfinished,
 };
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
@@ -265,15 +264,9 @@ fn in_arguments(key: &'static str, detail: String) -> ExperimentError {
 }
 
 fn facts(input: &TrainingInput, settings: &GraphSettings) -> ModelFacts {
-    ModelFacts {
-        schema: MODEL_SCHEMA.to_owned(),
-        program: concat!("skiagraph ", env!("CARGO_PKG_VERSION")).to_owned(),
-        whole: false,
-        robot: RobotFacts::from_body(&input.body),
-        frames_per_second: input.motions.first().map_or(0.0, |motion| motion.frames_per_second),
-        learned_from: input.learned_from.clone(),
-        settings: settings.clone(),
-    }
+    let frames_per_second = input.motions.first().map_or(0.0, |motion| motion.frames_per_second);
+    let learned_from = input.learned_from.clone();
+    ModelFacts { whole: false, ..ModelFacts::new(&input.body, frames_per_second, learned_from, settings.clone()) }
 }
 
 /// The state of an interrupted training of the same motions with the same settings.

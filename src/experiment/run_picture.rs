@@ -13,13 +13,13 @@ use crate::report::{SummaryPicture, summary_picture};
 use crate::scenario::json_tree;
 
 #[derive(Deserialize)]
-struct StoredRun {
+struct PicturedRun {
     schema: String,
     scenario: String,
     seeds: Vec<u64>,
     tracker: String,
     frames: usize,
-    verdict: StoredVerdict,
+    verdict: PicturedVerdict,
     #[serde(default)]
     frozen: BTreeMap<String, f64>,
     #[serde(flatten)]
@@ -27,7 +27,7 @@ struct StoredRun {
 }
 
 #[derive(Deserialize)]
-struct StoredVerdict {
+struct PicturedVerdict {
     line: String,
 }
 
@@ -39,7 +39,7 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     let path = run.join(RUN_FILE);
     let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
     let bytes = read_file(&path, limits::JSON)?;
-    let stored: StoredRun = json_tree::value_of_file(&bytes).map_err(malformed)?;
+    let stored: PicturedRun = json_tree::value_of_file(&bytes).map_err(malformed)?;
     if stored.schema != "skiagraph.run/1" {
         return Err(malformed(format!("expected schema skiagraph.run/1, found {:?}", stored.schema)));
     }

@@ -112,8 +112,8 @@ impl Staged {
         };
         let scenario_observation = &scenario.observation;
         let (corruption, seed) = (&scenario_observation.corruption, u64::from(scenario_observation.seed));
-        let pose = tracker_start(&body, &pose, corruption, seed);
-        let told_rig = corruption.changes_cameras().then(|| tracker_rig(&rig, corruption, seed));
+        let pose = told_start(&body, &pose, corruption, seed);
+        let told_rig = corruption.changes_cameras().then(|| told_rig(&rig, corruption, seed));
         let mut notes = performed.report.notes.clone();
         notes.extend(lens_without_effect(corruption, &rig));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));

@@ -2,51 +2,39 @@
 //! where it moves on a model from a file; and `bodies.json` where it calibrated its body: one body a seed, of which the
 //! poses are.
 //!
-//! `poses.npz` holds the answers; anybody's tracker may write it. `search.npz` says how ours searched:
-//!
-//! | array | shape | meaning |
-//! |---|---|---|
-//! | `energy` | (S, T) | energy of the estimate; NaN where there is none |
-//! | `evaluations` | (S, T) | likelihood evaluations |
-//! | `layers` | (S, T, L, 6) | one row an annealing layer, columns `layer_columns` |
-//! | `occupancy` | (S, T, K, 3) | one row a motion model, columns `occupancy_columns`; K = 0 without such models |
+//! `poses.npz` holds the answers; anybody's tracker may write it. `search.npz` says how ours searched
+//! (`search_file.rs`).
 
 use std::path::Path;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::calibrating::{self, Beginning};
+use super::calibrating::Beginning;
 use super::error::read_file;
 use super::external::{EXTERNAL_FILE, ExternalRecord};
-use super::nearest_training_pose::NearestTrainingPose;
-use super::oracle::Oracle;
+use super::search_file::{SearchRecord, search_from_npz, search_to_npz};
+use super::track_timing::TrackTiming;
+use super::tracker_factory::TrackerFactory;
 use super::watch::{Stage, Watch, advance};
 use super::{ExperimentError, Models, NamedFiles};
 use crate::benchmark_set::{
-    BlindSet, EstimatedSequence, Estimates, SourceRecording, Training, bodies_from_json, bodies_to_json,
-    recordings_from_npz, recordings_to_npz,
+    BlindSet, EstimatedSequence, Estimates, SourceRecording, bodies_from_json, bodies_to_json, recordings_from_npz,
+    recordings_to_npz,
 };
 use crate::body::{Humanoid, Motion};
 use crate::input::limits;
-use crate::motion_model::{Diffusion, Prediction, ProposalScales};
-use crate::npz::{Array, Npz, Values};
-use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings, TrainingUse, json_tree};
-use crate::tracker::{
-    AnnealedParticleFilter, BodyCalibration, CalibrationReport, CalibrationVerdict, Estimate, FilterSettings, Frozen,
-    LayerRecord, Likelihood, ModelOccupancy, PlausibleLikelihood, Refinement, SilhouetteLikelihood, Tracker,
-};
+use crate::npz::Npz;
+use crate::scenario::{TrackerSettings, TrainingUse, json_tree};
+use crate::tracker::{CalibrationReport, CalibrationVerdict, Estimate, Tracker};
 
 pub(super) const TRACK_FILE: &str = "track.json";
 pub(super) const POSES_FILE: &str = "poses.npz";
 pub(super) const SEARCH_FILE: &str = "search.npz";
-/// What the tracker's model file learned from, where it has one: the format of a set's `truth/recording.npz`.
 /// The bodies of a run whose tracker calibrated its body, where one was kept.
 pub(super) const BODIES_FILE: &str = "bodies.json";
+/// What the tracker's model file learned from, where it has one: the format of a set's `truth/recording.npz`.
 pub(super) const LEARNED_FROM_FILE: &str = "learned_from.npz";
-
-const LAYER_COLUMNS: [&str; 6] =
-    ["lambda", "effective_sample_size", "energy_min", "energy_mean", "energy_std", "degenerate"];
 
 /// A tracker's estimates and search records.
 #[derive(Clone, Debug)]
@@ -82,33 +70,6 @@ pub struct TrackRecord {
     pub version: String,
     /// What differs from run to run.
     pub timing: TrackTiming,
-}
-
-/// How long tracking took.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrackTiming {
-    /// Seconds for all frames of all seeds, reading of observations and calibration of the body included, learning of
-    /// motion models not.
-    pub seconds: f64,
-    /// Frames of all seeds per second.
-    pub frames_per_second: f64,
-    /// Likelihood evaluations of all frames and seeds.
-    pub likelihood_evaluations: u64,
-    /// Threads.
-    pub threads: usize,
-}
-
-/// How the search for one frame went.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SearchRecord {
-    /// Energy of the estimate.
-    pub energy: Option<f64>,
-    /// Likelihood evaluations.
-    pub evaluations: u64,
-    /// Layer by layer.
-    pub layers: Vec<LayerRecord>,
-    /// Model by model, for trackers in latent spaces.
-    pub occupancy: Vec<ModelOccupancy>,
 }
 
 /// Runs a tracker with every seed over a set, blindfolded; all seeds advance together, frame by frame.
@@ -222,135 +183,6 @@ fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> 
     }
 }
 
-/// What a tracker may be built from.
-struct TrackerFactory<'a> {
-    set: &'a BlindSet,
-    /// One pose of the tracker's body a frame: for oracles alone.
-    truth: Option<&'a Motion>,
-    watch: &'a dyn Watch,
-}
-
-impl TrackerFactory<'_> {
-    /// A tracker that has started.
-    fn begin(
-        &self,
-        settings: &TrackerSettings,
-        models: &mut Models,
-        beginning: &Beginning,
-        seed: u64,
-    ) -> Result<Box<dyn Tracker>, ExperimentError> {
-        let mut tracker = self.build(settings, models, beginning, seed)?;
-        tracker.start(&beginning.pose);
-        Ok(tracker)
-    }
-
-    /// Calibrates the body with each of the trackers, which have started with the body as given; nothing where that is
-    /// not asked for, or the tracker keeps its body.
-    fn calibrate(
-        &self,
-        settings: &TrackerSettings,
-        trackers: &mut [Box<dyn Tracker>],
-        seeds: &[u64],
-    ) -> Result<Vec<BodyCalibration>, ExperimentError> {
-        if !self.set.start.calibrate {
-            return Ok(Vec::new());
-        }
-        let TrackerSettings::AnnealedParticleFilter(filter) = settings else {
-            let name = settings.name();
-            self.watch.note(&format!(
-                "tracker_body.calibrate: {name} keeps the body as it is; annealed_particle_filter calibrates it"
-            ));
-            return Ok(Vec::new());
-        };
-        let frames = calibrating::frames(self.set).last().map_or(0, |last| last + 1);
-        self.watch.begin(Stage::Calibrate, frames * seeds.len());
-        let mut calibrations = Vec::with_capacity(seeds.len());
-        for (tracker, seed) in trackers.iter_mut().zip(seeds) {
-            let found = calibrating::calibrated(self.set, filter.likelihood(), tracker.as_mut(), self.watch)?;
-            self.watch.note(&format!("calibration, seed {seed}: {}", found.report.in_words()));
-            calibrations.push(found);
-        }
-        Ok(calibrations)
-    }
-
-    /// Builds a tracker from its settings.
-    fn build(
-        &self,
-        settings: &TrackerSettings,
-        models: &mut Models,
-        beginning: &Beginning,
-        seed: u64,
-    ) -> Result<Box<dyn Tracker>, ExperimentError> {
-        let (body, training) = (&beginning.body, &self.set.start.training);
-        let truth = || self.truth.ok_or(ExperimentError::OracleNeedsTruth);
-        Ok(match settings {
-            TrackerSettings::AnnealedParticleFilter(s) => {
-                let scales = match (training, s.prediction) {
-                    (Training::Motions(t), prediction) => ProposalScales::from_motions(body, &t.motions, prediction)?,
-                    (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
-                    (Training::Spread(t), Prediction::ConstantVelocity) => {
-                        ProposalScales::from_root_mean_squares(&t.change_of_change)
-                    }
-                };
-                let model = Diffusion::new(body.clone(), &scales, &s.diffusion())?;
-                let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, s.likelihood())?;
-                if s.refinement().is_some() {
-                    likelihood = likelihood.with_descent();
-                }
-                if beginning.is_calibrated {
-                    likelihood = likelihood.with_light_extremities();
-                }
-                let seen = || training.motions().iter().flat_map(|motion| motion.poses.iter().cloned()).collect();
-                let refinement =
-                    s.refinement().map(|settings| Refinement::new(settings, body, seen(), seed)).transpose()?;
-                match s.plausibility {
-                    None => filter(s.filter(), model, likelihood, seed, refinement)?,
-                    Some(plausibility) => {
-                        let likelihood = PlausibleLikelihood::new(likelihood, plausibility)?;
-                        filter(s.filter(), model, likelihood, seed, refinement)?
-                    }
-                }
-            }
-            TrackerSettings::Gpdm(s) => self.latent(s, models, seed)?,
-            TrackerSettings::SwitchingGpdm(s) => self.latent(s, models, seed)?,
-            TrackerSettings::GpdmGraph(s) => self.latent(s, models, seed)?,
-            TrackerSettings::Frozen(_) => Box::new(Frozen::default()),
-            TrackerSettings::NearestTrainingPose(_) => match training {
-                Training::Motions(t) => Box::new(NearestTrainingPose::new(body, &t.motions, truth()?)),
-                Training::Spread(_) => return Err(ExperimentError::NoTraining),
-            },
-            TrackerSettings::Oracle(s) => Box::new(Oracle::new(truth()?.poses.clone(), s.clone(), seed)),
-        })
-    }
-
-    fn latent<T: LatentKind>(
-        &self,
-        settings: &LatentTrackerSettings<T>,
-        models: &mut Models,
-        seed: u64,
-    ) -> Result<Box<dyn Tracker>, ExperimentError> {
-        let model = models.latent(settings, self.set, self.truth, self.watch)?;
-        let body = self.set.start.body.clone();
-        let likelihood = SilhouetteLikelihood::new(body, &self.set.rig, settings.likelihood())?;
-        Ok(Box::new(AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?))
-    }
-}
-
-/// A filter, with refinement where that is asked for.
-fn filter<L: Likelihood + 'static>(
-    settings: FilterSettings,
-    model: Diffusion,
-    likelihood: L,
-    seed: u64,
-    refinement: Option<Refinement>,
-) -> Result<Box<dyn Tracker>, ExperimentError> {
-    let filter = AnnealedParticleFilter::new(settings, model, likelihood, seed)?;
-    Ok(match refinement {
-        None => Box::new(filter),
-        Some(refinement) => Box::new(filter.with_refinement(refinement)?),
-    })
-}
-
 impl Tracked {
     /// Estimates of every seed, of whom is not said; `bodies` are those of the seeds where they are not the set's.
     fn new(set: &BlindSet, seeds: &[u64], bodies: Vec<Humanoid>, estimates: Vec<Vec<Estimate>>) -> Self {
@@ -447,125 +279,5 @@ impl Tracked {
     pub fn from_others(file: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let estimates = Estimates::from_bytes(&file.display().to_string(), &read_file(file, limits::ARRAYS)?, body)?;
         Ok(Self { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
-    }
-}
-
-fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
-    let (seeds, frames) = (search.len(), search.first().map_or(0, Vec::len));
-    let all = || search.iter().flatten();
-    let layers = all().map(|r| r.layers.len()).max().unwrap_or(0);
-    let row = |l: &LayerRecord| {
-        let degenerate = if l.degenerate { 1.0 } else { 0.0 };
-        [l.lambda, l.effective_sample_size, l.energy_min, l.energy_mean, l.energy_std, degenerate]
-    };
-    // A frame with fewer layers than others is filled up with rows of NaN.
-    let rows = |r: &SearchRecord| {
-        let missing = layers - r.layers.len();
-        r.layers.iter().map(row).chain(std::iter::repeat_n([f64::NAN; 6], missing)).collect::<Vec<_>>()
-    };
-    let models = all().map(|r| r.occupancy.len()).max().unwrap_or(0);
-    let in_model = |m: &ModelOccupancy| [f64::from(m.particles), m.weight, f64::from(m.recovered)];
-    let in_models = |r: &SearchRecord| {
-        let missing = models - r.occupancy.len();
-        r.occupancy.iter().map(in_model).chain(std::iter::repeat_n([0.0; 3], missing)).collect::<Vec<_>>()
-    };
-    let energies: Vec<f64> = all().map(|r| r.energy.unwrap_or(f64::NAN)).collect();
-    let evaluations: Vec<i64> = all().map(|r| i64::try_from(r.evaluations).unwrap_or(i64::MAX)).collect();
-    Npz::from_iter([
-        ("energy", Array::new(&[seeds, frames], energies)),
-        ("evaluations", Array::new(&[seeds, frames], evaluations)),
-        ("layers", Array::new(&[seeds, frames, layers, 6], all().flat_map(rows).flatten().collect::<Vec<f64>>())),
-        ("layer_columns", Array::names(LAYER_COLUMNS)),
-        (
-            "occupancy",
-            Array::new(&[seeds, frames, models, 3], all().flat_map(in_models).flatten().collect::<Vec<f64>>()),
-        ),
-        ("occupancy_columns", Array::names(["particles", "weight", "recovered"])),
-    ])
-}
-
-/// `shape`: seeds and frames of the poses beside it.
-fn search_from_npz(npz: &Npz, shape: [usize; 2]) -> Option<Vec<Vec<SearchRecord>>> {
-    let Values::F64(energy) = &npz.get("energy")?.values else { return None };
-    let Values::I64(evaluations) = &npz.get("evaluations")?.values else { return None };
-    let array = npz.get("layers")?;
-    let (Values::F64(layers), [seeds, frames, layer_count, 6]) = (&array.values, array.shape.as_slice()) else {
-        return None;
-    };
-    let (occupancy, models) = match npz.get("occupancy") {
-        None => (&[][..], 0),
-        Some(array) => match (&array.values, array.shape.as_slice()) {
-            (Values::F64(values), [s, f, models, 3]) if s == seeds && f == frames => (values.as_slice(), *models),
-            _ => return None,
-        },
-    };
-    if [*seeds, *frames] != shape || energy.len() != seeds * frames || evaluations.len() != seeds * frames {
-        return None;
-    }
-    let record = |index: usize| {
-        let rows = layers[index * layer_count * 6..(index + 1) * layer_count * 6].as_chunks::<6>().0;
-        let layers = rows.iter().filter(|row| !row[0].is_nan()).map(|row| LayerRecord {
-            lambda: row[0],
-            effective_sample_size: row[1],
-            energy_min: row[2],
-            energy_mean: row[3],
-            energy_std: row[4],
-            degenerate: row[5] != 0.0,
-        });
-        let rows = occupancy[index * models * 3..(index + 1) * models * 3].as_chunks::<3>().0;
-        let in_models = rows.iter().map(|row| ModelOccupancy {
-            particles: row[0] as u32,
-            weight: row[1],
-            recovered: row[2] as u32,
-        });
-        SearchRecord {
-            energy: Some(energy[index]).filter(|e| !e.is_nan()),
-            evaluations: u64::try_from(evaluations[index]).unwrap_or(0),
-            layers: layers.collect(),
-            occupancy: in_models.collect(),
-        }
-    };
-    Some((0..*seeds).map(|seed| (0..*frames).map(|frame| record(seed * frames + frame)).collect()).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn how_a_search_went_is_read_back_as_it_was() {
-        let layer = |lambda| LayerRecord {
-            lambda,
-            effective_sample_size: 50.0,
-            energy_min: 0.1,
-            energy_mean: 0.2,
-            energy_std: 0.05,
-            degenerate: lambda == 0.0,
-        };
-        let frame = |energy, layers| SearchRecord {
-            energy,
-            evaluations: 300,
-            layers,
-            occupancy: vec![ModelOccupancy { particles: 7, weight: 0.25, recovered: 1 }; 2],
-        };
-        let search = vec![
-            vec![frame(Some(0.25), vec![layer(1.0), layer(0.0)]), frame(None, vec![layer(3.0)])],
-            vec![frame(Some(0.5), vec![]), frame(Some(0.125), vec![layer(2.0), layer(9.0)])],
-        ];
-        assert_eq!(search_from_npz(&search_to_npz(&search), [2, 2]), Some(search));
-    }
-
-    #[test]
-    fn arrays_that_do_not_fit_together_are_refused() {
-        let mut npz =
-            search_to_npz(&[vec![SearchRecord { energy: None, evaluations: 1, layers: vec![], occupancy: vec![] }]]);
-        assert!(search_from_npz(&npz, [1, 1]).is_some());
-        assert!(search_from_npz(&npz, [1, 2]).is_none());
-        npz = Npz::from_iter([
-            ("energy", Array::new(&[2], vec![0.0; 2])),
-            ("evaluations", Array::new(&[1], vec![1_i64])),
-            ("layers", Array::new(&[1, 1, 1, 6], vec![0.0; 6])),
-        ]);
-        assert_eq!(search_from_npz(&npz, [1, 1]), None);
     }
 }

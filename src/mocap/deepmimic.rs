@@ -2,8 +2,8 @@
 //!
 //! A row has 44 numbers: seconds to the next row; root position (metres, Y up, facing +X); root quaternion w x y z;
 //! then chest, neck, and for the right and after it the left side hip, knee, ankle, shoulder, elbow: quaternions w x y
-//! z, but knees and elbows one angle about the joint's z axis (radians; knees bend negative, elbows positive). Peng et
-//! al., "DeepMimic", ACM Transactions on Graphics 37(4), 2018; segment lengths as in the humanoid that comes with it.
+//! z, but knees and elbows one angle about the joint's z axis (radians; knees bend negative, elbows positive)
+//! (`[Peng 2018]`); segment lengths as in the humanoid that comes with it.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;

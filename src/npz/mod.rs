@@ -11,10 +11,11 @@
 //! ```
 
 mod archive;
+mod array;
 mod element;
 mod error;
 mod npy;
 
 pub use archive::Npz;
+pub use array::{Array, Values};
 pub use error::NpzError;
-pub use npy::{Array, Values};

@@ -5,8 +5,8 @@ use super::{Mask, PixelBounds};
 /// For every pixel of an image, or of a window in it, the distance from its centre to the centre of the nearest set
 /// pixel of a mask.
 ///
-/// Exact, in integers: squared distances by the lower envelope of parabolas (Felzenszwalb and Huttenlocher, *Distance
-/// Transforms of Sampled Functions*, 2012, algorithm 1), rows after columns, O(width * height).
+/// Exact, in integers: squared distances by the lower envelope of parabolas (`[Felzenszwalb 2012]`, algorithm
+/// 1), rows after columns, O(width * height).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DistanceMap {
     window: PixelBounds,

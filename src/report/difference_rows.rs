@@ -4,25 +4,9 @@ use serde::Serialize;
 
 use super::page::{between, number, symbol};
 use crate::evaluation::{
-    AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, LostTracks, Rate, RunComparison, Unit,
-    find_metric,
+    AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, LostTracks, MAIN_METRICS, Rate, RunComparison,
+    Unit, find_metric,
 };
-
-/// Metrics that a short table shows.
-const SHORT: [&str; 12] = [
-    "humaneva_mm",
-    "mpjpe_mm",
-    "mpjpe_root_mm",
-    "pa_mpjpe_mm",
-    "body_orientation_deg",
-    "silhouette_iou",
-    "pck150",
-    "track_loss",
-    "coverage",
-    "lost_frames",
-    "limb_swaps",
-    "energy_gap",
-];
 
 /// One metric, clip or joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -109,7 +93,7 @@ impl DifferenceRow {
 
 /// Rows of all metrics, or of the short table.
 pub(super) fn metric_rows(side: &AgainstBase, all: bool) -> Vec<DifferenceRow> {
-    let shown = side.metrics.iter().filter(|metric| all || SHORT.contains(&metric.metric.as_str()));
+    let shown = side.metrics.iter().filter(|metric| all || MAIN_METRICS.contains(&metric.metric.as_str()));
     shown.map(DifferenceRow::from_metric).collect()
 }
 

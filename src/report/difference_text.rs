@@ -117,24 +117,36 @@ pub(super) mod tests {
     use crate::evaluation::{MeasuredClip, MeasuredMetric, MeasuredRuns, Unit, compare_runs};
     use std::collections::BTreeMap;
 
+    /// Five seeds of a metric.
+    pub(in crate::report) fn millimetres(values: [f64; 5]) -> MeasuredMetric {
+        MeasuredMetric {
+            unit: Unit::Millimetre,
+            protocol: "no alignment".to_owned(),
+            per_seed: values.map(Some).to_vec(),
+        }
+    }
+
+    /// A clip of nine frames with five seeds of these metrics.
+    pub(in crate::report) fn measured_clip(metrics: BTreeMap<String, MeasuredMetric>) -> MeasuredClip {
+        MeasuredClip {
+            set_hash: "a".to_owned(),
+            frames: 9,
+            frames_per_second: 60.0,
+            tracker: "frozen".to_owned(),
+            settings: None,
+            version: "0.1.0".to_owned(),
+            seeds: (0..5).collect(),
+            metrics,
+            joints: BTreeMap::new(),
+        }
+    }
+
     pub(in crate::report) fn compared(clips: &[&str]) -> RunComparison {
         let side = |errors: [f64; 5]| {
-            let metric = MeasuredMetric {
-                unit: Unit::Millimetre,
-                protocol: "no alignment".to_owned(),
-                per_seed: errors.map(Some).to_vec(),
-            };
-            let clip = MeasuredClip {
-                set_hash: "a".to_owned(),
-                frames: 9,
-                frames_per_second: 60.0,
-                tracker: "frozen".to_owned(),
-                settings: None,
-                version: "0.1.0".to_owned(),
-                seeds: (0..5).collect(),
-                metrics: BTreeMap::from([("humaneva_mm".to_owned(), metric)]),
-                joints: BTreeMap::from([("left_knee".to_owned(), errors.map(Some).to_vec())]),
-            };
+            let metric = millimetres(errors);
+            let metrics = BTreeMap::from([("humaneva_mm".to_owned(), metric)]);
+            let joints = BTreeMap::from([("left_knee".to_owned(), errors.map(Some).to_vec())]);
+            let clip = MeasuredClip { joints, ..measured_clip(metrics) };
             MeasuredRuns { clips: clips.iter().map(|name| ((*name).to_owned(), clip.clone())).collect() }
         };
         let (base, other) = (side([30.0, 31.0, 29.0, 32.0, 30.0]), side([34.0, 35.5, 33.0, 36.0, 34.5]));

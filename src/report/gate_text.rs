@@ -114,7 +114,7 @@ impl GateReport<'_> {
             "cases": cases,
             "failures": count(GateVerdict::Fail),
             "errors": count(GateVerdict::Inconclusive),
-            "generator": super::html::GENERATOR,
+            "generator": super::GENERATOR,
         }))))?)
     }
 }
@@ -194,30 +194,14 @@ fn finding(check: &Check) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::difference_text::tests::{measured_clip, millimetres};
     use super::*;
-    use crate::evaluation::{GateRules, MeasuredClip, MeasuredMetric, MeasuredRuns, Unit, gate};
+    use crate::evaluation::{GateRules, MeasuredRuns, gate};
     use std::collections::BTreeMap;
 
     fn runs(errors: [f64; 5]) -> MeasuredRuns {
-        let metric = |values: [f64; 5]| MeasuredMetric {
-            unit: Unit::Millimetre,
-            protocol: "no alignment".to_owned(),
-            per_seed: values.map(Some).to_vec(),
-        };
-        let clip = MeasuredClip {
-            set_hash: "a".to_owned(),
-            frames: 9,
-            frames_per_second: 60.0,
-            tracker: "frozen".to_owned(),
-            settings: None,
-            version: "0.1.0".to_owned(),
-            seeds: (0..5).collect(),
-            metrics: BTreeMap::from([
-                ("humaneva_mm".to_owned(), metric(errors)),
-                ("truth_foot_float_mm".to_owned(), metric([1.0; 5])),
-            ]),
-            joints: BTreeMap::new(),
-        };
+        let metrics = [("humaneva_mm", errors), ("truth_foot_float_mm", [1.0; 5])];
+        let clip = measured_clip(metrics.map(|(name, values)| (name.to_owned(), millimetres(values))).into());
         MeasuredRuns { clips: BTreeMap::from([("walk".to_owned(), clip)]) }
     }
 

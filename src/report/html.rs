@@ -8,9 +8,6 @@ use serde::Serialize;
 use super::ReportError;
 use super::plots::{css_rules, css_variables};
 
-/// The mark of all pages and pictures written by skiagraph, by which it recognises its own files.
-pub(super) const GENERATOR: &str = concat!("skiagraph ", env!("CARGO_PKG_VERSION"));
-
 const SHELL: &str = include_str!("shell.html");
 const FACTS: &str = include_str!("facts.html");
 const STYLE: &str = include_str!("page.css");
@@ -24,7 +21,7 @@ pub(super) fn render_page(template: &str, page: &impl Serialize) -> Result<Strin
     environment.add_template("facts.html", FACTS)?;
     environment.add_template("page.html", template)?;
     environment.add_global("style", style());
-    environment.add_global("generator", GENERATOR);
+    environment.add_global("generator", super::GENERATOR);
     Ok(environment.get_template("page.html")?.render(Value::from(Serde(page)))?)
 }
 

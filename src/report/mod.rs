@@ -39,6 +39,7 @@ mod model_page;
 mod motion_strip;
 pub mod overlay;
 mod page;
+mod page_tables;
 mod playback;
 pub mod plots;
 mod summary_picture;
@@ -70,3 +71,6 @@ pub use sweep::{
     pareto_front, sweep_markdown, sweep_page,
 };
 pub use verdict::{Verdict, verdict};
+
+/// The mark of all pages and pictures written by skiagraph, by which it recognises its own files.
+const GENERATOR: &str = concat!("skiagraph ", env!("CARGO_PKG_VERSION"));

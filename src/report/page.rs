@@ -2,15 +2,14 @@
 
 use serde::Serialize;
 
-use crate::evaluation::{
-    BreakdownSummary, Direction, METRICS, Metric, SeedRun, Summary, Unit, find_metric, shown_once,
-};
+use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Summary, Unit, find_metric, shown_once};
 
 use super::contact_sheet::{SheetPicture, cells, seconds, worst_cell};
 use super::figures::{Figure, figures, per_frame};
 use super::html::render_page;
 use super::input::{FactGroup, worst_frames};
 use super::metric_groups::{GROUPS, MetricGroup};
+use super::page_tables::{BreakdownTable, CameraRow, breakdown_tables, camera_rows};
 use super::playback::playback_data;
 use super::verdict::{Verdict, verdict};
 use super::{ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, overlay, typical_run};
@@ -60,31 +59,6 @@ struct GroupOnPage {
     about: &'static str,
     rows: Vec<MetricRow>,
     of_truth: Vec<MetricRow>,
-}
-
-#[derive(Serialize)]
-struct CameraRow<'a> {
-    camera: &'a str,
-    error_px: String,
-    overlap: String,
-    boundary_f: String,
-    visible: String,
-}
-
-#[derive(Serialize)]
-struct BreakdownTable<'a> {
-    by: &'a str,
-    rows: Vec<BreakdownRow<'a>>,
-}
-
-#[derive(Serialize)]
-struct BreakdownRow<'a> {
-    group: &'a str,
-    mean: String,
-    interval: Option<String>,
-    share: String,
-    /// Length of a bar, per cent of the longest.
-    bar: f64,
 }
 
 #[derive(Serialize)]
@@ -262,42 +236,6 @@ fn aliases(summary: &Summary) -> Vec<(&'static str, &'static str)> {
         };
         one.len() == other.len() && one.iter().zip(other).all(|(a, b)| same(a, b))
     })
-}
-
-fn camera_rows(summary: &Summary) -> Vec<CameraRow<'_>> {
-    let share = |value: Option<f64>| value.map_or("–".to_owned(), |value| number(value, Unit::Fraction));
-    let row = |camera: &'_ crate::evaluation::CameraSummary| -> [String; 4] {
-        let error_px = camera.error_px.map_or("–".to_owned(), |error| number(error, Unit::Pixel));
-        [error_px, share(camera.overlap), share(camera.boundary_f), share(camera.visible)]
-    };
-    let rows = summary.per_camera.iter().map(|camera| (camera.camera.as_str(), row(camera)));
-    rows.map(|(camera, [error_px, overlap, boundary_f, visible])| CameraRow {
-        camera,
-        error_px,
-        overlap,
-        boundary_f,
-        visible,
-    })
-    .collect()
-}
-
-fn breakdown_tables(groups: &[BreakdownSummary]) -> Vec<BreakdownTable<'_>> {
-    let longest = groups.iter().map(|group| group.mean_mm).fold(1e-9, f64::max);
-    let mut tables: Vec<BreakdownTable<'_>> = Vec::new();
-    for group in groups {
-        let row = BreakdownRow {
-            group: &group.group,
-            mean: number(group.mean_mm, Unit::Millimetre),
-            interval: group.ci95.map(|ends| between(ends.low, ends.high, Unit::Millimetre)),
-            share: number(group.share, Unit::Fraction),
-            bar: (1000.0 * group.mean_mm / longest).round() / 10.0,
-        };
-        match tables.iter_mut().find(|table| table.by == group.by) {
-            Some(table) => table.rows.push(row),
-            None => tables.push(BreakdownTable { by: &group.by, rows: vec![row] }),
-        }
-    }
-    tables
 }
 
 fn metric_row(input: &ReportInput<'_>, metric: &Metric, worse: bool) -> Option<MetricRow> {

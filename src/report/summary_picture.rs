@@ -5,9 +5,9 @@ use tiny_skia::{
     Color, FillRule, FilterQuality, Paint, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, StrokeDash, Transform,
 };
 
+use super::GENERATOR;
 use super::ReportError;
 use super::cell::{colour, new_picture};
-use super::html::GENERATOR;
 use super::lettering::{draw_text, text_width};
 use super::page::{number, symbol};
 use crate::evaluation::{MetricSummary, Summary, quantile};

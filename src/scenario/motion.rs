@@ -87,6 +87,8 @@ pub struct MotionSettings {
     pub source: String,
 }
 
+// The keys of a recording stand here and in `MotionSettings`. One struct for both, flattened, would lose what unknown
+// keys are answered with (serde does not combine `flatten` with `deny_unknown_fields`) and the order of the keys.
 /// A further take: a recording and the used part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

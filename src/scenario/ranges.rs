@@ -1,27 +1,12 @@
 //! Range checks that types cannot express.
 
-use std::fmt::Display;
-use std::ops::RangeInclusive;
-
+use super::range_checks::{RangeCheck, at_most, require, within};
 use super::{
-    ActorSettings, AnnealedParticleFilterSettings, CameraFileSettings, CameraSettings, ContactMode, LatentKind,
-    LatentTrackerSettings, MotionSettings, OracleSettings, PropSettings, RingSettings, Scenario, TrainingUse,
+    ActorSettings, CameraFileSettings, CameraSettings, ContactMode, MotionSettings, PropSettings, RingSettings,
+    Scenario, TrainingUse,
 };
 use crate::input::excerpt;
-use crate::motion_model::MotionModelError;
 use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
-use crate::tracker::{FilterSettings, RefinementSettings, SettingError, SilhouetteSettings};
-
-/// An invalid value.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct InvalidValue {
-    /// Dotted key.
-    pub key: String,
-    /// What was expected and what was found.
-    pub message: String,
-}
-
-type RangeCheck = Result<(), InvalidValue>;
 
 const MAX_IMAGE_SIDE: u32 = 8192;
 /// Greatest focal length and coordinate of a principal point, pixels.
@@ -314,75 +299,8 @@ fn image_size(key: &str, size: [u32; 2]) -> RangeCheck {
     require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIDE} px"), format!("{size:?}"))
 }
 
-pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeCheck {
-    searching(table, s.filter(), s.likelihood())?;
-    s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
-    s.refinement.validate().map_err(|e| setting(table, &e))?;
-    let set = s.paper && s.refinement != RefinementSettings::default();
-    require(
-        &format!("{table}.refinement"),
-        !set,
-        "none of its keys beside `paper = true`, which has no refinement",
-        "some",
-    )?;
-    within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
-}
-
-fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> RangeCheck {
-    filter.validate().and_then(|()| likelihood.validate()).map_err(|e| setting(table, &e))?;
-    within(&format!("{table}.particles"), filter.particles, 1..=1_000_000)?;
-    within(&format!("{table}.layers"), filter.layers, 1..=1000)
-}
-
-fn setting(table: &str, e: &SettingError) -> InvalidValue {
-    InvalidValue { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
-}
-
-pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> RangeCheck {
-    searching(table, s.filter(), s.likelihood())?;
-    match s.latent().validate() {
-        Err(MotionModelError::Setting { key, expected, found }) => {
-            Err(InvalidValue { key: format!("{table}.{key}"), message: format!("expected {expected}, found {found}") })
-        }
-        _ => Ok(()),
-    }?;
-    let learning = s.model.learning();
-    let said = s.model_file.is_some() && learning != T::default().learning();
-    let alone = "no training keys of `model`, because the model is already trained; remove them";
-    require(&format!("{table}.model_file"), !said, alone, "some")?;
-    within(&format!("{table}.model.clip_s"), learning.clip_s, 0.05..=60.0)?;
-    within(&format!("{table}.model.threshold_per_joint"), learning.threshold_per_joint, 1e-9..=10.0)?;
-    within(&format!("{table}.model.training.latent_dimensions"), learning.training.latent_dimensions, 1..=8)?;
-    within(&format!("{table}.model.training.rounds"), learning.training.rounds, 1..=1000)?;
-    within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)
-}
-
 fn name(key: &str, name: &str) -> RangeCheck {
     let length = name.chars().count();
     let expected = format_args!("a name of 1 to {LONGEST_NAME} characters");
     require(key, (1..=LONGEST_NAME).contains(&length), expected, format_args!("{length}"))
-}
-
-fn at_most(key: &str, found: usize, most: usize, what: &str) -> RangeCheck {
-    require(key, found <= most, format_args!("at most {most} {what}"), found)
-}
-
-pub(super) fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {
-    for (i, offset) in s.root_offset_m.into_iter().enumerate() {
-        within(&format!("{table}.root_offset_m[{i}]"), offset, -1e3..=1e3)?;
-    }
-    within(&format!("{table}.root_noise_m"), s.root_noise_m, 0.0..=1e3)?;
-    within(&format!("{table}.angle_noise_deg"), s.angle_noise_deg, 0.0..=180.0)
-}
-
-fn within<T: PartialOrd + Display>(key: &str, value: T, range: RangeInclusive<T>) -> RangeCheck {
-    let sound = range.contains(&value);
-    require(key, sound, format_args!("{} to {}", range.start(), range.end()), value)
-}
-
-fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> RangeCheck {
-    if sound {
-        return Ok(());
-    }
-    Err(InvalidValue { key: key.to_owned(), message: format!("expected {expected}, found {found}") })
 }

@@ -1,10 +1,11 @@
 //! What the rest of the program asks of a tracker's settings: one implementation a kind of tracker.
 
 use super::latent::{LatentKind, LatentTrackerSettings, RootMode};
-use super::ranges::{InvalidValue, first_of_filter, first_of_latent, first_of_oracle};
+use super::range_checks::InvalidValue;
 use super::tracker::{
     AnnealedParticleFilterSettings, FrozenSettings, NearestTrainingPoseSettings, OracleSettings, TrackerSettings,
 };
+use super::tracker_ranges::{first_of_filter, first_of_latent, first_of_oracle};
 use crate::motion_model::gpdm_graph::GraphSettings;
 use crate::tracker::{FilterSettings, PlausibilitySettings, RefinementSettings, SilhouetteSettings};
 

@@ -21,6 +21,8 @@ mod annealing;
 mod calibration;
 mod descent;
 mod estimate;
+#[cfg(test)]
+mod fixture;
 mod frozen;
 mod likelihood;
 mod limb_sides;
@@ -32,6 +34,7 @@ mod refinement;
 mod resampling;
 mod settings;
 mod silhouette_likelihood;
+mod silhouette_settings;
 
 pub use annealed_particle_filter::AnnealedParticleFilter;
 pub use annealing::{Selection, select};
@@ -46,9 +49,8 @@ pub use plausibility::{PlausibilitySettings, PlausibleLikelihood, PlausibleScrat
 pub use refinement::{Refinement, RefinementSettings};
 pub use resampling::systematic;
 pub use settings::{Estimator, FilterSettings, Kernel, SettingError};
-pub use silhouette_likelihood::{
-    ContourTerm, LikelihoodScratch, SilhouetteLikelihood, SilhouetteSettings, SilhouetteTerm,
-};
+pub use silhouette_likelihood::{LikelihoodScratch, SilhouetteLikelihood};
+pub use silhouette_settings::{ContourTerm, SilhouetteSettings, SilhouetteTerm};
 
 use crate::body::Pose;
 use crate::observation::Observation;

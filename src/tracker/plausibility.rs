@@ -60,10 +60,9 @@ impl PlausibilitySettings {
 /// ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of what angles are beyond their
 /// limits, a radian counting as 0.1 m.
 ///
-/// Balan, Sigal and Black (2005, A quantitative evaluation of video-based 3D person tracking) reject poses whose limbs
-/// interpenetrate or exceed their limits ("hard priors"); [`PlausibilitySettings::reject_beyond_m`] is that rule. The
-/// energy of a rejected pose is infinite; a filter that has no other particle asks for
-/// [`Likelihood::energy_unrejected`].
+/// `[Balan 2005]` rejects poses whose limbs interpenetrate or exceed their limits ("hard priors");
+/// [`PlausibilitySettings::reject_beyond_m`] is that rule. The energy of a rejected pose is infinite; a filter that has
+/// no other particle asks for [`Likelihood::energy_unrejected`].
 #[derive(Debug)]
 pub struct PlausibleLikelihood {
     silhouettes: SilhouetteLikelihood,
@@ -192,11 +191,8 @@ impl Likelihood for PlausibleLikelihood {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Humanoid, draw_silhouette, shipped};
-    use crate::camera::{CameraRig, RingParameters};
-    use crate::raster::Mask;
-    use crate::tracker::SilhouetteSettings;
-    use nalgebra::Point3;
+    use crate::body::{Humanoid, shipped};
+    use crate::tracker::{SilhouetteSettings, fixture};
 
     fn standing(body: &Humanoid, height: f64) -> Pose {
         let mut pose = body.zero_pose();
@@ -209,24 +205,8 @@ mod tests {
         let body = shipped("tracker25").unwrap();
         let links: Vec<usize> = (0..body.links.len()).collect();
         let height = -body.lowest_point(&body.link_frames(&body.zero_pose()), &links).unwrap().z;
-        let rig = CameraRig::ring(&RingParameters {
-            count: 2,
-            radius: 4.5,
-            height: 1.6,
-            look_at: Point3::new(0.0, 0.0, 0.95),
-            first_azimuth: 0.8,
-            field_of_view: 1.05,
-            image_size: [160, 120],
-            near: 0.05,
-        })
-        .unwrap();
-        let frames = body.link_frames(&standing(&body, height));
-        let drawn = rig.cameras.iter().map(|camera| {
-            let mut mask = Mask::new(160, 120);
-            draw_silhouette(&body, &frames, camera, &mut mask);
-            mask
-        });
-        let seen = Observation { frame: 0, time_s: 0.0, silhouettes: drawn.collect() };
+        let rig = fixture::ring(2, 4.5, [160, 120]);
+        let seen = fixture::seen(&body, &standing(&body, height), &rig, 0);
         let silhouettes = || {
             let mut likelihood = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).unwrap();
             likelihood.prepare(&seen).unwrap();

@@ -14,7 +14,7 @@ pub enum Kernel {
         /// Factor on the particles' own deviation, > 0; 0.5 to 1 is useful.
         factor: f64,
     },
-    /// Liu and West's (2001) shrinkage: particles are drawn towards their mean by `sqrt(1 - h^2)` and spread by `h`
+    /// The shrinkage of `[Liu 2001]`: particles are drawn towards their mean by `sqrt(1 - h^2)` and spread by `h`
     /// times their own deviation, which keeps the deviation that selection left.
     Shrink {
         /// Share of the spread that is drawn anew, in (0, 1].

@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use skiagraph::body::{Humanoid, Motion};
-use skiagraph::experiment::{
-    Destination, LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts, Unwatched, render, track_set,
-};
+use skiagraph::experiment::{Destination, LearnedFrom, LearnedModel, ModelFacts, Unwatched, render, track_set};
 use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
@@ -156,14 +154,6 @@ fn small_model() -> Vec<u8> {
         frames: 36,
         poses_sha256: String::new(),
     };
-    let facts = ModelFacts {
-        schema: MODEL_SCHEMA.to_owned(),
-        program: "skiagraph".to_owned(),
-        whole: true,
-        robot: RobotFacts::from_body(&body),
-        frames_per_second: 60.0,
-        learned_from: vec![from("one"), from("two")],
-        settings,
-    };
+    let facts = ModelFacts::new(&body, 60.0, vec![from("one"), from("two")], settings);
     LearnedModel { facts, body, graph, fingerprints: vec![] }.to_bytes().unwrap()
 }

@@ -4,6 +4,9 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use skiagraph::body::{Markers, shipped};
+use skiagraph::retarget::{FitOptions, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape};
+
 #[path = "../../src/test_data.rs"]
 mod data;
 
@@ -18,4 +21,17 @@ pub(crate) fn python_with_numpy() -> Option<PathBuf> {
         skip(&format!("no NumPy for {} (pip install numpy, or set SKIAGRAPH_TEST_PYTHON)", python.display()));
     }
     has_numpy.then_some(python)
+}
+
+/// How far `tracker25`, scaled to the body of a motion, stays from its markers: mean of the frames' root mean squares,
+/// metres.
+pub(crate) fn refit_to_the_trackers_body_m(truth: &Retargeted) -> f64 {
+    let template = shipped("tracker25").unwrap();
+    let tracker = template.reshaped(&fit_shape(&template, &SegmentLengths::from_body(&truth.humanoid)));
+    let markers: Vec<Markers> =
+        truth.motion.poses.iter().map(|pose| truth.humanoid.markers(&truth.humanoid.link_frames(pose))).collect();
+    let fits = fit_motion_to_markers(&tracker, &markers, &tracker.zero_pose(), &FitOptions::default());
+    let mean = fits.iter().map(|fit| fit.residual_rms_m).sum::<f64>() / fits.len() as f64;
+    println!("tracker25 scaled to the actor: {:.1} mm RMS", 1000.0 * mean);
+    mean
 }

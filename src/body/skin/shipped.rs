@@ -2,7 +2,6 @@
 
 use super::mesh::{SkinError, SkinMesh};
 use super::skin_file;
-use crate::body::LANDMARKS;
 
 /// Files of a built-in skin.
 struct SkinFiles {
@@ -42,14 +41,10 @@ pub fn shipped_skin(name: &str) -> Result<SkinMesh, SkinError> {
     skin_file::parse(&format!("robots/skins/{name}.toml"), files.settings, &read)
 }
 
-/// Whether a skin may place a landmark of that name: the body's, and the balls of the feet.
-pub(super) fn is_landmark(name: &str) -> bool {
-    LANDMARKS.iter().any(|landmark| landmark.name() == name) || ["left_toes", "right_toes"].contains(&name)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::LANDMARKS;
 
     #[test]
     fn the_built_in_skins_are_sound_and_of_the_size_that_they_are_said_to_have() {

@@ -18,7 +18,7 @@ use serde::Deserialize;
 
 use super::mesh::{SkinError, SkinMesh};
 use super::weights_file;
-use crate::body::mesh_from_bytes;
+use crate::body::{LANDMARKS, mesh_from_bytes};
 use crate::input::{self, excerpt, foreign, limits};
 
 #[derive(Deserialize)]
@@ -92,6 +92,11 @@ fn below(folder: &Path, name: &str) -> Option<PathBuf> {
 /// Gives the bytes of a file of that name, at most as many as that.
 pub(super) type Read<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError> + 'a;
 
+/// Whether a skin may place a landmark of that name: the body's, and the balls of the feet.
+fn is_landmark(name: &str) -> bool {
+    LANDMARKS.iter().any(|landmark| landmark.name() == name) || ["left_toes", "right_toes"].contains(&name)
+}
+
 /// Reads a skin's `.toml`; `read` gives the bytes of the files that it names.
 pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh, SkinError> {
     let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
@@ -102,7 +107,7 @@ pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh,
     if !(record.metres_per_unit > 0.0 && record.metres_per_unit <= 1000.0) {
         return Err(malformed(format!("metres_per_unit: expected a length, found {}", record.metres_per_unit)));
     }
-    let unknown = record.landmarks.keys().find(|name| !super::shipped::is_landmark(name));
+    let unknown = record.landmarks.keys().find(|name| !is_landmark(name));
     if let Some(name) = unknown {
         return Err(malformed(format!("landmarks: `{}` is no landmark", excerpt(name))));
     }

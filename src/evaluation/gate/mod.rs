@@ -6,10 +6,12 @@
 
 mod decide;
 mod margin;
+mod outcome;
 mod rules;
 mod settle;
 
-pub use decide::{Check, CheckKind, GateOutcome, GateRefusal, GateVerdict, gate};
+pub use decide::gate;
 pub use margin::{Margin, MarginError};
+pub use outcome::{Check, CheckKind, GateOutcome, GateRefusal, GateVerdict};
 pub use rules::{FEWEST_SEEDS, GateRules, MetricMargin};
 pub use settle::{MoreSeeds, seeds_to_settle};

@@ -24,7 +24,7 @@ pub enum MoreSeeds {
 
 /// The least number of more seeds for which the 95 % interval of the difference would be shorter on its side than
 /// `distance`, the distance from difference to margin: of the run alone where that suffices, else of both.
-pub fn seeds_to_decide(clips: &[ClipValues], paired: bool, distance: f64) -> Option<MoreSeeds> {
+pub fn seeds_to_settle(clips: &[ClipValues], paired: bool, distance: f64) -> Option<MoreSeeds> {
     let sides: Vec<[ClipVariance; 2]> = clips
         .iter()
         .map(|clip| Some([ClipVariance::from_values(&clip.base)?, ClipVariance::from_values(&clip.other)?]))
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn so_many_more_seeds_do_settle_it() {
         let few = clip(5, 0.0, 100);
-        let Some(MoreSeeds::OfRun(more)) = seeds_to_decide(std::slice::from_ref(&few), false, 3.0) else {
+        let Some(MoreSeeds::OfRun(more)) = seeds_to_settle(std::slice::from_ref(&few), false, 3.0) else {
             panic!("the run alone suffices")
         };
         let [base, run] =
@@ -112,8 +112,8 @@ mod tests {
 
     #[test]
     fn where_the_baseline_is_too_short_both_need_more_and_at_the_margin_nothing_helps() {
-        assert!(matches!(seeds_to_decide(&[clip(5, 0.0, 100)], false, 1.0), Some(MoreSeeds::OfBoth(_))));
-        assert_eq!(seeds_to_decide(&[clip(5, 0.0, 100)], false, 0.01), Some(MoreSeeds::TooMany));
-        assert!(matches!(seeds_to_decide(&[clip(5, 0.0, 0)], true, 1.0), Some(MoreSeeds::OfBoth(_))));
+        assert!(matches!(seeds_to_settle(&[clip(5, 0.0, 100)], false, 1.0), Some(MoreSeeds::OfBoth(_))));
+        assert_eq!(seeds_to_settle(&[clip(5, 0.0, 100)], false, 0.01), Some(MoreSeeds::TooMany));
+        assert!(matches!(seeds_to_settle(&[clip(5, 0.0, 0)], true, 1.0), Some(MoreSeeds::OfBoth(_))));
     }
 }

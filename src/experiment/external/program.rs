@@ -164,7 +164,8 @@ fn kill_with_children(child: &mut Child) {
     child.kill().ok();
 }
 
-/// Ends what carries the mark: children that made a group of their own. A few times over, for they may be starting others.
+/// Ends what carries the mark: children that made a group of their own. A few times over, for they may be starting
+/// others.
 #[cfg(target_os = "linux")]
 fn kill_detached(mark: &str) {
     use rustix::process::{Pid, Signal, kill_process};

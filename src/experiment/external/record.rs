@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::experiment::TrackTiming;
+use crate::experiment::track_timing::TrackTiming;
 
 /// The record of a program's run.
 pub(in crate::experiment) const EXTERNAL_FILE: &str = "program.json";

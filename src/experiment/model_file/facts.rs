@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::malformed;
+use super::{MODEL_SCHEMA, malformed};
 use crate::body::{Humanoid, JointKind};
 use crate::experiment::ExperimentError;
 use crate::input::hex_sha256;
@@ -81,6 +81,24 @@ impl RobotFacts {
 }
 
 impl ModelFacts {
+    /// Of a whole model that this program learned.
+    pub fn new(
+        body: &Humanoid,
+        frames_per_second: f64,
+        learned_from: Vec<LearnedFrom>,
+        settings: GraphSettings,
+    ) -> Self {
+        Self {
+            schema: MODEL_SCHEMA.to_owned(),
+            program: concat!("skiagraph ", env!("CARGO_PKG_VERSION")).to_owned(),
+            whole: true,
+            robot: RobotFacts::from_body(body),
+            frames_per_second,
+            learned_from,
+            settings,
+        }
+    }
+
     /// `gpdm` or `gpdm-graph`.
     pub fn kind(&self) -> &'static str {
         self.settings.kind().name()

@@ -28,15 +28,7 @@ fn model() -> LearnedModel {
         frames: 36,
         poses_sha256: String::new(),
     };
-    let facts = ModelFacts {
-        schema: MODEL_SCHEMA.to_owned(),
-        program: "skiagraph".to_owned(),
-        whole: true,
-        robot: RobotFacts::from_body(&body),
-        frames_per_second: 60.0,
-        learned_from: vec![from("one"), from("two")],
-        settings,
-    };
+    let facts = ModelFacts::new(&body, 60.0, vec![from("one"), from("two")], settings);
     let row = |t: usize| std::array::from_fn(|i| (t + i) as f32 / 7.0);
     let fingerprint = MotionFingerprint { rows: (0..36).map(row).collect() };
     LearnedModel { facts, body, graph, fingerprints: vec![Some(fingerprint), None] }

@@ -4,7 +4,8 @@ use std::io::ErrorKind;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::plan::{PlannedSweep, SweepCell};
+use super::plan::PlannedSweep;
+use super::plan_file::SweepCell;
 use super::processor_time::of_this_thread;
 use super::record::{CellRecord, Environment, Status, SweepResults};
 use super::shared::{Shared, SharedSet};

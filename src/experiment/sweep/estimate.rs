@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::plan::{Draft, PlanRecord, SweepCell};
+use super::plan::Draft;
+use super::plan_file::{PlanRecord, SweepCell};
 use crate::experiment::ExperimentError;
 use crate::experiment::cost::cost;
 use crate::experiment::staging::Staged;

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::index_ranges::to_ranges;
-use super::plan::{PlannedSweep, SweepCell};
+use super::plan::PlannedSweep;
+use super::plan_file::SweepCell;
 use super::record::{CellRecord, Status, SweepResults};
 use crate::evaluation::METRICS;
 use crate::experiment::error::output;

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::identity::{DIGITS, short};
-use super::plan::{PlannedSweep, SweepCell, put};
+use super::plan::{PlannedSweep, put};
+use super::plan_file::SweepCell;
 use crate::experiment::error::output;
 use crate::experiment::{ExperimentError, to_json};
 use crate::input::{self, limits};

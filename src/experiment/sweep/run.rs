@@ -6,7 +6,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::cell::{CellOptions, run_shared};
-use super::plan::{PlannedSweep, SweepCell};
+use super::plan::PlannedSweep;
+use super::plan_file::SweepCell;
 use super::record::{CellRecord, Status, SweepResults};
 use super::shared::Shared;
 use crate::evaluation::find_metric;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::plan::SweepCell;
+use super::plan_file::SweepCell;
 
 /// Part `part` (from 1) of `parts`: a block of neighbouring cells with about the same share of the work. Blocks of one
 /// plan do not overlap and cover it.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use super::plan::{PlannedSweep, SweepCell};
+use super::plan::PlannedSweep;
+use super::plan_file::SweepCell;
 use crate::benchmark_set::{BenchmarkSet, is_set};
 use crate::experiment::tracking::prepare;
 use crate::experiment::watch::Watch;

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::estimate::core_seconds;
 use super::index_ranges::to_ranges;
-use super::plan::{PlannedSweep, SweepCell, put};
+use super::plan::{PlannedSweep, put};
+use super::plan_file::SweepCell;
 use super::record::SweepResults;
 use super::script::{Engine, Job, closer, quoted, task};
 use super::shard::shard;

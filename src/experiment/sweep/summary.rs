@@ -4,7 +4,8 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::cell::REPORTS;
-use super::plan::{PlannedSweep, SweepCell};
+use super::plan::PlannedSweep;
+use super::plan_file::SweepCell;
 use super::record::{CellRecord, Status, SweepResults};
 use super::run::in_words;
 use crate::evaluation::{Interval, Metric, ValueRange, find_metric, mean, mean_interval};

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The `x >= 0` that makes `|a x - b|` least, by the active set method of Lawson and Hanson (Solving Least Squares
-/// Problems, 1974, chapter 23). Every round lets one number become positive; it stops after three times as many rounds
-/// as there are numbers, at the best that it then has.
+/// The `x >= 0` that makes `|a x - b|` least, by the active set method of `[Lawson 1974]`, chapter 23. Every round lets
+/// one number become positive; it stops after three times as many rounds as there are numbers, at the best that it then
+/// has.
 pub(super) fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let unknowns = a.ncols();
     let mut x = DVector::zeros(unknowns);

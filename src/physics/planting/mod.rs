@@ -68,7 +68,7 @@ fn plant_on_paths(
     let raised_m = if depth > rule.enter_gap_m { depth } else { 0.0 };
     let old = raised(motion, raised_m);
     let frames = link_frames(body, &old)?;
-    let contacts = GroundContacts::from_frames(body, body, &frames, motion.frames_per_second, rule)?;
+    let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, rule)?;
     let clip = GroundTrackInput { surface: body, frames: &frames, frames_per_second: motion.frames_per_second, rule };
     let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
     let mut settled = FeetOnPaths { body, old: &old, frames: &frames, feet: feet(body), paths }.settled();

@@ -26,9 +26,10 @@ pub struct PlaybackPlan {
 /// One view of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackedView {
-    /// Left, top, width and height of the box around both silhouettes in kept pixels and the number of bytes that follow (16, 16,
-    /// 16, 16 and 32 bits, least byte first); then runs of equal labels row by row: the label in the upper two bits, the
-    /// length less one in the lower six. Labels: 0 neither, 1 observed alone, 2 estimated alone, 3 both.
+    /// Left, top, width and height of the box around both silhouettes in kept pixels and the number of bytes that
+    /// follow (16, 16, 16, 16 and 32 bits, least byte first); then runs of equal labels row by row: the label in the
+    /// upper two bits, the length less one in the lower six. Labels: 0 neither, 1 observed alone, 2 estimated alone, 3
+    /// both.
     pub bytes: Vec<u8>,
     /// Overlap of the two silhouettes at the image's own size.
     pub overlap: Option<f64>,
@@ -37,7 +38,8 @@ pub struct PackedView {
 }
 
 impl PlaybackPlan {
-    /// A plan for `frames` frames in `cameras` cameras that look like the `samples`: observed and estimated silhouettes.
+    /// A plan for `frames` frames in `cameras` cameras that look like the `samples`: observed and estimated
+    /// silhouettes.
     pub fn new(frames: usize, cameras: usize, samples: &[(&Mask, Option<&Mask>)]) -> Self {
         let mean = |reduction: u32| {
             let plan = Self { reduction, stride: 1, frames };

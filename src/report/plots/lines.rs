@@ -106,17 +106,8 @@ impl LinePlot {
         let label = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
         let label = if self.finding.is_empty() { label } else { format!("{label}: {}", self.finding) };
         draw_svg_over_frames(size, &label, |canvas| {
-            head.draw(canvas)?;
-            let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);
-            canvas.draw_text(&self.y_label, &unit, (0, (head.height + 4) * FINE)).map_err(failed)?;
             let [x, y] = self.ranges();
-            let mut chart = ChartBuilder::on(canvas)
-                .margin_top((head.height + 26) * FINE)
-                .margin_right(14 * FINE)
-                .x_label_area_size(40 * FINE)
-                .y_label_area_size(46 * FINE)
-                .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
-                .map_err(failed)?;
+            let mut chart = head.draw_above_axes(canvas, &self.y_label, [x, y])?;
             let mut mesh = chart.configure_mesh();
             style_mesh(&mut mesh, &self.x_label, (size.width / 70) as usize);
             mesh.disable_x_mesh()

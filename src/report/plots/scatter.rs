@@ -1,9 +1,8 @@
 //! Points with vertical intervals over a logarithmic axis, and a front through some of them.
 
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{FINE, PlotHead, draw_svg, failed, short, style_mesh, text_style};
+use super::style::{FINE, PlotHead, draw_svg, failed, short, style_mesh};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -55,17 +54,8 @@ impl ScatterPlot {
         }
         let head = PlotHead::new(None, entries, size.width);
         draw_svg(size, &format!("{} over {}", self.y_label, self.x_label), |canvas| {
-            head.draw(canvas)?;
-            let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);
-            canvas.draw_text(&self.y_label, &unit, (0, (head.height + 4) * FINE)).map_err(failed)?;
-            let [x, y] = self.ranges();
-            let mut chart = ChartBuilder::on(canvas)
-                .margin_top((head.height + 26) * FINE)
-                .margin_right(14 * FINE)
-                .x_label_area_size(40 * FINE)
-                .y_label_area_size(46 * FINE)
-                .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
-                .map_err(failed)?;
+            let ranges @ [_, y] = self.ranges();
+            let mut chart = head.draw_above_axes(canvas, &self.y_label, ranges)?;
             let mut mesh = chart.configure_mesh();
             style_mesh(&mut mesh, &self.x_label, (size.width / 110) as usize);
             mesh.x_label_formatter(&|exponent| power_of_ten(*exponent))

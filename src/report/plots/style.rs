@@ -7,8 +7,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::Size;
+use crate::report::GENERATOR;
 use crate::report::ReportError;
-use crate::report::html::GENERATOR;
 
 /// Plotters draws on whole pixels; drawing this many times larger keeps lines smooth.
 pub(super) const FINE: i32 = 8;
@@ -288,6 +288,25 @@ impl<'a> PlotHead<'a> {
             canvas.draw_text(name, &style, (x + 30 * FINE, y)).map_err(failed)?;
         }
         Ok(())
+    }
+
+    /// Draws the head and the label of the vertical axis, and puts empty axes of these ranges below.
+    pub(super) fn draw_above_axes<'c, 'b>(
+        &self,
+        canvas: &'c Canvas<'b>,
+        y_label: &str,
+        [x, y]: [[f64; 2]; 2],
+    ) -> Result<Chart<'c, 'b>, ReportError> {
+        self.draw(canvas)?;
+        let unit = text_style(12.0, Colour::Faint, HPos::Left, VPos::Top);
+        canvas.draw_text(y_label, &unit, (0, (self.height + 4) * FINE)).map_err(failed)?;
+        ChartBuilder::on(canvas)
+            .margin_top((self.height + 26) * FINE)
+            .margin_right(14 * FINE)
+            .x_label_area_size(40 * FINE)
+            .y_label_area_size(46 * FINE)
+            .build_cartesian_2d(x[0]..x[1], y[0]..y[1])
+            .map_err(failed)
     }
 }
 

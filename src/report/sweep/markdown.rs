@@ -3,9 +3,10 @@
 use std::fmt::Write;
 
 use super::analysis::{CostMeasure, Effect, cheapest_within, effects, pareto_front};
+use super::figures::{labelled, maps};
 use super::input::{SweepPageInput, SweepPoint};
-use super::page::{choice, labelled, maps, three_digits};
-use crate::report::html::GENERATOR;
+use super::page::{choice, three_digits};
+use crate::report::GENERATOR;
 use crate::report::page::{between, number, symbol};
 
 /// Settings that have a row.

@@ -1,6 +1,7 @@
 //! The page of a sweep: error against cost, what matters, what to choose.
 
 mod analysis;
+mod figures;
 mod input;
 mod markdown;
 mod page;

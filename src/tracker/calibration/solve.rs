@@ -327,24 +327,14 @@ fn spot(variant: &Variant, frames: &LinkFrames, link: usize, spot: &SolidPlace) 
 mod tests {
     use super::*;
     use crate::body::shipped;
-    use crate::camera::{CameraRig, RingParameters};
     use crate::tracker::descent::OutlineResidual;
+    use crate::tracker::fixture;
 
     #[test]
     fn derivatives_by_the_shape_agree_with_finite_differences_of_the_outline() {
         let body = shipped("tracker25").unwrap();
         let model = ShapeModel::new(&body);
-        let ring = RingParameters {
-            count: 1,
-            radius: 3.5,
-            height: 1.6,
-            look_at: Point3::new(0.0, 0.0, 0.95),
-            first_azimuth: 0.8,
-            field_of_view: 1.05,
-            image_size: [640, 480],
-            near: 0.05,
-        };
-        let camera = CameraRig::ring(&ring).unwrap().cameras.remove(0);
+        let camera = fixture::ring(1, 3.5, [640, 480]).cameras.remove(0);
         let mut pose = body.zero_pose();
         pose.world_from_root.translation.z = 0.93;
         let variant = |values: &[f64]| {

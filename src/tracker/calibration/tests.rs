@@ -1,51 +1,24 @@
 //! Planted bodies found again, right ones left alone.
 
-use nalgebra::Point3;
-
 use super::*;
-use crate::body::{BodyShape, draw_silhouette};
-use crate::camera::RingParameters;
+use crate::body::BodyShape;
 use crate::raster::Mask;
+use crate::tracker::fixture::{self, March};
 
 fn rig(cameras: u32) -> CameraRig {
-    let ring = RingParameters {
-        count: cameras,
-        radius: 3.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size: [320, 240],
-        near: 0.05,
-    };
-    CameraRig::ring(&ring).unwrap()
+    fixture::ring(cameras, 3.5, [320, 240])
 }
 
 /// A march with swinging arms, `frame` of twelve.
 fn marching(body: &Humanoid, frame: usize) -> Pose {
-    let mut pose = body.zero_pose();
-    pose.world_from_root.translation.vector = nalgebra::Vector3::new(0.03 * frame as f64, 0.0, 0.93);
-    let swing = libm::sin(frame as f64 / 12.0 * std::f64::consts::TAU);
-    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
-        let angles = [("hip_flexion", 0.3 + 0.5 * sign * swing), ("knee_flexion", 0.7 - 0.4 * sign * swing)];
-        let arm = [("shoulder_flexion", -0.5 * sign * swing), ("shoulder_abduction", 0.5), ("elbow_flexion", 0.8)];
-        for (name, angle) in angles.into_iter().chain(arm) {
-            pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{name}")).unwrap()] = angle;
-        }
-    }
-    pose
+    March { cycle: 12, advance: 0.03, hip: 0.3, knee: 0.7, abduction: 0.5, elbow: 0.8 }.pose(body, frame)
 }
 
 /// What the cameras see of an actor in `frames` poses, and those poses.
 fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, Pose)> {
     let observe = |frame: usize| {
         let pose = marching(actor, frame);
-        let silhouettes = rig.cameras.iter().map(|camera| {
-            let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
-            draw_silhouette(actor, &actor.link_frames(&pose), camera, &mut mask);
-            mask
-        });
-        (Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect() }, pose.clone())
+        (fixture::seen(actor, &pose, rig, frame), pose)
     };
     (0..frames).map(observe).collect()
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3};
 
-use super::outline::SampleSink;
+use super::samples::SampleSink;
 use crate::body::Solid;
 
 /// Sides of the prism that stands for a cylinder; its faces lie within half a percent of the radius of the round.

@@ -3,18 +3,19 @@
 //!
 //! Points on the model's surface at which a camera's rays graze it ([`outline`]) are held against the outline that was
 //! observed ([`observed`]), in both directions, and the squared distances are brought down by Gauss-Newton steps
-//! ([`normal_equations`]). Point-to-plane distances go back to Chen and Medioni (1992, "Object modelling by
-//! registration of multiple range images"); optimising a pose on silhouettes between filter steps to Gall, Rosenhahn,
-//! Brox and Seidel (2010, "Optimization and filtering for human motion capture").
+//! ([`normal_equations`]). Point-to-plane distances go back to `[Chen 1992]`; optimising a pose on silhouettes
+//! between filter steps to `[Gall 2010]`.
 
 mod mesh_outline;
 mod normal_equations;
 mod observed;
 mod outline;
+mod samples;
 
 pub(super) use normal_equations::{Accumulator, robust_weight, slide, wrench};
 pub(super) use observed::{ObservedOutline, OutlineResidual};
-pub(super) use outline::{BodyOutline, OutlineSample, SolidPlace};
+pub(super) use outline::BodyOutline;
+pub(super) use samples::{OutlineSample, SolidPlace};
 
 use crate::body::{Humanoid, LinkFrames, SilhouettePainter};
 use crate::camera::Camera;

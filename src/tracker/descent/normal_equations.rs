@@ -8,7 +8,7 @@ use crate::body::{Humanoid, LinkFrames};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 
-/// The robust weight of Geman and McClure, `1 / (1 + (r / width)^2)^2`.
+/// The robust weight of `[Geman 1987]`, `1 / (1 + (r / width)^2)^2`.
 pub(in crate::tracker) fn robust_weight(residual: f64, width: f64) -> f64 {
     let ratio = residual / width;
     let falloff = 1.0 / (1.0 + ratio * ratio);

@@ -4,24 +4,15 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::*;
 use crate::body::{Link, Pose, Solid, draw_silhouette};
-use crate::camera::{CameraRig, Distortion, RingParameters};
+use crate::camera::{CameraRig, Distortion};
 use crate::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
 use crate::observation::Observation;
 use crate::raster::{DistanceMap, TaperedCapsule, contour};
+use crate::tracker::fixture;
 use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
 fn ring(count: u32, image_size: [u32; 2]) -> CameraRig {
-    let ring = RingParameters {
-        count,
-        radius: 3.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size,
-        near: 0.05,
-    };
-    CameraRig::ring(&ring).unwrap()
+    fixture::ring(count, 3.5, image_size)
 }
 
 /// Striding, arms away from the trunk: every limb is seen to end somewhere, and no angle is at a limit.
@@ -44,12 +35,7 @@ fn standing(body: &Humanoid) -> Pose {
 }
 
 fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig) -> Observation {
-    let silhouettes = rig.cameras.iter().map(|camera| {
-        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
-        mask
-    });
-    Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect() }
+    fixture::seen(body, pose, rig, 0)
 }
 
 fn diffusion(body: &Humanoid) -> Diffusion {

@@ -1,13 +1,11 @@
 //! Lost limbs found, energies that never rise, and the same bits on any number of threads.
 
-use nalgebra::Point3;
-
 use super::*;
-use crate::body::draw_silhouette;
-use crate::camera::{CameraRig, RingParameters};
+use crate::camera::CameraRig;
 use crate::motion_model::{Diffusion, DiffusionSettings, NormalEquations, ProposalScales};
 use crate::observation::Observation;
 use crate::raster::Mask;
+use crate::tracker::fixture::{self, March};
 use crate::tracker::{
     AnnealedParticleFilter, Estimate, FilterSettings, PlausibilitySettings, PlausibleLikelihood, SilhouetteLikelihood,
     SilhouetteSettings, TrackError, Tracker,
@@ -18,43 +16,16 @@ fn body() -> Humanoid {
 }
 
 fn rig(cameras: u32) -> CameraRig {
-    let ring = RingParameters {
-        count: cameras,
-        radius: 3.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size: [160, 120],
-        near: 0.05,
-    };
-    CameraRig::ring(&ring).unwrap()
+    fixture::ring(cameras, 3.5, [160, 120])
 }
 
 /// A step of a march, `frame` of sixty.
 fn marching(frame: usize) -> Pose {
-    let body = body();
-    let mut pose = body.zero_pose();
-    pose.world_from_root.translation.vector = nalgebra::Vector3::new(0.01 * frame as f64, 0.0, 0.93);
-    let swing = libm::sin(frame as f64 / 60.0 * std::f64::consts::TAU);
-    for (side, sign) in [("left", 1.0), ("right", -1.0)] {
-        let angles = [("hip_flexion", 0.2 + 0.5 * sign * swing), ("knee_flexion", 0.6 - 0.4 * sign * swing)];
-        let arm = [("shoulder_flexion", -0.5 * sign * swing), ("shoulder_abduction", 0.3), ("elbow_flexion", 0.7)];
-        for (name, angle) in angles.into_iter().chain(arm) {
-            pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{name}")).unwrap()] = angle;
-        }
-    }
-    pose
+    March { cycle: 60, advance: 0.01, hip: 0.2, knee: 0.6, abduction: 0.3, elbow: 0.7 }.pose(&body(), frame)
 }
 
 fn seen(pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
-    let body = body();
-    let silhouettes = rig.cameras.iter().map(|camera| {
-        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        draw_silhouette(&body, &body.link_frames(pose), camera, &mut mask);
-        mask
-    });
-    Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect() }
+    fixture::seen(&body(), pose, rig, frame)
 }
 
 fn model() -> Diffusion {

@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::*;
 use crate::body::draw_silhouette;
 use crate::camera::Pinhole;
+use crate::tracker::fixture;
 
 fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
@@ -52,12 +53,7 @@ fn looking_away() -> Camera {
 }
 
 fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig) -> Observation {
-    let silhouettes = rig.cameras.iter().map(|camera| {
-        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
-        mask
-    });
-    Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect() }
+    fixture::seen(body, pose, rig, 0)
 }
 
 fn energy(body: &Humanoid, rig: &CameraRig, settings: SilhouetteSettings, truth: &Pose, pose: &Pose) -> f64 {

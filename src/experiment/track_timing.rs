@@ -1,0 +1,17 @@
+//! What tracking took.
+
+use serde::{Deserialize, Serialize};
+
+/// How long tracking took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrackTiming {
+    /// Seconds for all frames of all seeds, reading of observations and calibration of the body included, learning of
+    /// motion models not.
+    pub seconds: f64,
+    /// Frames of all seeds per second.
+    pub frames_per_second: f64,
+    /// Likelihood evaluations of all frames and seeds.
+    pub likelihood_evaluations: u64,
+    /// Threads.
+    pub threads: usize,
+}

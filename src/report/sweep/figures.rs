@@ -1,0 +1,229 @@
+//! Scatter plots, heat maps and curves of a sweep.
+
+use std::collections::HashSet;
+
+use serde::Serialize;
+
+use super::analysis::{CostMeasure, Effect, pareto_front};
+use super::input::{SweepPageInput, SweepPoint};
+use crate::evaluation::{Direction, mean};
+use crate::report::ReportError;
+use crate::report::page::{number, symbol};
+use crate::report::plots::{Colour, Line, LinePlot, ScatterGroup, ScatterPlot, ScatterPoint, Size, Stroke, Svg};
+
+const PLOT: Size = Size { width: 760, height: 420 };
+/// Heat maps side by side at most; with more the other axes are averaged.
+const MAPS: usize = 9;
+/// Values of an axis of a heat map, and of one that a plot goes along.
+const WIDEST: usize = 40;
+const LONGEST: usize = 200;
+/// Lines of a plot at most.
+const LINES: usize = 6;
+const COLOURS: [Colour; LINES] =
+    [Colour::Blue, Colour::Orange, Colour::Green, Colour::Red, Colour::Purple, Colour::Amber];
+
+#[derive(Serialize)]
+pub(super) struct Map {
+    pub(super) title: String,
+    pub(super) columns: Vec<String>,
+    pub(super) rows: Vec<(String, Vec<MapCell>)>,
+}
+
+#[derive(Clone, Default, Serialize)]
+pub(super) struct MapCell {
+    pub(super) text: String,
+    note: String,
+    /// 0 (best) to 100 (worst) of all maps; absent for an empty cell.
+    shade: Option<u32>,
+}
+
+#[derive(Serialize)]
+pub(super) struct ErrorCurve {
+    axis: String,
+    plot: String,
+}
+
+/// Error over cost, with the settings that no other beats.
+pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<String, ReportError> {
+    let axis = grouping_axis(input);
+    let mut groups: Vec<ScatterGroup> = Vec::new();
+    for point in &input.settings {
+        let (Some(x), Some(y)) = (cost.of_setting(point), point.mean) else { continue };
+        let name =
+            axis.map_or_else(|| "settings".to_owned(), |axis| format!("{} {}", input.axes[axis], point.labels[axis]));
+        let dot = ScatterPoint { x, y, interval: point.interval.map(|i| [i.low, i.high]) };
+        match groups.iter_mut().find(|group| group.name == name) {
+            Some(group) => group.points.push(dot),
+            None => groups.push(ScatterGroup { name, colour: COLOURS[groups.len() % LINES], points: vec![dot] }),
+        }
+    }
+    let front = pareto_front(&input.settings, cost, input.objective);
+    let place = |at: usize| Some([cost.of_setting(&input.settings[at])?, input.settings[at].mean?]);
+    let plot = ScatterPlot {
+        x_label: match cost {
+            CostMeasure::Evaluations => "likelihood evaluations a frame".to_owned(),
+            CostMeasure::Processor => "processor time a frame, ms".to_owned(),
+        },
+        y_label: labelled(input),
+        groups,
+        front: front.into_iter().filter_map(place).collect(),
+    };
+    plot.svg(PLOT).map(|Svg(svg)| svg)
+}
+
+/// The axis that colours tell apart: with few values, none of them numbers if there is such a one.
+fn grouping_axis(input: &SweepPageInput) -> Option<usize> {
+    let count = |axis: &usize| labels(input, *axis).len();
+    let few: Vec<usize> = (0..input.axes.len()).filter(|axis| (2..=LINES).contains(&count(axis))).collect();
+    let named = few
+        .iter()
+        .copied()
+        .find(|axis| input.settings.iter().any(|p| p.numbers.get(*axis).copied().flatten().is_none()));
+    named.or_else(|| few.into_iter().min_by_key(count))
+}
+
+/// The values of an axis in the order of the plan.
+pub(super) fn labels(input: &SweepPageInput, axis: usize) -> Vec<String> {
+    let mut seen: HashSet<&str> = HashSet::new();
+    let all = input.settings.iter().filter_map(|point| point.labels.get(axis)).filter(|label| !label.is_empty());
+    all.filter(|label| seen.insert(label)).cloned().collect()
+}
+
+/// Particles over layers where they are axes, else the two numeric axes with the most values.
+fn map_axes(input: &SweepPageInput) -> Option<[usize; 2]> {
+    let named = |name: &str| input.axes.iter().position(|axis| axis == name || axis.ends_with(&format!(".{name}")));
+    let varied = |axis: &usize| labels(input, *axis).len() > 1;
+    if let Some(pair) = named("particles").zip(named("layers")).filter(|(a, b)| varied(a) && varied(b)) {
+        return Some([pair.0, pair.1]);
+    }
+    let is_number = |axis: &usize| input.settings.iter().all(|p| p.numbers.get(*axis).copied().flatten().is_some());
+    let mut numeric: Vec<usize> = (0..input.axes.len()).filter(|axis| varied(axis) && is_number(axis)).collect();
+    numeric.sort_by_key(|axis| std::cmp::Reverse(labels(input, *axis).len()));
+    match numeric.as_slice() {
+        [a, b, ..] => Some([*a, *b]),
+        _ => None,
+    }
+}
+
+/// The axes of the heat maps, the maps, and whether they are averaged over the other axes.
+pub(super) fn maps(input: &SweepPageInput) -> (Option<[usize; 2]>, Vec<Map>, bool) {
+    let Some(axes) = map_axes(input) else { return (None, Vec::new(), false) };
+    let [vertical, horizontal] = axes;
+    if axes.iter().any(|axis| labels(input, *axis).len() > WIDEST) {
+        return (None, Vec::new(), false);
+    }
+    let others: Vec<usize> = (0..input.axes.len()).filter(|axis| !axes.contains(axis)).collect();
+    let of = |point: &SweepPoint| -> String {
+        let words = others.iter().map(|axis| format!("{}={}", input.axes[*axis], point.labels[*axis]));
+        words.collect::<Vec<_>>().join(" ")
+    };
+    let mut kinds: Vec<String> = Vec::new();
+    for kind in input.settings.iter().map(of) {
+        if !kinds.contains(&kind) && kinds.len() <= MAPS {
+            kinds.push(kind);
+        }
+    }
+    let averaged = kinds.len() > MAPS;
+    if averaged {
+        kinds = vec!["mean over all other axes".to_owned()];
+    }
+    let (columns, lines) = (sorted(input, horizontal), sorted(input, vertical));
+    let value = |kind: &String, line: &String, column: &String| -> Vec<f64> {
+        let fits = |p: &&SweepPoint| {
+            p.labels[vertical] == *line && p.labels[horizontal] == *column && (averaged || of(p) == *kind)
+        };
+        input.settings.iter().filter(fits).filter_map(|p| p.mean).collect()
+    };
+    let mut all: Vec<f64> = Vec::new();
+    for kind in &kinds {
+        for line in &lines {
+            all.extend(columns.iter().filter_map(|column| mean(&value(kind, line, column))));
+        }
+    }
+    let [least, most] = all.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], v| [l.min(*v), m.max(*v)]);
+    let cell = |kind: &String, line: &String, column: &String| {
+        let values = value(kind, line, column);
+        let Some(middle) = mean(&values) else { return MapCell::default() };
+        // errors differ by factors, so that shades count in logarithms where they can
+        let place = match least > 0.0 && most > least {
+            true => libm::log(middle / least) / libm::log(most / least),
+            false if most > least => (middle - least) / (most - least),
+            false => 0.0,
+        };
+        let place = if input.objective.direction == Direction::HigherIsBetter { 1.0 - place } else { place };
+        let note = match values.len() {
+            1 => String::new(),
+            count => format!("mean of {count} settings"),
+        };
+        MapCell {
+            text: number(middle, input.objective.unit),
+            note,
+            shade: Some((100.0 * place).round().clamp(0.0, 100.0) as u32),
+        }
+    };
+    let maps = kinds
+        .iter()
+        .map(|kind| Map {
+            title: kind.clone(),
+            columns: columns.clone(),
+            rows: lines
+                .iter()
+                .map(|line| (line.clone(), columns.iter().map(|column| cell(kind, line, column)).collect()))
+                .collect(),
+        })
+        .collect();
+    (Some(axes), maps, averaged)
+}
+
+/// The values of an axis, numbers by size.
+fn sorted(input: &SweepPageInput, axis: usize) -> Vec<String> {
+    let mut found = labels(input, axis);
+    found.sort_by(|a, b| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => a.total_cmp(&b),
+        _ => std::cmp::Ordering::Equal,
+    });
+    found
+}
+
+/// The objective over every axis that counts something, one line for every value of the strongest other axis.
+pub(super) fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Result<Vec<ErrorCurve>, ReportError> {
+    let mut curves = Vec::new();
+    for axis in 0..input.axes.len() {
+        let values = sorted(input, axis);
+        if !(3..=LONGEST).contains(&values.len()) || values.iter().any(|value| value.parse::<f64>().is_err()) {
+            continue;
+        }
+        let few = |other: &usize| *other != axis && (2..=LINES).contains(&labels(input, *other).len());
+        let strongest = effects.and_then(|effects| effects.iter().map(|effect| effect.axes[0]).find(few));
+        let other = strongest.or_else(|| (0..input.axes.len()).find(few));
+        let kinds = other.map_or_else(|| vec![String::new()], |other| sorted(input, other));
+        let line = |(number, kind): (usize, &String)| {
+            let points = values.iter().map(|value| {
+                let fits =
+                    |p: &&SweepPoint| p.labels[axis] == *value && other.is_none_or(|other| p.labels[other] == *kind);
+                let found: Vec<f64> = input.settings.iter().filter(fits).filter_map(|p| p.mean).collect();
+                (value.parse().unwrap_or_default(), mean(&found))
+            });
+            let name = other.map_or_else(String::new, |other| format!("{} {kind}", input.axes[other]));
+            Line::new(&name, Stroke::solid(COLOURS[number % LINES]), points.collect())
+        };
+        let plot = LinePlot {
+            x_label: input.axes[axis].clone(),
+            y_label: labelled(input),
+            lines: kinds.iter().enumerate().map(line).collect(),
+            y_from: Some(0.0),
+            ..LinePlot::default()
+        };
+        let Svg(plot) = plot.svg(Size { width: 560, height: 320 })?;
+        curves.push(ErrorCurve { axis: input.axes[axis].clone(), plot });
+    }
+    Ok(curves)
+}
+
+/// The objective with its unit.
+pub(super) fn labelled(input: &SweepPageInput) -> String {
+    match symbol(input.objective.unit) {
+        "" => input.objective.title.to_owned(),
+        unit => format!("{}, {unit}", input.objective.title),
+    }
+}

@@ -1,0 +1,37 @@
+//! What checks of ranges are made of.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use crate::tracker::SettingError;
+
+/// An invalid value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InvalidValue {
+    /// Dotted key.
+    pub key: String,
+    /// What was expected and what was found.
+    pub message: String,
+}
+
+pub(super) type RangeCheck = Result<(), InvalidValue>;
+
+pub(super) fn setting(table: &str, e: &SettingError) -> InvalidValue {
+    InvalidValue { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
+}
+
+pub(super) fn at_most(key: &str, found: usize, most: usize, what: &str) -> RangeCheck {
+    require(key, found <= most, format_args!("at most {most} {what}"), found)
+}
+
+pub(super) fn within<T: PartialOrd + Display>(key: &str, value: T, range: RangeInclusive<T>) -> RangeCheck {
+    let sound = range.contains(&value);
+    require(key, sound, format_args!("{} to {}", range.start(), range.end()), value)
+}
+
+pub(super) fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> RangeCheck {
+    if sound {
+        return Ok(());
+    }
+    Err(InvalidValue { key: key.to_owned(), message: format!("expected {expected}, found {found}") })
+}

@@ -1,0 +1,53 @@
+//! Range checks of trackers' settings.
+
+use super::range_checks::{InvalidValue, RangeCheck, require, setting, within};
+use super::{AnnealedParticleFilterSettings, LatentKind, LatentTrackerSettings, OracleSettings};
+use crate::motion_model::MotionModelError;
+use crate::tracker::{FilterSettings, RefinementSettings, SilhouetteSettings};
+
+pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeCheck {
+    searching(table, s.filter(), s.likelihood())?;
+    s.plausibility.map_or(Ok(()), |plausibility| plausibility.validate()).map_err(|e| setting(table, &e))?;
+    s.refinement.validate().map_err(|e| setting(table, &e))?;
+    let set = s.paper && s.refinement != RefinementSettings::default();
+    require(
+        &format!("{table}.refinement"),
+        !set,
+        "none of its keys beside `paper = true`, which has no refinement",
+        "some",
+    )?;
+    within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
+}
+
+fn searching(table: &str, filter: FilterSettings, likelihood: SilhouetteSettings) -> RangeCheck {
+    filter.validate().and_then(|()| likelihood.validate()).map_err(|e| setting(table, &e))?;
+    within(&format!("{table}.particles"), filter.particles, 1..=1_000_000)?;
+    within(&format!("{table}.layers"), filter.layers, 1..=1000)
+}
+
+pub(super) fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettings<T>) -> RangeCheck {
+    searching(table, s.filter(), s.likelihood())?;
+    match s.latent().validate() {
+        Err(MotionModelError::Setting { key, expected, found }) => {
+            Err(InvalidValue { key: format!("{table}.{key}"), message: format!("expected {expected}, found {found}") })
+        }
+        _ => Ok(()),
+    }?;
+    let learning = s.model.learning();
+    let said = s.model_file.is_some() && learning != T::default().learning();
+    let alone = "no training keys of `model`, because the model is already trained; remove them";
+    require(&format!("{table}.model_file"), !said, alone, "some")?;
+    within(&format!("{table}.model.clip_s"), learning.clip_s, 0.05..=60.0)?;
+    within(&format!("{table}.model.threshold_per_joint"), learning.threshold_per_joint, 1e-9..=10.0)?;
+    within(&format!("{table}.model.training.latent_dimensions"), learning.training.latent_dimensions, 1..=8)?;
+    within(&format!("{table}.model.training.rounds"), learning.training.rounds, 1..=1000)?;
+    within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)
+}
+
+pub(super) fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {
+    for (i, offset) in s.root_offset_m.into_iter().enumerate() {
+        within(&format!("{table}.root_offset_m[{i}]"), offset, -1e3..=1e3)?;
+    }
+    within(&format!("{table}.root_noise_m"), s.root_noise_m, 0.0..=1e3)?;
+    within(&format!("{table}.angle_noise_deg"), s.angle_noise_deg, 0.0..=180.0)
+}

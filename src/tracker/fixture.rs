@@ -1,0 +1,68 @@
+//! A ring of cameras, a march and what the cameras see of a body: input for tests.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Point3, Vector3};
+
+use crate::body::{Humanoid, Pose, draw_silhouette};
+use crate::camera::{CameraRig, RingParameters};
+use crate::observation::Observation;
+use crate::raster::Mask;
+
+/// Cameras around the origin at `radius` metres that look at a standing body.
+pub(super) fn ring(count: u32, radius: f64, image_size: [u32; 2]) -> CameraRig {
+    let ring = RingParameters {
+        count,
+        radius,
+        height: 1.6,
+        look_at: Point3::new(0.0, 0.0, 0.95),
+        first_azimuth: 0.8,
+        field_of_view: 1.05,
+        image_size,
+        near: 0.05,
+    };
+    CameraRig::ring(&ring).unwrap()
+}
+
+/// What every camera sees of a body in a pose.
+pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
+    let silhouettes = rig.cameras.iter().map(|camera| {
+        let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
+        draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
+        mask
+    });
+    Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect() }
+}
+
+/// A march with swinging arms: the angles about which hips, knees, shoulders and elbows swing or stay, radians.
+pub(super) struct March {
+    /// Frames of a cycle.
+    pub(super) cycle: usize,
+    /// Metres that the root moves in a frame.
+    pub(super) advance: f64,
+    pub(super) hip: f64,
+    pub(super) knee: f64,
+    pub(super) abduction: f64,
+    pub(super) elbow: f64,
+}
+
+impl March {
+    pub(super) fn pose(&self, body: &Humanoid, frame: usize) -> Pose {
+        let mut pose = body.zero_pose();
+        pose.world_from_root.translation.vector = Vector3::new(self.advance * frame as f64, 0.0, 0.93);
+        let swing = libm::sin(frame as f64 / self.cycle as f64 * TAU);
+        for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+            let legs =
+                [("hip_flexion", self.hip + 0.5 * sign * swing), ("knee_flexion", self.knee - 0.4 * sign * swing)];
+            let arms = [
+                ("shoulder_flexion", -0.5 * sign * swing),
+                ("shoulder_abduction", self.abduction),
+                ("elbow_flexion", self.elbow),
+            ];
+            for (name, angle) in legs.into_iter().chain(arms) {
+                pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{name}")).unwrap()] = angle;
+            }
+        }
+        pose
+    }
+}

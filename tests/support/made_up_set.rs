@@ -1,0 +1,54 @@
+//! A set of a few made-up frames of the built-in actor, for tests of files of sets.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use skiagraph::benchmark_set::{BenchmarkSet, Observed, SetParts, Start, Training, TruthFacts};
+use skiagraph::body::{Humanoid, Motion, shipped};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph::observation::Observer;
+use skiagraph::scene::GroundTruth;
+
+/// A camera `[name, eye, distortion]` of `size` pixels that looks at the actor's belly.
+pub(crate) fn camera(name: &str, eye: [f64; 3], distortion: [f64; 5], [width, height]: [u32; 2]) -> Camera {
+    let (eye, view) = (Point3::from(eye), FieldOfView::Vertical(0.75));
+    let camera = Camera::look_at(name, eye, Point3::new(0.1, 0.0, 1.0), Vector3::z(), view, width, height).unwrap();
+    Camera { distortion: Distortion::from_coefficients(distortion), ..camera }
+}
+
+/// Poses by the root of a frame and by the angle of a frame and degree of freedom.
+pub(crate) fn motion(
+    body: &Humanoid,
+    frames: usize,
+    frames_per_second: f64,
+    root: impl Fn(usize) -> Isometry3<f64>,
+    angle: impl Fn(usize, usize) -> f64,
+) -> Motion {
+    let poses = (0..frames).map(|frame| {
+        let mut pose = body.zero_pose();
+        pose.world_from_root = root(frame);
+        pose.joint_angles.iter_mut().enumerate().for_each(|(i, value)| *value = angle(frame, i));
+        pose
+    });
+    Motion { frames_per_second, poses: poses.collect() }
+}
+
+/// The set of that motion of the actor, seen exactly by these cameras; the tracker has the actor's body.
+pub(crate) fn assemble(name: &str, cameras: Vec<Camera>, motion: &Motion) -> BenchmarkSet {
+    let actor = shipped("actor").unwrap();
+    let rig = CameraRig { cameras };
+    let truth = GroundTruth::from_motion(actor.clone(), motion, &rig).unwrap();
+    let training = Training::none(&actor);
+    let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
+    let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
+    let parts = SetParts {
+        name,
+        rig: &rig,
+        start: &start,
+        ground_truth: &truth,
+        refitted: Some(motion),
+        facts: &facts,
+        recordings: &[],
+        observed: Observed::default(),
+    };
+    let observer = Observer::new(&truth, &rig);
+    BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
+}
