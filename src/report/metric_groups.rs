@@ -1,5 +1,7 @@
 //! Under which heading a metric stands.
 
+use crate::evaluation::{Summary, shown_once};
+
 /// A heading and its metrics.
 pub(super) struct MetricGroup {
     pub(super) title: &'static str,
@@ -95,6 +97,19 @@ pub(super) const GROUPS: [MetricGroup; 5] = [
         of_truth: &[],
     },
 ];
+
+/// Metrics with the same values in every run, of which one is shown: it, and the other.
+pub fn aliases(summary: &Summary) -> Vec<(&'static str, &'static str)> {
+    shown_once(|one, other| {
+        let values = |name: &str| summary.metrics.get(name).map(|metric| &metric.per_run);
+        let (Some(one), Some(other)) = (values(one), values(other)) else { return false };
+        let same = |a: &Option<f64>, b: &Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs(),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        one.len() == other.len() && one.iter().zip(other).all(|(a, b)| same(a, b))
+    })
+}
 
 #[cfg(test)]
 mod tests {

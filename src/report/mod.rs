@@ -59,6 +59,7 @@ pub use input::{
     FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run,
     worst_frames,
 };
+pub use metric_groups::aliases;
 pub use model_distances::{CandidateFrame, FrameDistances};
 pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};
 pub use model_page::model_page;

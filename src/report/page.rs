@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Summary, Unit, find_metric, shown_once};
+use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Unit, find_metric};
 
 use super::contact_sheet::{SheetPicture, cells, seconds, worst_cell};
 use super::figures::{Figure, figures, per_frame};
 use super::html::render_page;
 use super::input::{FactGroup, worst_frames};
-use super::metric_groups::{GROUPS, MetricGroup};
+use super::metric_groups::{GROUPS, MetricGroup, aliases};
 use super::page_tables::{BreakdownTable, CameraRow, breakdown_tables, camera_rows};
 use super::playback::playback_data;
 use super::verdict::{Verdict, verdict};
@@ -223,19 +223,6 @@ fn group_on_page(input: &ReportInput<'_>, group: &MetricGroup, worse: &impl Fn(&
         rows: group.metrics.iter().filter_map(row).collect(),
         of_truth: group.of_truth.iter().filter_map(row).collect(),
     }
-}
-
-/// Metrics with the same values in every run: the shown one and the other.
-fn aliases(summary: &Summary) -> Vec<(&'static str, &'static str)> {
-    shown_once(|one, other| {
-        let values = |name: &str| summary.metrics.get(name).map(|metric| &metric.per_run);
-        let (Some(one), Some(other)) = (values(one), values(other)) else { return false };
-        let same = |a: &Option<f64>, b: &Option<f64>| match (a, b) {
-            (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs(),
-            (a, b) => a.is_none() && b.is_none(),
-        };
-        one.len() == other.len() && one.iter().zip(other).all(|(a, b)| same(a, b))
-    })
 }
 
 fn metric_row(input: &ReportInput<'_>, metric: &Metric, worse: bool) -> Option<MetricRow> {
