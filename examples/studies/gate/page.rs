@@ -98,7 +98,7 @@ fn what_seeds_decide(s: &super::simulated::Simulated) -> String {
          which is 6 clips x 9 seeds, as the rows of 6 x 10 seeds show. **Ten seeds of one clip cannot give a power of 80 % at this noise**, by \
          arithmetic and not for want of a better test: they do so for runs with a standard deviation of at most {bearable:.1} mm, and at this noise \
          they find in 80 % of the cases what is worse by {seen:.1} mm more than the margin. With only the seeds' own noise of {} mm one clip needs \
-         {:.0} seeds. Seeds that pair, with errors correlated by 0.5, halve these numbers. The gate says INCONCLUSIVE in between, and how many seeds \
+         {:.0} seeds. Seeds that pair, with errors of their own correlated by 0.5, need {:.0} runs a side. The gate says INCONCLUSIVE in between, and how many seeds \
          would settle it.\n",
         s.seed_sd_mm,
         s.frames,
@@ -107,5 +107,6 @@ fn what_seeds_decide(s: &super::simulated::Simulated) -> String {
         needed(run),
         s.seed_sd_mm,
         needed(s.seed_sd_mm),
+        needed((0.5 * s.seed_sd_mm.powi(2) + of_frames).sqrt()),
     )
 }
