@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             let detail = format!("is not for scenarios, and {} is one", arguments.what.display());
             return Err(ExperimentError::Argument { argument, detail }.into());
         }
-        let scenario = inspect_scenario::ScenarioArguments {
+        let scenario = inspect_scenario::InspectedScenario {
             file: &arguments.what,
             overrides: &arguments.overrides,
             mocap_dir: arguments.mocap_dir.clone(),
