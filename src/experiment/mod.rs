@@ -38,6 +38,7 @@ mod ownership;
 mod part_rotations;
 mod partial_directory;
 mod partial_file;
+mod people;
 mod per_frame;
 mod performance;
 mod performed;
@@ -79,8 +80,8 @@ pub use external::{
 pub use gating::{GATE_FILE, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
-    GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary, StanceSummary,
-    WorstContact, inspect, inspect_contacts, inspect_scenario,
+    FitSummary, GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
+    SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};

@@ -16,6 +16,7 @@
 
 mod animation;
 mod base64;
+mod body_sheet;
 mod cell;
 mod comparison;
 mod contact_chart;
@@ -47,6 +48,7 @@ mod sweep;
 mod verdict;
 
 pub use animation::write_animation;
+pub use body_sheet::BodySheet;
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
 pub use contact_chart::{ContactChart, FootCourse};
