@@ -15,6 +15,7 @@ mod gate;
 mod intervals;
 mod monocular;
 mod plausibility;
+mod scoring;
 mod search;
 mod simulation;
 mod skin;
@@ -26,7 +27,7 @@ use std::process::ExitCode;
 type Study = fn() -> Result<(), Box<dyn Error>>;
 
 /// Name, what it measures, and the study.
-const STUDIES: [(&str, &str, Study); 11] = [
+const STUDIES: [(&str, &str, Study); 12] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
     ("background", "segmentation beside OpenCV's: results/background.md", background::study),
     ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
@@ -34,6 +35,7 @@ const STUDIES: [(&str, &str, Study); 11] = [
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
     ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
     ("monocular", "learned motion models with one camera: results/monocular.md", monocular::study),
+    ("scoring", "how long a million frames take to score; prints only", scoring::study),
     ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
     ("skin", "a skin against capsules as the tracker's body: results/skin.md", skin::study),

@@ -20,9 +20,9 @@ use crate::experiment::{Destination, ExperimentError, Inspected, inspect, is_ski
                         skiagraph inspect embedded:walk --contacts --out walk.svg\n  \
                         skiagraph inspect scenarios/long_walk.toml --out strip.png")]
 pub(super) struct Arguments {
-    /// A model of skiagraph train; a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, embedded:NAME); a robot
-    /// (.urdf, or a built-in one); a skin (.glb, .gltf, .toml, or a built-in one); a scenario (.toml), for the motion that
-    /// it makes of its recordings; the directory of a benchmark set
+    /// A model of skiagraph train; a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, embedded:NAME); a
+    /// robot (.urdf, or a built-in one); a skin (.glb, .gltf, .toml, or a built-in one); a scenario (.toml), for the
+    /// motion that it makes of its recordings; the directory of a benchmark set
     #[arg(value_name = "MODEL|CLIP|ROBOT|SKIN|SCENARIO|SET")]
     pub(super) what: PathBuf,
 
@@ -43,9 +43,9 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "against")]
     contacts: bool,
 
-    /// Write pictures. Of a model an HTML page: latent spaces, errors over frames, distances between frames; of a robot,
-    /// recording or skin a picture, .png, or a page, .html: turned about, in some poses, limits of its joints; with
-    /// --contacts a chart, .svg or .html; of a scenario a strip of its motion with stances and seams, .png
+    /// Write pictures. Of a model an HTML page: latent spaces, errors over frames, distances between frames; of a
+    /// robot, recording or skin a picture, .png, or a page, .html: turned about, in some poses, limits of its joints;
+    /// with --contacts a chart, .svg or .html; of a scenario a strip of its motion with stances and seams, .png
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 

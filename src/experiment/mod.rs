@@ -35,6 +35,7 @@ mod observing;
 mod oracle;
 mod ours;
 mod ownership;
+mod part_rotations;
 mod partial_directory;
 mod partial_file;
 mod people;
@@ -44,9 +45,11 @@ mod performed;
 mod pictures;
 mod place;
 mod placement;
+mod playback;
 mod poses_file;
 mod results;
 mod run;
+mod run_picture;
 mod run_place;
 mod run_reading;
 mod scene_check;
@@ -93,6 +96,7 @@ pub use run::{
     Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
     track_set_calibrating, track_set_with_program,
 };
+pub use run_picture::run_picture;
 pub use run_place::RunPlace;
 pub use run_reading::{ComparedSide, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};

@@ -16,7 +16,8 @@ pub struct ActorSettings {
     /// path of a `.glb`, `.gltf` or `.toml` relative to the scenario (`robots/README.md`). Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// Stature, mass, lengths and girths of the person, said or drawn from a population. Default: the recorded subject's.
+    /// Stature, mass, lengths and girths of the person, said or drawn from a population. Default: the recorded
+    /// subject's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeSettings>,
     /// How the transforms of several links are blended. Default: `"linear"`.

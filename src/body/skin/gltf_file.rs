@@ -1,10 +1,10 @@
 //! glTF 2.0 (`.gltf`, `.glb`): the meshes of the first skin, with its joints and weights. The `gltf` crate reads and
 //! validates the document.
 //!
-//! glTF has Y up and metres; bodies face +Z. The mesh is taken as its nodes pose it, which is how programs show the file
-//! without an animation: `v = sum_i w_i T_i B_i v0` with the nodes' `T_i` and the inverse bind matrices `B_i`. Joints
-//! become body segments by their names; fingers and other joints without a segment of their own belong to the nearest
-//! joint above that has one. The landmarks that bind the skin to a body are the origins of the joints.
+//! glTF has Y up and metres; bodies face +Z. The mesh is taken as its nodes pose it, which is how programs show the
+//! file without an animation: `v = sum_i w_i T_i B_i v0` with the nodes' `T_i` and the inverse bind matrices `B_i`.
+//! Joints become body segments by their names; fingers and other joints without a segment of their own belong to the
+//! nearest joint above that has one. The landmarks that bind the skin to a body are the origins of the joints.
 
 use std::collections::BTreeMap;
 
@@ -335,8 +335,8 @@ impl NodeTree {
 mod tests {
     use super::*;
 
-    /// The joints that a body's landmarks need, each 0.1 m apart, and a triangle held by the head, as text, whose buffer
-    /// is `uri`.
+    /// The joints that a body's landmarks need, each 0.1 m apart, and a triangle held by the head, as text, whose
+    /// buffer is `uri`.
     fn text(uri: &str, length: usize) -> String {
         let names = ["Hips", "Neck", "Head"].map(str::to_owned).into_iter();
         let limbs = ["Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot"];

@@ -7,8 +7,8 @@ use crate::body::LinkFrames;
 
 impl Skin {
     /// Volume inside the skin in the pose whose links are at `frames`, cubic metres, and its centre, metres: the centre
-    /// of mass of a body of one density. By the tetrahedra of every triangle with one point (`[Ericson 2005]`); a gap in
-    /// the surface is closed as if by triangles to that point. `None` for a skin that holds nothing.
+    /// of mass of a body of one density. By the tetrahedra of every triangle with one point (`[Ericson 2005]`); a gap
+    /// in the surface is closed as if by triangles to that point. `None` for a skin that holds nothing.
     pub fn volume(&self, frames: &LinkFrames) -> Option<(f64, Point3<f64>)> {
         let mut vertices = Vec::new();
         self.deform_into(frames, &mut vertices);

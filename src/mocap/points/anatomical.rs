@@ -2,8 +2,8 @@
 //!
 //! * **Hips**: Harrington's regression on the width and depth of the pelvis (`[Harrington 2007]`).
 //! * **Knees and ankles**: the middle of lateral and medial marker where both are worn; else the chord of Plug-in Gait:
-//!   the centre lies half a joint's breadth from the lateral marker, at a right angle to the segment above, in the plane
-//!   of the marker on thigh or shank.
+//!   the centre lies half a joint's breadth from the lateral marker, at a right angle to the segment above, in the
+//!   plane of the marker on thigh or shank.
 //! * **Elbows** alike, in the plane across the bend of the arm; **wrists** in the middle of their two markers.
 //! * **Shoulders** below the acromion, the seventh vertebra before its marker, the top of the head above the head band.
 //!
@@ -67,8 +67,8 @@ fn rotation(x: Vector3<f64>, y: Vector3<f64>, z: Vector3<f64>) -> UnitQuaternion
     UnitQuaternion::new_normalize(UnitQuaternion::from_rotation_matrix(&rotation).into_inner())
 }
 
-/// The centre of a joint at half a breadth from its lateral marker, where it sees the joint above at a right angle to the
-/// marker; `outside` tells which side of the line between them is outside.
+/// The centre of a joint at half a breadth from its lateral marker, where it sees the joint above at a right angle to
+/// the marker; `outside` tells which side of the line between them is outside.
 fn chord(above: Point3<f64>, marker: Point3<f64>, outside: Vector3<f64>, half: f64) -> Option<Point3<f64>> {
     let line = above - marker;
     let length = line.norm();
