@@ -18,6 +18,7 @@ mod plausibility;
 mod search;
 mod simulation;
 mod skin;
+mod skinned_body;
 mod tune_monocular;
 
 use std::error::Error;
@@ -26,7 +27,7 @@ use std::process::ExitCode;
 type Study = fn() -> Result<(), Box<dyn Error>>;
 
 /// Name, what it measures, and the study.
-const STUDIES: [(&str, &str, Study); 11] = [
+const STUDIES: [(&str, &str, Study); 12] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
     ("background", "segmentation beside OpenCV's: results/background.md", background::study),
     ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
@@ -36,6 +37,11 @@ const STUDIES: [(&str, &str, Study); 11] = [
     ("monocular", "learned motion models with one camera: results/monocular.md", monocular::study),
     ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
+    (
+        "skinned_body",
+        "a skin against capsules on a long walk in segmented images: results/skinned-body.md",
+        skinned_body::study,
+    ),
     ("skin", "a skin against capsules as the tracker's body: results/skin.md", skin::study),
     (
         "tune_monocular",

@@ -61,8 +61,8 @@ pub use model_page::model_page;
 pub use motion_strip::MotionStrip;
 pub use page::render;
 pub use sweep::{
-    Choice, CostMeasure, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
-    pareto_front, sweep_markdown, sweep_page,
+    Choice, CostMeasure, Effect, EverySetting, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference,
+    effects, pareto_front, sweep_markdown, sweep_page,
 };
 pub use verdict::{Verdict, verdict};
 
