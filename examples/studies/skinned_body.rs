@@ -1,9 +1,9 @@
 //! A skinned against a cylindrical body on a long walk, after both experiments of `[Skinned APF]`: regenerates
 //! `results/skinned-body.md`, `results/skinned-body.json` and `results/skinned-body-*.svg`.
 //!
-//! `cargo run --release --example studies -- skinned_body`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; needs no files. What
-//! was measured is kept in `runs/skinned-body/outcomes.jsonl`, so that a study that was stopped goes on where it was; remove
-//! that file after a change of the program.
+//! `cargo run --release --example studies -- skinned_body`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; needs no
+//! files. What was measured is kept in `runs/skinned-body/outcomes.jsonl`, so that a study that was stopped goes on
+//! where it was; remove that file after a change of the program.
 
 mod measure;
 mod page;
@@ -64,8 +64,8 @@ pub(crate) struct Outcome {
     pub(crate) set_hash: String,
 }
 
-/// How much the energy rises when the head, or beside it a shoulder, is turned away from the true pose: views, body, angle in
-/// degrees, rise for the head's rotation and for an arm's abduction.
+/// How much the energy rises when the head, or beside it a shoulder, is turned away from the true pose: views, body,
+/// angle in degrees, rise for the head's rotation and for an arm's abduction.
 pub(crate) type Turns = Vec<(u32, String, f64, f64, f64)>;
 
 /// By [`Case::key`] and seed.

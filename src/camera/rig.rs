@@ -59,8 +59,8 @@ impl CameraRig {
         Self::turned(ring, |index| f64::from(index) / f64::from(ring.count) * std::f64::consts::TAU)
     }
 
-    /// The cameras of a ring, but on an arc of it alone: spread evenly over `arc` radians, the first and the last camera at
-    /// its ends.
+    /// The cameras of a ring, but on an arc of it alone: spread evenly over `arc` radians, the first and the last
+    /// camera at its ends.
     ///
     /// # Errors
     /// As [`Self::ring`].

@@ -1,7 +1,7 @@
 //! Learned motion models in a folder that processes share: every distinct one is learned once, by whoever asks first.
 //!
-//! A model is known by a hash of all that it depends on: the settings, the body, the poses, and the program's version. What is
-//! used is always what the file holds, also by the process that wrote it.
+//! A model is known by a hash of all that it depends on: the settings, the body, the poses, and the program's version.
+//! What is used is always what the file holds, also by the process that wrote it.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -31,8 +31,8 @@ impl ModelStore {
         Self { folder }
     }
 
-    /// The model of these settings: read, or learned with `learn` and written. While another process learns it, this one
-    /// waits.
+    /// The model of these settings: read, or learned with `learn` and written. While another process learns it, this
+    /// one waits.
     ///
     /// # Errors
     /// Those of `learn`; [`ExperimentError`] where the file cannot be read or written, or holds another model.

@@ -60,8 +60,8 @@ pub struct Sweep {
     /// The metric that settings are compared by. Default: `"humaneva_mm"`.
     #[serde(default = "default_objective")]
     pub objective: String,
-    /// Axes that are conditions, not choices, such as clips: settings that differ in these alone are one, with the mean over
-    /// their values. Default: none.
+    /// Axes that are conditions, not choices, such as clips: settings that differ in these alone are one, with the mean
+    /// over their values. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub average_over: Vec<String>,
     /// Whether every cell leaves a whole run with its report (about 1 MB each) beside its numbers. Default: false.

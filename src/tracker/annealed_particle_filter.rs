@@ -71,8 +71,8 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         })
     }
 
-    /// The same filter, whose layers search part after part. Particles of a new frame start where they were, whatever the
-    /// model predicts.
+    /// The same filter, whose layers search part after part. Particles of a new frame start where they were, whatever
+    /// the model predicts.
     ///
     /// # Errors
     /// [`SettingError`] for fewer layers than parts, and for a kernel that draws all numbers at once.

@@ -31,8 +31,8 @@ impl Partition {
         self.parts.len()
     }
 
-    /// Deviations of the noise before layer `layer`, from 0, of `layers`, at least as many as parts. `whole` are the roots
-    /// of P_0.
+    /// Deviations of the noise before layer `layer`, from 0, of `layers`, at least as many as parts. `whole` are the
+    /// roots of P_0.
     pub(super) fn deviations(&self, whole: &[f64], layer: usize, layers: usize, survival_rate: f64) -> Vec<f64> {
         let part = layer * self.parts.len() / layers;
         let first = (part * layers).div_ceil(self.parts.len());

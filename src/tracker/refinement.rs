@@ -268,8 +268,8 @@ fn limbs(body: &Humanoid) -> Vec<Vec<usize>> {
     alone.into_iter().chain(pairs).filter(|limb| !limb.is_empty()).collect()
 }
 
-/// The degrees of freedom of the left and right arm and the left and right leg: those that move its end and no other limb's
-/// end nor the head. Empty for a limb without an end.
+/// The degrees of freedom of the left and right arm and the left and right leg: those that move its end and no other
+/// limb's end nor the head. Empty for a limb without an end.
 pub(super) fn arms_and_legs(body: &Humanoid) -> Vec<Vec<usize>> {
     const ENDS: [Landmark; 5] =
         [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle, Landmark::HeadTop];

@@ -95,8 +95,8 @@ impl Heading {
     }
 }
 
-/// Mean rise of the energy over some frames when a joint of the true pose, refitted to the tracker's body, is turned: angle,
-/// rise for the head's rotation, rise for the left arm's abduction.
+/// Mean rise of the energy over some frames when a joint of the true pose, refitted to the tracker's body, is turned:
+/// angle, rise for the head's rotation, rise for the left arm's abduction.
 pub(super) fn turns(set: &BenchmarkSet) -> Result<Vec<(f64, f64, f64)>, Box<dyn Error>> {
     let body = &set.blind.start.body;
     let refitted = set.truth.refitted.as_ref().ok_or("a refitted truth")?;

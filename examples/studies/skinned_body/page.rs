@@ -61,7 +61,7 @@ fn head(done: &[(Case, Vec<&Outcome>)], seeds: u64) -> String {
          built-in walk, {frames} frames at 60 Hz along a curve, no two strides alike, performed by `actor` (44 joint angles) in the skin \
          `person` of 5,000 triangles; images of 320 x 240 pixels, silhouettes by background subtraction (overlap with the exact ones \
          {:.3}). Every tracker has `tracker25` with the true lengths: once its tapered capsules (*capsules*: truncated cones with round \
-         ends, as Balan's), once the skin `person_coarse` of 1,000 triangles (*skin*). *Paper* is Algorithm 1 as printed, 200 particles \
+         ends, as those of [Balan 2005]), once the skin `person_coarse` of 1,000 triangles (*skin*). *Paper* is Algorithm 1 as printed, 200 particles \
          x 5 layers; *default* what ships, 60 x 5 with refinement. Means over frames and seeds with 95 % intervals over seeds. The \
          recording is not the paper's (HumanEva's may not be passed on), and images are drawn; so what can be compared is which body \
          does better, not millimetres.\n",
@@ -166,7 +166,7 @@ fn astray(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
         text,
         "\n## Where limbs are mistracked\n\nA limb is mistracked where its outer two markers are off by more than {ASTRAY_MM} mm on average \
          for {IN_A_ROW} frames in a row. Share of all frames of all seeds, and of the seed with most of it the stretches of frames. \
-         ([Skinned APF] shows Balan's body losing the right arm at frame 35 and the left leg at frame 135.)\n\n\
+         ([Skinned APF] shows the body of [Balan 2005] losing the right arm at frame 35 and the left leg at frame 135.)\n\n\
          | views | body | method | {} |\n|---:|---|---|{}\n",
         LIMBS.join(" | "),
         "---|".repeat(LIMBS.len())

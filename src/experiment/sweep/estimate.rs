@@ -134,8 +134,8 @@ fn sample(
     })
 }
 
-/// Which part of the clock's time was the sample's own: on a machine with other work the rest is theirs, and seconds of a
-/// core are asked for.
+/// Which part of the clock's time was the sample's own: on a machine with other work the rest is theirs, and seconds of
+/// a core are asked for.
 fn share(busy: f64) -> f64 {
     if busy.is_finite() && busy > 0.0 { busy.min(1.0) } else { 1.0 }
 }
