@@ -14,6 +14,7 @@
 //! | [`mocap`] | [`mocap::Clip`]: a recording as its file says it |
 //! | [`body`] | [`body::Humanoid`] (from URDF), [`body::Pose`], [`body::Motion`] |
 //! | [`retarget`](mod@retarget) | [`retarget::retarget()`]: a clip becomes a motion of a humanoid |
+//! | [`editing`] | takes joined, repeated, led along a path, varied |
 //! | [`contact`], [`physics`] | contacts of a motion; planted feet, inverse dynamics, simulation |
 //! | [`camera`], [`raster`] | [`camera::CameraRig`], [`raster::Mask`], exact silhouettes |
 //! | [`scene`], [`observation`] | [`scene::GroundTruth`], [`observation::Observation`] |
@@ -83,7 +84,7 @@
 //! let markers = |pose: &_| body.markers(&body.link_frames(pose));
 //! let true_markers: Vec<_> = motion.poses.iter().map(markers).collect();
 //! let estimated: Vec<_> = estimates.iter().map(|estimate| markers(&estimate.pose)).collect();
-//! let measured = evaluate(&Sequence::of_markers(motion.frames_per_second, &true_markers, &estimated))?;
+//! let measured = evaluate(&Sequence::from_markers(motion.frames_per_second, &true_markers, &estimated))?;
 //! let error = measured.metrics["humaneva_mm"].mean;
 //! assert!(error < 100.0, "{error} mm");
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,4 +1,4 @@
-//! Contact of real walks: labels that do not depend on the frame rate, and walks settled on the ground.
+//! Contact of real walks: labels that do not depend on the frame rate, and walks planted on the ground.
 
 mod support;
 
@@ -85,7 +85,7 @@ fn line(name: &str, walk: &Retargeted, report: &PlantingReport) -> String {
     )
 }
 
-/// What keeps a settled walk from what it must reach; empty if nothing does.
+/// What keeps a planted walk from what it must reach; empty if nothing does.
 fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     let mut found = Vec::new();
     for after in [report.after, report.after_in_old_stances] {
@@ -99,7 +99,7 @@ fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     found
 }
 
-fn settled_well(cases: impl IntoIterator<Item = (&'static str, f64)>) -> Option<()> {
+fn planted_well(cases: impl IntoIterator<Item = (&'static str, f64)>) -> Option<()> {
     println!(
         "| clip | Hz | frames | skate mm/s | in the original stances | penetration mm | float mm | joints moved mm | most |"
     );
@@ -127,7 +127,7 @@ fn the_same_walk_at_30_60_and_120_hz_has_the_same_stances_within_a_frame_of_the_
 
 #[test]
 fn fixed_walks_neither_skate_nor_sink() {
-    let _ = settled_well([("16_22", 30.0), ("35_02", 30.0), ("16_22", 60.0), ("35_34", 120.0)]);
+    let _ = planted_well([("16_22", 30.0), ("35_02", 30.0), ("16_22", 60.0), ("35_34", 120.0)]);
 }
 
 /// The tables of `results/contact.md`: all walks at all rates.
@@ -141,5 +141,5 @@ fn all_walks_at_all_rates() {
     }
     // printed, not held to anything: the rule was worked out on the walks, and these are hardly walks
     OTHERS.iter().for_each(|name| println!("{name}: {:?}", has_same_stances_at_all_rates(name)));
-    let _ = settled_well(WALKS.into_iter().flat_map(|name| RATES.map(|fps| (name, fps))));
+    let _ = planted_well(WALKS.into_iter().flat_map(|name| RATES.map(|fps| (name, fps))));
 }

@@ -3,7 +3,7 @@
 //! A room is a top-level module. The check sees imports in every form (grouped, renamed, `self`, `super::`, `crate::`
 //! in the midst of code or inside a macro), re-exports, and public aliases of another room's types.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use proc_macro2::{TokenStream, TokenTree};
@@ -118,6 +118,76 @@ fn no_permission_and_no_seam_is_left_that_nothing_uses() {
 }
 
 #[test]
+fn no_files_import_from_each_other_in_a_circle() {
+    let production = |code: &str| {
+        let mut tree = syn::parse_file(code).unwrap();
+        tree.items.retain(|item| !is_for_tests(item));
+        tree
+    };
+    let found: Vec<(String, Imports)> =
+        sources().into_iter().map(|(file, code)| (file.clone(), imports_in(&file, &production(&code)))).collect();
+    let modules: BTreeMap<Vec<String>, &Imports> = found.iter().map(|(file, i)| (module_of(file), i)).collect();
+    // what only re-exports what its files define is no link of a circle
+    let is_link = |file: &str| !["mod.rs", "lib.rs", "main.rs"].iter().any(|name| file.ends_with(name));
+    let links: BTreeSet<Vec<String>> =
+        found.iter().filter(|(file, _)| is_link(file)).map(|(f, _)| module_of(f)).collect();
+    let mut graph: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> = BTreeMap::new();
+    for module in &links {
+        let targets = modules[module].paths.iter().filter_map(|path| defining_module(path, &modules, 0));
+        graph.insert(module.clone(), targets.filter(|target| target != module && links.contains(target)).collect());
+    }
+    let spelled = |modules: &[Vec<String>]| modules.iter().map(|m| m.join("/")).collect::<Vec<_>>().join(" -> ");
+    let circles: Vec<String> = links.iter().filter_map(|m| path_back(m, &graph)).map(|c| spelled(&c)).collect();
+    assert_eq!(circles, [] as [String; 0], "imports in a circle");
+}
+
+/// Whether an item is compiled for tests alone.
+fn is_for_tests(item: &Item) -> bool {
+    let attributes = match item {
+        Item::Mod(item) => &item.attrs,
+        Item::Use(item) => &item.attrs,
+        Item::Fn(item) => &item.attrs,
+        _ => return false,
+    };
+    attributes.iter().any(|a| a.path().is_ident("cfg") && a.parse_args::<syn::Ident>().is_ok_and(|i| i == "test"))
+}
+
+/// The module that defines what a path `crate::...` names, re-exports followed.
+fn defining_module(path: &[String], modules: &BTreeMap<Vec<String>, &Imports>, followed: usize) -> Option<Vec<String>> {
+    let path = path.strip_prefix(&["crate".to_owned()])?;
+    let length = (1..=path.len()).rev().find(|&length| modules.contains_key(&path[..length]))?;
+    let (module, rest) = path.split_at(length);
+    let re_exported = rest.first().filter(|_| followed < 5).and_then(|name| {
+        // in a mod.rs a name of its own files begins without `self::`
+        let inside = |found: &Vec<String>| match modules.contains_key(&[module, &found[..1]].concat()) {
+            true => [&["crate".to_owned()], module, &found[..]].concat(),
+            false => found.clone(),
+        };
+        let mut uses = modules[module].paths.iter().filter(|found| found.len() > 1 && found.last() == Some(name));
+        uses.find_map(|found| defining_module(&inside(found), modules, followed + 1)).filter(|m| m != module)
+    });
+    Some(re_exported.unwrap_or_else(|| module.to_vec()))
+}
+
+/// A way from a module to itself, the shortest.
+fn path_back(from: &[String], graph: &BTreeMap<Vec<String>, BTreeSet<Vec<String>>>) -> Option<Vec<Vec<String>>> {
+    let mut ways = std::collections::VecDeque::from([vec![from.to_vec()]]);
+    let mut seen = BTreeSet::new();
+    while let Some(way) = ways.pop_front() {
+        for next in way.last().and_then(|last| graph.get(last)).into_iter().flatten() {
+            let longer = [way.clone(), vec![next.clone()]].concat();
+            if next == from {
+                return Some(longer);
+            }
+            if seen.insert(next.clone()) {
+                ways.push_back(longer);
+            }
+        }
+    }
+    None
+}
+
+#[test]
 fn the_blindfold_is_in_the_table() {
     let tracker = MAY_USE.iter().find(|(room, _)| *room == "tracker").unwrap().1;
     for forbidden in ["scene", "mocap", "benchmark_set", "experiment", "evaluation"] {
@@ -212,9 +282,12 @@ fn sources() -> Vec<(String, String)> {
 }
 
 fn imports_of(relative: &str, code: &str) -> Imports {
-    let tree = syn::parse_file(code).unwrap_or_else(|e| panic!("{relative}: {e}"));
+    imports_in(relative, &syn::parse_file(code).unwrap_or_else(|e| panic!("{relative}: {e}")))
+}
+
+fn imports_in(relative: &str, tree: &syn::File) -> Imports {
     let mut imports = Imports { module: module_of(relative), paths: Vec::new(), complaints: Vec::new() };
-    imports.visit_file(&tree);
+    imports.visit_file(tree);
     imports
 }
 

@@ -48,7 +48,7 @@ pub(super) fn to_npz(truth: &GroundTruth) -> Option<Npz> {
     let rule = ContactRule::default();
     let frames: Vec<LinkFrames> = truth.frames.iter().map(|frame| frame.link_frames.clone()).collect();
     let actor = &truth.actor;
-    let contacts = GroundContacts::of_frames(actor, actor, &frames, truth.frames_per_second, &rule).ok()?;
+    let contacts = GroundContacts::from_frames(actor, actor, &frames, truth.frames_per_second, &rule).ok()?;
     let mut npz = Npz::from_iter([("fps", Array::new(&[], vec![truth.frames_per_second]))]);
     push_tracks(&mut npz, "", &contacts.links);
     push_tracks(&mut npz, "foot_", &contacts.feet);
@@ -83,7 +83,7 @@ fn push_props(npz: &mut Npz, truth: &GroundTruth, frames: &[LinkFrames]) {
     if props == 0 {
         return;
     }
-    let found = PropContacts::of_frames(&truth.actor, &truth.props, frames, truth.frames_per_second, &rule);
+    let found = PropContacts::from_frames(&truth.actor, &truth.props, frames, truth.frames_per_second, &rule);
     let Ok(found) = found else { return };
     let (count, links) = (frames.len(), found.tracks.len() / props);
     let all = || (0..count).flat_map(|frame| found.tracks.iter().map(move |track| &track.frames[frame]));

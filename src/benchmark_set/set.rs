@@ -57,7 +57,7 @@ pub struct Observed<'a> {
     /// How they were made; `None` where they are exact.
     pub facts: Option<&'a ObservationFacts>,
     /// The cameras that a tracker is told, where they differ from the true ones.
-    pub told_rig: Option<&'a CameraRig>,
+    pub tracker_rig: Option<&'a CameraRig>,
 }
 
 /// The parts of a set.
@@ -163,7 +163,7 @@ impl BenchmarkSet {
             (manifest::FACTS_PATH, manifest::facts_to_toml(parts.facts)?),
             (README, include_bytes!("readme.txt").to_vec()),
             (truth_file::READER_PATH, truth_file::READER.as_bytes().to_vec()),
-            (cameras_file::PATH, cameras_file::to_json(parts.observed.told_rig.unwrap_or(parts.rig))?),
+            (cameras_file::PATH, cameras_file::to_json(parts.observed.tracker_rig.unwrap_or(parts.rig))?),
             (start_file::PATH, parts.start.to_json()?),
             (training_path, training),
             (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &parts.start.body)?),
@@ -176,7 +176,7 @@ impl BenchmarkSet {
             let bytes = recording_file::to_npz(recording_file::PATH, parts.recordings)?;
             files.insert(recording_file::PATH.to_string(), bytes);
         }
-        if parts.observed.told_rig.is_some() {
+        if parts.observed.tracker_rig.is_some() {
             files.insert(cameras_file::TRUTH_PATH.to_string(), cameras_file::to_json(parts.rig)?);
         }
         if !truth.props.is_empty() {

@@ -34,7 +34,7 @@ enum BaselineAction {
         /// Name of the baseline: letters, digits, -, _ and .
         #[arg(value_name = "NAME")]
         name: String,
-        /// Directory of a run, or of runs (one a clip), with at least 5 seeds
+        /// Directory of a run, or of runs (one per clip), with at least 5 seeds
         #[arg(value_name = "RUN")]
         run: PathBuf,
         /// Rename an existing file that skiagraph did not write to NAME.json~

@@ -14,10 +14,10 @@ use crate::experiment::{
 };
 use crate::report::GateReport;
 
-/// Hold a run against a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
+/// Compare a run with a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
 ///
 /// A metric passes if the 95 % interval of its worsening lies below the margin, fails if it lies above, and is
-/// inconclusive in between; then it is told how many more seeds would settle it. The unit is the run (clip x seed),
+/// inconclusive in between; then the gate says how many more seeds would decide it. The unit is the run (clip x seed),
 /// never the frame. Run and baseline need at least 5 seeds; 10 are usual. Runs of the baseline's own seeds are paired.
 ///
 /// Metrics of the truth must not change at all. Coverage must not fall by more than 0.01, and not more runs may lose
@@ -30,7 +30,7 @@ use crate::report::GateReport;
                         skiagraph gate runs --baseline all --rules gate.toml --junit gate.xml --github\n  \
                         skiagraph gate runs/walk --baseline walk --margin 2mm --markdown >> $GITHUB_STEP_SUMMARY")]
 pub(super) struct Arguments {
-    /// Directory of a run, or of runs (one a clip)
+    /// Directory of a run, or of runs (one per clip)
     #[arg(value_name = "RUN")]
     run: PathBuf,
 

@@ -20,9 +20,9 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 /// Reads the set's cameras, observations and start pose. Only oracle trackers read the ground truth.
 ///
 /// With --exec any program tracks: it reads JSON lines from standard input and answers on standard output
-/// (docs/protocol.md). It is handed a folder that holds the blind side of the set alone, and started once a seed. A
+/// (docs/protocol.md). It gets a folder with the blind side of the set, and is started once per seed. A
 /// frame without an answer in time, or with one that makes no sense, is lost; after a crash the program is started
-/// again. --dry-run asks for five frames and says whether the program keeps to the protocol.
+/// again. --dry-run asks for five frames and says whether the program follows the protocol.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \
@@ -46,7 +46,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "COMMAND")]
     exec: Option<String>,
 
-    /// Ask the program for five frames and say whether it keeps to the protocol; writes nothing
+    /// Ask the program for five frames and say whether it follows the protocol; writes nothing
     #[arg(long, requires = "exec")]
     dry_run: bool,
 

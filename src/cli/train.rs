@@ -152,7 +152,7 @@ impl Arguments {
                 last_frame: self.last_frame.map(|n| n as usize),
                 metres_per_unit: self.metres_per_unit,
             };
-            return TrainingInput::of_clips(&self.inputs, &options, mocap.as_deref());
+            return TrainingInput::from_clips(&self.inputs, &options, mocap.as_deref());
         }
         if self.inputs.len() > 1 {
             let detail = "expected one scenario, or clips only; found both or several scenarios".to_owned();

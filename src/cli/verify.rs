@@ -16,14 +16,14 @@ use crate::experiment::verify_set;
 /// Faults of one check that are printed; `--json` and `--verbose` list all.
 const MOST_PRINTED: usize = 8;
 
-/// Prove a benchmark set: compute everything anew and name every fault
+/// Verify a benchmark set: recompute everything and report every fault
 ///
-/// Checks the hashes, then what hashes cannot tell: cameras, axes, units, left and right, joints and markers from the
-/// poses, projections by OpenCV's formula, every silhouette and truth image drawn anew, contacts, and that no file
-/// outside truth/ tells a pose of the test. Exit code 1 if anything is wrong, 2 if the directory is no set.
+/// Checks the hashes, then what hashes cannot show: cameras, axes, units, left and right, joints and markers from the
+/// poses, projections by OpenCV's formula, every silhouette and truth image redrawn, contacts, and that no file
+/// outside truth/ reveals a pose of the test. Exit code 1 if anything is wrong, 2 if the directory is no set.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph verify sets/walk\n  \
-                        skiagraph verify sets/walk --every 10    # draw only every tenth frame anew\n  \
+                        skiagraph verify sets/walk --every 10    # redraw every tenth frame only\n  \
                         skiagraph verify sets/walk --json > proof.json")]
 pub(super) struct Arguments {
     /// Directory of the set

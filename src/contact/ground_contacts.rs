@@ -84,14 +84,14 @@ impl GroundContacts {
     /// [`ContactError`] for invalid thresholds, a motion that is empty, belongs to another body or is not finite, and
     /// a body whose feet have no geometry.
     pub fn from_motion(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Self, ContactError> {
-        Self::of_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
+        Self::from_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
     }
 
     /// As [`Self::from_motion`], with the links at `frames` and `surface` around them.
     ///
     /// # Errors
     /// [`ContactError`] for invalid thresholds, and for feet without surface.
-    pub fn of_frames(
+    pub fn from_frames(
         body: &Humanoid,
         surface: &dyn Surface,
         frames: &[LinkFrames],

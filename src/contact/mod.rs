@@ -16,7 +16,7 @@
 //! let sole = body.lowest_point(&body.link_frames(&pose), &links).ok_or("no solids")?;
 //! pose.world_from_root.translation.vector.z = 0.003 - sole.z;
 //! let standing = Motion { frames_per_second: 60.0, poses: vec![pose; 30] };
-//! let contacts = GroundContacts::of_motion(&body, &standing, &ContactRule::default())?;
+//! let contacts = GroundContacts::from_motion(&body, &standing, &ContactRule::default())?;
 //! assert!(contacts.feet.iter().all(|foot| foot.stances().len() == 1));
 //! // its feet are brought down to the ground
 //! let planted = plant_feet(&body, &standing, &ContactRule::default())?;

@@ -56,7 +56,7 @@ impl PropContacts {
     ///
     /// # Errors
     /// [`ContactError`] for invalid thresholds.
-    pub fn of_frames(
+    pub fn from_frames(
         body: &Humanoid,
         props: &[Prop],
         frames: &[LinkFrames],
@@ -167,7 +167,7 @@ mod tests {
 
     fn moved(place: impl Fn(f64) -> Isometry3<f64>) -> Vec<PropContact> {
         let frames: Vec<LinkFrames> = (0..30).map(|frame| LinkFrames(vec![place(f64::from(frame) / FPS)])).collect();
-        let found = PropContacts::of_frames(&ball(), &[table()], &frames, FPS, &ContactRule::default()).unwrap();
+        let found = PropContacts::from_frames(&ball(), &[table()], &frames, FPS, &ContactRule::default()).unwrap();
         assert_eq!(found.tracks.len(), 1);
         found.tracks[0].frames.clone()
     }

@@ -16,7 +16,7 @@ pub(super) fn moved(pose: &Pose, world_from_old: &Isometry3<f64>) -> Pose {
     Pose { world_from_root: world_from_old * pose.world_from_root, joint_angles: pose.joint_angles.clone() }
 }
 
-/// Cuts `motion` at frame `leaves` and goes on with `next` from frame `enters`, moved by `world_from_next`; the first
+/// Cuts `motion` at frame `leaves` and continues with `next` from frame `enters`, moved by `world_from_next`; the first
 /// `blend` frames after that are blended. Both motions have `blend` frames left there.
 pub(super) fn go_on(
     body: &Humanoid,

@@ -82,7 +82,7 @@ pub enum EditError {
         /// The least distance, metres.
         least_m: f64,
     },
-    /// Where feet stand cannot be told.
+    /// The stances of the feet cannot be found.
     #[error(transparent)]
     Contact(#[from] ContactError),
 }

@@ -10,7 +10,7 @@
 //! use skiagraph::evaluation::{Sequence, evaluate};
 //! let truth = vec![[Some(Point3::new(0.0, 0.0, 1.0)); 15]; 20];
 //! let off_by_5_cm = vec![[Some(Point3::new(0.05, 0.0, 1.0)); 15]; 20];
-//! let evaluation = evaluate(&Sequence::of_markers(60.0, &truth, &off_by_5_cm))?;
+//! let evaluation = evaluate(&Sequence::from_markers(60.0, &truth, &off_by_5_cm))?;
 //! assert!((evaluation.metrics["humaneva_mm"].mean - 50.0).abs() < 1e-9);
 //! # Ok::<(), skiagraph::evaluation::EvaluationError>(())
 //! ```
@@ -67,7 +67,7 @@ pub use comparison::{
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{
     Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
-    MetricMargin, MoreSeeds, gate, seeds_to_settle,
+    MetricMargin, MoreSeeds, gate, seeds_to_decide,
 };
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
 pub use metric::{Direction, Measurement, Metric, Unit};

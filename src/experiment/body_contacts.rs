@@ -27,7 +27,7 @@ impl BodyContacts {
         let rule = ContactRule::default();
         let frames: Vec<LinkFrames> = motion.poses.iter().map(|pose| body.link_frames(pose)).collect();
         let ground = GroundContacts::from_motion(body, motion, &rule).ok()?;
-        let among = PropContacts::of_frames(body, props, &frames, motion.frames_per_second, &rule).ok()?;
+        let among = PropContacts::from_frames(body, props, &frames, motion.frames_per_second, &rule).ok()?;
         let prop_depth_m = (!props.is_empty()).then(|| among.deepest_m(frames.len()));
         let own = SelfCollision::new(body);
         let self_depth_m = parallel::map(frames.len(), |frame| own.deepest_m(&frames[frame]));

@@ -172,7 +172,7 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
         refitted: Some(&refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
-        observed: Observed { facts: None, told_rig: staged.told_rig.as_ref() },
+        observed: Observed { facts: None, tracker_rig: staged.tracker_rig.as_ref() },
     };
     let mut observation = file.scenario.observation.clone();
     // the sample need not segment well, and learning the background takes longer than it

@@ -85,7 +85,7 @@ impl TrainingInput {
     ///
     /// # Errors
     /// [`ExperimentError`] that names the recording or the robot.
-    pub fn of_clips(
+    pub fn from_clips(
         clips: &[PathBuf],
         options: &ClipOptions,
         mocap_directory: Option<&Path>,

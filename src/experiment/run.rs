@@ -71,7 +71,7 @@ pub fn draw(
         refitted: Some(&staged.refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
-        observed: Observed { facts: facts.as_ref(), told_rig: staged.told_rig.as_ref() },
+        observed: Observed { facts: facts.as_ref(), tracker_rig: staged.tracker_rig.as_ref() },
     };
     let observer = Observing::new(&staged.ground_truth, &staged.rig, settings)?;
     let seen = AtomicBool::new(false);

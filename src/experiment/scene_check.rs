@@ -139,8 +139,13 @@ pub(super) fn doubts(staged: &Staged) -> Vec<String> {
     let truth = &staged.ground_truth;
     let looked_at = frames_to_look_at(staged.frames(), FRAMES_LOOKED_AT);
     let frames: Vec<LinkFrames> = looked_at.iter().map(|frame| truth.frames[*frame].link_frames.clone()).collect();
-    let contacts =
-        PropContacts::of_frames(&truth.actor, &truth.props, &frames, truth.frames_per_second, &ContactRule::default());
+    let contacts = PropContacts::from_frames(
+        &truth.actor,
+        &truth.props,
+        &frames,
+        truth.frames_per_second,
+        &ContactRule::default(),
+    );
     let tracks = contacts.map(|contacts| contacts.tracks).unwrap_or_default();
     let mut doubts = Vec::new();
     for (index, prop) in truth.props.iter().enumerate() {

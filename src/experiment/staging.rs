@@ -16,7 +16,7 @@ use crate::contact::check_feet;
 use crate::editing::Seam;
 use crate::input::{self, excerpt, limits};
 use crate::motion_model::{Prediction, ProposalScales};
-use crate::observation::{Corruption, told_rig, told_start};
+use crate::observation::{Corruption, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
@@ -36,7 +36,7 @@ pub struct Staged {
     /// The true cameras.
     pub rig: CameraRig,
     /// The cameras that a tracker is told, where they differ from the true ones.
-    pub told_rig: Option<CameraRig>,
+    pub tracker_rig: Option<CameraRig>,
     /// The truth, frame by frame.
     pub ground_truth: GroundTruth,
     /// Which frames of which files the actor performs.
@@ -112,8 +112,8 @@ impl Staged {
         };
         let scenario_observation = &scenario.observation;
         let (corruption, seed) = (&scenario_observation.corruption, u64::from(scenario_observation.seed));
-        let pose = told_start(&body, &pose, corruption, seed);
-        let told_rig = corruption.changes_cameras().then(|| told_rig(&rig, corruption, seed));
+        let pose = tracker_start(&body, &pose, corruption, seed);
+        let tracker_rig = corruption.changes_cameras().then(|| tracker_rig(&rig, corruption, seed));
         let mut notes = performed.report.notes.clone();
         notes.extend(lens_without_effect(corruption, &rig));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
@@ -133,7 +133,7 @@ impl Staged {
         Ok(Self {
             clip: recordings.name(),
             rig,
-            told_rig,
+            tracker_rig,
             start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
             sources: recordings.sources(),
             seams,

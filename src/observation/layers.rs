@@ -54,7 +54,7 @@ impl<'a> LayerObserver<'a> {
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, index: usize, wanted: WantedLayers) -> Self {
         let camera = rig.cameras[index].clone();
         let alone = |camera: Camera| CameraRig { cameras: vec![camera] };
-        let scene = wanted.colour.map(|(settings, seed)| SceneCamera::of_one(truth, rig, index, &settings, seed));
+        let scene = wanted.colour.map(|(settings, seed)| SceneCamera::from_one(truth, rig, index, &settings, seed));
         Self {
             truth,
             wanted,

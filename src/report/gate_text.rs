@@ -182,10 +182,10 @@ fn finding(check: &Check) -> String {
     );
     if let Some(more) = check.more_seeds {
         text.push_str(&match more {
-            MoreSeeds::OfRun(1) => "; 1 more seed of the run would settle it (--add-seeds 1)".to_owned(),
-            MoreSeeds::OfRun(more) => format!("; {more} more seeds of the run would settle it (--add-seeds {more})"),
-            MoreSeeds::OfBoth(more) => format!("; {more} more seeds of run and baseline each would settle it"),
-            MoreSeeds::TooMany => "; the difference is about the margin: more seeds will hardly settle it".to_owned(),
+            MoreSeeds::OfRun(1) => "; 1 more seed of the run would decide it (--add-seeds 1)".to_owned(),
+            MoreSeeds::OfRun(more) => format!("; {more} more seeds of the run would decide it (--add-seeds {more})"),
+            MoreSeeds::OfBoth(more) => format!("; {more} more seeds of run and baseline each would decide it"),
+            MoreSeeds::TooMany => "; the difference is about the margin: more seeds will hardly decide it".to_owned(),
         });
     }
     text.extend(check.reason.iter().map(|reason| format!("; {reason}")));
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn an_inconclusive_gate_says_how_many_seeds_would_settle_it() {
+    fn an_inconclusive_gate_says_how_many_seeds_would_decide_it() {
         let outcome = outcome(1.2, 1.5);
         let report = GateReport { run: "r", baseline: "b", outcome: &outcome };
         assert!(report.text().contains("more seed"), "{}", report.text());

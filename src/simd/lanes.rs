@@ -1,4 +1,8 @@
 //! Sums and exponentials over columns, in lanes.
+//!
+//! A sum is kept as eight partial sums, because floating-point addition may not be reordered: one running sum would
+//! compile to one addition after another. The partial sums are added in a fixed order, so that every instruction set
+//! gives the same bits.
 
 /// Lanes of a sum: two registers of four.
 const LANES: usize = 8;

@@ -124,7 +124,7 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
         last_frame: None,
         metres_per_unit: None,
     };
-    let input = TrainingInput::of_clips(&["embedded:walk".into()], &options, None).unwrap();
+    let input = TrainingInput::from_clips(&["embedded:walk".into()], &options, None).unwrap();
     let settings = GraphSettings { threshold_per_joint: 1e-6, ..GraphSettings::default() };
     let learn = |name: &str, settings: &GraphSettings, patience: usize| {
         let onlooker = Onlooker::new(patience);

@@ -12,9 +12,9 @@ fn a_rendered_set_is_sound_with_layers_and_props_and_a_spoiled_one_is_not() {
     room.succeed("render tiny.toml --out set");
     let answer = room.succeed("verify set");
     assert!(answer.stdout.contains("set is sound: 11 checks, no fault"), "{}", answer.stdout);
-    assert!(answer.stdout.contains("10 silhouettes drawn anew"), "{}", answer.stdout);
+    assert!(answer.stdout.contains("10 silhouettes redrawn"), "{}", answer.stdout);
     let every = room.succeed("verify set --every 4");
-    assert!(every.stdout.contains("4 silhouettes drawn anew"), "{}", every.stdout);
+    assert!(every.stdout.contains("4 silhouettes redrawn"), "{}", every.stdout);
 
     room.write("set/observations/cam01/silhouette/000002.png", "nothing");
     let answer = room.skiagraph(["verify", "set"]);

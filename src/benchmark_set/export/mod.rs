@@ -81,7 +81,7 @@ impl ExportFormat {
     }
 }
 
-/// Who is told of an export's progress.
+/// Who follows an export's progress.
 #[derive(Clone, Copy)]
 pub struct ExportWatch<'a> {
     /// Told of every frame whose images were written.

@@ -79,7 +79,7 @@ fn side_faults(actor: &Humanoid, markers: &Markers) -> Vec<String> {
     faults
 }
 
-/// Feet point forward; with up and forward known, the side of the left hip tells a body from its mirror image.
+/// Feet point forward; with up and forward known, the side of the left hip distinguishes a body from its mirror image.
 fn handedness_fault(actor: &Humanoid, frames: &LinkFrames, markers: &Markers) -> Option<String> {
     let left = place(markers, Landmark::LeftHip)? - place(markers, Landmark::RightHip)?;
     let up = place(markers, Landmark::HeadTop)? - ankles(markers)?;

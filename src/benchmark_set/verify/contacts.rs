@@ -33,7 +33,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
         };
         faults.extend(detail.map(|detail| Fault::new(path, format!("{name} {detail}"))));
     }
-    Ok((format!("{} arrays computed anew", expected.iter().count()), faults))
+    Ok((format!("{} arrays recomputed", expected.iter().count()), faults))
 }
 
 /// How two arrays differ, in words.

@@ -53,7 +53,7 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
         };
         faults.extend(parallel::map(numbers.len(), of_frame).concat());
     }
-    Ok((format!("{} images drawn anew", numbers.len() * rig.cameras.len()), faults))
+    Ok((format!("{} images redrawn", numbers.len() * rig.cameras.len()), faults))
 }
 
 /// The truth images of a camera in a frame.

@@ -31,10 +31,10 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
         faults
     };
     let faults = parallel::map(numbers.len(), of_frame).concat();
-    Ok((format!("{} silhouettes drawn anew", numbers.len() * rig.cameras.len()), faults))
+    Ok((format!("{} silhouettes redrawn", numbers.len() * rig.cameras.len()), faults))
 }
 
-/// A frame to be drawn anew.
+/// A frame to be redrawn.
 struct Redrawn<'a> {
     files: &'a SetFiles,
     rig: &'a CameraRig,

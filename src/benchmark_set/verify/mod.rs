@@ -1,8 +1,8 @@
-//! Proves a set: every file is what was written, and all files tell the same story.
+//! Verifies a set: every file is as it was written, and all files agree with each other.
 //!
 //! Hashes say that nothing was changed since the set was written. They cannot say that what was written is right, and a
-//! set that was edited and listed anew has good hashes. So everything that can be computed in two ways is computed
-//! anew: body and joints from the poses, contact from the body, projections from the numbers of `cameras.json` by
+//! set that was edited and listed again has good hashes. So everything that can be computed in two ways is computed
+//! again: body and joints from the poses, contact from the body, projections from the numbers of `cameras.json` by
 //! OpenCV's formula without this program's reader, silhouettes and truth images from the body. What differs is a fault,
 //! and where a common mistake explains it (another unit, a flipped axis, mirrored images, the frame before), the fault
 //! says so.
@@ -84,12 +84,12 @@ pub struct Fault {
     pub detail: String,
 }
 
-/// How thorough a verification is, and who is told of its progress.
+/// How thorough a verification is, and who follows its progress.
 #[derive(Clone, Copy)]
 pub struct Thoroughness<'a> {
-    /// Silhouettes and truth images of every so many frames are drawn anew; at least 1.
+    /// Silhouettes and truth images of every so many frames are redrawn; at least 1.
     pub every: usize,
-    /// Told of every frame that was drawn anew.
+    /// Called for every frame that was redrawn.
     pub tick: &'a (dyn Fn() + Sync),
     /// Whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),

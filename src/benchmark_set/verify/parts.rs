@@ -18,9 +18,9 @@ use crate::scene::GroundTruth;
 /// What a set consists of; `None` for a part that cannot be read.
 pub(super) struct ReadParts {
     pub(super) manifest: Option<BlindManifest>,
-    /// The cameras that a tracker is told.
+    /// The cameras that a tracker is given.
     pub(super) rig: Option<CameraRig>,
-    /// The cameras that saw the actor, where trackers are told others.
+    /// The cameras that saw the actor, where trackers are given others.
     true_rig: Option<CameraRig>,
     pub(super) start: Option<Start>,
     pub(super) truth: Option<GroundTruth>,
@@ -87,7 +87,7 @@ impl ReadParts {
         facts.is_some_and(|facts| facts.silhouette != SilhouetteSource::Exact)
     }
 
-    /// Why silhouettes and told cameras need not fit the truth, where the set says so.
+    /// Why silhouettes and the given cameras need not fit the truth, where the set says so.
     pub(super) fn spoiled(&self) -> Option<String> {
         let facts = self.manifest.as_ref()?.observation.as_ref()?;
         let spoiled = facts.silhouette != SilhouetteSource::Exact || facts.corruption.changes_cameras();

@@ -25,7 +25,7 @@ const REACH_PX: i64 = 2;
 /// Pixels of joints and markers.
 const VIEWS: &str = "truth/views.npz";
 
-/// Fewer markers than this tell nothing.
+/// Fewer markers than this prove nothing.
 const LEAST_MARKERS: usize = 10;
 
 /// How many frames' silhouettes are looked into.

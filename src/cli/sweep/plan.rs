@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &Arguments, _: Volume) -> Result<ExitCode, CommandE
     let what = match planned {
         Planned::New => "planned",
         Planned::Same => "was planned before",
-        Planned::Replaced => "planned anew; results of cells that stayed the same count",
+        Planned::Replaced => "planned again; results of unchanged cells are kept",
     };
     output::print(&format!(
         "{out}: {} ({} x {}) on {}, {what}\n  run it: skiagraph sweep run {out}",

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::settle::seeds_to_settle;
+use super::more_seeds::seeds_to_decide;
 use super::{Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, MetricMargin};
 use crate::evaluation::comparison::{
     ClipValues, Difference, DifferenceRule, MeasuredClip, MeasuredRuns, difference, holm, lost_tracks, seeds_in_words,
@@ -173,7 +173,7 @@ impl Sides<'_> {
         let verdict = verdict(worse_by, ends, margin);
         let more_seeds = (verdict == GateVerdict::Inconclusive).then(|| {
             let paired = matches!(found.rule, DifferenceRule::PairedT | DifferenceRule::PairedBootstrap);
-            seeds_to_settle(&values.clips, paired, (margin - worse_by).abs())
+            seeds_to_decide(&values.clips, paired, (margin - worse_by).abs())
         });
         Ok(Check {
             difference: Some(found),

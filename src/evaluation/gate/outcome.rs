@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::MarginError;
-use super::settle::MoreSeeds;
+use super::more_seeds::MoreSeeds;
 use crate::evaluation::comparison::Difference;
 use crate::evaluation::{Interval, Unit};
 
@@ -67,7 +67,7 @@ pub struct Check {
     pub worse_by_ci95: Option<Interval>,
     /// By how much it may be worse.
     pub margin: Option<f64>,
-    /// What would settle it, if it is inconclusive.
+    /// What would decide it, if it is inconclusive.
     pub more_seeds: Option<MoreSeeds>,
     /// The reason in words, where numbers do not say it.
     pub reason: Option<String>,

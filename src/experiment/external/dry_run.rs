@@ -1,4 +1,4 @@
-//! Whether a program keeps to the protocol: a few frames, and what it made of them.
+//! Whether a program follows the protocol: a few frames, and how it answered them.
 
 use std::path::Path;
 

@@ -90,7 +90,7 @@ impl Program {
         }
     }
 
-    /// Closes its input and waits a little for its end; tells how it ended, `None` if it had to be killed.
+    /// Closes its input and waits a little for its end; returns how it ended, `None` if it had to be killed.
     pub(super) fn finish(mut self) -> Option<String> {
         self.to_program.take();
         self.ended_within(PATIENCE)

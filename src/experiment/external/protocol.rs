@@ -1,4 +1,4 @@
-//! The messages: what a program is told, and what it may answer.
+//! The messages: what a program receives, and what it may answer.
 
 use std::collections::BTreeMap;
 use std::path::Path;

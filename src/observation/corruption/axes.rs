@@ -15,7 +15,7 @@ pub struct CorruptionAxis {
     pub levels: [f64; 5],
     /// Greatest strength that is accepted.
     pub greatest: f64,
-    /// Whether it changes masks; the others change what a tracker is told.
+    /// Whether it changes masks; the others change what a tracker is given.
     pub of_masks: bool,
     /// Its strength.
     pub strength: fn(&Corruption) -> f64,
@@ -107,7 +107,7 @@ pub const AXES: [CorruptionAxis; 15] = [
     CorruptionAxis {
         name: "calibration_mm",
         unit: "mm",
-        formula: "the tracker is told camera centres that are off by a normal deviate of standard deviation s in each \
+        formula: "the tracker is given camera centres that are off by a normal deviate of standard deviation s in each \
                   coordinate",
         levels: [5.0, 10.0, 20.0, 50.0, 100.0],
         greatest: 100_000.0,
@@ -117,7 +117,7 @@ pub const AXES: [CorruptionAxis; 15] = [
     CorruptionAxis {
         name: "calibration_deg",
         unit: "deg",
-        formula: "the tracker is told orientations turned by a rotation vector in the camera's axes, each coordinate a \
+        formula: "the tracker is given orientations turned by a rotation vector in the camera's axes, each coordinate a \
                   normal deviate of standard deviation s",
         levels: [0.1, 0.2, 0.5, 1.0, 2.0],
         greatest: 180.0,
@@ -127,7 +127,7 @@ pub const AXES: [CorruptionAxis; 15] = [
     CorruptionAxis {
         name: "calibration_px",
         unit: "px",
-        formula: "the tracker is told focal lengths that are off by a normal deviate of standard deviation s, the same \
+        formula: "the tracker is given focal lengths that are off by a normal deviate of standard deviation s, the same \
                   along x and y, never below a tenth of the true one",
         levels: [2.0, 5.0, 10.0, 20.0, 50.0],
         greatest: 10_000.0,
@@ -137,7 +137,7 @@ pub const AXES: [CorruptionAxis; 15] = [
     CorruptionAxis {
         name: "lens_ignored",
         unit: "",
-        formula: "the tracker is told the lens's coefficients times 1 - s",
+        formula: "the tracker is given the lens's coefficients times 1 - s",
         levels: [0.1, 0.25, 0.5, 0.75, 1.0],
         greatest: 1.0,
         of_masks: false,

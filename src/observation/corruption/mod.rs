@@ -1,9 +1,9 @@
 //! Corruption of observations: calibrated axes that make a set harder, one number each.
 //!
 //! [`Corruption`] has one strength per axis; zero changes nothing. [`AXES`] lists the axes with their units, formulas
-//! and levels. The axes of masks are applied by [`CorruptedObserver`], those of what a tracker is told (cameras, body,
-//! start) by [`told_rig`] and [`told_start`]. Every random number comes from a stream that is keyed by seed, frame,
-//! axis and camera ([`crate::rng::Purpose::Corruption`]), so that each camera's image of each frame is the same
+//! and levels. The axes of masks are applied by [`CorruptedObserver`], those of what a tracker is given (cameras, body,
+//! start) by [`tracker_rig`] and [`tracker_start`]. Every random number comes from a stream that is keyed by seed,
+//! frame, axis and camera ([`crate::rng::Purpose::Corruption`]), so that each camera's image of each frame is the same
 //! whatever else is drawn.
 
 mod axes;
@@ -13,11 +13,11 @@ mod noise;
 mod observer;
 mod outline;
 mod timing;
-mod told;
+mod tracker_side;
 
 pub use axes::{AXES, CorruptionAxis};
 pub use observer::CorruptedObserver;
-pub use told::{told_rig, told_start};
+pub use tracker_side::{tracker_rig, tracker_start};
 
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -62,7 +62,7 @@ pub struct Corruption {
     /// Standard deviation of the error of the cameras' focal lengths, pixels. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub calibration_px: f64,
-    /// Share of the lens distortion that the tracker is not told. Default: 0.
+    /// Share of the lens distortion that the tracker is not given. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub lens_ignored: f64,
     /// Greatest error of lengths and girths of the tracker's body, besides its mismatch, %. Default: 0.
@@ -87,7 +87,7 @@ impl Corruption {
         *self == Self::default()
     }
 
-    /// Whether the cameras that a tracker is told differ from the true ones.
+    /// Whether the cameras that a tracker is given differ from the true ones.
     pub fn changes_cameras(&self) -> bool {
         [self.calibration_mm, self.calibration_deg, self.calibration_px, self.lens_ignored].iter().any(|s| *s != 0.0)
     }

@@ -60,7 +60,7 @@ impl<'a> SceneCamera<'a> {
     }
 
     /// As [`Self::new`], of camera `index` alone; it sees the same scene as all of them.
-    pub(super) fn of_one(
+    pub(super) fn from_one(
         truth: &'a GroundTruth,
         rig: &CameraRig,
         index: usize,

@@ -68,13 +68,13 @@ fn plant_on_paths(
     let raised_m = if depth > rule.enter_gap_m { depth } else { 0.0 };
     let old = raised(motion, raised_m);
     let frames = link_frames(body, &old)?;
-    let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, rule)?;
+    let contacts = GroundContacts::from_frames(body, body, &frames, motion.frames_per_second, rule)?;
     let clip = GroundTrackInput { surface: body, frames: &frames, frames_per_second: motion.frames_per_second, rule };
     let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
-    let mut settled = FeetOnPaths { body, old: &old, frames: &frames, feet: feet(body), paths }.settled();
-    let lifts = lift_whole_body(body, &mut settled);
-    let report = report(body, [&old, &settled], [&before, &contacts], raised_m, &lifts, rule)?;
-    Ok(PlantedMotion { motion: settled, report })
+    let mut planted_motion = FeetOnPaths { body, old: &old, frames: &frames, feet: feet(body), paths }.solve();
+    let lifts = lift_whole_body(body, &mut planted_motion);
+    let report = report(body, [&old, &planted_motion], [&before, &contacts], raised_m, &lifts, rule)?;
+    Ok(PlantedMotion { motion: planted_motion, report })
 }
 
 /// A motion whose feet follow planted paths.
@@ -94,7 +94,7 @@ struct PlantedFoot {
 
 impl FeetOnPaths<'_> {
     /// The motion with its feet on their paths and sinking parts lifted out of the ground as far as the joints allow.
-    fn settled(&self) -> Motion {
+    fn solve(&self) -> Motion {
         let mut lifts = LinkLifts::new(self.body, self.frames.len());
         let planted = self.motion(parallel::map(self.frames.len(), |frame| {
             self.recorded(frame).placed(self.held_feet(frame, &lifts), &self.old.poses[frame])

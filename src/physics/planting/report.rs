@@ -73,19 +73,19 @@ impl fmt::Display for PlantingReport {
 /// metres.
 pub(super) fn report(
     body: &Humanoid,
-    [old, settled]: [&Motion; 2],
+    [old, planted]: [&Motion; 2],
     [before, on_ground]: [&GroundContacts; 2],
     raised_m: f64,
     lifts: &[f64],
     rule: &ContactRule,
 ) -> Result<PlantingReport, ContactError> {
-    let mut after = GroundContacts::from_motion(body, settled, rule)?;
+    let mut after = GroundContacts::from_motion(body, planted, rule)?;
     let own = GroundQuality::from_contacts(&after);
     for (foot, as_was) in after.feet.iter_mut().zip(&on_ground.feet) {
         foot.frames.iter_mut().zip(&as_was.frames).for_each(|(frame, as_was)| frame.in_contact = as_was.in_contact);
     }
     let (mut sum, mut count, mut most) = (0.0, 0_usize, MostMoved::default());
-    let pairs = link_frames(body, old)?.into_iter().zip(link_frames(body, settled)?);
+    let pairs = link_frames(body, old)?.into_iter().zip(link_frames(body, planted)?);
     for (frame, (old, new)) in pairs.enumerate() {
         for (link, (a, b)) in old.0.iter().zip(&new.0).enumerate() {
             let mm = 1000.0 * (a.translation.vector - b.translation.vector).norm();
@@ -96,7 +96,7 @@ pub(super) fn report(
         }
     }
     let mut angle_changes = vec![0.0_f64; body.degrees_of_freedom.len()];
-    for (old, new) in old.poses.iter().zip(&settled.poses) {
+    for (old, new) in old.poses.iter().zip(&planted.poses) {
         for (change, (a, b)) in angle_changes.iter_mut().zip(old.joint_angles.iter().zip(&new.joint_angles)) {
             *change = change.max((a - b).abs());
         }

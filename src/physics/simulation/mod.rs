@@ -69,10 +69,10 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
     }
     check_props(body, &recorded[0], &settings.props)?;
     let rule = ContactRule { looks_ahead: false, ..ContactRule::default() };
-    let settled = plant_feet_in_recorded_stances(body, motion, &rule)?.motion;
-    let frames = link_frames(body, &settled)?;
-    let contacts = GroundContacts::of_frames(body, body, &frames, motion.frames_per_second, &rule)?;
-    let cleared = slowed(body, clearance::cleared(body, &settled, &frames, &contacts));
+    let planted = plant_feet_in_recorded_stances(body, motion, &rule)?.motion;
+    let frames = link_frames(body, &planted)?;
+    let contacts = GroundContacts::from_frames(body, body, &frames, motion.frames_per_second, &rule)?;
+    let cleared = slowed(body, clearance::cleared(body, &planted, &frames, &contacts));
     let reference = Reference::new(body, &cleared, &contacts, LEAST_RATE)
         .ok_or(ContactError::EmptyMotion { poses: motion.poses.len(), frames_per_second: motion.frames_per_second })?;
     let mut run = SimulationRun::new(body, &reference, settings, depth_at_start(&frames))?;

@@ -2,7 +2,8 @@
 //! with the poses of the first frames on the outlines that were observed.
 //!
 //! Nothing but what a tracker has is used: its body, the cameras, observations, and its own first answers. A gate
-//! decides whether the body that was found is kept ([`CalibrationVerdict`]), for it would spoil one that is right.
+//! decides whether the body that was found is kept ([`CalibrationVerdict`]): without that decision calibration would
+//! make a correct body worse.
 
 mod shape;
 mod solve;

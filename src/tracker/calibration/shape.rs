@@ -1,4 +1,4 @@
-//! The numbers of a body's shape that silhouettes can tell: lengths, girths, places of joints, and one inflation.
+//! The numbers of a body's shape that silhouettes determine: lengths, girths, places of joints, and one inflation.
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 

@@ -242,6 +242,8 @@ impl CalibrationProblem<'_> {
         }
         for (index, limits) in body.degrees_of_freedom.iter().enumerate() {
             let (angle, number) = (pose.joint_angles[index], ROOT_STEP + index);
+            // An angle at its limit that the step would push beyond leaves the equations: its row says that it stays,
+            // and the shape no longer depends on it. Clamping the solved step instead would leave the others wrong.
             let pushed_down = angle <= limits.lower && gradient[number] >= 0.0;
             let pushed_up = angle >= limits.upper && gradient[number] <= 0.0;
             if pushed_down || pushed_up {

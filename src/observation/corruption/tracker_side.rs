@@ -1,4 +1,4 @@
-//! What a tracker is told of cameras and start, in error.
+//! Errors in the cameras and the start pose that a tracker is given.
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
@@ -7,12 +7,12 @@ use crate::body::{Humanoid, Pose, rotation_from_vector};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::rng::normal;
 
-/// Least focal length that a tracker is told, as a share of the true one.
+/// Least focal length that a tracker is given, as a share of the true one.
 const LEAST_FOCAL: f64 = 0.1;
 
-/// The cameras that a tracker is told: the true ones in error by the axes `calibration_mm`, `calibration_deg`,
+/// The cameras that a tracker is given: the true ones with errors along the axes `calibration_mm`, `calibration_deg`,
 /// `calibration_px` and `lens_ignored`.
-pub fn told_rig(rig: &CameraRig, corruption: &Corruption, seed: u64) -> CameraRig {
+pub fn tracker_rig(rig: &CameraRig, corruption: &Corruption, seed: u64) -> CameraRig {
     if !corruption.changes_cameras() {
         return rig.clone();
     }
@@ -40,8 +40,8 @@ fn told_camera(camera: &Camera, corruption: &Corruption, seed: u64, index: usize
     told
 }
 
-/// The start pose that a tracker is told: the true one in error by the axes `start_mm` and `start_deg`.
-pub fn told_start(body: &Humanoid, start: &Pose, corruption: &Corruption, seed: u64) -> Pose {
+/// The start pose that a tracker is given: the true one with errors along the axes `start_mm` and `start_deg`.
+pub fn tracker_start(body: &Humanoid, start: &Pose, corruption: &Corruption, seed: u64) -> Pose {
     let mut told = start.clone();
     let mut random = draws(seed, 0, Draw::Start, 0);
     let mut vector = || Vector3::from_fn(|_, _| normal(&mut random));
@@ -70,7 +70,7 @@ mod tests {
             Corruption { calibration_mm: 20.0, calibration_deg: 0.5, calibration_px: 6.0, ..Corruption::default() };
         let (mut shift, mut turn, mut focal) = (0.0, 0.0, 0.0);
         for seed in 0..400 {
-            for (told, camera) in told_rig(&rig(), &corruption, seed).cameras.iter().zip(&rig().cameras) {
+            for (told, camera) in tracker_rig(&rig(), &corruption, seed).cameras.iter().zip(&rig().cameras) {
                 shift += (told.centre() - camera.centre()).norm_squared() / 3.0;
                 turn += told.camera_from_world.rotation.angle_to(&camera.camera_from_world.rotation).powi(2) / 3.0;
                 focal += (told.pinhole.focal[0] - camera.pinhole.focal[0]).powi(2);
@@ -86,10 +86,10 @@ mod tests {
 
     #[test]
     fn an_ignored_lens_is_told_as_an_ideal_one() {
-        let half = told_rig(&rig(), &Corruption { lens_ignored: 0.5, ..Corruption::default() }, 1);
+        let half = tracker_rig(&rig(), &Corruption { lens_ignored: 0.5, ..Corruption::default() }, 1);
         assert_eq!(half.cameras[1].distortion.k1, 0.5 * rig().cameras[1].distortion.k1);
         assert!(
-            told_rig(&rig(), &Corruption { lens_ignored: 1.0, ..Corruption::default() }, 1).cameras[1]
+            tracker_rig(&rig(), &Corruption { lens_ignored: 1.0, ..Corruption::default() }, 1).cameras[1]
                 .distortion
                 .is_none()
         );
@@ -100,10 +100,10 @@ mod tests {
     fn zero_strength_tells_the_truth_and_a_start_keeps_to_the_limits() {
         let body = shipped("tracker25").unwrap();
         let start = body.zero_pose();
-        assert_eq!(told_rig(&rig(), &Corruption::default(), 4), rig());
-        assert_eq!(told_start(&body, &start, &Corruption::default(), 4), start);
+        assert_eq!(tracker_rig(&rig(), &Corruption::default(), 4), rig());
+        assert_eq!(tracker_start(&body, &start, &Corruption::default(), 4), start);
         let off =
-            told_start(&body, &start, &Corruption { start_mm: 50.0, start_deg: 20.0, ..Corruption::default() }, 4);
+            tracker_start(&body, &start, &Corruption { start_mm: 50.0, start_deg: 20.0, ..Corruption::default() }, 4);
         let mut clamped = off.clone();
         body.clamp_to_limits(&mut clamped);
         assert_eq!(off, clamped);

@@ -1,4 +1,4 @@
-//! How many more seeds would settle an inconclusive gate.
+//! How many more seeds would decide an inconclusive gate.
 
 use serde::Serialize;
 
@@ -24,21 +24,21 @@ pub enum MoreSeeds {
 
 /// The least number of more seeds for which the 95 % interval of the difference would be shorter on its side than
 /// `distance`, the distance from difference to margin: of the run alone where that suffices, else of both.
-pub fn seeds_to_settle(clips: &[ClipValues], paired: bool, distance: f64) -> Option<MoreSeeds> {
+pub fn seeds_to_decide(clips: &[ClipValues], paired: bool, distance: f64) -> Option<MoreSeeds> {
     let sides: Vec<[ClipVariance; 2]> = clips
         .iter()
         .map(|clip| Some([ClipVariance::from_values(&clip.base)?, ClipVariance::from_values(&clip.other)?]))
         .collect::<Option<_>>()?;
-    let settled = |parts: &[ClipVariance]| half_width(parts, clips.len()).is_some_and(|half| half < distance);
+    let decided = |parts: &[ClipVariance]| half_width(parts, clips.len()).is_some_and(|half| half < distance);
     let more = |grown: &dyn Fn(&[ClipVariance; 2], usize) -> Vec<ClipVariance>| {
-        (1..=MOST).find(|more| settled(&sides.iter().flat_map(|side| grown(side, *more)).collect::<Vec<_>>()))
+        (1..=MOST).find(|more| decided(&sides.iter().flat_map(|side| grown(side, *more)).collect::<Vec<_>>()))
     };
     let of_run = more(&|[base, run], more| vec![*base, run.with(more)]);
     let of_both = match paired {
         false => more(&|[base, run], more| vec![base.with(more), run.with(more)]),
         true => {
             let pairs: Vec<ClipVariance> = clips.iter().map(ClipVariance::from_pairs).collect::<Option<_>>()?;
-            (1..=MOST).find(|more| settled(&pairs.iter().map(|part| part.with(*more)).collect::<Vec<_>>()))
+            (1..=MOST).find(|more| decided(&pairs.iter().map(|part| part.with(*more)).collect::<Vec<_>>()))
         }
     };
     Some(match (of_run, of_both) {
@@ -96,9 +96,9 @@ mod tests {
     /// The promise is kept: with so many more seeds of the same spread the interval is short enough, with one fewer
     /// not.
     #[test]
-    fn so_many_more_seeds_do_settle_it() {
+    fn so_many_more_seeds_do_decide_it() {
         let few = clip(5, 0.0, 100);
-        let Some(MoreSeeds::OfRun(more)) = seeds_to_settle(std::slice::from_ref(&few), false, 3.0) else {
+        let Some(MoreSeeds::OfRun(more)) = seeds_to_decide(std::slice::from_ref(&few), false, 3.0) else {
             panic!("the run alone suffices")
         };
         let [base, run] =
@@ -112,8 +112,8 @@ mod tests {
 
     #[test]
     fn where_the_baseline_is_too_short_both_need_more_and_at_the_margin_nothing_helps() {
-        assert!(matches!(seeds_to_settle(&[clip(5, 0.0, 100)], false, 1.0), Some(MoreSeeds::OfBoth(_))));
-        assert_eq!(seeds_to_settle(&[clip(5, 0.0, 100)], false, 0.01), Some(MoreSeeds::TooMany));
-        assert!(matches!(seeds_to_settle(&[clip(5, 0.0, 0)], true, 1.0), Some(MoreSeeds::OfBoth(_))));
+        assert!(matches!(seeds_to_decide(&[clip(5, 0.0, 100)], false, 1.0), Some(MoreSeeds::OfBoth(_))));
+        assert_eq!(seeds_to_decide(&[clip(5, 0.0, 100)], false, 0.01), Some(MoreSeeds::TooMany));
+        assert!(matches!(seeds_to_decide(&[clip(5, 0.0, 0)], true, 1.0), Some(MoreSeeds::OfBoth(_))));
     }
 }
