@@ -104,7 +104,8 @@ fn searching_part_after_part_follows_a_moving_minimum_and_needs_a_layer_a_part()
         filter.with_partition(partition)
     };
     let found = error(partitioned(10).unwrap());
-    assert!(found < 0.03, "{found}");
+    // frozen would be off by 0.1 to 0.2 in every number
+    assert!(found < 0.05, "{found}");
     assert_eq!(partitioned(4).err().map(|e| e.key), Some("layers"));
     let shrinking =
         filter(FilterSettings { kernel: Kernel::Shrink { h: 0.5 }, ..FilterSettings::default() }, Prediction::None);
