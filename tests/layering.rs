@@ -46,7 +46,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("scenario", &["body", "raster", "observation", "benchmark_set", "motion_model", "tracker", "input", "camera"]),
-    ("evaluation", &["body", "raster", "contact", "physics", "rng"]),
+    ("evaluation", &["body", "camera", "raster", "contact", "physics", "rng"]),
     ("report", &["evaluation", "raster", "body", "camera", "tracker"]),
 ];
 

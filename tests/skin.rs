@@ -1,5 +1,8 @@
 //! Skins: linear blending against NumPy, silhouettes and depths against rays, files of sets, and contact with the
-//! ground.
+//! ground; glTF files against the skins that they were made of.
+
+#[path = "support/glb.rs"]
+mod glb;
 
 use std::sync::Arc;
 
@@ -7,7 +10,7 @@ use nalgebra::{Isometry3, Point2, Point3, Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 use skiagraph::benchmark_set::{body_from_json, body_to_json};
 use skiagraph::body::{
-    Blending, Humanoid, LinkFrames, Pose, SilhouettePainter, Skin, SkinParts, shipped, shipped_skin,
+    Blending, Humanoid, LinkFrames, Pose, SilhouettePainter, Skin, SkinParts, read_skin, shipped, shipped_skin,
 };
 use skiagraph::camera::{Camera, Distortion, FieldOfView};
 use skiagraph::retarget::with_skin;
@@ -184,4 +187,46 @@ fn a_standing_body_touches_the_ground_with_its_skin_and_grows_with_its_shape() {
     let pose = Pose { world_from_root: Isometry3::translation(0.0, 0.0, -lowest), ..body.zero_pose() };
     let on_ground = Surface::lowest_point(&body, &body.link_frames(&pose), &links).unwrap();
     assert!(on_ground.point.z.abs() < 1e-12);
+}
+
+#[test]
+fn a_skin_that_went_through_a_glb_is_the_same_surface_and_bends_alike() {
+    let original = shipped_skin("person_coarse").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("figure.glb");
+    std::fs::write(&path, glb::bytes(&original)).unwrap();
+    let read = read_skin(&path).unwrap();
+    assert_eq!((read.name.as_str(), &read.triangles), ("figure", &original.triangles));
+    for (a, b) in read.vertices.iter().zip(&original.vertices) {
+        assert!((a - b).norm() < 1e-6, "{a} {b}");
+    }
+    for (name, place) in &read.landmarks {
+        // a file has no joint at the top of a head: there it is the highest vertex above the head's joint
+        let tolerance = if name == "head_top" { 0.15 } else { 1e-6 };
+        assert!((place - original.landmarks[name]).norm() < tolerance, "{name}: {place}");
+    }
+    assert_eq!(read.landmarks.len(), original.landmarks.len());
+    let posed = |mesh| {
+        let body = with_skin(&shipped("actor").unwrap(), mesh).unwrap();
+        let mut pose = body.zero_pose();
+        pose.joint_angles[body.find_degree_of_freedom("left_knee_flexion").unwrap()] = 1.0;
+        let mut vertices = Vec::new();
+        body.skin.as_ref().unwrap().deform_into(&body.link_frames(&pose), &mut vertices);
+        vertices
+    };
+    let mut same = original.clone();
+    same.landmarks = read.landmarks.clone();
+    for (a, b) in posed(&read).iter().zip(&posed(&same)) {
+        assert!((a - b).norm() < 1e-4, "{a} {b}");
+    }
+}
+
+#[test]
+fn a_cut_glb_is_refused_wherever_it_is_cut() {
+    let whole = glb::bytes(&shipped_skin("person_coarse").unwrap());
+    for share in [0.01, 0.1, 0.3, 0.5, 0.9, 0.999] {
+        let cut = &whole[..(share * whole.len() as f64) as usize];
+        let error = skiagraph::body::skin_from_gltf("cut.glb", cut).unwrap_err().to_string();
+        assert!(error.starts_with("cut.glb: expected glTF 2.0"), "{error}");
+    }
 }

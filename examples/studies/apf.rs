@@ -123,6 +123,7 @@ fn plot(results: &Results) -> BarPlot {
         value_label: "HumanEva error, mm (95 % interval over seeds)".to_owned(),
         legend: colours.iter().map(|(name, colour)| ((*name).to_owned(), *colour)).collect(),
         groups: results.iter().map(group).collect(),
+        finding: String::new(),
     }
 }
 

@@ -1,8 +1,9 @@
 //! How far the regression gate can be trusted: regenerates `results/gate.md` and `results/gate.json`.
 //!
 //! `cargo run --release --example studies -- gate`. The first part draws runs whose true difference is known
-//! (`simulated.rs`), the second gates real runs of the default tracker with known defects (`real.rs`);
-//! `SKIAGRAPH_GATE=simulated` leaves the second part as `results/gate.json` has it.
+//! (`simulated.rs`), the second gates real runs of the default tracker with known defects (`real.rs`).
+//! `SKIAGRAPH_GATE=simulated` or `=real` runs that part alone and leaves the other as `results/gate.json` has it;
+//! `=page` writes the page anew.
 
 mod page;
 mod real;
@@ -23,14 +24,15 @@ pub(crate) struct Study {
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let json = folder.join("gate.json");
-    let simulated = simulated::run();
-    let real = match std::env::var("SKIAGRAPH_GATE").as_deref() {
-        Ok("simulated") => std::fs::read(&json)
-            .ok()
-            .and_then(|bytes| serde_json::from_slice(&bytes).ok())
-            .and_then(|old: Study| old.real),
-        _ => Some(real::run()?),
+    let wanted = std::env::var("SKIAGRAPH_GATE").unwrap_or_default();
+    let is_left = |part: &str| !wanted.is_empty() && wanted != part;
+    let old: Option<Study> = match is_left("simulated") || is_left("real") {
+        true => Some(serde_json::from_slice(&std::fs::read(&json)?)?),
+        false => None,
     };
+    let (old_simulated, old_real) = old.map_or((None, None), |old| (Some(old.simulated), old.real));
+    let simulated = old_simulated.filter(|_| is_left("simulated")).unwrap_or_else(simulated::run);
+    let real = if is_left("real") { old_real } else { Some(real::run()?) };
     let study = Study { simulated, real };
     std::fs::write(&json, serde_json::to_string_pretty(&study)? + "\n")?;
     std::fs::write(folder.join("gate.md"), page::render(&study))?;

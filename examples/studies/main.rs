@@ -15,6 +15,7 @@ mod gate;
 mod intervals;
 mod monocular;
 mod plausibility;
+mod scoring;
 mod search;
 mod simulation;
 mod skin;
@@ -35,6 +36,7 @@ const STUDIES: [(&str, &str, Study); 12] = [
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),
     ("plausibility", "ground and self-penetration in the energy: results/plausibility.md", plausibility::study),
     ("monocular", "learned motion models with one camera: results/monocular.md", monocular::study),
+    ("scoring", "how long a million frames take to score; prints only", scoring::study),
     ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
     (

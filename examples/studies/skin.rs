@@ -8,8 +8,9 @@ use std::error::Error;
 use std::path::Path;
 
 use serde::Serialize;
-use skiagraph::evaluation::Interval;
-use skiagraph::experiment::{Destination, Unwatched, run};
+use skiagraph::body::SilhouettePainter;
+use skiagraph::evaluation::{Interval, intersection_over_union};
+use skiagraph::experiment::{Destination, Staged, Unwatched, run};
 use skiagraph::scenario::ScenarioFile;
 
 const SCENARIO: &str = "scenarios/skins/walk.toml";
@@ -33,6 +34,19 @@ const COLUMNS: [(&str, &str, usize); 4] = [
     ("body_orientation_deg", "body orientation, degrees", 1),
 ];
 
+/// Frames whose overlap is told one by one.
+const POSES: usize = 6;
+
+/// How well a tracker's body covers the actor when it has the pose that comes nearest to the truth: overlap, mean over
+/// the cameras.
+#[derive(Clone, Serialize)]
+struct Overlap {
+    mean: f64,
+    least: f64,
+    /// Frame and overlap of some poses, evenly over the motion.
+    poses: Vec<(usize, f64)>,
+}
+
 /// Of one metric.
 #[derive(Clone, Serialize)]
 struct Value {
@@ -45,6 +59,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let seeds: u32 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(5), |n| n.parse())?;
     let mut results: BTreeMap<String, BTreeMap<String, Value>> = BTreeMap::new();
+    let mut overlaps = BTreeMap::new();
     let mut frames = 0;
     for (title, robot, skin, mismatch) in BODIES {
         let mut overrides = vec![
@@ -56,6 +71,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
             overrides.push(format!("tracker_body.skin={skin}"));
         }
         let file = ScenarioFile::open(&root.join(SCENARIO), &overrides)?;
+        overlaps.insert(title.to_owned(), overlap(&file)?);
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let out = root.join("runs/skin").join(title.chars().map(plain).collect::<String>());
         let record = run(&file, None, Destination { path: &out, force: true }, &Unwatched)?.record;
@@ -70,9 +86,69 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         results.insert(title.to_owned(), values);
     }
     let folder = root.join("results");
-    std::fs::write(folder.join("skin.json"), serde_json::to_string_pretty(&results)? + "\n")?;
-    std::fs::write(folder.join("skin.md"), page(&results, seeds, frames))?;
+    let whole = serde_json::json!({ "tracked": results, "overlap_of_the_true_pose": overlaps });
+    std::fs::write(folder.join("skin.json"), serde_json::to_string_pretty(&whole)? + "\n")?;
+    let text = page(&results, seeds, frames) + &overlap_table(&overlaps) + &gains(&results);
+    std::fs::write(folder.join("skin.md"), text)?;
     Ok(())
+}
+
+/// The overlap of actor and tracker's body in the refitted true poses.
+fn overlap(file: &ScenarioFile) -> Result<Overlap, Box<dyn Error>> {
+    let staged = Staged::new(file, None)?;
+    let (actor, body, cameras) = (&staged.ground_truth.actor, &staged.start.body, &staged.rig.cameras);
+    let mut painters: Vec<SilhouettePainter> = cameras.iter().map(SilhouettePainter::new).collect();
+    let motion = staged.ground_truth.motion();
+    let mut of_frame = |frame: usize| {
+        let (own, believed) = (&motion.poses[frame], &staged.refitted.poses[frame]);
+        let (own, believed) = (actor.link_frames(own), body.link_frames(believed));
+        let each = painters.iter_mut().filter_map(|painter| {
+            intersection_over_union(&painter.silhouette(actor, &own), &painter.silhouette(body, &believed))
+        });
+        each.sum::<f64>() / cameras.len() as f64
+    };
+    let all: Vec<f64> = (0..motion.poses.len()).map(&mut of_frame).collect();
+    let shown = (0..POSES).map(|i| i * (all.len() - 1) / (POSES - 1)).map(|frame| (frame, all[frame]));
+    Ok(Overlap {
+        mean: all.iter().sum::<f64>() / all.len() as f64,
+        least: all.iter().copied().fold(1.0, f64::min),
+        poses: shown.collect(),
+    })
+}
+
+fn overlap_table(overlaps: &BTreeMap<String, Overlap>) -> String {
+    let Some(any) = overlaps.values().next() else { return String::new() };
+    let heads: Vec<String> = any.poses.iter().map(|(frame, _)| format!("frame {frame}")).collect();
+    let mut text = format!(
+        "\nHow well each body can match (figure 4 of [Skinned APF]): intersection over union of the actor's silhouettes and \
+         the body's in the pose of the body whose markers come nearest to the true ones, mean over the four cameras.\n\n\
+         | tracker's body | mean | least | {} |\n|---|---|---|{}\n",
+        heads.join(" | "),
+        "---|".repeat(heads.len())
+    );
+    for (title, ..) in BODIES {
+        if let Some(found) = overlaps.get(title) {
+            let poses: Vec<String> = found.poses.iter().map(|(_, overlap)| format!("{overlap:.3}")).collect();
+            text += &format!("| {title} | {:.3} | {:.3} | {} |\n", found.mean, found.least, poses.join(" | "));
+        }
+    }
+    text
+}
+
+/// What skins gain over capsules, seed by seed.
+fn gains(results: &BTreeMap<String, BTreeMap<String, Value>>) -> String {
+    let errors =
+        |title: &str| results.get(title).and_then(|values| values.get("humaneva_mm")).map(|v| v.per_seed.clone());
+    let mut text = "\nWhat a skin gains in error over capsules with the same lengths, seed by seed:\n\n".to_owned();
+    for (skin, capsules) in [(2, 1), (3, 1), (5, 4), (6, 4)] {
+        let (Some(with), Some(without)) = (errors(BODIES[skin].0), errors(BODIES[capsules].0)) else { continue };
+        let each = without.iter().zip(&with).filter_map(|(a, b)| Some(((*a)? - (*b)?).to_owned()));
+        let each: Vec<f64> = each.collect();
+        let mean = each.iter().sum::<f64>() / each.len().max(1) as f64;
+        let shown: Vec<String> = each.iter().map(|gain| format!("{gain:+.1}")).collect();
+        text += &format!("* {}: {mean:+.1} mm on average ({})\n", BODIES[skin].0, shown.join(", "));
+    }
+    text
 }
 
 fn row(values: &BTreeMap<String, Value>) -> String {

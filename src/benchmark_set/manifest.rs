@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 use super::files::SetFiles;
-use super::{ContactFacts, SetError};
+use super::{ContactFacts, RetargetFacts, SetError};
 use crate::input::{self, excerpt, foreign, limits};
 use crate::observation::ObservationFacts;
 
@@ -89,6 +89,9 @@ pub struct TruthFacts {
     /// Seed of the observations; absent where they are exact, and in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation_seed: Option<u32>,
+    /// How the recording fits the actor; absent in sets of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retargeting: Option<RetargetFacts>,
 }
 
 #[derive(Serialize)]

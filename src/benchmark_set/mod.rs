@@ -43,6 +43,7 @@ mod leaks;
 mod manifest;
 mod props_file;
 mod recording_file;
+mod retarget_facts;
 mod rigid;
 mod set;
 mod silhouette_png;
@@ -66,6 +67,7 @@ pub use manifest::TruthFacts;
 pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };
+pub use retarget_facts::RetargetFacts;
 pub use set::{BenchmarkSet, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes};
 pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;

@@ -29,6 +29,7 @@ mod marker_positions;
 mod mass;
 mod mismatch;
 mod motion;
+mod population;
 mod pose;
 mod prop;
 mod ray;
@@ -48,13 +49,17 @@ pub(crate) use kinematics::{rotation_about, rotation_from_vector};
 pub use landmark::{LANDMARKS, Landmark, LinkPoint, MarkerCovariances, Markers};
 pub use limits::LimitViolation;
 pub(crate) use mismatch::without_side;
+pub(crate) use population::girth_segment;
+pub use population::{GIRTH_SPREAD, LENGTH_SPREAD, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 pub use pose::{Motion, Pose};
 pub use prop::Prop;
 pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
 pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use silhouette::{DepthImage, SilhouettePainter, SurfacePixel, capsules_in_camera, draw_silhouette};
-pub use skin::{Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin};
+pub use skin::{
+    Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin, skin_from_gltf,
+};
 pub use solid::Solid;
 pub use tangent::ROOT_STEP;
 pub(crate) use tangent::rotation_vector;

@@ -8,21 +8,22 @@ use clap::Args;
 use super::inspect_words::in_words;
 use super::volume::Volume;
 use super::{CommandError, inspect_contacts, inspect_scenario, output};
-use crate::experiment::{Destination, ExperimentError, Inspected, inspect};
+use crate::experiment::{Destination, ExperimentError, Inspected, inspect, is_skin_file};
 
-/// Describe a model, a recording, a robot or a benchmark set
+/// Describe a model, a recording, a robot, a skin or a benchmark set
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph inspect walk.model --out walk.html\n  \
                         skiagraph inspect graph.model --against single.model --out graph.html\n  \
-                        skiagraph inspect 01_01.bvh\n  skiagraph inspect tracker25 --json\n  \
+                        skiagraph inspect 01_01.bvh --out clip.png\n  skiagraph inspect tracker25 --out robot.html\n  \
+                        skiagraph inspect figure.glb --out skin.png\n  \
                         skiagraph inspect sets/walk\n  \
                         skiagraph inspect embedded:walk --contacts --out walk.svg\n  \
                         skiagraph inspect scenarios/long_walk.toml --out strip.png")]
 pub(super) struct Arguments {
-    /// A model of skiagraph train; a recording (.bvh, .amc, DeepMimic .txt or .json, embedded:NAME); a robot (.urdf, or
-    /// a built-in one); a scenario (.toml), for the motion that it makes of its recordings; the directory of a
-    /// benchmark set
-    #[arg(value_name = "MODEL|CLIP|ROBOT|SCENARIO|SET")]
+    /// A model of skiagraph train; a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, embedded:NAME); a
+    /// robot (.urdf, or a built-in one); a skin (.glb, .gltf, .toml, or a built-in one); a scenario (.toml), for the
+    /// motion that it makes of its recordings; the directory of a benchmark set
+    #[arg(value_name = "MODEL|CLIP|ROBOT|SKIN|SCENARIO|SET")]
     pub(super) what: PathBuf,
 
     /// Overrides of the scenario's keys
@@ -42,8 +43,9 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "against")]
     contacts: bool,
 
-    /// Write an HTML page about the model: latent spaces, errors over frames, distances between frames; with --contacts
-    /// a chart, .svg or .html; of a scenario a strip of its motion with stances and seams, .png
+    /// Write pictures. Of a model an HTML page: latent spaces, errors over frames, distances between frames; of a
+    /// robot, recording or skin a picture, .png, or a page, .html: turned about, in some poses, limits of its joints;
+    /// with --contacts a chart, .svg or .html; of a scenario a strip of its motion with stances and seams, .png
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -61,7 +63,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let to = arguments.out.as_deref().map(|path| Destination { path, force: arguments.force });
-    let is_scenario = arguments.what.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    let is_toml = arguments.what.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    let is_scenario = is_toml && !is_skin_file(&arguments.what);
     if is_scenario && !arguments.contacts {
         let of_others =
             [("--against", arguments.against.is_some()), ("--metres-per-unit", arguments.metres_per_unit.is_some())];
@@ -69,7 +72,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             let detail = format!("is not for scenarios, and {} is one", arguments.what.display());
             return Err(ExperimentError::Argument { argument, detail }.into());
         }
-        let scenario = inspect_scenario::ScenarioArguments {
+        let scenario = inspect_scenario::InspectedScenario {
             file: &arguments.what,
             overrides: &arguments.overrides,
             mocap_dir: arguments.mocap_dir.clone(),

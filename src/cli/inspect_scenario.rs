@@ -10,7 +10,7 @@ use crate::experiment::{Destination, EditedSummary, ExperimentError, inspect_sce
 use crate::scenario::ScenarioFile;
 
 /// A scenario to look at.
-pub(super) struct ScenarioArguments<'a> {
+pub(super) struct InspectedScenario<'a> {
     pub(super) file: &'a Path,
     pub(super) overrides: &'a [String],
     pub(super) mocap_dir: Option<PathBuf>,
@@ -19,7 +19,7 @@ pub(super) struct ScenarioArguments<'a> {
 
 /// Prints what a scenario makes of its recordings.
 pub(super) fn run(
-    arguments: &ScenarioArguments<'_>,
+    arguments: &InspectedScenario<'_>,
     picture: Option<Destination<'_>>,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {

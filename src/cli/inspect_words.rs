@@ -1,13 +1,14 @@
 //! Text output of `skiagraph inspect`.
 
 use super::output::counted;
-use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary};
+use crate::experiment::{ClipSummary, DegreeSummary, Inspected, ModelSummary, RobotSummary, SetSummary, SkinSummary};
 
 pub(super) fn in_words(name: &str, found: &Inspected) -> String {
     match found {
         Inspected::Model(model) => of_model(name, model),
         Inspected::Clip(clip) => of_clip(name, clip),
         Inspected::Robot(robot) => of_robot(name, robot),
+        Inspected::Skin(skin) => of_skin(name, skin),
         Inspected::Set(set) => of_set(name, set),
     }
 }
@@ -50,10 +51,12 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
 }
 
 fn of_clip(name: &str, s: &ClipSummary) -> String {
+    let worst = s.fit.worst.as_ref().map_or(String::new(), |(name, mm)| format!(", at worst {name} {mm:.1} mm"));
     let root = s.joints.first().map_or("", |(joint, _)| joint.as_str());
     let mut text = format!(
         "{name}: recording of {} frames at {} Hz, {:.2} s{}\n  skeleton {} joints, root {root}\n  height   {:.2} m\n  \
-         path     {:.2} m along the ground",
+         path     {:.2} m along the ground\n  fit      {:.1} mm from the recorded landmarks on average, on `actor`{worst}\n  \
+         limits   {}",
         s.frames,
         s.frames_per_second,
         s.duration_s,
@@ -61,7 +64,43 @@ fn of_clip(name: &str, s: &ClipSummary) -> String {
         s.joints.len(),
         s.height_m,
         s.path_m,
+        s.fit.mean_mm,
+        s.fit.limits_in_words(),
     );
+    push_notes(&mut text, &s.notes);
+    text
+}
+
+fn of_skin(name: &str, s: &SkinSummary) -> String {
+    let mut text = format!(
+        "{name}: skin {}\n  mesh     {} vertices, {} triangles, {}\n  height   {:.3} m as modelled\n  weights  {}\n  \
+         soles    {:.1} mm below those of the solids of `{}`, standing",
+        s.name,
+        s.vertices,
+        s.triangles,
+        match s.open_edges {
+            0 => "closed".to_owned(),
+            open => format!("{open} edges that are not of two triangles"),
+        },
+        s.height_m,
+        s.weights,
+        s.soles_below_solids_mm,
+        s.body,
+    );
+    if let (Some(litres), Some([x, y, z])) = (s.litres, s.centre_from_links_mm) {
+        text.push_str(&format!(
+            "\n  volume   {litres:.1} litres; its centre lies ({x:.1}, {y:.1}, {z:.1}) mm from the centre of mass of the links \
+             (ahead, left, up)"
+        ));
+    }
+    if !s.segments.is_empty() {
+        text.push_str(&format!("\n  segments {}", s.segments.join(", ")));
+    }
+    let landmarks = match s.landmarks.as_slice() {
+        [] => "none: modelled on the robot at its zero pose".to_owned(),
+        named => named.join(", "),
+    };
+    text.push_str(&format!("\n  places   {landmarks}"));
     push_notes(&mut text, &s.notes);
     text
 }
@@ -115,6 +154,9 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
         s.set_hash,
     );
+    if let Some(fit) = &s.retargeting {
+        text.push_str(&format!("  fit      {}\n", fit.in_words()));
+    }
     for (name, value) in s.contact.iter().flat_map(|contact| contact.in_words()) {
         text.push_str(&format!("  contact  {name}: {value}\n"));
     }

@@ -35,6 +35,15 @@ impl Progress {
     }
 }
 
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_=./:,+@%~".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
 fn name(stage: Stage) -> &'static str {
     match stage {
         Stage::Render => "rendering",
@@ -81,6 +90,11 @@ impl Watch for Progress {
 
     fn note(&self, note: &str) {
         self.state().bar.suspend(|| self.volume.notes(&[note.to_owned()]));
+    }
+
+    fn command(&self) -> Option<String> {
+        let words = std::env::args().skip(1).map(|word| quoted(&word));
+        Some(std::iter::once("skiagraph".to_owned()).chain(words).collect::<Vec<_>>().join(" "))
     }
 
     fn interrupted(&self) -> bool {

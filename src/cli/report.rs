@@ -9,23 +9,31 @@ use clap::Args;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::sweep::{PlannedSweep, ask, page_input};
-use crate::experiment::{Destination, ExperimentError, put_file};
+use crate::experiment::{Destination, ExperimentError, put_file, run_picture};
 use crate::report::{sweep_markdown, sweep_page};
 
-/// Report on a sweep: error against cost, what to choose, what matters, failures
+/// Report on a sweep: error against cost, what to choose, what matters, failures; or a picture of a run
 ///
 /// Writes one HTML page that needs no network: settings by error and by cost with their Pareto front, the cheapest that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
 /// interactions, failures, and every cell with a link to its report where it has one. With a name that ends in .md the
 /// same is written as Markdown. Works while the sweep still runs.
+///
+/// Runs have their report.html from the start; --png makes one picture of a run: verdict, main figures, error over
+/// time, chosen frames.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
-                        skiagraph report sweeps/mine --ask")]
+                        skiagraph report sweeps/mine --ask\n  \
+                        skiagraph report runs/walk --png walk.png")]
 pub(super) struct Arguments {
-    /// Directory of the sweep
-    #[arg(value_name = "SWEEP")]
+    /// Directory of the sweep; with --png of a run
+    #[arg(value_name = "SWEEP|RUN")]
     sweep: PathBuf,
+
+    /// Make a picture of a run instead, 1200 pixels wide
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "within", "ask"])]
+    png: Option<PathBuf>,
 
     /// File of the page, .html or .md [default: SWEEP/report.html, whose links lead to the reports of cells]
     #[arg(long, value_name = "FILE")]
@@ -46,6 +54,12 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    if let Some(path) = &arguments.png {
+        put_file(Destination { path, force: arguments.force }, &run_picture(&arguments.sweep)?)?;
+        volume.written(path);
+        output::print(&path.display().to_string())?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let sweep = PlannedSweep::open(&arguments.sweep)?;
     if arguments.ask {
         output::print_json(&ask(&sweep)?)?;

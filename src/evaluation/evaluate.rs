@@ -6,9 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::LANDMARKS;
 
-use super::coverage;
+use super::breakdown::{self, BreakdownGroup};
 use super::pck::{self, CurvePoint};
-use super::{EvaluationError, FrameSpread, METRICS, Measurement, Metric, Sequence, Unit, protocol};
+use super::reprojection::{self, PerCameraError};
+use super::{EvaluationError, FrameSpread, METRICS, Measurement, Metric, Sequence, Unit};
+use super::{coverage, protocol};
 
 /// Everything measured on one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,6 +30,12 @@ pub struct Evaluation {
     pub absent: BTreeMap<String, String>,
     /// Error of every marker that was compared, in the order of [`LANDMARKS`].
     pub per_joint: Vec<JointError>,
+    /// Errors by groups of markers: phase of gait, speed, cameras that see them.
+    #[serde(default)]
+    pub breakdown: Vec<BreakdownGroup>,
+    /// Errors by camera; empty where the cameras are not known.
+    #[serde(default)]
+    pub per_camera: Vec<PerCameraError>,
     /// Share of markers within 0, 5, ... 150 mm.
     pub pck_curve: Vec<CurvePoint>,
 }
@@ -88,6 +96,8 @@ pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> 
         metrics,
         absent,
         per_joint: per_joint(sequence),
+        breakdown: breakdown::breakdown(sequence),
+        per_camera: reprojection::per_camera(sequence),
         pck_curve: pck::curve(sequence),
     })
 }

@@ -78,6 +78,9 @@ pub enum Unit {
     /// Millimetres.
     #[serde(rename = "mm")]
     Millimetre,
+    /// Pixels.
+    #[serde(rename = "px")]
+    Pixel,
     /// Degrees.
     #[serde(rename = "deg")]
     Degree,
@@ -112,6 +115,7 @@ impl Unit {
     pub fn symbol(self) -> &'static str {
         match self {
             Self::Millimetre => "mm",
+            Self::Pixel => "px",
             Self::Degree => "°",
             Self::Fraction | Self::Energy => "",
             Self::MillimetrePerSecond => "mm/s",

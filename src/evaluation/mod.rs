@@ -17,6 +17,8 @@
 
 mod balance;
 mod bootstrap;
+mod boundary;
+mod breakdown;
 mod comparison;
 #[cfg(test)]
 mod conformance;
@@ -24,6 +26,7 @@ mod contact_f1;
 #[cfg(test)]
 mod contact_fixture;
 mod coverage;
+mod crps;
 mod derivatives;
 mod ellipsoids;
 mod energy_gap;
@@ -35,11 +38,13 @@ mod gate;
 mod global_mpjpe;
 mod ground_gap;
 mod humaneva;
+mod humaneva_official;
 mod interval;
 mod interval_words;
 mod lag;
 mod limb_swaps;
 mod metric;
+mod mpjae;
 mod mpjpe;
 mod orientation;
 mod pck;
@@ -49,6 +54,7 @@ mod procrustes;
 mod prop_penetration;
 mod protocol;
 mod registry;
+mod reprojection;
 mod scaled_mpjpe;
 mod segmentation;
 mod self_penetration;
@@ -59,6 +65,7 @@ mod student;
 mod summary;
 mod track_loss;
 
+pub use breakdown::{BreakdownGroup, BreakdownSummary};
 pub use comparison::{
     AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, JointDifference, LostTracks,
     MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference, RunComparison,
@@ -76,8 +83,11 @@ pub use per_frame::write_per_frame;
 pub use procrustes::Similarity;
 pub(crate) use registry::MAIN_METRICS;
 pub use registry::{METRICS, find_metric};
-pub use segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality};
-pub use sequence::{ContactMeasures, ContactPair, Energies, EvaluationError, RootRotations, Sequence};
+pub use reprojection::{PerCameraError, PerCameraSummary};
+pub use segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality, SilhouetteOutline};
+pub use sequence::{
+    ContactMeasures, ContactPair, Energies, EvaluationError, PARTS, PartRotations, RootRotations, Sequence, Views,
+};
 pub use silhouette::intersection_over_union;
 pub use statistics::{FrameSpread, mean, quantile};
 pub use summary::{JointSummary, MetricSummary, RunKey, SeedRun, Summary, summarise};

@@ -51,7 +51,7 @@ fn angles(sequence: &Sequence<'_>, radians: Angle) -> Option<Measurement> {
 }
 
 /// Angle of the rotation between two, radians in `0 ..= pi`; by atan2, exact near zero where an arc cosine is not.
-fn geodesic_angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
+pub(super) fn geodesic_angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
     let between = a.inverse() * b;
     2.0 * libm::atan2(between.imag().norm(), libm::fabs(between.w))
 }

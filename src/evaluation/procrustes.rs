@@ -1,6 +1,6 @@
 //! MPJPE after the best similarity transform of every frame.
 
-use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::{Sequence, mpjpe};
@@ -64,6 +64,12 @@ impl Similarity {
     pub fn apply(&self, point: &Point3<f64>) -> Point3<f64> {
         Point3::from(self.scale * (self.rotation * point.coords) + self.translation)
     }
+}
+
+/// The rotation of a frame's alignment; `None` where there is none.
+pub(super) fn aligning_rotation(sequence: &Sequence<'_>, frame: usize) -> Option<UnitQuaternion<f64>> {
+    let pairs: Vec<_> = sequence.pairs(frame).map(|(_, truth, estimate)| (estimate, truth)).collect();
+    Some(UnitQuaternion::from_rotation_matrix(&Similarity::fit(&pairs)?.rotation))
 }
 
 fn aligned(sequence: &Sequence<'_>) -> Option<Measurement> {

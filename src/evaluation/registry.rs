@@ -2,9 +2,9 @@
 
 use super::metric::Metric;
 use super::{
-    balance, contact_f1, coverage, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe, ground_gap, humaneva,
-    lag, limb_swaps, mpjpe, orientation, pck, pck_3dpw, procrustes, prop_penetration, scaled_mpjpe, self_penetration,
-    silhouette, track_loss,
+    balance, boundary, contact_f1, coverage, crps, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe,
+    ground_gap, humaneva, humaneva_official, lag, limb_swaps, mpjae, mpjpe, orientation, pck, pck_3dpw, procrustes,
+    prop_penetration, reprojection, scaled_mpjpe, self_penetration, silhouette, track_loss,
 };
 
 /// Metrics that short tables show.
@@ -27,6 +27,8 @@ pub(crate) const MAIN_METRICS: [&str; 12] = [
 pub const METRICS: &[Metric] = &[
     humaneva::ABSOLUTE,
     humaneva::RELATIVE,
+    humaneva_official::ABSOLUTE,
+    humaneva_official::RELATIVE,
     mpjpe::ABSOLUTE,
     mpjpe::ROOT_RELATIVE,
     scaled_mpjpe::NORMALISED,
@@ -35,8 +37,12 @@ pub const METRICS: &[Metric] = &[
     global_mpjpe::WHOLE,
     orientation::BODY,
     orientation::HEADING,
+    mpjae::ABSOLUTE,
+    mpjae::ALIGNED,
+    reprojection::ERROR,
     silhouette::ALL_VIEWS,
     silhouette::WORST_VIEW,
+    boundary::F,
     pck::PCK,
     pck::AUC,
     pck_3dpw::PCK,
@@ -49,6 +55,7 @@ pub const METRICS: &[Metric] = &[
     energy_gap::GAP,
     ellipsoids::HALF,
     ellipsoids::NINE_TENTHS,
+    crps::CRPS,
     derivatives::VELOCITY,
     derivatives::ACCELERATION,
     derivatives::JITTER,
@@ -121,6 +128,7 @@ mod tests {
         for metric in METRICS {
             let suffix = match metric.unit {
                 Unit::Millimetre => "_mm",
+                Unit::Pixel => "_px",
                 Unit::Degree => "_deg",
                 Unit::MillimetrePerSecond => "_mm_per_s",
                 Unit::MetrePerSecondSquared => "_m_per_s2",

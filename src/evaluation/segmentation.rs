@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::statistics::mean_of;
-use crate::raster::{DistanceMap, Mask, contour, overlap};
+use crate::raster::{Mask, contour, grown_by_disc, overlap};
 
 /// How far an observed outline may be from the exact one to count as found, pixels.
 pub const BOUNDARY_TOLERANCE_PX: f64 = 2.0;
@@ -56,19 +56,36 @@ impl MaskQuality {
 }
 
 fn boundary_f(observed: &Mask, exact: &Mask) -> Option<f64> {
-    let (observed, exact) = (contour(observed), contour(exact));
-    match (observed.is_empty(), exact.is_empty()) {
-        (true, true) => return None,
-        (true, false) | (false, true) => return Some(0.0),
-        (false, false) => {}
+    SilhouetteOutline::new(exact).agreement(&SilhouetteOutline::new(observed))
+}
+
+/// A silhouette's outline, and everything near it.
+#[derive(Clone, Debug)]
+pub struct SilhouetteOutline {
+    line: Mask,
+    near: Mask,
+    pixels: u64,
+}
+
+impl SilhouetteOutline {
+    /// Of a silhouette.
+    pub fn new(silhouette: &Mask) -> Self {
+        let line = contour(silhouette);
+        Self { near: grown_by_disc(&line, BOUNDARY_TOLERANCE_PX as u32), pixels: line.count(), line }
     }
-    let near = |outline: &Mask, other: &Mask| {
-        let distances = DistanceMap::new(other);
-        let found = outline.pixels().filter(|(x, y)| distances.distance(*x, *y) <= BOUNDARY_TOLERANCE_PX).count();
-        found as f64 / outline.count() as f64
-    };
-    let (precision, recall) = (near(&observed, &exact), near(&exact, &observed));
-    Some(if precision + recall > 0.0 { 2.0 * precision * recall / (precision + recall) } else { 0.0 })
+
+    /// Harmonic mean of the shares of either outline within [`BOUNDARY_TOLERANCE_PX`] of the other; 0 where one is
+    /// empty, `None` where both are.
+    pub fn agreement(&self, other: &Self) -> Option<f64> {
+        match (self.pixels, other.pixels) {
+            (0, 0) => return None,
+            (0, _) | (_, 0) => return Some(0.0),
+            _ => {}
+        }
+        let share = |one: &Self, other: &Self| one.line.count_common(&other.near) as f64 / one.pixels as f64;
+        let (precision, recall) = (share(other, self), share(self, other));
+        Some(if precision + recall > 0.0 { 2.0 * precision * recall / (precision + recall) } else { 0.0 })
+    }
 }
 
 impl SegmentationQuality {

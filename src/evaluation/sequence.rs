@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{Point3, UnitQuaternion};
 
-use crate::body::{MarkerCovariances, Markers};
+use crate::body::{LANDMARKS, MarkerCovariances, Markers};
+use crate::camera::Camera;
 use crate::contact::GroundContacts;
 use crate::physics::Dynamics;
 
@@ -25,12 +26,44 @@ pub struct Sequence<'a> {
     /// `[frame][view]`: overlap of the estimate's silhouette with the observed one
     /// ([`super::intersection_over_union`]), where known.
     pub view_overlaps: Option<&'a [Vec<Option<f64>>]>,
+    /// `[frame][view]`: agreement of the outlines of those silhouettes ([`super::SilhouetteOutline::agreement`]), where
+    /// known.
+    pub view_boundaries: Option<&'a [Vec<Option<f64>>]>,
+    /// The cameras and what they see of the markers, where known.
+    pub views: Option<Views<'a>>,
+    /// Rotations of the parts of the body, where known.
+    pub parts: Option<PartRotations<'a>>,
     /// Energies under the tracker's own likelihood, where it has one.
     pub energies: Option<Energies<'a>>,
     /// Contact in truth and estimate, if known.
     pub contacts: Option<ContactPair<'a>>,
     /// How uncertain the estimate says that its markers are, where it does.
     pub covariances: Option<&'a [MarkerCovariances]>,
+}
+
+/// Cameras and the actor's markers in their images.
+#[derive(Clone, Copy, Debug)]
+pub struct Views<'a> {
+    /// The true cameras.
+    pub cameras: &'a [Camera],
+    /// `[frame][camera][marker]`: inside the image.
+    pub in_view: &'a [&'a [[bool; LANDMARKS.len()]]],
+    /// `[frame][camera][marker]`: inside the image and not hidden.
+    pub visible: &'a [&'a [[bool; LANDMARKS.len()]]],
+}
+
+/// How many parts of the body have a rotation of their own: the root, both thighs, shanks, upper arms and forearms.
+pub const PARTS: usize = 9;
+
+/// Rotations of parts in the world from their rotation at the zero pose, one list a frame, in the order root, left and
+/// right thigh, left and right shank, left and right upper arm, left and right forearm; `None` for parts that a body
+/// lacks and frames without a pose.
+#[derive(Clone, Copy, Debug)]
+pub struct PartRotations<'a> {
+    /// Of the actor.
+    pub truth: &'a [[Option<UnitQuaternion<f64>>; PARTS]],
+    /// Of the estimate.
+    pub estimate: &'a [[Option<UnitQuaternion<f64>>; PARTS]],
 }
 
 /// Contact of actor and estimate.
@@ -151,6 +184,9 @@ impl<'a> Sequence<'a> {
             estimate_markers: estimate,
             roots: None,
             view_overlaps: None,
+            view_boundaries: None,
+            views: None,
+            parts: None,
             energies: None,
             contacts: None,
             covariances: None,
@@ -215,6 +251,11 @@ impl<'a> Sequence<'a> {
             ("true root rotations", self.roots.map(|r| r.truth.len())),
             ("estimated root rotations", self.roots.map(|r| r.estimate.len())),
             ("silhouette overlaps", self.view_overlaps.map(<[_]>::len)),
+            ("agreement of outlines", self.view_boundaries.map(<[_]>::len)),
+            ("markers in the images", self.views.map(|v| v.in_view.len())),
+            ("visible markers", self.views.map(|v| v.visible.len())),
+            ("true rotations of parts", self.parts.map(|p| p.truth.len())),
+            ("estimated rotations of parts", self.parts.map(|p| p.estimate.len())),
             ("energies at the truth", self.energies.map(|e| e.truth.len())),
             ("covariances", self.covariances.map(<[_]>::len)),
             ("energies at the estimate", self.energies.map(|e| e.estimate.len())),

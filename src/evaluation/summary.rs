@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+use super::breakdown::{BreakdownSummary, summarise_groups};
+use super::reprojection::{PerCameraSummary, summarise_cameras};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
@@ -46,6 +48,12 @@ pub struct Summary {
     pub absent: BTreeMap<String, String>,
     /// Mean error of every marker, in the order of [`crate::body::LANDMARKS`], millimetres.
     pub per_joint: Vec<JointSummary>,
+    /// Mean error by groups of markers: phase of gait, speed, cameras that see them.
+    #[serde(default)]
+    pub breakdown: Vec<BreakdownSummary>,
+    /// Errors by camera.
+    #[serde(default)]
+    pub per_camera: Vec<PerCameraSummary>,
 }
 
 /// One metric over all runs.
@@ -107,6 +115,8 @@ pub fn summarise(runs: &[SeedRun<'_>]) -> Result<Summary, EvaluationError> {
         metrics,
         absent,
         per_joint: LANDMARKS.iter().filter_map(|landmark| joint_summary(runs, landmark.name())).collect(),
+        breakdown: summarise_groups(runs),
+        per_camera: summarise_cameras(runs),
     })
 }
 
@@ -165,8 +175,13 @@ fn lost_in_words(runs: &[SeedRun<'_>]) -> String {
     if lost == 0 { String::new() } else { format!("; {lost} of {all} frames of all runs have no estimate") }
 }
 
+/// Mean over clips of each clip's mean over the runs that have a value.
+pub(super) fn mean_over_clips(runs: &[SeedRun<'_>], value: impl Fn(&SeedRun<'_>) -> Option<f64>) -> Option<f64> {
+    mean_of_means(&by_clip(runs, &runs.iter().map(value).collect::<Vec<_>>()))
+}
+
 /// The values of the runs that have one, clip by clip.
-fn by_clip(runs: &[SeedRun<'_>], per_run: &[Option<f64>]) -> Vec<Vec<f64>> {
+pub(super) fn by_clip(runs: &[SeedRun<'_>], per_run: &[Option<f64>]) -> Vec<Vec<f64>> {
     let mut clips: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for (run, value) in runs.iter().zip(per_run) {
         clips.entry(run.clip).or_default().extend(value);

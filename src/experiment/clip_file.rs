@@ -101,6 +101,7 @@ pub(super) fn read_part(
         skeleton: None,
         // Frame numbers are those of the file: a rest pose is left out when the part that is used has been cut.
         keep_rest_pose: true,
+        markers: settings.marker_map.clone(),
     };
     let places = ClipFolders { folder, mocap_directory };
     let (clip, sha256) = if let Some(name) = built_in(recording) {

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::benchmark_set::SetError;
-use crate::body::UrdfError;
+use crate::body::{SkinError, UrdfError};
 use crate::contact::ContactError;
 use crate::evaluation::{EvaluationError, GateRefusal, NotComparable};
 use crate::input::{self, plain};
@@ -31,6 +31,9 @@ pub enum ExperimentError {
     /// A robot cannot be used.
     #[error(transparent)]
     Robot(#[from] UrdfError),
+    /// A skin cannot be used.
+    #[error(transparent)]
+    Skin(#[from] SkinError),
     /// A recording cannot be retargeted to a robot.
     #[error(transparent)]
     Retarget(#[from] RetargetError),
@@ -293,6 +296,7 @@ impl ExperimentError {
         match self {
             Self::Mocap(error) => !matches!(error, MocapError::Setting { .. } | MocapError::NotCyclic { .. }),
             Self::Robot(error) => !matches!(error, UrdfError::NotShipped { .. }),
+            Self::Skin(error) => matches!(error, SkinError::Unreadable { .. } | SkinError::Malformed { .. }),
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
             Self::Contact(_) | Self::Physics(_) => false,
             Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::MotionModel(_) => false,

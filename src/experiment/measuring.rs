@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::body_contacts::BodyContacts;
+use super::part_rotations::ComparableParts;
 use super::performed::refit;
 use super::tracking::Tracked;
 use super::watch::{Stage, Watch};
@@ -11,8 +12,8 @@ use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, MaskQuality, RootRotations, SeedRun, SegmentationQuality, Sequence, Summary,
-    evaluate, intersection_over_union, summarise,
+    ContactPair, Energies, Evaluation, MaskQuality, PartRotations, RootRotations, SeedRun, SegmentationQuality,
+    Sequence, SilhouetteOutline, Summary, Views, evaluate, intersection_over_union, summarise,
 };
 use crate::observation::{Observation, Observer};
 use crate::raster::Mask;
@@ -68,7 +69,7 @@ impl Measures {
             .collect();
         let as_given = truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?;
         let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, set.true_rig()));
-        let per_frame: Vec<(FrameOverlaps, Vec<MaskQuality>)> = (0..blind.frame_count)
+        let per_frame: Vec<(FrameAgreements, Vec<MaskQuality>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
                 || Painters::new(blind),
@@ -78,16 +79,19 @@ impl Measures {
                     }
                     let observed = blind.observation(frame)?;
                     let poses = bodies.iter().copied().zip(answers.iter().map(|answer| answer.pose(frame)));
-                    let overlaps = painters.overlaps(&observed, poses);
+                    let agreements = painters.agreements(&observed, poses);
                     let quality = exact.as_ref().map(|exact| qualities(&observed, &exact.observe(frame)));
                     watch.advance();
-                    Ok((overlaps, quality.unwrap_or_default()))
+                    Ok((agreements, quality.unwrap_or_default()))
                 },
             )
             .collect::<Result<_, _>>()?;
         let truth = &set.truth.ground_truth;
         let touching = BodyContacts::from_motion(&truth.actor, &truth.motion(), &truth.props);
-        let overlaps = |answer: usize| per_frame.iter().map(|(f, _)| f[answer].clone()).collect::<Vec<_>>();
+        let agreements = |answer: usize| Agreements {
+            overlaps: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.overlap).collect()).collect(),
+            boundaries: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.boundary_f).collect()).collect(),
+        };
         let segmentation = exact.is_some().then(|| {
             let all: Vec<MaskQuality> = per_frame.iter().flat_map(|(_, quality)| quality.iter().copied()).collect();
             SegmentationQuality::mean(&all)
@@ -102,14 +106,14 @@ impl Measures {
                 None => as_given.clone(),
                 Some(body) => truth_energy(tracked, blind, body, Some(&refitted(body, set)))?,
             };
-            let (body, sequence, overlaps) = (bodies[index], answers[index], overlaps(index));
-            let answer = SeedEstimate { body, sequence, overlaps: &overlaps, energy: &energy };
+            let (body, sequence, agreements) = (bodies[index], answers[index], agreements(index));
+            let answer = SeedEstimate { body, sequence, agreements: &agreements, energy: &energy };
             let (evaluation, stances) = answer.evaluate(set, &truth_energy, touching.as_ref())?;
             let markers = answers[index].markers.clone();
             seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, truth_energy, stances });
         }
-        let (body, overlaps) = (&blind.start.body, overlaps(seeds.len()));
-        let floor = SeedEstimate { body, sequence: &frozen, overlaps: &overlaps, energy: &[] };
+        let (body, agreements) = (&blind.start.body, agreements(seeds.len()));
+        let floor = SeedEstimate { body, sequence: &frozen, agreements: &agreements, energy: &[] };
         let (frozen, _) = floor.evaluate(set, &as_given, touching.as_ref())?;
         let clip = blind.name.clone();
         let runs: Vec<SeedRun<'_>> =
@@ -124,8 +128,21 @@ impl Measures {
     }
 }
 
-/// `[estimate][camera]`: overlap of an estimate's silhouette with the observed one.
-type FrameOverlaps = Vec<Vec<Option<f64>>>;
+/// `[estimate][camera]`: how an estimate's silhouette agrees with the observed one.
+type FrameAgreements = Vec<Vec<ViewAgreement>>;
+
+/// Agreement of two silhouettes; `None` where both are empty or there is no pose.
+#[derive(Clone, Copy, Debug, Default)]
+struct ViewAgreement {
+    overlap: Option<f64>,
+    boundary_f: Option<f64>,
+}
+
+/// `[frame][camera]` of one estimate.
+struct Agreements {
+    overlaps: Vec<Vec<Option<f64>>>,
+    boundaries: Vec<Vec<Option<f64>>>,
+}
 
 /// Of every camera.
 fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
@@ -137,7 +154,7 @@ struct SeedEstimate<'a> {
     /// The body that the poses are of.
     body: &'a Humanoid,
     sequence: &'a EstimatedSequence,
-    overlaps: &'a [Vec<Option<f64>>],
+    agreements: &'a Agreements,
     energy: &'a [Option<f64>],
 }
 
@@ -162,13 +179,25 @@ impl SeedEstimate<'_> {
             truth: truth.touching(),
             estimate: touching.as_ref().map(BodyContacts::touching),
         });
+        let comparable = ComparableParts::new(&truth.actor, self.body);
+        let poses = self.sequence.poses().filter(|_| !comparable.is_root_alone());
+        let parts = poses.map(|_| {
+            let estimate = (0..truth.frames.len()).map(|frame| self.sequence.pose(frame));
+            let actor = truth.frames.iter().map(|frame| Some(&frame.pose));
+            [comparable.rotations(&truth.actor, actor), comparable.rotations(self.body, estimate)]
+        });
+        let in_view: Vec<_> = truth.frames.iter().map(|frame| frame.in_view.as_slice()).collect();
+        let visible: Vec<_> = truth.frames.iter().map(|frame| frame.visible.as_slice()).collect();
         let evaluation = evaluate(&Sequence {
             frames_per_second: rate,
             first_scored: 1,
             truth_markers: &truth_markers,
             estimate_markers: &self.sequence.markers,
             roots: roots.as_ref().map(|estimate| RootRotations { truth: &truth_roots, estimate }),
-            view_overlaps: self.sequence.poses().map(|_| self.overlaps),
+            view_overlaps: self.sequence.poses().map(|_| self.agreements.overlaps.as_slice()),
+            view_boundaries: self.sequence.poses().map(|_| self.agreements.boundaries.as_slice()),
+            views: Some(Views { cameras: &set.true_rig().cameras, in_view: &in_view, visible: &visible }),
+            parts: parts.as_ref().map(|[truth, estimate]| PartRotations { truth, estimate }),
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
             contacts,
             covariances: Some(self.sequence.covariances.as_slice()).filter(|covariances| !covariances.is_empty()),
@@ -252,19 +281,24 @@ impl Painters {
         seen.iter_mut().map(|painter| painter.depth_of_props(props).mask()).collect()
     }
 
-    /// `[answer][camera]`: intersection over union of each pose's silhouettes with those observed; `None` without a
-    /// pose.
-    fn overlaps<'p>(
+    /// `[answer][camera]`: agreement of each pose's silhouettes with those observed.
+    fn agreements<'p>(
         &mut self,
         observed: &Observation,
         poses: impl Iterator<Item = (&'p Humanoid, Option<&'p Pose>)>,
-    ) -> Vec<Vec<Option<f64>>> {
-        let overlap = |(body, pose): (&Humanoid, Option<&Pose>)| {
-            let Some(pose) = pose else { return vec![None; self.cameras.len()] };
+    ) -> FrameAgreements {
+        let outlines: Vec<SilhouetteOutline> = observed.silhouettes.iter().map(SilhouetteOutline::new).collect();
+        let agreement = |(body, pose): (&Humanoid, Option<&Pose>)| {
+            let Some(pose) = pose else { return vec![ViewAgreement::default(); self.cameras.len()] };
             let drawn = self.silhouettes(body, pose);
-            drawn.iter().zip(&observed.silhouettes).map(|(a, b)| intersection_over_union(a, b)).collect()
+            let views = drawn.iter().zip(&observed.silhouettes).zip(&outlines);
+            let of_view = |((drawn, observed), outline): ((&Mask, &Mask), &SilhouetteOutline)| ViewAgreement {
+                overlap: intersection_over_union(drawn, observed),
+                boundary_f: outline.agreement(&SilhouetteOutline::new(drawn)),
+            };
+            views.map(of_view).collect()
         };
-        poses.map(overlap).collect()
+        poses.map(agreement).collect()
     }
 }
 

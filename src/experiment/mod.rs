@@ -36,17 +36,21 @@ mod observing;
 mod oracle;
 mod ours;
 mod ownership;
+mod part_rotations;
 mod partial_directory;
 mod partial_file;
+mod people;
 mod per_frame;
 mod performance;
 mod performed;
 mod pictures;
 mod place;
 mod placement;
+mod playback;
 mod poses_file;
 mod results;
 mod run;
+mod run_picture;
 mod run_place;
 mod run_reading;
 mod scene_check;
@@ -77,8 +81,8 @@ pub use external::{
 pub use gating::{GATE_FILE, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
-    GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary, StanceSummary,
-    WorstContact, inspect, inspect_contacts, inspect_scenario,
+    FitSummary, GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
+    SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
 };
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
@@ -93,6 +97,7 @@ pub use run::{
     Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
     track_set_calibrating, track_set_with_program,
 };
+pub use run_picture::run_picture;
 pub use run_place::RunPlace;
 pub use run_reading::{ComparedSide, compare_sides, read_runs};
 pub use scene_check::{ActorPath, CameraView};

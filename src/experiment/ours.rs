@@ -51,6 +51,7 @@ pub(crate) fn is_file_of_ours(path: &Path) -> bool {
                 || text.starts_with("<!-- skiagraph ")
         }
         [b'.', b'\\', b'"', ..] => text.starts_with(MANUAL_MARK),
+        _ if head.starts_with(b"\x89PNG") => text.contains("Software\0skiagraph "),
         _ => false,
     };
     marked || (head.starts_with(b"PK") && is_model(path))

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::clip_file;
 use super::error::scenario_error;
+use super::people::given_to_person;
 use super::performed::retargeted;
 use super::placement::place;
 use super::{ExperimentError, clip_file::UsedRecording};
@@ -73,6 +74,9 @@ impl<'a> Recordings<'a> {
             let key = format!("{table}.clip");
             let mut own =
                 retargeted(file, (&key, &settings.clip), robot, &recording.clip, &settings.joint_map, template)?;
+            if first.is_none() {
+                given_to_person(file, template, &mut own)?;
+            }
             let body = first.as_ref().map_or(&own.humanoid, |first| &first.humanoid);
             let motion = match &first {
                 None => std::mem::replace(&mut own.motion, Motion { frames_per_second: 1.0, poses: Vec::new() }),

@@ -4,11 +4,13 @@ use serde::Serialize;
 
 use super::external::ExternalRecord;
 use super::measuring::{Measures, Painters};
+use super::playback::playback;
 use super::track_timing::TrackTiming;
 use super::tracking::{POSES_FILE, Tracked};
 use super::{ExperimentError, NamedFiles, per_frame, to_json};
 use crate::benchmark_set::{BenchmarkSet, ContactFacts};
 use crate::evaluation::{SegmentationQuality, Summary};
+use crate::input::hex_sha256;
 use crate::observation::ObservationFacts;
 use crate::report::{
     FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render,
@@ -103,9 +105,26 @@ impl RunResults {
     /// # Errors
     /// [`ExperimentError`] if an observation cannot be read again or the report cannot be drawn.
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Result<Self, ExperimentError> {
-        let facts = facts(set, tracked, measures.segmentation.as_ref());
+        Self::of_command(set, tracked, measures, None)
+    }
+
+    /// As [`Self::new`], asked for by a command, which the report tells.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_command(
+        set: &BenchmarkSet,
+        tracked: &Tracked,
+        measures: &Measures,
+        command: Option<String>,
+    ) -> Result<Self, ExperimentError> {
+        let (body, truth) = (&set.blind.start.body, &set.truth.ground_truth);
+        let poses = tracked.estimates.to_bytes(POSES_FILE, body, Some(truth))?;
+        let facts = facts(set, tracked, measures.segmentation.as_ref(), &poses);
         let runs = report_runs(tracked, measures);
         let sheet = sheet(set, tracked, measures)?;
+        let playback = playback(set, tracked, measures)?;
+        let this_run = this_run(tracked, command);
         let tracker = tracker_in_words(tracked);
         let input = ReportInput {
             title: &set.blind.name,
@@ -116,13 +135,15 @@ impl RunResults {
             summary: &measures.summary,
             frozen: Some(&measures.frozen),
             sheet: sheet.as_ref(),
+            playback: playback.as_ref(),
+            this_run: &this_run,
         };
         let record = record(set, tracked, measures, &facts, verdict(&input));
         let picture = sheet.as_ref().map(contact_sheet).transpose()?.map(|png| (CONTACT_SHEET_FILE, png));
         let mut files: NamedFiles = picture.into_iter().collect();
         files.extend([
             (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
-            (POSES_FILE, tracked.estimates.to_bytes(POSES_FILE, &set.blind.start.body, Some(&set.truth.ground_truth))?),
+            (POSES_FILE, poses),
             (REPORT_FILE, render(&input)?.into_bytes()),
             (RUN_FILE, to_json(&record)?),
         ]);
@@ -141,6 +162,8 @@ pub(super) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measu
         summary: &measures.summary,
         frozen: Some(&measures.frozen),
         sheet: None,
+        playback: None,
+        this_run: &[],
     })
 }
 
@@ -242,7 +265,12 @@ pub(super) fn tracker_in_words(tracked: &Tracked) -> String {
     }
 }
 
-fn facts(set: &BenchmarkSet, tracked: &Tracked, segmentation: Option<&SegmentationQuality>) -> Vec<FactGroup> {
+fn facts(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    segmentation: Option<&SegmentationQuality>,
+    poses: &[u8],
+) -> Vec<FactGroup> {
     let group = |title: &str, facts: Vec<(&str, String)>| FactGroup {
         title: title.to_owned(),
         facts: facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
@@ -277,7 +305,9 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked, segmentation: Option<&Segmentati
     if let Some(record) = &tracked.record {
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
         let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());
-        let settings = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value))).collect();
+        let all = table.into_iter().flatten().map(|(key, value)| (key.clone(), plain(value)));
+        let changed = ("changed from the defaults".to_owned(), changed_settings(&record.tracker));
+        let settings = std::iter::once(changed).chain(all).collect();
         groups.push(FactGroup { title: format!("Tracker: {}", record.tracker.name()), facts: settings });
     }
     for (report, seed) in tracked.record.iter().flat_map(|record| &record.calibration).zip(&tracked.estimates.seeds) {
@@ -296,10 +326,50 @@ fn facts(set: &BenchmarkSet, tracked: &Tracked, segmentation: Option<&Segmentati
             ("seeds", seeds.join(", ")),
             ("learned from", learned_from_in_words(tracked)),
             ("set", blind.set_hash.clone()),
+            ("poses.npz, SHA-256", hex_sha256(poses)),
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ],
     ));
     groups
+}
+
+/// What differs from run to run: the command and how long tracking took.
+fn this_run(tracked: &Tracked, command: Option<String>) -> Vec<(String, String)> {
+    let of_program = tracked.program.as_ref().map(|program| program.timing);
+    let timing = tracked.record.as_ref().map(|record| record.timing).or(of_program);
+    let took = timing.map(|timing| {
+        let TrackTiming { seconds, frames_per_second, threads, .. } = timing;
+        format!("{seconds:.1} s, {frames_per_second:.1} frames a second of all seeds together, {threads} threads")
+    });
+    let named = |name: &str, value: Option<String>| value.map(|value| (name.to_owned(), value));
+    [named("command", command), named("tracking took", took)].into_iter().flatten().collect()
+}
+
+/// The tracker's settings that are not its defaults, with those.
+fn changed_settings(settings: &TrackerSettings) -> String {
+    let table = |settings: &TrackerSettings| {
+        let tree = serde_json::to_value(settings).unwrap_or_default();
+        tree.as_object().and_then(|tracker| tracker.values().next()).cloned().unwrap_or_default()
+    };
+    let Ok(defaults) = TrackerSettings::named(settings.name()) else { return String::new() };
+    let (mut changed, tables) = (Vec::new(), [table(&defaults), table(settings)]);
+    collect_changes("", &tables[0], &tables[1], &mut changed);
+    if changed.is_empty() { "none: all defaults".to_owned() } else { changed.join(", ") }
+}
+
+fn collect_changes(prefix: &str, default: &serde_json::Value, value: &serde_json::Value, changed: &mut Vec<String>) {
+    let empty = serde_json::Map::new();
+    if default == value {
+        return;
+    }
+    let (Some(table), defaults) = (value.as_object(), default.as_object().unwrap_or(&empty)) else {
+        changed.push(format!("{prefix} = {} (default {})", plain(value), plain(default)));
+        return;
+    };
+    for (key, value) in table {
+        let key_path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        collect_changes(&key_path, defaults.get(key).unwrap_or(&serde_json::Value::Null), value, changed);
+    }
 }
 
 fn learned_from_in_words(tracked: &Tracked) -> String {

@@ -406,7 +406,7 @@ impl MethodRun<'_> {
         let folder = self.directory.folder().join(self.folder);
         let tracked = Tracked::read(&folder, &self.set.blind.start.body)?;
         let measures = Measures::new(self.set, &tracked, watch)?;
-        let results = RunResults::new(self.set, &tracked, &measures)?;
+        let results = RunResults::of_command(self.set, &tracked, &measures, watch.command())?;
         self.write(&vec![(SCENARIO_FILE, scenario_text(self.scenario)?.into_bytes())])?;
         self.write(&results.files)?;
         if !self.folder.is_empty() {
@@ -429,7 +429,7 @@ impl MethodRun<'_> {
 
 pub(super) fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<RunResults, ExperimentError> {
     let measures = Measures::new(set, tracked, watch)?;
-    RunResults::new(set, tracked, &measures)
+    RunResults::of_command(set, tracked, &measures, watch.command())
 }
 
 /// The scenario with its overrides, to be run again.

@@ -5,11 +5,12 @@ use std::path::Path;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::error::scenario_error;
+use super::people::{another_adult, of_its_mass};
 use super::performance::{Performance, Recordings};
 use super::performed::{plant_feet_if_asked, refit};
 use super::skins::dressed;
 use super::{ExperimentError, training};
-use crate::benchmark_set::{ContactFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
+use crate::benchmark_set::{ContactFacts, RetargetFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{Camera, CameraFileFormat, CameraRig, DEFAULT_NEAR, RingParameters, read_cameras};
 use crate::contact::check_feet;
@@ -82,7 +83,7 @@ impl Staged {
         let Performance { retargeted: mut performed, seams } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         let contact = apply_contact(file, &mut performed)?;
-        let body = tracker_body(file, &tracker_template, &performed, same_robot);
+        let body = tracker_body(file, &tracker_template, &performed, same_robot)?;
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
@@ -139,14 +140,15 @@ impl Staged {
             seams,
             training_sources,
             refitted,
-            report: performed.report,
             facts: TruthFacts {
                 motion: motion_in_words(file),
                 matched,
                 mismatch: if matched { String::new() } else { mismatch_in_words(file) },
                 contact,
                 observation_seed: (!scenario_observation.is_exact()).then_some(scenario_observation.seed),
+                retargeting: Some(RetargetFacts::new(&performed.report)),
             },
+            report: performed.report,
             notes,
             ground_truth,
         })
@@ -229,11 +231,26 @@ fn lens_without_effect(corruption: &Corruption, rig: &CameraRig) -> Option<Strin
 }
 
 /// The tracker's body: scaled to the subject that the actor was scaled to, then made wrong.
-fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Retargeted, same_robot: bool) -> Humanoid {
+fn tracker_body(
+    file: &ScenarioFile,
+    template: &Humanoid,
+    actor: &Retargeted,
+    same_robot: bool,
+) -> Result<Humanoid, ExperimentError> {
     let settings = &file.scenario.tracker_body;
+    let unmet = |detail: String| scenario_error(file, "tracker_body.mismatch", detail);
     let body = match same_robot {
+        _ if settings.mismatch == Mismatch::Population => {
+            another_adult(file, template, &actor.humanoid).map_err(unmet)?
+        }
         true => template.reshaped(&actor.shape),
-        false => template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid))),
+        false => {
+            let body = template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid)));
+            match file.scenario.actor.shape {
+                Some(_) => of_its_mass(&body, &actor.humanoid).map_err(unmet)?,
+                None => body,
+            }
+        }
     };
     let body = match settings.mismatch.percents() {
         None => body,
@@ -243,10 +260,10 @@ fn tracker_body(file: &ScenarioFile, template: &Humanoid, actor: &Retargeted, sa
         }
     };
     let observation = &file.scenario.observation;
-    match observation.corruption.wrong_body_percent / 100.0 {
+    Ok(match observation.corruption.wrong_body_percent / 100.0 {
         0.0 => body,
         share => body.reshaped(&BodyShape::random_mismatch(&body, u64::from(observation.seed), share, share)),
-    }
+    })
 }
 
 pub(super) fn robot(file: &ScenarioFile, key: &str, name: &str) -> Result<Humanoid, ExperimentError> {
@@ -452,12 +469,14 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
         let seed = scenario.tracker_body.seed;
         format!("{name}lengths within {length} %, girths within {girth} %, seed {seed}")
     });
+    let another = (scenario.tracker_body.mismatch == Mismatch::Population)
+        .then(|| format!("another adult of the same stature, seed {}", scenario.tracker_body.seed));
     let named = |skin: &Option<String>| skin.as_ref().map_or("solids".to_owned(), |skin| format!("skin `{skin}`"));
     let (own, believed) = (&scenario.actor.skin, &scenario.tracker_body.skin);
     let skins = (own != believed).then(|| format!("{} against {}", named(own), named(believed)));
     let wrong = scenario.observation.corruption.wrong_body_percent;
     let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
-    robots.into_iter().chain(skins).chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
+    robots.into_iter().chain(skins).chain(another).chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]

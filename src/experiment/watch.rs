@@ -37,6 +37,11 @@ pub trait Watch: Sync {
     /// Something that a user should know now.
     fn note(&self, _note: &str) {}
 
+    /// The command that asked for the work, as reports tell it; `None` where there is none.
+    fn command(&self) -> Option<String> {
+        None
+    }
+
     /// Whether the work should stop.
     fn interrupted(&self) -> bool;
 }

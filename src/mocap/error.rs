@@ -17,7 +17,7 @@ pub enum MocapError {
     },
     /// No reader for this extension.
     #[error(
-        "{}: expected a recording ending in .bvh, .amc (with its .asf), or DeepMimic's .txt or .json",
+        "{}: expected a recording ending in .bvh, .amc (with its .asf), .c3d, .trc, or DeepMimic's .txt or .json",
         plain(path.display())
     )]
     UnknownFormat {
@@ -61,6 +61,14 @@ pub enum MocapError {
         expected: String,
         /// The actual content.
         found: String,
+    },
+    /// A file of points that cannot be read, or whose points are no body.
+    #[error("{}: {}", plain(file), plain(detail))]
+    Points {
+        /// The file.
+        file: String,
+        /// What was expected and found.
+        detail: String,
     },
     /// Nothing moves in fewer than two frames.
     #[error("{}: expected at least 2 frames, found {frames}", plain(file))]

@@ -1,4 +1,4 @@
-//! Readers of recordings: BVH, ASF/AMC and DeepMimic become one [`Clip`].
+//! Readers of recordings: BVH, ASF/AMC, DeepMimic, and markers of C3D and TRC become one [`Clip`].
 //!
 //! Whatever the file's axes and units, a `Clip` is in metres, Z up, right-handed, rotations as unit quaternions whose
 //! sign does not jump from frame to frame. [`Clip::notes`] lists what a reader had to guess or repair.
@@ -22,6 +22,7 @@ mod error;
 mod looping;
 mod mirror;
 mod options;
+mod points;
 mod read;
 mod recording;
 mod rest_pose;
@@ -36,4 +37,6 @@ pub use clip::{Clip, Skeleton, SkeletonJoint};
 pub use deepmimic::parse_deepmimic;
 pub use error::MocapError;
 pub use options::{ReadOptions, UpAxis};
+pub use points::parse_markers;
+pub(crate) use points::{MOST_POINTS, PointFile, parse_trc};
 pub use read::read;

@@ -1,5 +1,6 @@
 //! What the user says of a file that the file leaves open, or gets wrong.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::MocapError;
@@ -30,6 +31,9 @@ pub struct ReadOptions {
     pub skeleton: Option<PathBuf>,
     /// Keep a rest pose that was put before the motion ([`super::Clip::has_inserted_rest_pose`]).
     pub keep_rest_pose: bool,
+    /// Markers and landmarks of a C3D or TRC file to its labels, `A+B` for the middle of two; beside those that are
+    /// known by their names.
+    pub markers: BTreeMap<String, String>,
 }
 
 impl ReadOptions {

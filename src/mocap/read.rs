@@ -3,11 +3,11 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+use super::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_markers};
 use crate::input::{self, limits};
 
-/// Reads a recording by its extension: `.bvh`, `.amc` with its `.asf`, DeepMimic's `.txt` or `.json` (upper or lower
-/// case).
+/// Reads a recording by its extension: `.bvh`, `.amc` with its `.asf`, markers in `.c3d` or `.trc`, DeepMimic's `.txt`
+/// or `.json` (upper or lower case).
 ///
 /// An inserted rest pose is left out unless [`ReadOptions::keep_rest_pose`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
@@ -22,6 +22,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
             let skeleton = parse_asf(&text(&skeleton_path, limits::SKELETON)?, &skeleton_path.display().to_string())?;
             parse_amc(&text(path, limits::RECORDING)?, &file, &skeleton, options)
         }
+        "c3d" | "trc" => parse_markers(&bytes(path, limits::RECORDING)?, &file, options),
         "txt" | "json" => parse_deepmimic(&text(path, limits::RECORDING)?, &file, options),
         _ => Err(MocapError::UnknownFormat { path: path.to_owned() }),
     }?;
@@ -32,10 +33,13 @@ fn extension(path: &Path) -> String {
     path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase()
 }
 
+fn bytes(path: &Path, limit: u64) -> Result<Vec<u8>, MocapError> {
+    input::read(path, limit).map_err(|source| MocapError::Unreadable { path: path.to_owned(), source })
+}
+
 /// The file as text; bytes that are not UTF-8 (joint names in old code pages) become U+FFFD.
 fn text(path: &Path, limit: u64) -> Result<String, MocapError> {
-    let bytes = input::read(path, limit).map_err(|source| MocapError::Unreadable { path: path.to_owned(), source })?;
-    Ok(match String::from_utf8(bytes) {
+    Ok(match String::from_utf8(bytes(path, limit)?) {
         Ok(text) => text,
         Err(error) => String::from_utf8_lossy(error.as_bytes()).into_owned(),
     })

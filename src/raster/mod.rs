@@ -49,7 +49,7 @@ pub use contour::contour;
 pub use distance::DistanceMap;
 pub use mask::Mask;
 pub use mesh_silhouette::{MeshScratch, MeshTopology};
-pub use morphology::{closed, opened};
+pub use morphology::{closed, grown_by_disc, opened};
 pub use overlap::{Overlap, overlap};
 pub use polygon::paint_polygon;
 pub use signed_distance::{DistanceSample, SignedDistance};

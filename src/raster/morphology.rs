@@ -1,4 +1,4 @@
-//! Opening and closing of masks with squares, word by word.
+//! Opening and closing of masks with squares, growing by discs, word by word.
 
 use super::Mask;
 
@@ -11,6 +11,40 @@ pub fn opened(mask: &Mask, radius: u32) -> Mask {
 /// `mask` with the gaps filled that a square of `2 radius + 1` pixels does not fit into: dilated, then eroded.
 pub fn closed(mask: &Mask, radius: u32) -> Mask {
     eroded(&dilated(mask, radius), radius)
+}
+
+/// Every pixel whose centre is at most `radius` from that of a set one.
+pub fn grown_by_disc(mask: &Mask, radius: u32) -> Mask {
+    let (width, height) = (mask.width(), mask.height());
+    let inside = match width % 64 {
+        0 => u64::MAX,
+        bits => (1 << bits) - 1,
+    };
+    let mut grown = Mask::new(width, height);
+    let mut spread = Vec::new();
+    for away in 0..=radius {
+        let reach = f64::from(radius * radius - away * away).sqrt() as u32;
+        for y in (0..height).filter(|y| mask.row(*y).iter().any(|word| *word != 0)) {
+            spread.clear();
+            spread.extend_from_slice(mask.row(y));
+            (0..reach).for_each(|_| spread_by_one(&mut spread));
+            for target in [y.checked_sub(away), Some(y + away).filter(|y| *y < height)].into_iter().flatten() {
+                grown.row_mut(target).iter_mut().zip(&spread).for_each(|(word, more)| *word |= more);
+            }
+        }
+    }
+    (0..height).for_each(|y| grown.row_mut(y).last_mut().into_iter().for_each(|word| *word &= inside));
+    grown
+}
+
+/// Every bit also to its left and right.
+fn spread_by_one(row: &mut [u64]) {
+    let mut before = 0;
+    for index in 0..row.len() {
+        let (word, after) = (row[index], row.get(index + 1).map_or(0, |next| next << 63));
+        row[index] = word | word << 1 | before | word >> 1 | after;
+        before = word >> 63;
+    }
 }
 
 fn dilated(mask: &Mask, radius: u32) -> Mask {
@@ -83,6 +117,19 @@ mod tests {
             let opened = opened(&mask, 2);
             prop_assert_eq!(opened.count_common(&mask), opened.count(), "opening adds nothing");
             prop_assert_eq!(closed(&mask, 2).count_common(&mask), mask.count(), "closing takes nothing");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_disc_reaches_what_is_within_its_radius(
+            width in 1_u32..140, height in 1_u32..12, radius in 0_u32..5, seed in prop::collection::vec((0_u32..140, 0_u32..12), 1..6)
+        ) {
+            let mut mask = Mask::new(width, height);
+            seed.iter().for_each(|(x, y)| mask.set(x % width, y % height, true));
+            let near = |x: u32, y: u32| mask.pixels().any(|(i, j)| i.abs_diff(x).pow(2) + j.abs_diff(y).pow(2) <= radius * radius);
+            let expected = Mask::from_fn(width, height, near);
+            prop_assert!(grown_by_disc(&mask, radius) == expected);
         }
     }
 }

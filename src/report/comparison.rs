@@ -8,7 +8,7 @@ use super::ReportError;
 use super::html::render_page;
 use super::page::{between, number, symbol};
 use super::plots::{Colour, Line, LinePlot, Size, Stroke, Svg};
-use crate::evaluation::{METRICS, Metric, Summary, quantile};
+use crate::evaluation::{ClipValues, METRICS, Metric, Summary, difference, quantile};
 
 const TEMPLATE: &str = include_str!("comparison.html");
 /// Metrics of the table.
@@ -55,8 +55,11 @@ struct ComparisonPage<'a> {
     matched: bool,
     interval: &'a str,
     columns: Vec<String>,
+    verdict: String,
     rows: Vec<MethodRow<'a>>,
+    /// For broad pages and for phones.
     plot: String,
+    narrow: String,
 }
 
 #[derive(Serialize)]
@@ -64,6 +67,15 @@ struct MethodRow<'a> {
     name: &'a str,
     tracker: &'a str,
     cells: Vec<String>,
+    band: Option<Band>,
+}
+
+/// A method's error with its interval as a bar, in per cent of the greatest.
+#[derive(Serialize)]
+struct Band {
+    error: f64,
+    low: f64,
+    width: f64,
 }
 
 fn shown() -> impl Iterator<Item = &'static Metric> {
@@ -82,7 +94,7 @@ impl<'a> MethodRow<'a> {
                 },
             )
         };
-        Self { name: &method.name, tracker: &method.tracker, cells: shown().map(cell).collect() }
+        Self { name: &method.name, tracker: &method.tracker, cells: shown().map(cell).collect(), band: None }
     }
 }
 
@@ -91,8 +103,12 @@ impl<'a> MethodRow<'a> {
 /// # Errors
 /// [`ReportError`] without a method, or where the plot cannot be drawn.
 pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportError> {
-    let first = input.methods.first().ok_or(ReportError::NoRun)?;
-    let Svg(plot) = error_plot(input.methods).svg(Size { width: 1160, height: 420 })?;
+    let mut methods: Vec<&ComparedMethod> = input.methods.iter().collect();
+    methods.sort_by(|a, b| error_of(a).total_cmp(&error_of(b)));
+    let first = methods.first().ok_or(ReportError::NoRun)?;
+    let plot = error_plot(input.methods);
+    let (Svg(broad), Svg(narrow)) =
+        (plot.svg(Size { width: 1160, height: 420 })?, plot.svg(Size { width: 350, height: 360 })?);
     let page = ComparisonPage {
         title: input.title,
         frames: input.frames,
@@ -100,10 +116,59 @@ pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportErro
         matched: input.matched,
         interval: &first.summary.interval,
         columns: shown().map(|metric| format!("{} {}", metric.title, symbol(metric.unit))).collect(),
-        rows: input.methods.iter().map(MethodRow::new).collect(),
-        plot,
+        verdict: verdict(&methods),
+        rows: bands(&methods),
+        plot: broad,
+        narrow,
     };
     render_page(TEMPLATE, &page)
+}
+
+/// Mean error, mm; infinite where there is none, so that it comes last.
+fn error_of(method: &ComparedMethod) -> f64 {
+    method.summary.metrics.get("humaneva_mm").map_or(f64::INFINITY, |error| error.mean)
+}
+
+/// A row a method, with its error and interval to one scale.
+fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<MethodRow<'a>> {
+    let error = |method: &ComparedMethod| {
+        let error = method.summary.metrics.get("humaneva_mm")?;
+        Some((error.mean, error.ci95.map_or([error.mean; 2], |ends| [ends.low, ends.high])))
+    };
+    let greatest =
+        methods.iter().filter_map(|m| error(m)).map(|(mean, [_, high])| high.min(2.0 * mean)).fold(1e-9, f64::max);
+    let band = |(mean, [low, high]): (f64, [f64; 2])| {
+        let part = |value: f64| (1000.0 * (value / greatest).clamp(0.0, 1.0)).round() / 10.0;
+        Band { error: part(mean), low: part(low), width: (part(high) - part(low)).max(0.4) }
+    };
+    methods.iter().map(|method| MethodRow { band: error(method).map(band), ..MethodRow::new(method) }).collect()
+}
+
+/// Which method is best, and whether it is surely better than the next.
+fn verdict(methods: &[&ComparedMethod]) -> String {
+    let measured: Vec<&&ComparedMethod> = methods.iter().filter(|method| error_of(method).is_finite()).collect();
+    let [best, rest @ ..] = measured.as_slice() else { return "No method has an error that could be measured.".into() };
+    let alone = format!("{} has the least mean marker error, {:.1} mm", best.name, error_of(best));
+    let Some(next) = rest.first() else { return format!("{alone}.") };
+    let values = |method: &ComparedMethod| -> Vec<(u64, f64)> {
+        let runs = method.summary.runs.iter().zip(&method.summary.metrics["humaneva_mm"].per_run);
+        runs.filter_map(|(run, value)| Some((run.seed, (*value)?))).collect()
+    };
+    let found = difference(&[ClipValues { base: values(best), other: values(next) }]);
+    let more = found.as_ref().map_or(0.0, |found| found.difference);
+    match found.and_then(|found| found.ci95) {
+        Some(ends) if ends.low > 0.0 => format!(
+            "{alone}. It is better than the next, {}, by {more:.1} mm (95 %: {}).",
+            next.name,
+            between(ends.low, ends.high, crate::evaluation::Unit::Millimetre)
+        ),
+        Some(ends) => format!(
+            "{alone}, but cannot be told from {} with these seeds: the difference is {more:.1} mm (95 %: {}).",
+            next.name,
+            between(ends.low, ends.high, crate::evaluation::Unit::Millimetre)
+        ),
+        None => format!("{alone}; {} has {:.1} mm. Too few seeds to say more.", next.name, error_of(next)),
+    }
 }
 
 /// The error of every method over the frames (as in `[GPDM graph]`, Fig. 6): the median over seeds.
@@ -117,15 +182,23 @@ pub fn error_plot(methods: &[ComparedMethod]) -> LinePlot {
             quantile(&present, 0.5)
         };
         let points = (0..frames).map(|frame| (frame as f64, median(frame))).collect();
+        let ends = |frame: usize| {
+            let present = || method.errors.iter().filter_map(|seed| seed.get(frame).copied().flatten());
+            let low = present().min_by(f64::total_cmp)?;
+            Some([low, present().max_by(f64::total_cmp)?])
+        };
+        let band = if method.errors.len() > 1 { (0..frames).map(|f| (f as f64, ends(f))).collect() } else { vec![] };
         let colour = COLOURS[index % COLOURS.len()];
         let stroke = if index < COLOURS.len() { Stroke::solid(colour) } else { Stroke::dashed(colour) };
-        Line::new(&method.name.replace('_', " "), stroke, points)
+        Line { band, ..Line::new(&method.name.replace('_', " "), stroke, points) }
     };
+    let in_words = |method: &ComparedMethod| format!("{} {:.0} mm", method.name.replace('_', " "), error_of(method));
     LinePlot {
         x_label: "set frame, from 0".to_owned(),
         y_label: "mean marker error, mm".to_owned(),
         lines: methods.iter().enumerate().map(line).collect(),
         y_from: Some(0.0),
+        finding: methods.iter().filter(|m| error_of(m).is_finite()).map(in_words).collect::<Vec<_>>().join(", "),
         ..LinePlot::default()
     }
 }

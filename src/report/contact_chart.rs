@@ -97,6 +97,7 @@ impl ContactChart {
             x_label: "time, s; bars: the foot stands".to_owned(),
             x_range: [0.0, last],
             rows: rows.collect(),
+            finding: String::new(),
         };
         let mut made = vec![(spans.svg(WIDTH)?, spans.height())];
         let of_feet = |value: fn(&FootCourse) -> &[f64]| {

@@ -23,6 +23,10 @@ pub(super) struct Figure {
     wide: String,
     /// For a phone.
     narrow: String,
+    /// Whether it is about how the search went: such figures are folded away.
+    pub(super) about_search: bool,
+    /// Whether its horizontal axis is the frames.
+    over_frames: bool,
 }
 
 const BROAD: u32 = 1160;
@@ -51,6 +55,9 @@ pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Resul
     Ok(made.into_iter().flatten().collect())
 }
 
+/// Figures that only the tracker's developers need.
+const ABOUT_SEARCH: [&str; 3] = ["survival", "annealing", "occupancy"];
+
 fn lines(
     id: &'static str,
     title: &'static str,
@@ -63,7 +70,16 @@ fn lines(
     }
     let draw = |width, height| plot.svg(Size { width, height }).map(|Svg(text)| text);
     let broad = (span == Span::Whole).then(|| draw(BROAD, 330)).transpose()?;
-    Ok(Some(Figure { id, title, how_to_read, broad, wide: draw(WIDE, 300)?, narrow: draw(NARROW, 270)? }))
+    Ok(Some(Figure {
+        id,
+        title,
+        how_to_read,
+        broad,
+        wide: draw(WIDE, 300)?,
+        narrow: draw(NARROW, 270)?,
+        about_search: ABOUT_SEARCH.contains(&id),
+        over_frames: id != "pck",
+    }))
 }
 
 fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
@@ -102,6 +118,7 @@ fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportEr
         y_from: Some(0.0),
         y_to: Some(top),
         marks: worst,
+        finding: error_finding(input, &runs),
         ..LinePlot::default()
     };
     let mut how = "Lower is better: mean distance of the fifteen body markers from their true positions.".to_owned();
@@ -115,6 +132,16 @@ fn error_over_frames(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportEr
         how += " Above 150 mm for fifteen frames in a row, the body counts as lost.";
     }
     lines("error", "Error over time", how, Span::Whole, &plot)
+}
+
+/// The error over time in words.
+fn error_finding(input: &ReportInput<'_>, runs: &[SeedRun<'_>]) -> String {
+    let mean = input.summary.metrics.get("humaneva_mm").map(|error| format!("mean {:.0} mm", error.mean));
+    let worst = worst_frames(runs, 1).first().and_then(|worst| {
+        let error = per_frame(runs[worst.run].evaluation, "humaneva_mm").get(worst.frame).copied().flatten()?;
+        Some(format!("greatest {error:.0} mm in frame {} of seed {}", worst.frame, runs[worst.run].seed))
+    });
+    mean.into_iter().chain(worst).collect::<Vec<_>>().join(", ")
 }
 
 fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
@@ -132,7 +159,12 @@ fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
             },
         )
     });
-    let plot = SpanPlot { x_label: "set frame, from 0".into(), x_range: [0.0, frames], rows: rows.collect() };
+    let plot = SpanPlot {
+        x_label: "set frame, from 0".into(),
+        x_range: [0.0, frames],
+        rows: rows.collect(),
+        finding: stance_finding(run),
+    };
     let how_to_read = format!(
         "Bars: frames in which the foot stands on the ground, determined from each body's geometry by the same rule.{}",
         seed_note(run)
@@ -145,7 +177,17 @@ fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
         broad: Some(draw(BROAD)?),
         wide: draw(WIDE)?,
         narrow: draw(NARROW)?,
+        about_search: false,
+        over_frames: true,
     }))
+}
+
+/// Number of stances of each foot, in words.
+fn stance_finding(run: &ReportRun<'_>) -> String {
+    let of_foot = |foot: &super::FootStances| {
+        format!("{} stands {} times, in the estimate {}", foot.foot, foot.truth.len(), foot.estimate.len())
+    };
+    run.stances.iter().map(of_foot).collect::<Vec<_>>().join("; ")
 }
 
 fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
@@ -177,6 +219,7 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         value_label: "mean error, mm".into(),
         legend: legend.map(|(name, colour)| (name.to_owned(), colour)).into(),
         groups,
+        finding: joint_finding(input),
     };
     let (Svg(wide), Svg(narrow)) = (plot.svg(WIDE)?, plot.svg(NARROW)?);
     let mut how =
@@ -189,7 +232,27 @@ fn per_joint(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
     if plot.cuts_off() {
         how += " An interval that reaches the right edge continues beyond it.";
     }
-    Ok(Some(Figure { id: "joints", title: "Error per joint", how_to_read: how, broad: None, wide, narrow }))
+    Ok(Some(Figure {
+        id: "joints",
+        title: "Error per joint",
+        how_to_read: how,
+        broad: None,
+        wide,
+        narrow,
+        about_search: false,
+        over_frames: false,
+    }))
+}
+
+/// The worst and the best joint, in words.
+fn joint_finding(input: &ReportInput<'_>) -> String {
+    let by_error = |a: &&JointSummary, b: &&JointSummary| a.mean_mm.total_cmp(&b.mean_mm);
+    let joints = || input.summary.per_joint.iter();
+    let words = |joint: &JointSummary| format!("{} with {:.0} mm", joint.joint.replace('_', " "), joint.mean_mm);
+    match (joints().max_by(by_error), joints().min_by(by_error)) {
+        (Some(worst), Some(best)) => format!("worst {}, best {}", words(worst), words(best)),
+        _ => String::new(),
+    }
 }
 
 fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
@@ -215,6 +278,12 @@ fn pck_curve(input: &ReportInput<'_>) -> Result<Option<Figure>, ReportError> {
         lines: all,
         y_from: Some(0.0),
         y_to: Some(100.0),
+        finding: input
+            .summary
+            .metrics
+            .get("pck150")
+            .map(|m| format!("{:.0} % within 150 mm", 100.0 * m.mean))
+            .unwrap_or_default(),
         ..LinePlot::default()
     };
     let how = "Higher is better: share of markers within the distance on the horizontal axis (PCK). The area under the \
@@ -230,11 +299,21 @@ fn energies(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
             Line::new("at the true pose", Stroke::solid(Colour::Green), indexed(run.truth_energy)),
             Line::new("at the estimate", Stroke::dashed(Colour::Red), indexed(run.estimate_energy)),
         ],
+        finding: energy_finding(run),
         ..LinePlot::default()
     };
     let how = "Search or model? Where the dashed line is below the solid line, the images prefer a wrong pose: the \
         likelihood or the body model causes the error. Where it is above, the search missed a better pose.";
     lines("energy", "Energy of truth and estimate", format!("{how}{}", seed_note(run)), Span::Whole, &plot)
+}
+
+/// In how many frames the images prefer the estimate, in words.
+fn energy_finding(run: &ReportRun<'_>) -> String {
+    let both =
+        run.truth_energy.iter().zip(run.estimate_energy).filter_map(|(truth, estimate)| Some((*truth)? - (*estimate)?));
+    let gaps: Vec<f64> = both.collect();
+    let preferred = gaps.iter().filter(|gap| **gap > 0.0).count();
+    format!("the estimate fits the images better than the truth in {preferred} of {} frames", gaps.len())
 }
 
 fn effective_sample_size(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {

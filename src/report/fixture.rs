@@ -2,18 +2,19 @@
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
 
-use crate::body::{Landmark, Markers};
+use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::camera::{Camera, CameraRig, Distortion, Pinhole};
 use crate::evaluation::fixture::{standing, translated};
 use crate::evaluation::{
-    Energies, Evaluation, RootRotations, SeedRun, Sequence, evaluate, intersection_over_union, summarise,
+    Energies, Evaluation, RootRotations, SeedRun, Sequence, Views, evaluate, intersection_over_union, summarise,
 };
 use crate::raster::Mask;
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
 use super::overlay::marker_bones;
 use super::{
-    FactGroup, FootStances, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run, worst_frames,
+    FactGroup, FootStances, Playback, PlaybackPlan, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show,
+    typical_run, worst_frames,
 };
 
 const FRAMES: usize = 121;
@@ -105,6 +106,22 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
     };
     let (frames, worst) = (frames(shown), frames(worst_frames(&runs, 10)));
     let sheet = Sheet { rig: &rig, frames_per_second: FPS, props: Vec::new(), frames, worst };
+    let plan = PlaybackPlan { reduction: 1, stride: 1, frames: FRAMES };
+    let playback = Playback {
+        seed: typical as u64,
+        plan,
+        views: (0..FRAMES)
+            .map(|frame| {
+                let shown = sheet_frame(&rig, 0, frame, &truth, &estimates[typical]);
+                let estimated = shown.estimated.unwrap_or_default();
+                shown.observed.iter().zip(&estimated).map(|(a, b)| plan.pack(a, Some(b))).collect()
+            })
+            .take(if story.shown.is_empty() { 0 } else { FRAMES })
+            .collect(),
+        props: Vec::new(),
+        truth: truth.clone(),
+        estimate: estimates[typical].clone(),
+    };
     read(&ReportInput {
         title: story.title,
         tracker: "annealed particle filter, 200 particles x 5 layers",
@@ -114,6 +131,8 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
         summary: &summarise(&runs).unwrap(),
         frozen: story.frozen.then_some(&frozen),
         sheet: (!story.shown.is_empty()).then_some(&sheet),
+        playback: (!story.shown.is_empty()).then_some(&playback),
+        this_run: &[("command".to_owned(), "skiagraph run walk.toml".to_owned())],
     })
 }
 
@@ -233,19 +252,22 @@ fn wander(frame: usize, marker: usize, axis: usize, seed: u64) -> f64 {
 }
 
 fn measured(truth: &[Markers], estimate: &[Markers], [at_truth, at_estimate]: &[Vec<Option<f64>>; 2]) -> Evaluation {
-    let camera = camera_in_front();
+    let cameras = [camera_in_front()];
     let overlaps: Vec<Vec<Option<f64>>> = (0..FRAMES)
         .map(|f| {
-            let [a, b] = [&truth[f], &estimate[f]].map(|markers| shadow(&camera, markers, 0.06));
+            let [a, b] = [&truth[f], &estimate[f]].map(|markers| shadow(&cameras[0], markers, 0.06));
             vec![intersection_over_union(&a, &b)]
         })
         .collect();
+    let seen = [[true; LANDMARKS.len()]];
+    let seen = vec![seen.as_slice(); FRAMES];
     let roots = vec![UnitQuaternion::identity(); FRAMES];
     let turned: Vec<_> = (0..FRAMES)
         .map(|f| Some(UnitQuaternion::from_euler_angles(0.02, 0.03 * libm::sin(f as f64 / 9.0), 0.05)))
         .collect();
     let mut sequence = Sequence::from_markers(FPS, truth, estimate);
     sequence.view_overlaps = Some(&overlaps);
+    sequence.views = Some(Views { cameras: &cameras, in_view: &seen, visible: &seen });
     sequence.roots = Some(RootRotations { truth: &roots, estimate: &turned });
     sequence.energies = (!at_truth.is_empty()).then_some(Energies { truth: at_truth, estimate: at_estimate });
     evaluate(&sequence).unwrap()

@@ -6,6 +6,8 @@ use crate::evaluation::{Evaluation, SeedRun, Summary};
 use crate::raster::Mask;
 use crate::tracker::{LayerRecord, ModelOccupancy};
 
+use super::Playback;
+
 /// Everything a page shows. All runs are of one clip and differ in their seed.
 #[derive(Clone, Copy, Debug)]
 pub struct ReportInput<'a> {
@@ -25,6 +27,10 @@ pub struct ReportInput<'a> {
     pub frozen: Option<&'a Evaluation>,
     /// The pictures.
     pub sheet: Option<&'a Sheet<'a>>,
+    /// Every frame in every camera of the sheet.
+    pub playback: Option<&'a Playback>,
+    /// How the run came about, where it is known: what differs from run to run.
+    pub this_run: &'a [(String, String)],
 }
 
 /// Some facts that belong together.

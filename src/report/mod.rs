@@ -16,6 +16,7 @@
 
 mod animation;
 mod base64;
+mod body_sheet;
 mod cell;
 mod comparison;
 mod contact_chart;
@@ -31,6 +32,7 @@ mod grading;
 mod html;
 mod input;
 mod lettering;
+mod metric_groups;
 mod model_distances;
 mod model_figures;
 mod model_input;
@@ -38,11 +40,15 @@ mod model_page;
 mod motion_strip;
 pub mod overlay;
 mod page;
+mod page_tables;
+mod playback;
 pub mod plots;
+mod summary_picture;
 mod sweep;
 mod verdict;
 
 pub use animation::write_animation;
+pub use body_sheet::BodySheet;
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
 pub use contact_chart::{ContactChart, FootCourse};
@@ -55,11 +61,14 @@ pub use input::{
     FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run,
     worst_frames,
 };
+pub use metric_groups::aliases;
 pub use model_distances::{CandidateFrame, FrameDistances};
 pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};
 pub use model_page::model_page;
 pub use motion_strip::MotionStrip;
 pub use page::render;
+pub use playback::{PackedView, Playback, PlaybackPlan};
+pub use summary_picture::{SummaryPicture, summary_picture};
 pub use sweep::{
     Choice, CostMeasure, Effect, EverySetting, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference,
     effects, pareto_front, sweep_markdown, sweep_page,

@@ -35,7 +35,7 @@ impl PictureWindow {
 }
 
 /// The pairs of landmarks between which a bone is drawn.
-const MARKER_BONES: [[Landmark; 2]; 14] = [
+pub(super) const MARKER_BONES: [[Landmark; 2]; 14] = [
     [Landmark::HeadTop, Landmark::Thorax],
     [Landmark::Thorax, Landmark::Pelvis],
     [Landmark::Thorax, Landmark::LeftShoulder],

@@ -1,5 +1,5 @@
 const dialog = document.querySelector("dialog");
-const cells = [...document.querySelectorAll(".column button, .worst-frames button")];
+const cells = [...document.querySelectorAll(".column button, .worst-frames button[data-caption]")];
 let shown = 0;
 const show = (index) => {
   shown = (index + cells.length) % cells.length;
@@ -12,7 +12,7 @@ const show = (index) => {
 cells.forEach((cell, index) => cell.addEventListener("click", () => show(index)));
 dialog.addEventListener("click", () => dialog.close());
 dialog.addEventListener("keydown", (event) => {
-  const cameras = cells[shown].parentElement.querySelectorAll("button").length;
+  const cameras = cells[shown].parentElement.querySelectorAll("button[data-caption]").length;
   const step = { ArrowUp: -1, ArrowDown: 1, ArrowLeft: -cameras, ArrowRight: cameras }[event.key];
   if (step) { event.preventDefault(); show(shown + step); }
 });

@@ -2,17 +2,20 @@
 
 use serde::Serialize;
 
-use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Unit};
+use crate::evaluation::{Direction, METRICS, Metric, SeedRun, Unit, find_metric};
 
 use super::contact_sheet::{SheetPicture, cells, seconds, worst_cell};
 use super::figures::{Figure, figures, per_frame};
 use super::html::render_page;
 use super::input::{FactGroup, worst_frames};
+use super::metric_groups::{GROUPS, MetricGroup, aliases};
+use super::page_tables::{BreakdownTable, CameraRow, breakdown_tables, camera_rows};
+use super::playback::playback_data;
 use super::verdict::{Verdict, verdict};
 use super::{ReportError, ReportInput, Sheet, SheetFrame, Shown, base64, cell, overlay, typical_run};
 
 const TEMPLATE: &str = include_str!("page.html");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("playback.js"));
 
 /// The headline metrics with their meaning.
 const HEADLINES: [(&str, &str); 6] = [
@@ -33,15 +36,29 @@ struct RunPage<'a> {
     seeds: usize,
     verdict: Verdict,
     headlines: Vec<Headline>,
+    /// What the script draws, as JSON that may stand in a page.
+    playback: Option<String>,
     sheet: Option<SheetOnPage<'a>>,
     figures: Vec<Figure>,
-    metrics: Vec<MetricRow>,
+    search_figures: Vec<Figure>,
+    cameras: Vec<CameraRow<'a>>,
+    breakdown: Vec<BreakdownTable<'a>>,
+    metrics: Vec<GroupOnPage>,
     absent: Vec<AbsentRow<'a>>,
     has_frozen: bool,
     any_worse: bool,
     interval: &'a str,
     worst: Vec<WorstRow<'a>>,
     facts: &'a [FactGroup],
+    this_run: &'a [(String, String)],
+}
+
+#[derive(Serialize)]
+struct GroupOnPage {
+    title: &'static str,
+    about: &'static str,
+    rows: Vec<MetricRow>,
+    of_truth: Vec<MetricRow>,
 }
 
 #[derive(Serialize)]
@@ -70,6 +87,8 @@ struct MetricRow {
     max: Option<String>,
     coverage: String,
     frozen: Option<String>,
+    /// Other names of the same values.
+    also: Vec<&'static str>,
     /// Worse than a tracker that never moves.
     worse: bool,
 }
@@ -125,6 +144,8 @@ struct SheetColumn<'a> {
 #[derive(Serialize)]
 struct SheetCell<'a> {
     camera: &'a str,
+    /// What the picture shows, for readers who cannot see it.
+    alt: String,
     overlap: Option<String>,
     png: String,
 }
@@ -138,6 +159,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     let typical = typical_run(&runs).map(|index| &input.runs[index]).ok_or(ReportError::NoRun)?;
     let verdict = verdict(input);
     let worse = |name: &str| verdict.worse_than_frozen.contains(&name);
+    let (search_figures, figures) = figures(input, typical)?.into_iter().partition(|figure| figure.about_search);
     let page = RunPage {
         script: SCRIPT,
         title: input.title,
@@ -146,14 +168,23 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         seeds: input.runs.len(),
         headlines: HEADLINES.iter().filter_map(|(name, meaning)| headline(input, name, meaning, worse(name))).collect(),
         sheet: input.sheet.map(|sheet| sheet_on_page(&runs, sheet)).transpose()?,
-        figures: figures(input, typical)?,
-        metrics: METRICS.iter().filter_map(|metric| metric_row(input, metric, worse(metric.name))).collect(),
+        playback: playback(input)?,
+        figures,
+        search_figures,
+        cameras: camera_rows(input.summary),
+        breakdown: breakdown_tables(&input.summary.breakdown),
+        metrics: GROUPS
+            .iter()
+            .map(|group| group_on_page(input, group, &worse))
+            .filter(|g| !g.rows.is_empty())
+            .collect(),
         absent: METRICS.iter().filter_map(|metric| absent_row(input, metric)).collect(),
         has_frozen: input.frozen.is_some(),
         any_worse: !verdict.worse_than_frozen.is_empty(),
         interval: &input.summary.interval,
         worst: worst_rows(input, &runs)?,
         facts: input.facts,
+        this_run: input.this_run,
         verdict,
     };
     render_page(TEMPLATE, &page)
@@ -167,6 +198,31 @@ fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: b
         None => metric.interval.clone(),
     };
     Some(Headline { value, unit, interval, meaning, worse })
+}
+
+/// The data of the frames, in JSON whose text cannot end a script.
+fn playback(input: &ReportInput<'_>) -> Result<Option<String>, ReportError> {
+    let (Some(playback), Some(sheet)) = (input.playback, input.sheet) else { return Ok(None) };
+    let shown = input.runs.iter().find(|run| run.run.seed == playback.seed);
+    let errors = shown.map_or(&[][..], |run| per_frame(run.run.evaluation, "humaneva_mm"));
+    let data = serde_json::to_string(&playback_data(playback, sheet, errors)?);
+    Ok(Some(data.map_err(|e| ReportError::Plot(e.to_string()))?.replace('<', "\\u003c")))
+}
+
+fn group_on_page(input: &ReportInput<'_>, group: &MetricGroup, worse: &impl Fn(&str) -> bool) -> GroupOnPage {
+    let aliases = aliases(input.summary);
+    let row = |name: &&str| {
+        let (metric, is_alias) = (find_metric(name)?, aliases.iter().any(|(_, alias)| alias == name));
+        let mut row = metric_row(input, metric, worse(name)).filter(|_| !is_alias)?;
+        row.also = aliases.iter().filter(|(shown, _)| shown == name).map(|(_, alias)| *alias).collect();
+        Some(row)
+    };
+    GroupOnPage {
+        title: group.title,
+        about: group.about,
+        rows: group.metrics.iter().filter_map(row).collect(),
+        of_truth: group.of_truth.iter().filter_map(row).collect(),
+    }
 }
 
 fn metric_row(input: &ReportInput<'_>, metric: &Metric, worse: bool) -> Option<MetricRow> {
@@ -190,6 +246,7 @@ fn metric_row(input: &ReportInput<'_>, metric: &Metric, worse: bool) -> Option<M
         max: summary.spread.map(|spread| show(spread.max)),
         coverage: coverage(summary.coverage),
         frozen: input.frozen.and_then(|frozen| frozen.metrics.get(metric.name)).map(|value| show(value.mean)),
+        also: Vec::new(),
         worse,
     })
 }
@@ -231,12 +288,16 @@ fn picture_of<'a>(sheet: &'a Sheet<'a>, seed: u64, frame: usize) -> Result<Optio
     let is_it = |shown: &&SheetFrame| (shown.seed, shown.frame) == (seed, frame);
     let Some(shown) = sheet.worst.iter().find(is_it) else { return Ok(None) };
     let Some((camera, view)) = worst_cell(sheet, shown)? else { return Ok(None) };
-    sheet_cell(&sheet.rig.cameras[camera].name, &view).map(Some)
+    sheet_cell(&sheet.rig.cameras[camera].name, shown, &view).map(Some)
 }
 
-fn sheet_cell<'a>(camera: &'a str, view: &SheetPicture) -> Result<SheetCell<'a>, ReportError> {
+fn sheet_cell<'a>(camera: &'a str, frame: &SheetFrame, view: &SheetPicture) -> Result<SheetCell<'a>, ReportError> {
     let overlap = view.overlap.map(|overlap| format!("{:.0} %", 100.0 * overlap));
-    Ok(SheetCell { camera, overlap, png: base64::encode(&cell::png(&view.picture)?) })
+    let findings = overlap.iter().map(|overlap| format!(", silhouettes overlap by {overlap}"));
+    let findings = findings.chain(frame.error_mm().map(|error| format!(", mean marker error {error:.0} mm")));
+    let findings: String = findings.collect();
+    let alt = format!("{camera}, seed {}, frame {}: silhouettes and skeletons{findings}", frame.seed, frame.frame);
+    Ok(SheetCell { camera, alt, overlap, png: base64::encode(&cell::png(&view.picture)?) })
 }
 
 fn sheet_on_page<'a>(runs: &[SeedRun<'_>], sheet: &'a Sheet<'a>) -> Result<SheetOnPage<'a>, ReportError> {
@@ -245,7 +306,7 @@ fn sheet_on_page<'a>(runs: &[SeedRun<'_>], sheet: &'a Sheet<'a>) -> Result<Sheet
     for (frame, views) in sheet.frames.iter().zip(cells(sheet)?) {
         let mut shown = Vec::new();
         for (view, camera) in views.iter().zip(&sheet.rig.cameras) {
-            shown.push(sheet_cell(&camera.name, view)?);
+            shown.push(sheet_cell(&camera.name, frame, view)?);
         }
         columns.push(SheetColumn {
             seed: frame.seed,
@@ -272,7 +333,7 @@ fn sheet_on_page<'a>(runs: &[SeedRun<'_>], sheet: &'a Sheet<'a>) -> Result<Sheet
 /// A displayed value: shares as percentages, others with suitable decimals.
 pub(super) fn number(value: f64, unit: Unit) -> String {
     let decimals = match unit {
-        Unit::Fraction | Unit::Millimetre | Unit::Degree | Unit::Millisecond => 1,
+        Unit::Fraction | Unit::Millimetre | Unit::Pixel | Unit::Degree | Unit::Millisecond => 1,
         Unit::Second | Unit::MetrePerSecondSquared | Unit::BodyWeight => 2,
         Unit::MillimetrePerSecond | Unit::MetrePerSecondCubed => 0,
         Unit::Energy => 4,

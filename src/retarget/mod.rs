@@ -24,6 +24,7 @@ mod fit;
 mod goals;
 mod ground;
 mod lengths;
+mod person;
 #[cfg(test)]
 mod planted;
 mod residuals;
@@ -41,6 +42,7 @@ pub use fingerprint::{FINGERPRINT_DISTANCES, MotionFingerprint, SharedFrames};
 pub use fit::{Fit, fit_motion_to_markers, fit_to_markers};
 pub use goals::FitOptions;
 pub use lengths::SegmentLengths;
+pub use person::{Physique, physique_shape};
 pub use residuals::{FootHeight, LandmarkResidual, LimitHits, RetargetReport};
 pub use shape_fit::fit_shape;
 pub use skin_fit::with_skin;

@@ -1,5 +1,7 @@
 //! `[actor]` and `[tracker_body]`: the body that cameras see and the body that the tracker uses.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -11,9 +13,13 @@ pub struct ActorSettings {
     /// to the recorded subject. Default: `actor`.
     pub robot: String,
     /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
-    /// path of a `.toml` relative to the scenario (`robots/skins/`). Default: the robot's solids.
+    /// path of a `.glb`, `.gltf` or `.toml` relative to the scenario (`robots/README.md`). Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
+    /// Stature, mass, lengths and girths of the person, said or drawn from a population. Default: the recorded
+    /// subject's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<ShapeSettings>,
     /// How the transforms of several links are blended. Default: `"linear"`.
     #[serde(skip_serializing_if = "SkinBlending::is_linear")]
     pub skin_blending: SkinBlending,
@@ -32,6 +38,57 @@ pub struct ActorSettings {
     /// A push on a simulated body. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub push: Option<PushSettings>,
+}
+
+/// A person: drawn from a population, said, or both. What is not said is the recorded subject's, or drawn.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ShapeSettings {
+    /// Whom stature, mass, lengths and girths are drawn from. Default: none, the recorded subject.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub population: Option<PopulationName>,
+    /// Which person. Default: 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u32>,
+    /// Of that sex: people are drawn of it, and girths are as its segments' masses. Default: drawn, or as recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sex: Option<SexName>,
+    /// From sole to crown, metres. Default: drawn, or as recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stature_m: Option<f64>,
+    /// Mass of the body, kilograms. Default: drawn, or in proportion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Lengths of segments, metres: `trunk`, `head`, `shoulder_width`, `hip_width`, `upper_arm`, `forearm`, `thigh`,
+    /// `shank`, `foot`. Default: drawn, or as recorded.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub lengths_m: BTreeMap<String, f64>,
+    /// Factors on girths before the mass is met: `head`, `trunk`, `upper_arm`, `forearm`, `hand`, `thigh`, `shank`,
+    /// `foot`. Default: 1.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub girths: BTreeMap<String, f64>,
+}
+
+/// A population.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PopulationName {
+    /// Women and men with equal chance.
+    Adults,
+    /// Women.
+    Women,
+    /// Men.
+    Men,
+}
+
+/// A sex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SexName {
+    /// Women.
+    Female,
+    /// Men.
+    Male,
 }
 
 /// A push: a constant force for 0.1 s at a link's centre of mass.
@@ -98,7 +155,8 @@ pub struct TrackerBodySettings {
     /// The tracker's own surface, as `actor.skin`. Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// Mismatch of the tracker's body: `"none"`, `"standard"` or `{ percent = { length = 3.0, girth = 10.0 } }`.
+    /// Mismatch of the tracker's body: `"none"`, `"standard"`, `"population"` (another adult of the actor's
+    /// stature) or `{ percent = { length = 3.0, girth = 10.0 } }`.
     /// Default: `"standard"`.
     pub mismatch: Mismatch,
     /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
@@ -121,6 +179,9 @@ pub enum Mismatch {
     /// Lengths by up to 3 %, girths by up to 10 %.
     #[default]
     Standard,
+    /// The lengths, girths and mass of another adult of the actor's stature, drawn from the population of
+    /// `actor.shape`.
+    Population,
     /// By up to these shares.
     #[serde(rename = "percent")]
     Percent {
@@ -135,7 +196,7 @@ impl Mismatch {
     /// Greatest error of lengths and of girths, %, or none.
     pub fn percents(self) -> Option<(f64, f64)> {
         match self {
-            Self::None => None,
+            Self::None | Self::Population => None,
             Self::Standard => Some((3.0, 10.0)),
             Self::Percent { length, girth } => Some((length, girth)),
         }
@@ -147,6 +208,7 @@ impl Default for ActorSettings {
         Self {
             robot: "actor".to_owned(),
             skin: None,
+            shape: None,
             skin_blending: SkinBlending::Linear,
             contact: ContactMode::Off,
             friction: None,

@@ -41,7 +41,10 @@ mod tracker_kind;
 mod tracker_ranges;
 mod tree;
 
-pub use bodies::{ActorSettings, ContactMode, Mismatch, PushSettings, SkinBlending, TrackerBodySettings};
+pub use bodies::{
+    ActorSettings, ContactMode, Mismatch, PopulationName, PushSettings, SexName, ShapeSettings, SkinBlending,
+    TrackerBodySettings,
+};
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, LineSpan};

@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSettings {
-    /// The clip: `embedded:walk`, `embedded:run` or `embedded:jump`; or a `.bvh`, `.amc` or DeepMimic (`.txt`, `.json`)
-    /// file, by its path relative to the scenario, or by its name below `--mocap-dir` (or `SKIAGRAPH_MOCAP`).
+    /// The clip: `embedded:walk`, `embedded:run` or `embedded:jump`; or a `.bvh`, `.amc`, `.c3d`, `.trc` or DeepMimic
+    /// (`.txt`, `.json`) file, by its path relative to the scenario, or by its name below `--mocap-dir` (or
+    /// `SKIAGRAPH_MOCAP`).
     pub clip: String,
     /// The `.asf` skeleton of an `.amc` clip, located like the clip. Default: the clip's subject, `49.asf` for
     /// `49_01.amc`.
@@ -78,6 +79,10 @@ pub struct MotionSettings {
     /// `Joint:tip`, or `Joint+Joint` for the middle. Default: by the joints' names.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub joint_map: BTreeMap<String, String>,
+    /// Markers (`LKNE`) and landmarks (`left_knee`) to the labels of a `.c3d` or `.trc` file that they are, `A+B` for
+    /// the middle of two. Default: by the labels of Plug-in Gait, CMU and joint centres.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub marker_map: BTreeMap<String, String>,
     /// SHA-256 of the clip's file in hexadecimal; another file of that name is used, with a note. Default: not
     /// checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -125,6 +130,9 @@ pub struct TakeSettings {
     /// As `motion.joint_map`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub joint_map: BTreeMap<String, String>,
+    /// As `motion.marker_map`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub marker_map: BTreeMap<String, String>,
     /// As `motion.sha256`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
@@ -217,6 +225,7 @@ impl MotionSettings {
             variation: None,
             frames: None,
             joint_map: BTreeMap::new(),
+            marker_map: BTreeMap::new(),
             sha256: None,
             source: String::new(),
         }
@@ -256,6 +265,7 @@ impl TakeSettings {
             mirror: take.mirror,
             speed: take.speed,
             joint_map: take.joint_map,
+            marker_map: take.marker_map,
             sha256: take.sha256,
             source: take.source,
             ..MotionSettings::from_clip(&take.clip)

@@ -2,9 +2,10 @@
 
 use super::range_checks::{RangeCheck, at_most, require, within};
 use super::{
-    ActorSettings, CameraFileSettings, CameraSettings, ContactMode, MotionSettings, PropSettings, RingSettings,
-    Scenario, TrainingUse,
+    ActorSettings, CameraFileSettings, CameraSettings, ContactMode, MotionSettings, PopulationName, PropSettings,
+    RingSettings, Scenario, SexName, ShapeSettings, TrainingUse,
 };
+use crate::body::{VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;
 use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
 
@@ -155,7 +156,38 @@ fn take(table: &str, m: &MotionSettings) -> RangeCheck {
     Ok(())
 }
 
+fn shape(s: &ShapeSettings) -> RangeCheck {
+    let contradicts = matches!(
+        (s.population, s.sex),
+        (Some(PopulationName::Women), Some(SexName::Male)) | (Some(PopulationName::Men), Some(SexName::Female))
+    );
+    require("actor.shape.sex", !contradicts, "the sex of the population", "the other")?;
+    let sown = s.seed.is_none() || s.population.is_some();
+    require("actor.shape.seed", sown, "it only with a population", "none")?;
+    if let Some(stature) = s.stature_m {
+        within("actor.shape.stature_m", stature, 1.0..=2.5)?;
+    }
+    if let Some(mass) = s.mass_kg {
+        within("actor.shape.mass_kg", mass, 20.0..=300.0)?;
+    }
+    let tables = [
+        ("lengths_m", &s.lengths_m, &VARIED_LENGTHS[..], 0.02..=1.5),
+        ("girths", &s.girths, &VARIED_GIRTHS[..], 0.3..=3.0),
+    ];
+    for (table, given, known, range) in tables {
+        for (name, value) in given {
+            let key = format!("actor.shape.{table}.{name}");
+            require(&key, known.contains(&name.as_str()), format!("one of {}", known.join(", ")), excerpt(name))?;
+            within(&key, *value, range.clone())?;
+        }
+    }
+    Ok(())
+}
+
 fn actor(a: &ActorSettings) -> RangeCheck {
+    if let Some(shape) = &a.shape {
+        self::shape(shape)?;
+    }
     let keys =
         [("friction", a.friction.is_some()), ("root_wrench", a.root_wrench.is_some()), ("push", a.push.is_some())];
     for (key, said) in keys {

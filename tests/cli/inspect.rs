@@ -70,12 +70,27 @@ fn what_is_nothing_of_ours_is_refused_with_one_message() {
         (&["embedded:wolk"], "did you mean `embedded:walk`"),
         (&["nowhere.bvh"], "nowhere.bvh"),
         (&["nowhere.urdf"], "nowhere.urdf"),
-        (&["embedded:walk", "--out", "x.html"], "--out: is for models"),
+        (&["embedded:walk", "--out", "x.txt"], "--out: expected the name of a .png or .html file"),
     ];
     for (arguments, words) in cases {
         let answer = room.skiagraph(["inspect"].iter().chain(arguments));
         assert_eq!(answer.code, 2, "{arguments:?}: {}", answer.stderr);
         assert!(answer.stderr.contains(words), "{arguments:?}: {}", answer.stderr);
     }
-    assert!(!room.path("x.html").exists());
+    assert!(!room.path("x.txt").exists());
+}
+
+#[test]
+fn robots_recordings_and_skins_are_pictured() {
+    let room = Sandbox::new();
+    for (what, picture) in [("tracker25", "robot.png"), ("embedded:walk", "clip.html"), ("person_coarse", "skin.png")] {
+        room.succeed(&format!("inspect {what} --out {picture}"));
+        let bytes = fs::read(room.path(picture)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"<!doctype html>"), "{picture}");
+    }
+    let skin = json(&room, &["person_coarse"]);
+    assert_eq!((skin["what"].as_str(), skin["triangles"].as_u64()), (Some("skin"), Some(1000)));
+    assert!((40.0..90.0).contains(&skin["litres"].as_f64().unwrap()), "{}", skin["litres"]);
+    let clip = json(&room, &["embedded:walk"]);
+    assert!(clip["fit"]["mean_mm"].as_f64().unwrap() < 5.0, "{}", clip["fit"]);
 }

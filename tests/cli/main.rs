@@ -1,6 +1,7 @@
 //! The command line as its users meet it.
 
 mod bad_input;
+mod browser;
 mod calibration;
 mod check;
 mod compare;

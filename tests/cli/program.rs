@@ -149,6 +149,24 @@ fn a_program_that_never_works_is_an_error_and_floods_take_no_memory() {
 
 #[cfg(unix)]
 #[test]
+fn late_answers_are_passed_over_and_an_endless_stream_of_old_ones_ends() {
+    let room = room();
+    let script = std::fs::read_to_string(shipped("examples/external/frozen.sh")).unwrap();
+    // the answer to frame 1 comes with that of frame 2
+    let late = "case $told in *'\"frame\":1,'*) echo junk; late=1; continue;; esac; \
+                [ -n \"$late\" ] && echo '{\"type\":\"lost\",\"frame\":1}'; late=; f=";
+    room.write("late.sh", script.replacen("f=", late, 1));
+    let found = record(&room, "sh late.sh", &[]);
+    assert_eq!(found["answers"], serde_json::json!({"poses": 4, "lost": 0, "failed": 1}), "{found}");
+    let flood = "read -r hello; echo '{\"type\":\"ready\"}'; read -r frame; yes '{\"type\":\"lost\",\"frame\":0}'";
+    let found = record(&room, flood, &["--restarts", "0"]);
+    assert_eq!(found["answers"]["lost"], 1, "{found}");
+    assert_eq!(found["answers"]["failed"], 4, "{found}");
+    assert!(found["incidents"][0]["what"].as_str().unwrap().contains("a thousand earlier frames"), "{found}");
+}
+
+#[cfg(unix)]
+#[test]
 fn a_program_is_handed_no_truth() {
     let room = room();
     room.write("spy.sh", "read -r h; f=$(printf %s \"$h\" | sed 's/.*\"folder\":\"\\([^\"]*\\)\".*/\\1/'); find \"$f\" > \

@@ -12,9 +12,17 @@ fn run_json(room: &Sandbox, run: &str) -> Value {
     record
 }
 
+/// `report.html` without the part that may differ.
+pub(crate) fn report(room: &Sandbox, run: &str) -> String {
+    let page = String::from_utf8(room.read(&format!("{run}/report.html"))).unwrap();
+    let (before, rest) = page.split_once("<section id=\"this-run\">").unwrap();
+    before.to_owned() + rest.split_once("</section>").unwrap().1
+}
+
 fn assert_same(room: &Sandbox, a: &str, b: &str) {
     assert_eq!(run_json(room, a), run_json(room, b));
-    for file in ["poses.npz", "search.npz", "per_frame.csv", "report.html"] {
+    assert!(report(room, a) == report(room, b), "{a}/report.html and {b}/report.html differ");
+    for file in ["poses.npz", "search.npz", "per_frame.csv"] {
         assert!(
             room.read(&format!("{a}/{file}")) == room.read(&format!("{b}/{file}")),
             "{a}/{file} and {b}/{file} differ"

@@ -4,6 +4,11 @@
 //! (default 0). An input that a parser panics at is kept in `target/fuzz/`. `fuzz/` holds the same targets for
 //! libFuzzer, which is guided by coverage and finds more; `SKIAGRAPH_FUZZ_CORPUS=DIR` writes what it starts from.
 
+#[path = "../support/c3d.rs"]
+#[allow(dead_code, reason = "another test writes more kinds")]
+mod c3d;
+#[path = "../support/glb.rs"]
+mod glb;
 mod mutation;
 mod seeds;
 #[path = "../support/mod.rs"]
@@ -83,7 +88,7 @@ macro_rules! smoke_tests {
         }
     };
 }
-smoke_tests!(bvh asf amc deepmimic urdf obj stl collada scenario manifest cameras body npz poses model);
+smoke_tests!(bvh asf amc deepmimic c3d trc urdf obj stl collada gltf scenario manifest cameras body npz poses model);
 
 #[test]
 fn seeds_are_accepted_and_written_where_they_are_asked_for() {

@@ -12,6 +12,7 @@ use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
 use super::support::test_data;
 use super::targets::DIVIDER;
+use super::{c3d, glb};
 
 const SKELETON: &str = ":version 1.10\n:units\n mass 1.0\n length 0.45\n angle deg\n:root\n order TX TY TZ RX RY RZ\n axis XYZ\n \
     position 0 0 0\n orientation 0 0 0\n:bonedata\n begin\n id 1\n name femur\n direction 0 -1 0\n length 7.1\n \
@@ -59,6 +60,29 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
         "obj" => vec![OBJ.into()],
         "stl" => vec![STL.into(), [&[0_u8; 80][..], &[1, 0, 0, 0], &[7; 50]].concat()],
         "collada" => [vec![COLLADA.into()], shared("robots", &["dae"])].concat(),
+        "c3d" => {
+            let (labels, frames) = standing();
+            vec![
+                c3d::bytes(&labels, &frames, 60.0, Some("+Z"), c3d::Numbers::IntelFloats),
+                c3d::bytes(&labels, &frames, 60.0, None, c3d::Numbers::IntelWhole),
+                c3d::bytes(&labels, &frames, 60.0, None, c3d::Numbers::DecFloats),
+            ]
+        }
+        "trc" => {
+            let (labels, frames) = standing();
+            let names = labels.join("\t\t\t");
+            let mut text = format!("PathFileType\t4\nDataRate\tUnits\n60\tmm\nFrame#\tTime\t{names}\n\t\tX1\tY1\tZ1\n");
+            for frame in &frames {
+                let places = frame.iter().flatten().map(|[x, y, z]| format!("{x}\t{y}\t{z}")).collect::<Vec<_>>();
+                text.push_str(&format!("1\t0\t{}\n", places.join("\t")));
+            }
+            vec![text.into_bytes()]
+        }
+        "gltf" => {
+            let mut small = skiagraph::body::shipped_skin("person_coarse").unwrap();
+            small.triangles.truncate(300);
+            vec![glb::bytes(&small)]
+        }
         "scenario" => {
             let overrides = b"\xffseed=3\nrig.ring.count=2\ntracker.frozen={}\nparticles=7\nkernel.min={factor=1.0}\n";
             ours("scenarios", &["toml"]).into_iter().map(|text| [text.as_slice(), overrides].concat()).collect()
@@ -91,6 +115,17 @@ fn files_below(folder: &Path, endings: &[&str]) -> Vec<Vec<u8>> {
     found.sort();
     let read = |path: &PathBuf| fs::read(path).unwrap();
     found.iter().map(read).map(|bytes| bytes.into_iter().take(1 << 16).collect()).collect()
+}
+
+type Frame = Vec<Option<[f64; 3]>>;
+
+/// Three frames of the standing actor's landmarks, millimetres.
+fn standing() -> (Vec<String>, Vec<Frame>) {
+    let body = skiagraph::body::shipped("actor").unwrap();
+    let markers = body.markers(&body.link_frames(&body.zero_pose()));
+    let labels = skiagraph::body::LANDMARKS.map(|landmark| landmark.name().to_owned()).to_vec();
+    let frame = markers.iter().map(|place| place.map(|p| [1000.0 * p.x, 1000.0 * p.y, 1000.0 * p.z + 900.0])).collect();
+    (labels, vec![frame; 3])
 }
 
 fn first_lines(text: &[u8], count: usize) -> Vec<u8> {

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use skiagraph::benchmark_set::{Estimates, body_from_json, fuzzing, recordings_from_npz};
-use skiagraph::body::{Humanoid, mesh_from_bytes, shipped};
+use skiagraph::body::{Humanoid, mesh_from_bytes, shipped, skin_from_gltf};
 use skiagraph::experiment::LearnedModel;
-use skiagraph::mocap::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+use skiagraph::mocap::{
+    Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_markers,
+};
 use skiagraph::npz::Npz;
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 
@@ -16,15 +18,18 @@ use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 pub type Target = fn(&[u8]);
 
 /// Every target by its name, which is that of its file in `fuzz/fuzz_targets/`.
-pub const TARGETS: [(&str, Target); 15] = [
+pub const TARGETS: [(&str, Target); 18] = [
     ("bvh", bvh),
     ("asf", asf),
     ("amc", amc),
     ("deepmimic", deepmimic),
+    ("c3d", c3d),
+    ("trc", trc),
     ("urdf", urdf),
     ("obj", obj),
     ("stl", stl),
     ("collada", collada),
+    ("gltf", gltf),
     ("scenario", scenario),
     ("manifest", manifest),
     ("cameras", cameras),
@@ -92,6 +97,16 @@ pub fn deepmimic(data: &[u8]) {
     assert_clip(parse_deepmimic(&text(data), "f", &ReadOptions::default()));
 }
 
+/// Markers of a C3D file.
+pub fn c3d(data: &[u8]) {
+    assert_clip(parse_markers(data, "f", &ReadOptions::default()));
+}
+
+/// Markers of a TRC file.
+pub fn trc(data: &[u8]) {
+    assert_clip(parse_markers(data, "f.trc", &ReadOptions::default()));
+}
+
 fn assert_body(body: &Humanoid) {
     assert_eq!(body.links.len(), body.joints.len() + 1);
     let frames = body.link_frames(&body.zero_pose());
@@ -131,6 +146,22 @@ pub fn stl(data: &[u8]) {
 /// A Collada mesh.
 pub fn collada(data: &[u8]) {
     mesh("f.dae", data);
+}
+
+/// A skin of a glTF file that holds its own buffers.
+pub fn gltf(data: &[u8]) {
+    match skin_from_gltf("f", data) {
+        Ok(skin) => {
+            let count = skin.vertices.len();
+            assert!(skin.triangles.as_flattened().iter().all(|v| (*v as usize) < count));
+            assert!(skin.vertices.iter().chain(skin.landmarks.values()).all(|v| v.iter().all(|x| x.is_finite())));
+            let mut sums = vec![0.0; count];
+            let weights = skin.weights.iter().flat_map(|weights| weights.values().flatten());
+            weights.for_each(|(vertex, weight)| sums[*vertex as usize] += weight);
+            assert!(sums.iter().all(|sum| (sum - 1.0_f64).abs() < 1e-9));
+        }
+        Err(error) => assert_tame(&error),
+    }
 }
 
 /// A scenario and, behind the divider, one override a line.

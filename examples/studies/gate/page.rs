@@ -40,6 +40,7 @@ pub(crate) fn render(study: &Study) -> String {
         "\nA test over frames, which are correlated, alarms at most pairs of equal trackers: hence the unit is the run. What \
          neither passes nor fails is inconclusive.\n",
     );
+    page.push_str(&what_seeds_decide(s));
     let Some(real) = &study.real else { return page };
     write!(
         page,
@@ -73,4 +74,39 @@ pub(crate) fn render(study: &Study) -> String {
         .ok();
     }
     page
+}
+
+/// Normal quantiles: 97.5 % for the interval's end, 80 % for the power.
+const END: f64 = 1.960;
+const POWER: f64 = 0.842;
+
+/// The arithmetic of power: what these rows must show, and how many seeds a question needs.
+fn what_seeds_decide(s: &super::simulated::Simulated) -> String {
+    let frames = s.frames as f64;
+    // the variance of a mean of correlated frames
+    let of_frames = s.frame_sd_mm.powi(2) * (1.0 + s.frame_correlation) / (1.0 - s.frame_correlation) / frames;
+    let run = (s.seed_sd_mm.powi(2) + of_frames).sqrt();
+    let needed = |sd: f64| (2.0 * (END + POWER).powi(2) * sd.powi(2) / s.margin_mm.powi(2)).ceil();
+    // Student's t of 18 degrees of freedom: 2.101 and 0.862
+    let bearable = s.margin_mm / ((2.101 + 0.862) * (2.0_f64 / 10.0).sqrt());
+    let seen = (2.101 + 0.862) * run * (2.0_f64 / 10.0).sqrt();
+    format!(
+        "\n## How many seeds a question needs\n\nA run's mean has a standard deviation of sqrt({}^2 + {of_frames:.2}) = {run:.2} mm here: the seed's own \
+         and that of the mean of {} correlated frames. Two sides of n runs each (clips x seeds) have a difference with the standard error \
+         {run:.2} sqrt(2 / n) mm. A tracker that is worse by twice the margin fails in 80 % of the cases if the margin, {} mm, is at least \
+         ({END} + {POWER}) standard errors, so for\n\n    n >= 2 ({END} + {POWER})^2 {run:.2}^2 / {}^2 = {:.0} runs a side\n\n\
+         which is 6 clips x 9 seeds, as the rows of 6 x 10 seeds show. **Ten seeds of one clip cannot give a power of 80 % at this noise**, by \
+         arithmetic and not for want of a better test: they do so for runs with a standard deviation of at most {bearable:.1} mm, and at this noise \
+         they find in 80 % of the cases what is worse by {seen:.1} mm more than the margin. With only the seeds' own noise of {} mm one clip needs \
+         {:.0} seeds. Seeds that pair, with errors of their own correlated by 0.5, need {:.0} runs a side. The gate says INCONCLUSIVE in between, and how many seeds \
+         would settle it.\n",
+        s.seed_sd_mm,
+        s.frames,
+        s.margin_mm,
+        s.margin_mm,
+        needed(run),
+        s.seed_sd_mm,
+        needed(s.seed_sd_mm),
+        needed((0.5 * s.seed_sd_mm.powi(2) + of_frames).sqrt()),
+    )
 }

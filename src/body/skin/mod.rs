@@ -12,11 +12,15 @@
 mod automatic;
 mod blend;
 mod dual_quaternion;
+mod gltf_file;
+mod gltf_numbers;
+mod joint_names;
 mod mesh;
 mod reshape;
 mod segments;
 mod shipped;
 mod skin_file;
+mod volume;
 mod weights_file;
 
 use nalgebra::{Isometry3, Point3};
@@ -26,7 +30,7 @@ use crate::raster::MeshTopology;
 
 pub use mesh::{SkinError, SkinMesh};
 pub use shipped::{SHIPPED_SKINS, shipped_skin};
-pub use skin_file::read_skin;
+pub use skin_file::{read_skin, skin_from_gltf};
 
 /// Most influences of a vertex that are kept; the smallest are left out.
 const MOST_INFLUENCES: usize = 4;

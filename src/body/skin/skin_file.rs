@@ -1,4 +1,4 @@
-//! Skins of files: a `.toml` names a mesh and its weights.
+//! Skins of files: a `.toml` that names a mesh and its weights, or `.glb` and `.gltf` with their own.
 //!
 //! ```toml
 //! schema = "skiagraph.skin/1"
@@ -17,7 +17,7 @@ use nalgebra::Point3;
 use serde::Deserialize;
 
 use super::mesh::{SkinError, SkinMesh};
-use super::weights_file;
+use super::{gltf_file, weights_file};
 use crate::body::{LANDMARKS, mesh_from_bytes};
 use crate::input::{self, excerpt, foreign, limits};
 
@@ -74,12 +74,25 @@ pub fn read_skin(path: &Path) -> Result<SkinMesh, SkinError> {
         input::read(path, limits::MESH).map_err(|source| SkinError::Unreadable { path: path.to_owned(), source })?;
     let file = path.display().to_string();
     match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
+        Some("glb" | "gltf") => gltf_file::parse(&file, &whole, &|uri| read(uri, limits::MESH)),
         Some("toml") => parse(&file, &String::from_utf8_lossy(&whole), &read),
         _ => Err(SkinError::Malformed {
             file,
-            detail: "expected a skin ending in .toml, which names a mesh and its weights".to_owned(),
+            detail: "expected a skin ending in .toml (which names a mesh and its weights), .glb or .gltf".to_owned(),
         }),
     }
+}
+
+/// Reads a `.glb` or `.gltf` whose buffers are its own; `file` is its name in messages.
+///
+/// # Errors
+/// [`SkinError`] that names the file and what was expected.
+pub fn skin_from_gltf(file: &str, bytes: &[u8]) -> Result<SkinMesh, SkinError> {
+    let missing = |uri: &str| SkinError::Malformed {
+        file: file.to_owned(),
+        detail: format!("names the buffer `{}`, which is not in it", excerpt(uri)),
+    };
+    gltf_file::parse(file, bytes, &|uri| Err(missing(uri)))
 }
 
 /// The path of a name below a folder; `None` for one that leaves it.

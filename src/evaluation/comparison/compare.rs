@@ -15,7 +15,7 @@ use crate::evaluation::{Direction, METRICS, Metric, Unit, find_metric, mean};
 const SIGNIFICANCE: f64 = 0.05;
 
 /// Metrics that agree wherever every marker is estimated, the one that is shown first.
-const ALIASES: [(&str, &str); 1] = [("humaneva_mm", "mpjpe_mm")];
+const ALIASES: [(&str, &str); 2] = [("humaneva_mm", "mpjpe_mm"), ("humaneva_mm", "humaneva_official_mm")];
 
 /// Several sides against the first: what `skiagraph compare --json` prints.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -50,8 +50,9 @@ pub enum MarginError {
 }
 
 /// Units as they are written, with their factor to the metric's own.
-const UNITS: [(&str, Unit, f64); 11] = [
+const UNITS: [(&str, Unit, f64); 12] = [
     ("mm", Unit::Millimetre, 1.0),
+    ("px", Unit::Pixel, 1.0),
     ("cm", Unit::Millimetre, 10.0),
     ("m", Unit::Millimetre, 1000.0),
     ("deg", Unit::Degree, 1.0),
@@ -161,7 +162,7 @@ mod tests {
 
     #[test]
     fn what_is_no_margin_is_refused() {
-        for text in ["", "mm", "-2mm", "2 parsecs", "1e999", "NaN", "2px", "infmm", "1..2"] {
+        for text in ["", "mm", "-2mm", "2 parsecs", "1e999", "NaN", "2furlongs", "infmm", "1..2"] {
             assert!(text.parse::<Margin>().is_err(), "{text}");
         }
         let other = "2deg".parse::<Margin>().unwrap().resolve("humaneva_mm", Unit::Millimetre, 30.0).unwrap_err();

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -39,9 +40,14 @@ pub(super) enum Silence {
     Interrupted,
 }
 
+/// The variable by which what a program started is known, even where it left the program's group.
+const MARK: &str = "SKIAGRAPH_PROGRAM";
+
 /// A running program; killed with all its children when dropped.
 pub(super) struct Program {
     child: Child,
+    /// Value of [`MARK`] in its environment.
+    mark: String,
     to_program: Option<Sender<Vec<u8>>>,
     from_program: Receiver<Heard>,
     errors: Arc<Mutex<VecDeque<String>>>,
@@ -50,7 +56,10 @@ pub(super) struct Program {
 impl Program {
     /// Starts a command line through the shell.
     pub(super) fn start(command: &str) -> std::io::Result<Self> {
+        static STARTED: AtomicU64 = AtomicU64::new(0);
+        let mark = format!("{}-{}", std::process::id(), STARTED.fetch_add(1, Ordering::Relaxed));
         let mut shell = shell(command);
+        shell.env(MARK, &mark);
         let mut child = shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
         let (to_program, lines) = channel();
         let (heard, from_program) = sync_channel(WAITING_LINES);
@@ -65,7 +74,7 @@ impl Program {
             let kept = errors.clone();
             thread::spawn(move || keep_last_lines(stderr, &kept));
         }
-        Ok(Self { child, to_program: Some(to_program), from_program, errors })
+        Ok(Self { child, mark, to_program: Some(to_program), from_program, errors })
     }
 
     /// Sends one line; whether anybody reads it shows in the answer.
@@ -119,6 +128,7 @@ impl Program {
 impl Drop for Program {
     fn drop(&mut self) {
         kill_with_children(&mut self.child);
+        kill_detached(&self.mark);
         self.child.wait().ok();
     }
 }
@@ -153,6 +163,29 @@ fn kill_with_children(child: &mut Child) {
 fn kill_with_children(child: &mut Child) {
     child.kill().ok();
 }
+
+/// Ends what carries the mark: children that made a group of their own. A few times over, for they may be starting
+/// others.
+#[cfg(target_os = "linux")]
+fn kill_detached(mark: &str) {
+    use rustix::process::{Pid, Signal, kill_process};
+    let carried = format!("{MARK}={mark}");
+    let carries = |environment: &[u8]| environment.split(|byte| *byte == 0).any(|entry| entry == carried.as_bytes());
+    for _ in 0..5 {
+        let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+        let numbers = processes.filter_map(|entry| entry.file_name().to_str()?.parse::<i32>().ok());
+        let marked = numbers.filter(|number| {
+            std::fs::read(format!("/proc/{number}/environ")).is_ok_and(|environment| carries(&environment))
+        });
+        let ended = marked.filter_map(Pid::from_raw).map(|pid| kill_process(pid, Signal::KILL).ok());
+        if ended.count() == 0 {
+            return;
+        }
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn kill_detached(_: &str) {}
 
 fn write_lines(mut stdin: ChildStdin, lines: &Receiver<Vec<u8>>) {
     while let Ok(line) = lines.recv() {
@@ -225,6 +258,19 @@ mod tests {
         assert!(begin.elapsed() < Duration::from_secs(1));
         thread::sleep(Duration::from_millis(1300));
         assert!(!file.exists(), "the grandchild was killed too");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_leaves_the_group_ends_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("alive");
+        let command = format!("setsid sh -c 'sleep 1; echo > {}' & echo started; sleep 60", file.display());
+        let program = Program::start(&command).unwrap();
+        assert_eq!(hear(&program, 5000), Ok(Heard::Line("started".to_owned())));
+        drop(program);
+        thread::sleep(Duration::from_millis(1400));
+        assert!(!file.exists(), "it was ended in its own session");
     }
 
     #[test]

@@ -148,15 +148,20 @@ impl<'a> FrameMessage<'a> {
 
 /// Lengths of runs of equal pixels, row by row from the top left: of empty ones first, so the first may be 0.
 fn run_lengths(mask: &Mask) -> Vec<u32> {
-    let (mut lengths, mut current, mut length) = (Vec::new(), false, 0);
-    for (x, y) in (0..mask.height()).flat_map(|y| (0..mask.width()).map(move |x| (x, y))) {
-        if mask.get(x, y) != current {
-            lengths.push(length);
-            (current, length) = (!current, 0);
+    let (width, mut lengths, mut end) = (mask.width(), Vec::new(), 0);
+    for (y, run) in (0..mask.height()).flat_map(|y| mask.runs(y).map(move |run| (y, run))) {
+        let (start, stop) = (y * width + run.start, y * width + run.end);
+        match lengths.last_mut().filter(|_| start == end) {
+            // from the end of one row into the next
+            Some(last) => *last += stop - start,
+            None => lengths.extend([start - end, stop - start]),
         }
-        length += 1;
+        end = stop;
     }
-    lengths.push(length);
+    let rest = width * mask.height() - end;
+    if rest > 0 || lengths.is_empty() {
+        lengths.push(rest);
+    }
     lengths
 }
 
@@ -367,5 +372,8 @@ mod tests {
         [(0, 0), (1, 0), (3, 1)].into_iter().for_each(|(x, y)| mask.set(x, y, true));
         assert_eq!(run_lengths(&mask), [0, 2, 5, 1]);
         assert_eq!(run_lengths(&Mask::new(4, 2)), [8]);
+        let wrapping = Mask::from_fn(4, 2, |x, y| x + 4 * y >= 2 && x + 4 * y < 7);
+        assert_eq!(run_lengths(&wrapping), [2, 5, 1], "a run goes on in the next row");
+        assert_eq!(run_lengths(&Mask::from_fn(4, 2, |_, _| true)), [0, 8]);
     }
 }

@@ -3,7 +3,10 @@
 use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
+use crate::body::shipped;
+use crate::experiment::ExperimentError;
 use crate::mocap::Clip;
+use crate::retarget::{LimitHits, RetargetOptions, RetargetReport, Retargeted, retarget};
 
 /// A recording in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -28,12 +31,57 @@ pub struct ClipSummary {
     pub path_m: f64,
     /// Joints of the skeleton with their parents, root first.
     pub joints: Vec<(String, Option<String>)>,
+    /// How it fits the robot `actor`, scaled to its subject.
+    pub fit: FitSummary,
     /// What was guessed (unit, up axis, rate) or mended.
     pub notes: Vec<String>,
 }
 
+/// How a retargeted recording fits.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FitSummary {
+    /// Mean distance of the body's landmarks from the recorded ones.
+    pub mean_mm: f64,
+    /// The landmark that is worst, and its mean distance.
+    pub worst: Option<(String, f64)>,
+    /// Joint angles that reach a limit, and in how many frames.
+    pub limits_hit: Vec<(String, usize)>,
+}
+
+impl FitSummary {
+    fn new(report: &RetargetReport) -> Self {
+        let worst = report.landmarks.iter().max_by(|a, b| a.mean_mm.total_cmp(&b.mean_mm));
+        let frames = |hits: &LimitHits| (hits.degree_of_freedom.clone(), hits.lower_frames + hits.upper_frames);
+        Self {
+            mean_mm: report.mean_residual_mm,
+            worst: worst.map(|landmark| (landmark.landmark.to_owned(), landmark.mean_mm)),
+            limits_hit: report.limit_hits.iter().map(frames).collect(),
+        }
+    }
+
+    /// The angles at a limit, in words.
+    pub fn limits_in_words(&self) -> String {
+        let mut hits = self.limits_hit.clone();
+        hits.sort_by_key(|(_, frames)| std::cmp::Reverse(*frames));
+        let named: Vec<String> =
+            hits.iter().take(6).map(|(name, frames)| format!("{name} in {frames} frames")).collect();
+        match (named.as_slice(), hits.len()) {
+            ([], _) => "none is reached".to_owned(),
+            (named, count) if count > named.len() => format!("{}, and {} more", named.join(", "), count - named.len()),
+            (named, _) => named.join(", "),
+        }
+    }
+}
+
 impl ClipSummary {
-    pub(super) fn new(clip: &Clip) -> Self {
+    /// A recording, and how the robot `actor` performs it.
+    pub(super) fn performed(clip: &Clip) -> Result<(Self, Retargeted), ExperimentError> {
+        let still = clip.clone().without_inserted_rest_pose();
+        let performed = retarget(&still, &shipped("actor")?, &RetargetOptions::default())?;
+        Ok((Self::new(clip, &performed), performed))
+    }
+
+    fn new(clip: &Clip, performed: &Retargeted) -> Self {
         let joints = &clip.skeleton.joints;
         let mut heights: Vec<f64> = (0..clip.frames.len()).map(|frame| height(clip, frame)).collect();
         heights.sort_by(f64::total_cmp);
@@ -50,7 +98,8 @@ impl ClipSummary {
             height_m: heights.get(heights.len() / 2).copied().unwrap_or(0.0),
             path_m: roots.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum(),
             joints: joints.iter().map(|j| (j.name.clone(), j.parent.map(|p| joints[p].name.clone()))).collect(),
-            notes: clip.notes.clone(),
+            fit: FitSummary::new(&performed.report),
+            notes: performed.report.notes.clone(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `skiagraph inspect`: describes a file or directory of any known kind.
 
+mod body_picture;
 mod clip;
 mod contacts;
 mod edited;
@@ -7,6 +8,7 @@ mod model;
 mod model_page;
 mod robot;
 mod set;
+mod skin;
 
 use std::path::Path;
 
@@ -15,15 +17,16 @@ use serde::Serialize;
 use super::inputs::Inputs;
 use super::partial_file::PartialFile;
 use super::{Destination, EMBEDDED_CLIPS, ExperimentError, LearnedModel, clip_file};
-use crate::body::SHIPPED_ROBOTS;
+use crate::body::{SHIPPED_ROBOTS, SHIPPED_SKINS};
 use crate::input::{self, limits};
 
-pub use clip::ClipSummary;
+pub use clip::{ClipSummary, FitSummary};
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
 pub use edited::{EditedContact, EditedSummary, FastestAngle, SeamSummary, inspect_scenario};
 pub use model::{Against, GraphModelFacts, MeanAndMost, ModelSummary};
 pub use robot::{DegreeSummary, RobotSummary};
 pub use set::{CameraSummary, SetSummary};
+pub use skin::{SkinSummary, is_skin_file};
 
 const INSPECT_SCHEMA: &str = "skiagraph.inspect/1";
 
@@ -37,8 +40,10 @@ pub enum Inspected {
     Clip(ClipSummary),
     /// A robot.
     Robot(RobotSummary),
+    /// A skin.
+    Skin(SkinSummary),
     /// A benchmark set.
-    Set(SetSummary),
+    Set(Box<SetSummary>),
 }
 
 /// The kinds of things that can be looked at.
@@ -47,11 +52,12 @@ enum InspectedKind {
     Model,
     Clip,
     Robot,
+    Skin,
     Set,
 }
 
 /// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held
-/// `against` another of the same motions, and have its pictures written to `page`; of a recording `metres_per_unit` may
+/// `against` another of the same motions; pictures are written to `page`; of a recording `metres_per_unit` may
 /// be said.
 ///
 /// # Errors
@@ -64,21 +70,40 @@ pub fn inspect(
 ) -> Result<Inspected, ExperimentError> {
     let kind = kind_of(path)?;
     let name = path.display().to_string();
-    if kind != InspectedKind::Model {
-        let of_models = [("--against", against.is_some()), ("--out", page.is_some())];
-        if let Some((argument, _)) = of_models.into_iter().find(|(_, given)| *given) {
-            let detail = format!("is for models of skiagraph train only, and {name} is not one");
-            return Err(ExperimentError::Argument { argument, detail });
-        }
+    if kind != InspectedKind::Model && against.is_some() {
+        let detail = format!("is for models of skiagraph train only, and {name} is not one");
+        return Err(ExperimentError::Argument { argument: "--against", detail });
+    }
+    if kind == InspectedKind::Set && page.is_some() {
+        let detail = format!("is for models, recordings, robots and skins, and {name} is a set: see skiagraph report");
+        return Err(ExperimentError::Argument { argument: "--out", detail });
     }
     if kind != InspectedKind::Clip && metres_per_unit.is_some() {
         let detail = format!("is for recordings and sets only, and {name} is neither");
         return Err(ExperimentError::Argument { argument: "--metres-per-unit", detail });
     }
     Ok(match kind {
-        InspectedKind::Clip => Inspected::Clip(ClipSummary::new(&clip_file::read_whole(path, metres_per_unit)?)),
-        InspectedKind::Robot => Inspected::Robot(RobotSummary::new(&name, &robot::read(&name, path)?)),
-        InspectedKind::Set => Inspected::Set(SetSummary::read(path)?),
+        InspectedKind::Clip => {
+            let place = body_picture::place_of(page, path)?;
+            let clip = clip_file::read_whole(path, metres_per_unit)?;
+            let (summary, performed) = ClipSummary::performed(&clip)?;
+            body_picture::put(place, || body_picture::of_clip(&summary, &performed))?;
+            Inspected::Clip(summary)
+        }
+        InspectedKind::Robot => {
+            let place = body_picture::place_of(page, path)?;
+            let body = robot::read(&name, path)?;
+            let summary = RobotSummary::new(&name, &body);
+            body_picture::put(place, || body_picture::of_robot(&summary, &body))?;
+            Inspected::Robot(summary)
+        }
+        InspectedKind::Skin => {
+            let place = body_picture::place_of(page, path)?;
+            let (summary, body) = skin::read(&name, path)?;
+            body_picture::put(place, || body_picture::of_skin(&summary, &body))?;
+            Inspected::Skin(summary)
+        }
+        InspectedKind::Set => Inspected::Set(Box::new(SetSummary::read(path)?)),
         InspectedKind::Model => {
             let model = LearnedModel::read(path)?;
             let other = against.map(|other| model::read_other(other, &model)).transpose()?;
@@ -110,11 +135,15 @@ fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {
     if SHIPPED_ROBOTS.iter().any(|(known, _)| path == Path::new(known)) && !path.exists() {
         return Ok(InspectedKind::Robot);
     }
+    if SHIPPED_SKINS.iter().any(|known| path == Path::new(known)) && !path.exists() {
+        return Ok(InspectedKind::Skin);
+    }
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
-        Some("bvh" | "amc" | "asf" | "txt" | "json") => return Ok(InspectedKind::Clip),
+        Some("bvh" | "amc" | "asf" | "c3d" | "trc" | "txt" | "json") => return Ok(InspectedKind::Clip),
         Some("urdf" | "xml") => return Ok(InspectedKind::Robot),
         Some("model") => return Ok(InspectedKind::Model),
+        Some("glb" | "gltf" | "toml") => return Ok(InspectedKind::Skin),
         _ => {}
     }
     // models may have any name; all of them are archives
@@ -123,9 +152,10 @@ fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {
     }
     let clips = EMBEDDED_CLIPS.map(|(name, _)| format!("embedded:{name}")).join(", ");
     let robots = SHIPPED_ROBOTS.map(|(name, _)| name).join(", ");
+    let skins = SHIPPED_SKINS.join(", ");
     let detail = format!(
-        "expected a model of skiagraph train, a recording (.bvh, .amc, DeepMimic .txt or .json, {clips}), a robot (.urdf, {robots}), a scenario \
-         (.toml) or a benchmark set's directory"
+        "expected a model of skiagraph train, a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, {clips}), a robot (.urdf, {robots}), a skin (.glb, \
+         .gltf, .toml, {skins}), a scenario (.toml) or a benchmark set's directory"
     );
     Err(ExperimentError::Malformed { path: path.to_owned(), detail })
 }

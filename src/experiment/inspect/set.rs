@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::super::ExperimentError;
 use super::INSPECT_SCHEMA;
-use crate::benchmark_set::{BenchmarkSet, ContactFacts, layer_channels, verify_hashes};
+use crate::benchmark_set::{BenchmarkSet, ContactFacts, RetargetFacts, layer_channels, verify_hashes};
 
 /// A set in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -37,6 +37,9 @@ pub struct SetSummary {
     pub mismatch: String,
     /// Where the motion came from.
     pub motion: String,
+    /// How the recording fits the actor; absent in sets of older versions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub retargeting: Option<RetargetFacts>,
     /// How it came to stand on the ground; absent where contact was neither measured nor changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<Box<ContactFacts>>,
@@ -95,6 +98,7 @@ impl SetSummary {
             mismatch: truth.facts.mismatch.clone(),
             motion: truth.facts.motion.clone(),
             observation: blind.observation.as_ref().map_or("exact".to_owned(), |facts| facts.in_words()),
+            retargeting: truth.facts.retargeting.clone(),
             contact: truth.facts.contact.clone().map(Box::new),
             training_frames: blind.start.training.frames(),
             learned_from: blind.start.training.in_words(),

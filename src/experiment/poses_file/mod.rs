@@ -7,7 +7,6 @@
 mod csv_file;
 mod names;
 mod scale;
-mod trc;
 
 use std::path::{Path, PathBuf};
 
@@ -17,13 +16,10 @@ use super::ExperimentError;
 use super::tracking::Tracked;
 use crate::benchmark_set::{BenchmarkSet, Estimates};
 use crate::input::{self, limits};
-use crate::mocap::{ReadOptions, UpAxis, read};
+use crate::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_trc, read};
 use crate::npz::{Array, Npz};
 
 pub(super) use scale::check_scale;
-
-/// Points times frames that a file may have.
-const MOST_POINTS: usize = 50_000_000;
 
 /// What a user declares about a file of poses.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,19 +30,6 @@ pub struct PosesDeclared {
     pub up: Option<UpAxis>,
     /// A TOML file of names: `"theirs" = "ours"`.
     pub joint_map: Option<PathBuf>,
-}
-
-/// Points by names, frame by frame, as a file has them.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct PointFile {
-    names: Vec<String>,
-    frames_per_second: Option<f64>,
-    /// As the file declares it.
-    metres_per_unit: Option<f64>,
-    up: Option<UpAxis>,
-    /// One entry a frame, one a name.
-    frames: Vec<Vec<Option<[f64; 3]>>>,
-    notes: Vec<String>,
 }
 
 /// Reads the estimates of a file by the end of its name, for the tracker's body of a set.
@@ -72,7 +55,7 @@ pub(super) fn read_poses(
             return Err(malformed(detail.to_owned()));
         }
         "csv" => csv_file::parse(&text()?).map_err(malformed)?,
-        "trc" => trc::parse(&text()?).map_err(malformed)?,
+        "trc" => parse_trc(&text()?).map_err(malformed)?,
         "bvh" => from_bvh(path, declared)?,
         other => {
             return Err(malformed(format!("expected a file that ends in .npz, .csv, .trc or .bvh, found {other:?}")));

@@ -18,6 +18,8 @@ pub struct BarPlot {
     pub legend: Vec<(String, Colour)>,
     /// The groups, from top to bottom.
     pub groups: Vec<BarGroup>,
+    /// What the plot shows, for readers who cannot see it; empty for none.
+    pub finding: String,
 }
 
 /// Bars under one name.
@@ -69,6 +71,7 @@ impl BarPlot {
         let head = self.head(width);
         let height = self.height(width);
         let label = self.title.as_ref().unwrap_or(&self.value_label);
+        let label = &if self.finding.is_empty() { label.clone() } else { format!("{label}: {}", self.finding) };
         draw_svg(Size { width, height }, label, |canvas| {
             head.draw(canvas)?;
             let mut top = head.height + ABOVE;
@@ -143,6 +146,7 @@ mod tests {
             value_label: "mean error, mm".into(),
             legend: vec![("left".into(), Colour::Blue), ("right".into(), Colour::Orange)],
             groups: vec![group("wrist"), group("knee")],
+            finding: "worst <wrist>".into(),
         }
     }
 

@@ -3,7 +3,9 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{Canvas, Chart, FINE, PlotHead, draw_svg, failed, short, style_mesh, text_style};
+use super::style::{
+    AxisPlace, Canvas, Chart, FINE, PlotHead, draw_svg_over_frames, failed, short, style_mesh, text_style,
+};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
 
@@ -26,6 +28,8 @@ pub struct LinePlot {
     pub logarithmic: bool,
     /// Places on the horizontal axis to point out: position and name.
     pub marks: Vec<(f64, String)>,
+    /// What the plot shows, for readers who cannot see it; empty for none.
+    pub finding: String,
 }
 
 /// One line; it breaks where a value is missing.
@@ -100,7 +104,8 @@ impl LinePlot {
         let entries = named.map(|line| (line.name.as_str(), line.stroke)).collect();
         let head = PlotHead::new(self.title.as_deref(), entries, size.width);
         let label = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
-        draw_svg(size, &label, |canvas| {
+        let label = if self.finding.is_empty() { label } else { format!("{label}: {}", self.finding) };
+        draw_svg_over_frames(size, &label, |canvas| {
             let [x, y] = self.ranges();
             let mut chart = head.draw_above_axes(canvas, &self.y_label, [x, y])?;
             let mut mesh = chart.configure_mesh();
@@ -112,7 +117,8 @@ impl LinePlot {
                 .map_err(failed)?;
             self.lines.iter().try_for_each(|line| line.draw(&mut chart, y))?;
             let visible = self.marks.iter().filter(|(at, _)| (x[0]..=x[1]).contains(at));
-            visible.into_iter().try_for_each(|(at, name)| draw_mark(canvas, &mut chart, [x, y], *at, name))
+            visible.into_iter().try_for_each(|(at, name)| draw_mark(canvas, &mut chart, [x, y], *at, name))?;
+            Ok(Some(AxisPlace::of(&chart, x, y)))
         })
     }
 

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::style::{FINE, draw_svg, failed, style_mesh, text_style};
+use super::style::{AxisPlace, FINE, draw_svg_over_frames, failed, style_mesh, text_style};
 use super::{Colour, Size, Svg};
 use crate::report::ReportError;
 
@@ -16,6 +16,8 @@ pub struct SpanPlot {
     pub x_range: [f64; 2],
     /// The rows, from top to bottom.
     pub rows: Vec<SpanRow>,
+    /// What the plot shows, for readers who cannot see it; empty for none.
+    pub finding: String,
 }
 
 /// One row.
@@ -49,9 +51,11 @@ impl SpanPlot {
     pub fn svg(&self, width: u32) -> Result<Svg, ReportError> {
         let height = self.height();
         let label = format!("{} over {}", self.names(), self.x_label);
+        let label = if self.finding.is_empty() { label } else { format!("{label}: {}", self.finding) };
         let [from, to] = self.x_range;
         let x_range = if to > from { from..to } else { from..from + 1.0 };
-        draw_svg(Size { width, height }, &label, |canvas| {
+        let ends = [x_range.start, x_range.end];
+        draw_svg_over_frames(Size { width, height }, &label, |canvas| {
             let mut chart = ChartBuilder::on(canvas)
                 .margin_top(ABOVE * FINE)
                 .margin_left(NAME_WIDTH * FINE)
@@ -71,7 +75,7 @@ impl SpanPlot {
                 });
                 chart.draw_series(bars).map_err(failed)?;
             }
-            Ok(())
+            Ok(Some(AxisPlace::of(&chart, ends, [f64::from(height as i32 - BELOW), f64::from(ABOVE)])))
         })
     }
 
@@ -92,6 +96,7 @@ mod tests {
             x_label: "time, s".into(),
             x_range: [0.0, 4.0],
             rows: vec![row("left foot", &[[0.0, 1.0], [2.0, 4.0]]), row("right foot", &[[3.0, 9.0]])],
+            finding: "left foot twice".into(),
         };
         let Svg(svg) = plot.svg(600).unwrap();
         let widths: Vec<f64> = svg

@@ -167,11 +167,44 @@ impl Svg {
 
 pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
+/// Where the horizontal axis of a plot over frames is, so that a page's script can point at a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct AxisPlace {
+    /// Ends of the axis, fine pixels.
+    pub(super) pixels: [i32; 2],
+    /// Top and bottom of the plot, fine pixels.
+    pub(super) heights: [i32; 2],
+    /// The values at its ends.
+    pub(super) values: [f64; 2],
+}
+
+impl AxisPlace {
+    /// Of a chart with these ranges.
+    pub(super) fn of(chart: &Chart<'_, '_>, x: [f64; 2], y: [f64; 2]) -> Self {
+        let [(left, top), (right, bottom)] = [chart.backend_coord(&(x[0], y[1])), chart.backend_coord(&(x[1], y[0]))];
+        Self { pixels: [left, right], heights: [top, bottom], values: x }
+    }
+
+    fn attribute(&self) -> String {
+        let ([left, right], [top, bottom], [from, to]) = (self.pixels, self.heights, self.values);
+        format!(" data-axis=\"{left} {right} {top} {bottom} {from} {to}\"")
+    }
+}
+
 /// Runs `draw` on an empty canvas of `size`, then gives the SVG a head by which it is scalable.
 pub(super) fn draw_svg(
     size: Size,
     label: &str,
     draw: impl FnOnce(&Canvas<'_>) -> Result<(), ReportError>,
+) -> Result<Svg, ReportError> {
+    draw_svg_over_frames(size, label, |canvas| draw(canvas).map(|()| None))
+}
+
+/// As [`draw_svg`], of a plot that may tell where its axis is.
+pub(super) fn draw_svg_over_frames(
+    size: Size,
+    label: &str,
+    draw: impl FnOnce(&Canvas<'_>) -> Result<Option<AxisPlace>, ReportError>,
 ) -> Result<Svg, ReportError> {
     let Size { width, height } = size;
     if !(160..=10_000).contains(&width) || !(120..=10_000).contains(&height) {
@@ -179,17 +212,19 @@ pub(super) fn draw_svg(
     }
     let (fine_width, fine_height) = (width * FINE as u32, height * FINE as u32);
     let mut text = String::new();
-    {
+    let axis = {
         let canvas = SVGBackend::with_string(&mut text, (fine_width, fine_height)).into_drawing_area();
-        draw(&canvas)?;
+        let axis = draw(&canvas)?;
         canvas.present().map_err(|error| ReportError::Plot(error.to_string()))?;
-    }
+        axis
+    };
     let head_end = text.find('>').ok_or_else(|| ReportError::Plot("an SVG without a head".into()))?;
     let body = &text[head_end..];
     let label = label.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    let axis = axis.map(|axis| axis.attribute()).unwrap_or_default();
     Ok(Svg(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {fine_width} {fine_height}\" role=\"img\" aria-label=\"{label}\" \
+         viewBox=\"0 0 {fine_width} {fine_height}\" role=\"img\" aria-label=\"{label}\"{axis} \
          stroke-linejoin=\"round\"{body}"
     )))
 }

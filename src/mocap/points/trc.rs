@@ -4,7 +4,11 @@ use super::{MOST_POINTS, PointFile};
 use crate::input::excerpt;
 use crate::mocap::UpAxis;
 
-pub(super) fn parse(text: &str) -> Result<PointFile, String> {
+/// Reads a file's text.
+///
+/// # Errors
+/// What was expected, with the line.
+pub(crate) fn parse(text: &str) -> Result<PointFile, String> {
     let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim_end_matches('\r')));
     let mut line = |what: &str| lines.next().ok_or_else(|| format!("it ends before {what}"));
     let (_, kind) = line("its first line")?;

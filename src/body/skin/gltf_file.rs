@@ -1,0 +1,426 @@
+//! glTF 2.0 (`.gltf`, `.glb`): the meshes of the first skin, with its joints and weights. The `gltf` crate reads and
+//! validates the document.
+//!
+//! glTF has Y up and metres; bodies face +Z. The mesh is taken as its nodes pose it, which is how programs show the
+//! file without an animation: `v = sum_i w_i T_i B_i v0` with the nodes' `T_i` and the inverse bind matrices `B_i`.
+//! Joints become body segments by their names; fingers and other joints without a segment of their own belong to the
+//! nearest joint above that has one. The landmarks that bind the skin to a body are the origins of the joints.
+
+use std::collections::BTreeMap;
+
+use gltf::accessor::{DataType, Dimensions};
+use gltf::mesh::Semantic;
+use nalgebra::{Matrix4, Point3, Vector4};
+
+use super::gltf_numbers::{Buffers, rows};
+use super::joint_names::{ORIGINS, Vocabulary, nearest_segment};
+use super::mesh::{MOST_TRIANGLES, MOST_VERTICES, SkinError, SkinMesh};
+use crate::input::{excerpt, foreign};
+
+/// Most joints that a skin may have.
+const MOST_JOINTS: usize = 10_000;
+/// Most nodes that a file may have.
+const MOST_NODES: usize = 1_000_000;
+/// Heights from ankle to crown that a body may have, metres: a file in centimetres is not taken for a giant.
+const HEIGHTS: std::ops::RangeInclusive<f64> = 0.3..=3.0;
+
+/// Reads a file's bytes; `read` gives the bytes of buffers that it names.
+pub(super) fn parse(
+    file: &str,
+    bytes: &[u8],
+    read: &dyn Fn(&str) -> Result<Vec<u8>, SkinError>,
+) -> Result<SkinMesh, SkinError> {
+    let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
+    // the crate subtracts the header's length from what a .glb says its own is
+    let length = bytes.get(8..12).and_then(|own| own.first_chunk()).map_or(0, |own| u32::from_le_bytes(*own));
+    if bytes.starts_with(b"glTF") && length < 12 {
+        return Err(malformed("expected glTF 2.0, found a header without content".to_owned()));
+    }
+    let (document, blob) = document(bytes).map_err(|e| malformed(format!("expected glTF 2.0: {}", excerpt(&e))))?;
+    if document.nodes().len() > MOST_NODES {
+        return Err(malformed(format!("{} nodes; expected at most {MOST_NODES}", document.nodes().len())));
+    }
+    let buffers = buffers(file, &document, blob.as_deref(), read)?;
+    let skin = document.nodes().filter(|node| node.mesh().is_some()).find_map(|node| node.skin());
+    let skin = skin.ok_or_else(|| {
+        malformed("expected a node with a mesh and a skin, found none; export the mesh with its armature".to_owned())
+    })?;
+    let joints = SkinJoints::of(&document, &skin, &buffers).map_err(malformed)?;
+    let mut mesh = SkinMesh {
+        name: std::path::Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+        weights: None,
+        landmarks: BTreeMap::new(),
+        notes: joints.notes.clone(),
+    };
+    let mut weights: BTreeMap<String, BTreeMap<u32, f64>> = BTreeMap::new();
+    for node in document.nodes().filter(|node| node.skin().is_some_and(|own| own.index() == skin.index())) {
+        for primitive in node.mesh().into_iter().flat_map(|own| own.primitives()) {
+            add(&primitive, &buffers, &joints, &mut mesh, &mut weights).map_err(malformed)?;
+        }
+    }
+    mesh.weights = Some(weights.into_iter().map(|(name, own)| (name, own.into_iter().collect())).collect());
+    let mut mesh = mesh.checked(file)?;
+    mesh.landmarks = joints.landmarks(&mesh).map_err(malformed)?;
+    mesh.checked(file)
+}
+
+/// The document, validated, and the binary chunk of a `.glb`.
+fn document(bytes: &[u8]) -> Result<(gltf::Document, Option<Vec<u8>>), String> {
+    let (text, blob) = if bytes.starts_with(b"glTF") {
+        let glb = gltf::Glb::from_slice(bytes).map_err(foreign)?;
+        (glb.json.into_owned(), glb.bin.map(std::borrow::Cow::into_owned))
+    } else {
+        (bytes.to_vec(), None)
+    };
+    let root: gltf::json::Root = gltf::json::deserialize::from_slice(&text).map_err(foreign)?;
+    // the validation looks attributes up without asking whether they are there
+    let attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|own| own.attributes.values());
+    if let Some(astray) = attributes.map(|index| index.value()).find(|index| *index >= root.accessors.len()) {
+        return Err(format!("an attribute is accessor {astray}; there are {}, from 0", root.accessors.len()));
+    }
+    Ok((gltf::Document::from_json(root).map_err(foreign)?, blob))
+}
+
+/// The bytes of every buffer: the file's own, or a file beside it.
+fn buffers(
+    file: &str,
+    document: &gltf::Document,
+    blob: Option<&[u8]>,
+    read: &dyn Fn(&str) -> Result<Vec<u8>, SkinError>,
+) -> Result<Buffers, SkinError> {
+    let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
+    let of = |buffer: gltf::Buffer<'_>| {
+        let bytes = match buffer.source() {
+            gltf::buffer::Source::Bin => {
+                blob.map(<[u8]>::to_vec).ok_or_else(|| malformed("the binary chunk is missing".to_owned()))?
+            }
+            gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
+                return Err(malformed("holds its buffers as text (data:); save it as .glb".to_owned()));
+            }
+            gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
+                let uri = excerpt(uri);
+                return Err(malformed(format!("names the buffer `{uri}`; expected a file in its own folder or below")));
+            }
+            gltf::buffer::Source::Uri(uri) => read(uri)?,
+        };
+        if bytes.len() < buffer.length() {
+            let (found, expected) = (bytes.len(), buffer.length());
+            return Err(malformed(format!("buffer {}: expected {expected} bytes, found {found}", buffer.index())));
+        }
+        Ok(bytes)
+    };
+    if document.buffers().len() > 16 {
+        return Err(malformed(format!("{} buffers; expected at most 16", document.buffers().len())));
+    }
+    document.buffers().map(of).collect()
+}
+
+/// Adds the vertices, triangles and weights of a primitive.
+fn add(
+    primitive: &gltf::Primitive<'_>,
+    buffers: &Buffers,
+    joints: &SkinJoints,
+    mesh: &mut SkinMesh,
+    weights: &mut BTreeMap<String, BTreeMap<u32, f64>>,
+) -> Result<(), String> {
+    if primitive.mode() != gltf::mesh::Mode::Triangles {
+        return Err(format!("expected triangles, found {:?}", primitive.mode()));
+    }
+    if primitive.get(&Semantic::Joints(1)).is_some() {
+        return Err("more than four joints a vertex (JOINTS_1); limit them to four when exporting".to_owned());
+    }
+    let of = |semantic: Semantic, name: &str| {
+        primitive.get(&semantic).ok_or_else(|| format!("a mesh without {name}; export it with skinning"))
+    };
+    let spare = MOST_VERTICES.saturating_sub(mesh.vertices.len());
+    let positions: Vec<[f64; 3]> =
+        rows(&of(Semantic::Positions, "POSITION")?, buffers, (&[DataType::F32], Dimensions::Vec3), spare)?;
+    let small = [DataType::U8, DataType::U16];
+    let carriers: Vec<[f64; 4]> =
+        rows(&of(Semantic::Joints(0), "JOINTS_0")?, buffers, (&small, Dimensions::Vec4), spare)?;
+    let shares = [DataType::F32, DataType::U8, DataType::U16];
+    let shares: Vec<[f64; 4]> =
+        rows(&of(Semantic::Weights(0), "WEIGHTS_0")?, buffers, (&shares, Dimensions::Vec4), spare)?;
+    if carriers.len() != positions.len() || shares.len() != positions.len() {
+        let (a, b, c) = (positions.len(), carriers.len(), shares.len());
+        return Err(format!("{a} positions, {b} joints and {c} weights; expected as many of each"));
+    }
+    let first = mesh.vertices.len() as u32;
+    let places: Vec<Point3<f64>> = positions.iter().map(|place| Point3::from(*place)).collect();
+    for (index, (place, (carriers, shares))) in places.iter().zip(carriers.iter().zip(&shares)).enumerate() {
+        let vertex = first + index as u32;
+        let mut posed = Vector4::zeros();
+        for (carrier, share) in carriers.iter().zip(shares).filter(|(_, share)| **share != 0.0) {
+            let joint = joints.all.get(*carrier as usize).ok_or_else(|| {
+                format!("vertex {vertex} has joint {carrier}; the skin has {}, from 0", joints.all.len())
+            })?;
+            posed += joint.place_from_mesh * place.to_homogeneous() * *share;
+            *weights.entry(joint.segment.clone()).or_default().entry(vertex).or_default() += share;
+        }
+        let sum: f64 = shares.iter().sum();
+        mesh.vertices.push(if sum > 0.0 { forward(posed.xyz() / sum) } else { forward(place.coords) });
+    }
+    let indices: Vec<u32> = match primitive.indices() {
+        Some(accessor) => {
+            let types = [DataType::U8, DataType::U16, DataType::U32];
+            let most = 3 * MOST_TRIANGLES.saturating_sub(mesh.triangles.len());
+            let single: Vec<[f64; 1]> = rows(&accessor, buffers, (&types, Dimensions::Scalar), most)?;
+            single.iter().map(|[index]| *index as u32).collect()
+        }
+        None => (0..positions.len() as u32).collect(),
+    };
+    let corner = |index: u32| index.checked_add(first).ok_or_else(|| "an index too large".to_owned());
+    for triple in indices.as_chunks::<3>().0 {
+        mesh.triangles.push([corner(triple[0])?, corner(triple[1])?, corner(triple[2])?]);
+    }
+    Ok(())
+}
+
+/// From Y up and facing +Z to X forward, Y left, Z up.
+fn forward(place: nalgebra::Vector3<f64>) -> Point3<f64> {
+    Point3::new(place.z, place.x, place.y)
+}
+
+/// A joint of a skin.
+struct SkinJoint {
+    /// Body segment that it belongs to.
+    segment: String,
+    /// From the mesh's own frame to where the joint has it.
+    place_from_mesh: Matrix4<f64>,
+}
+
+/// The joints of a skin, by their number in it.
+struct SkinJoints {
+    all: Vec<SkinJoint>,
+    /// Origins of joints that begin a segment.
+    origins: BTreeMap<String, Point3<f64>>,
+    names: Vec<String>,
+    notes: Vec<String>,
+}
+
+impl SkinJoints {
+    fn of(document: &gltf::Document, skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Self, String> {
+        let nodes: Vec<(usize, String)> = skin
+            .joints()
+            .take(MOST_JOINTS + 1)
+            .map(|joint| (joint.index(), joint.name().unwrap_or_default().to_owned()))
+            .collect();
+        if nodes.len() > MOST_JOINTS {
+            return Err(format!("a skin of more than {MOST_JOINTS} joints"));
+        }
+        let inverse: Vec<[f64; 16]> = match skin.inverse_bind_matrices() {
+            Some(accessor) => rows(&accessor, buffers, (&[DataType::F32], Dimensions::Mat4), MOST_JOINTS)?,
+            None => vec![std::array::from_fn(|i| f64::from(u8::from(i % 5 == 0))); nodes.len()],
+        };
+        if inverse.len() != nodes.len() {
+            return Err(format!("{} joints and {} inverse bind matrices", nodes.len(), inverse.len()));
+        }
+        let tree = NodeTree::of(document)?;
+        let vocabulary = Vocabulary::of(nodes.iter().map(|(_, name)| name.as_str()));
+        let own: BTreeMap<usize, String> =
+            nodes.iter().filter_map(|(node, name)| Some((*node, vocabulary.segment(name)?))).collect();
+        let mut joints = Self { all: Vec::new(), origins: BTreeMap::new(), names: Vec::new(), notes: Vec::new() };
+        let mut unknown = Vec::new();
+        for ((node, name), inverse) in nodes.iter().zip(&inverse) {
+            let world = tree.world.get(*node).copied().unwrap_or_else(Matrix4::identity);
+            match own.get(node) {
+                Some(segment) => {
+                    let origin = forward(world.column(3).xyz());
+                    joints.origins.entry(segment.clone()).or_insert(origin);
+                }
+                None => unknown.push(excerpt(name)),
+            }
+            let segment = nearest_segment(*node, &tree.parents, &own).unwrap_or_else(|| "pelvis".to_owned());
+            let place_from_mesh = world * Matrix4::from_column_slice(inverse);
+            joints.all.push(SkinJoint { segment, place_from_mesh });
+            joints.names.push(name.clone());
+        }
+        if !unknown.is_empty() {
+            let unknown = excerpt(&unknown.join(", "));
+            joints.notes.push(format!("joints that move with the nearest known one above them: {unknown}"));
+        }
+        Ok(joints)
+    }
+
+    /// Where the landmarks of a body are.
+    fn landmarks(&self, mesh: &SkinMesh) -> Result<BTreeMap<String, Point3<f64>>, String> {
+        let mut landmarks = BTreeMap::new();
+        let mut missing = Vec::new();
+        for side in ["left", "right"] {
+            for (landmark, segment) in ORIGINS {
+                match self.origins.get(&format!("{side}_{segment}")) {
+                    Some(origin) => drop(landmarks.insert(format!("{side}_{landmark}"), *origin)),
+                    None if landmark == "toes" => {}
+                    None => missing.push(format!("{side} {landmark}")),
+                }
+            }
+        }
+        if let (Some(left), Some(right)) = (landmarks.get("left_hip"), landmarks.get("right_hip")) {
+            landmarks.insert("pelvis".to_owned(), nalgebra::center(left, right));
+        }
+        match self.origins.get("neck").or(self.origins.get("head")) {
+            Some(neck) => drop(landmarks.insert("thorax".to_owned(), *neck)),
+            None => missing.push("neck".to_owned()),
+        }
+        let head = mesh.weights.as_ref().and_then(|weights| weights.get("head").or(weights.get("neck")));
+        let of_head = head.into_iter().flatten().filter(|(_, share)| *share > 0.5);
+        let tops = of_head.filter_map(|(vertex, _)| mesh.vertices.get(*vertex as usize));
+        match tops.max_by(|a, b| a.z.total_cmp(&b.z)) {
+            Some(top) => {
+                let middle = self.origins.get("head").map_or(*top, |head| Point3::new(head.x, head.y, top.z));
+                landmarks.insert("head_top".to_owned(), middle);
+            }
+            None => missing.push("head".to_owned()),
+        }
+        if !missing.is_empty() {
+            let names = excerpt(&self.names.join(", "));
+            return Err(format!(
+                "no joint is recognised as {}; its joints are: {names}; rename them as Mixamo, Unreal or CMU do, or \
+                 export the mesh as OBJ and name its landmarks in a .toml",
+                missing.join(", ")
+            ));
+        }
+        let height = landmarks["head_top"].z - landmarks["left_ankle"].z.min(landmarks["right_ankle"].z);
+        if !HEIGHTS.contains(&height) {
+            return Err(format!(
+                "a body of {height:.3} m from ankle to crown along Y; expected {} to {}: glTF is metres with Y up",
+                HEIGHTS.start(),
+                HEIGHTS.end()
+            ));
+        }
+        Ok(landmarks)
+    }
+}
+
+/// The nodes of a file.
+struct NodeTree {
+    parents: Vec<Option<usize>>,
+    /// World from node, by the node's number.
+    world: Vec<Matrix4<f64>>,
+}
+
+impl NodeTree {
+    fn of(document: &gltf::Document) -> Result<Self, String> {
+        let nodes: Vec<gltf::Node<'_>> = document.nodes().collect();
+        let mut parents = vec![None; nodes.len()];
+        let mut below: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
+        for node in &nodes {
+            for child in node.children().map(|child| child.index()) {
+                if parents[child].replace(node.index()).is_some() {
+                    return Err(format!("node {child} has two parents"));
+                }
+                below[node.index()].push(child);
+            }
+        }
+        let mut world = vec![Matrix4::identity(); nodes.len()];
+        let mut waiting: Vec<usize> = (0..nodes.len()).filter(|node| parents[*node].is_none()).collect();
+        let mut reached = 0;
+        while let Some(node) = waiting.pop() {
+            reached += 1;
+            let own = nodes[node].transform().matrix();
+            let own = Matrix4::from_fn(|row, column| f64::from(own[column][row]));
+            world[node] = parents[node].map_or(own, |parent: usize| world[parent] * own);
+            waiting.extend(&below[node]);
+        }
+        match reached == nodes.len() {
+            true => Ok(Self { parents, world }),
+            false => Err("nodes that are their own ancestors".to_owned()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The joints that a body's landmarks need, each 0.1 m apart, and a triangle held by the head, as text, whose
+    /// buffer is `uri`.
+    fn text(uri: &str, length: usize) -> String {
+        let names = ["Hips", "Neck", "Head"].map(str::to_owned).into_iter();
+        let limbs = ["Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot"];
+        let limbs = ["Left", "Right"].into_iter().flat_map(|side| limbs.map(|limb| format!("{side}{limb}")));
+        let names: Vec<String> = names.chain(limbs).collect();
+        let node = |name: &String| {
+            let height = if name.ends_with("Foot") { 0.0 } else { 0.9 };
+            format!(r#"{{"name": "{name}", "translation": [0, {height}, 0]}}"#)
+        };
+        let nodes = names.iter().map(node).collect::<Vec<_>>().join(",");
+        let joints = (1..=names.len()).map(|node| node.to_string()).collect::<Vec<_>>().join(",");
+        format!(
+            r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0, "skin": 0}}, {nodes}],
+            "skins": [{{"joints": [{joints}]}}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}}}}]}}],
+            "buffers": [{{"uri": "{uri}", "byteLength": {length}}}],
+            "bufferViews": [{{"buffer": 0, "byteOffset": 0, "byteLength": 36}},
+              {{"buffer": 0, "byteOffset": 36, "byteLength": 12}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 48}}],
+            "accessors": [
+              {{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]}},
+              {{"bufferView": 1, "componentType": 5121, "count": 3, "type": "VEC4"}},
+              {{"bufferView": 2, "componentType": 5126, "count": 3, "type": "VEC4"}}]}}"#
+        )
+    }
+
+    fn buffer() -> Vec<u8> {
+        let positions = [0.0_f32, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.75, 0.5];
+        let weights = [1.0_f32, 0.0, 0.0, 0.0].repeat(3);
+        let floats = |all: &[f32]| all.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+        [floats(&positions), [2, 0, 0, 0].repeat(3), floats(&weights)].concat()
+    }
+
+    fn message(text: &str, bytes: &[u8]) -> String {
+        parse("a.gltf", text.as_bytes(), &|_| Ok(bytes.to_vec())).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_skinned_triangle_is_read_as_its_nodes_pose_it_in_the_axes_of_bodies() {
+        let mesh = parse("a.gltf", text("b.bin", 96).as_bytes(), &|_| Ok(buffer())).unwrap();
+        // the head lifts what it holds by 0.9 m
+        let lifted = Point3::new(0.5, 0.0, 0.75 + f64::from(0.9_f32));
+        assert!((mesh.vertices[2] - lifted).norm() < 1e-12, "{}", mesh.vertices[2]);
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+        assert_eq!(mesh.weights.unwrap()["head"], [(0, 1.0), (1, 1.0), (2, 1.0)]);
+        assert_eq!(mesh.landmarks["left_ankle"], Point3::origin());
+    }
+
+    #[test]
+    fn missing_short_and_outside_buffers_are_refused() {
+        let with = |uri: &str, length| text(uri, length);
+        assert!(message(&with("b.bin", 96), &[0; 10]).contains("expected 96 bytes, found 10"));
+        assert!(message(&with("b.bin", 60), &buffer()[..60]).contains("beyond its buffer"), "a view beyond its buffer");
+        let outside = message(&with("https://example.org/b.bin", 96), &buffer());
+        assert!(outside.contains("expected a file in its own folder"), "{outside}");
+        let inside = message(&with("data:application/octet-stream;base64,AAAA", 96), &buffer());
+        assert!(inside.contains("save it as .glb"), "{inside}");
+        for bytes in [&b"glTF"[..], b"glTF\x02\0\0\0\x05\0\0\0", b"{}", b"", b"glTF\x02\0\0\0\xff\xff\xff\xff"] {
+            let found = parse("a.glb", bytes, &|_| Ok(Vec::new())).unwrap_err().to_string();
+            assert!(found.contains("expected glTF 2.0"), "{found}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_another_kind_and_count_and_joints_of_another_skeleton_are_refused() {
+        let good = text("b.bin", 96);
+        let mut nan = buffer();
+        nan[..4].copy_from_slice(&f32::NAN.to_le_bytes());
+        assert!(message(&good, &nan).contains("NaN"));
+        let mut astray = buffer();
+        astray[36] = 99;
+        assert!(message(&good, &astray).contains("vertex 0 has joint 99"));
+        for (from, to, part) in [
+            ("5121, \"count\": 3", "5126, \"count\": 3", "expected Vec4 of [U8, U16]"),
+            ("5121, \"count\": 3", "5121, \"count\": 4000000000", "expected at most"),
+            ("5121, \"count\": 3", "5121, \"count\": 2", "3 positions, 2 joints and 3 weights"),
+            ("\"WEIGHTS_0\": 2", "\"JOINTS_1\": 1", "more than four joints"),
+            ("\"LeftLeg\"", "\"Tentacle\"", "no joint is recognised as left knee"),
+            ("\"Hips\"", "\"Hips\", \"children\": [1]", "their own ancestors"),
+            ("0.9, 0", "90, 0", "glTF is metres"),
+            (", \"skin\": 0", "", "a node with a mesh and a skin"),
+        ] {
+            assert!(good.contains(from), "{from}");
+            let found = message(&good.replace(from, to), &buffer());
+            assert!(found.contains(part), "{from}: {found}");
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! Where the error comes from: the markers' error by phase of gait, by speed and by how many cameras see them.
+
+use serde::{Deserialize, Serialize};
+
+use super::Sequence;
+use super::interval::{Interval, ValueRange, mean_interval};
+use super::statistics::mean;
+use super::student::mean_of_means;
+use super::summary::{SeedRun, by_clip, mean_over_clips};
+use crate::body::Landmark;
+
+/// Knee and ankle of each leg, in the order of the feet of contact truth: left, right.
+const LEGS: [[Landmark; 2]; 2] =
+    [[Landmark::LeftKnee, Landmark::LeftAnkle], [Landmark::RightKnee, Landmark::RightAnkle]];
+/// Limits between slow, medium and fast markers of the actor, metres a second: a walker's trunk and a walker's swinging
+/// foot.
+const SPEEDS: [f64; 2] = [0.5, 2.0];
+/// From so many cameras on no further difference is made.
+const MOST_CAMERAS: usize = 4;
+
+/// Mean error of a group of markers in one sequence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BreakdownGroup {
+    /// What markers are grouped by: `phase of gait`, `speed`, `cameras that see the marker`.
+    pub by: String,
+    /// The group.
+    pub group: String,
+    /// Mean distance from the truth, millimetres.
+    pub mean_mm: f64,
+    /// Share of the markers of all groups of the same kind.
+    pub share: f64,
+}
+
+/// A group over all runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BreakdownSummary {
+    /// As [`BreakdownGroup::by`].
+    pub by: String,
+    /// The group.
+    pub group: String,
+    /// Mean distance over clips of each clip's mean over seeds, millimetres.
+    pub mean_mm: f64,
+    /// 95 % interval of it.
+    pub ci95: Option<Interval>,
+    /// Share of the markers, mean over clips and seeds.
+    pub share: f64,
+}
+
+/// Distances of one group, millimetres.
+struct Errors {
+    by: &'static str,
+    group: String,
+    all: Vec<f64>,
+}
+
+/// Every group that has a marker, as far as contacts and cameras are known.
+pub(super) fn breakdown(sequence: &Sequence<'_>) -> Vec<BreakdownGroup> {
+    let kinds = [by_phase(sequence), by_speed(sequence), by_cameras(sequence)];
+    kinds.into_iter().flat_map(as_groups).collect()
+}
+
+fn as_groups(kind: Vec<Errors>) -> Vec<BreakdownGroup> {
+    let total: usize = kind.iter().map(|group| group.all.len()).sum();
+    let group = |errors: Errors| {
+        let (mean_mm, share) = (mean(&errors.all)?, errors.all.len() as f64 / total as f64);
+        Some(BreakdownGroup { by: errors.by.to_owned(), group: errors.group, mean_mm, share })
+    };
+    kind.into_iter().filter_map(group).collect()
+}
+
+/// Knees and ankles of the actor's standing and of its swinging legs.
+fn by_phase(sequence: &Sequence<'_>) -> Vec<Errors> {
+    let Some(contacts) = sequence.contacts else { return vec![] };
+    let feet = &contacts.truth.ground.feet;
+    sort_into(sequence, "phase of gait", &["standing leg", "swinging leg"].map(str::to_owned), |frame, landmark| {
+        let leg = LEGS.iter().position(|leg| leg.iter().any(|part| *part as usize == landmark))?;
+        Some(usize::from(!feet.get(leg)?.frames[frame].in_contact))
+    })
+}
+
+/// By the speed of the true marker between its neighbouring frames.
+fn by_speed(sequence: &Sequence<'_>) -> Vec<Errors> {
+    let groups = [
+        format!("below {} m/s", SPEEDS[0]),
+        format!("{} to {} m/s", SPEEDS[0], SPEEDS[1]),
+        format!("above {} m/s", SPEEDS[1]),
+    ];
+    sort_into(sequence, "speed", &groups, |frame, landmark| {
+        let (before, after) = (frame.checked_sub(1)?, frame + 1);
+        let [from, to] =
+            [before, after].map(|frame| sequence.truth_markers.get(frame).and_then(|markers| markers[landmark]));
+        let speed = 0.5 * (to? - from?).norm() * sequence.frames_per_second;
+        Some(SPEEDS.iter().filter(|limit| speed > **limit).count())
+    })
+}
+
+/// By the number of cameras in which the true marker is in view and not hidden.
+fn by_cameras(sequence: &Sequence<'_>) -> Vec<Errors> {
+    let Some(views) = sequence.views else { return vec![] };
+    let most = views.cameras.len().min(MOST_CAMERAS);
+    let name = |count: usize| match count {
+        0 => "none".to_owned(),
+        count if count == most && views.cameras.len() > most => format!("{count} or more"),
+        count => count.to_string(),
+    };
+    let groups: Vec<String> = (0..=most).map(name).collect();
+    sort_into(sequence, "cameras that see the marker", &groups, |frame, landmark| {
+        Some(views.visible[frame].iter().filter(|camera| camera[landmark]).count().min(most))
+    })
+}
+
+/// The distances of all scored markers in the groups that `index(frame, landmark)` says.
+fn sort_into(
+    sequence: &Sequence<'_>,
+    by: &'static str,
+    names: &[String],
+    index: impl Fn(usize, usize) -> Option<usize>,
+) -> Vec<Errors> {
+    let mut groups: Vec<Errors> = names.iter().map(|name| Errors { by, group: name.clone(), all: vec![] }).collect();
+    for frame in sequence.scored() {
+        for (landmark, truth, estimate) in sequence.pairs(frame) {
+            let group = index(frame, landmark).and_then(|index| groups.get_mut(index));
+            group.into_iter().for_each(|group| group.all.push(1000.0 * (estimate - truth).norm()));
+        }
+    }
+    groups
+}
+
+/// All groups over all runs, in the order in which they are met.
+pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
+    let mut names: Vec<(&str, &str)> = Vec::new();
+    for group in runs.iter().flat_map(|run| &run.evaluation.breakdown) {
+        let name = (group.by.as_str(), group.group.as_str());
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let summary = |(by, group): (&str, &str)| {
+        let find = |run: &SeedRun<'_>| -> Option<BreakdownGroup> {
+            run.evaluation.breakdown.iter().find(|g| (g.by.as_str(), g.group.as_str()) == (by, group)).cloned()
+        };
+        let per_run: Vec<Option<f64>> = runs.iter().map(|run| Some(find(run)?.mean_mm)).collect();
+        let clips = by_clip(runs, &per_run);
+        Some(BreakdownSummary {
+            by: by.to_owned(),
+            group: group.to_owned(),
+            mean_mm: mean_of_means(&clips)?,
+            ci95: mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends),
+            share: mean_over_clips(runs, |run| Some(find(run)?.share))?,
+        })
+    };
+    names.into_iter().filter_map(summary).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, FieldOfView};
+    use crate::evaluation::contact_fixture::contacts;
+    use crate::evaluation::fixture::{standing, translated};
+    use crate::evaluation::sequence::{ContactMeasures, ContactPair, Views};
+    use crate::evaluation::{evaluate, summarise};
+    use nalgebra::{Point3, Vector3};
+
+    fn found(sequence: &Sequence<'_>, by: &str) -> Vec<(String, f64, f64)> {
+        let groups = breakdown(sequence).into_iter().filter(|group| group.by == by);
+        groups.map(|group| (group.group, group.mean_mm, group.share)).collect()
+    }
+
+    #[test]
+    fn legs_count_as_standing_and_swinging_by_the_contact_truth() {
+        let truth = vec![standing(); 4];
+        let mut estimate = truth.clone();
+        for frame in &mut estimate {
+            for landmark in LEGS[1] {
+                frame[landmark as usize] = truth[0][landmark as usize].map(|p| p + Vector3::new(0.03, 0.0, 0.0));
+            }
+        }
+        // the left foot stands throughout, the right one in frame 1 of the three that count
+        let stands = (true, 0.0, 0.0);
+        let swings = (false, 50.0, 0.0);
+        let ground = contacts(&[stands; 4], &[stands, stands, swings, swings]);
+        let depth = [0.0; 4];
+        let measures =
+            ContactMeasures { ground: &ground, self_depth_m: &depth, prop_depth_m: None, dynamics: None, known: None };
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
+        sequence.contacts = Some(ContactPair { truth: measures, estimate: None });
+        let phases = found(&sequence, "phase of gait");
+        assert_eq!(phases[0].0, "standing leg");
+        // six markers of the left leg are right, two of the standing right leg 30 mm off
+        assert!(
+            (phases[0].1 - 2.0 * 30.0 / 8.0).abs() < 1e-9 && (phases[0].2 - 8.0 / 12.0).abs() < 1e-12,
+            "{phases:?}"
+        );
+        assert!((phases[1].1 - 30.0).abs() < 1e-9 && (phases[1].2 - 4.0 / 12.0).abs() < 1e-12, "{phases:?}");
+    }
+
+    #[test]
+    fn markers_are_fast_by_the_truth_and_the_last_frame_has_no_speed() {
+        // one frame in sixty seconds: a marker that moves by 1 m a frame is 60 m/s fast
+        let at = |x: f64| translated(&standing(), Vector3::new(x, 0.0, 0.0));
+        let truth = [at(0.0), at(0.0), at(0.02), at(0.04), at(1.0)];
+        let estimate: Vec<_> = truth.iter().map(|m| translated(m, Vector3::new(0.0, 0.01, 0.0))).collect();
+        let speeds = found(&Sequence::from_markers(60.0, &truth, &estimate), "speed");
+        let names: Vec<&str> = speeds.iter().map(|(name, ..)| name.as_str()).collect();
+        // frame 1: 0.6 m/s, frame 2: 1.2 m/s, frame 3: 29.4 m/s
+        assert_eq!(names, ["0.5 to 2 m/s", "above 2 m/s"]);
+        assert!((speeds[0].2 - 2.0 / 3.0).abs() < 1e-12 && (speeds[0].1 - 10.0).abs() < 1e-9, "{speeds:?}");
+    }
+
+    #[test]
+    fn markers_that_fewer_cameras_see_have_a_group_of_their_own() {
+        let truth = vec![standing(); 2];
+        let mut estimate = truth.clone();
+        estimate[1][0] = truth[1][0].map(|p| p + Vector3::new(0.0, 0.0, 0.09));
+        let camera = |name: &str| {
+            let (eye, target) = (Point3::new(4.0, 0.0, 1.0), Point3::new(0.0, 0.0, 1.0));
+            Camera::look_at(name, eye, target, Vector3::z(), FieldOfView::Vertical(0.9), 64, 48).unwrap()
+        };
+        let cameras = ["a", "b"].map(camera);
+        let mut seen = [[true; 15], [true; 15]];
+        seen[0][0] = false;
+        let all: Vec<&[[bool; 15]]> = vec![&seen; 2];
+        let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
+        sequence.views = Some(Views { cameras: &cameras, in_view: &all, visible: &all });
+        let groups = found(&sequence, "cameras that see the marker");
+        assert_eq!(groups.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), ["1", "2"]);
+        assert!((groups[0].1 - 90.0).abs() < 1e-9 && groups[1].1 == 0.0, "{groups:?}");
+        let evaluation = evaluate(&sequence).unwrap();
+        let run = |seed| SeedRun { clip: "walk", seed, evaluation: &evaluation };
+        let summary = summarise(&[run(0), run(1)]).unwrap();
+        let one = summary.breakdown.iter().find(|group| group.group == "1").unwrap();
+        assert!((one.mean_mm - 90.0).abs() < 1e-9 && (one.share - 1.0 / 15.0).abs() < 1e-12);
+        assert_eq!(summary.per_camera.iter().map(|c| c.camera.as_str()).collect::<Vec<_>>(), ["a", "b"]);
+    }
+}

@@ -1,0 +1,61 @@
+//! Every frame of the run with the median error, packed for the report.
+
+use rayon::prelude::*;
+
+use super::ExperimentError;
+use super::measuring::{Measures, Painters};
+use super::tracking::Tracked;
+use crate::benchmark_set::BenchmarkSet;
+use crate::raster::Mask;
+use crate::report::{PackedView, Playback, PlaybackPlan, typical_run};
+
+/// Frames that the plan is made from.
+const SAMPLES: usize = 6;
+
+/// The frames of the seed whose error is in the middle; `None` without a seed.
+pub(super) fn playback(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    measures: &Measures,
+) -> Result<Option<Playback>, ExperimentError> {
+    let runs = measures.runs();
+    let Some(typical) = typical_run(&runs).filter(|_| set.blind.frame_count > 0) else { return Ok(None) };
+    let frames = set.blind.frame_count;
+    let views = |painters: &mut Painters, frame: usize| -> Result<(Vec<Mask>, Option<Vec<Mask>>), ExperimentError> {
+        let body = tracked.estimates.body(typical, &set.blind.start.body);
+        let estimated = tracked.estimates.sequences[typical].pose(frame).map(|pose| painters.silhouettes(body, pose));
+        Ok((set.blind.observation(frame)?.silhouettes, estimated))
+    };
+    let mut painters = Painters::new(&set.blind);
+    let samples = (0..SAMPLES.min(frames)).map(|i| views(&mut painters, i * (frames - 1) / (SAMPLES - 1)));
+    let samples: Vec<_> = samples.collect::<Result<_, _>>()?;
+    let pairs: Vec<(&Mask, Option<&Mask>)> = samples
+        .iter()
+        .flat_map(|(observed, estimated)| {
+            let estimate = move |index: usize| estimated.as_ref().and_then(|masks| masks.get(index));
+            observed.iter().enumerate().map(move |(index, mask)| (mask, estimate(index)))
+        })
+        .collect();
+    let plan = PlaybackPlan::new(frames, set.blind.rig.cameras.len(), &pairs);
+    let kept: Vec<usize> = plan.kept().collect();
+    let packed: Vec<Vec<PackedView>> = kept
+        .par_iter()
+        .map_init(
+            || Painters::new(&set.blind),
+            |painters, frame| {
+                let (observed, estimated) = views(painters, *frame)?;
+                let estimate = |index: usize| estimated.as_ref().and_then(|masks| masks.get(index));
+                let packed = observed.iter().enumerate().map(|(index, mask)| plan.pack(mask, estimate(index)));
+                Ok(packed.collect())
+            },
+        )
+        .collect::<Result<_, ExperimentError>>()?;
+    Ok(Some(Playback {
+        seed: measures.seeds[typical].seed,
+        plan,
+        views: packed,
+        props: painters.props(&set.truth.ground_truth.props),
+        truth: kept.iter().map(|frame| set.truth.ground_truth.frames[*frame].markers).collect(),
+        estimate: kept.iter().map(|frame| measures.seeds[typical].markers[*frame]).collect(),
+    }))
+}

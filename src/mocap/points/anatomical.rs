@@ -1,0 +1,283 @@
+//! From markers on the skin to the centres of joints, in one frame.
+//!
+//! * **Hips**: Harrington's regression on the width and depth of the pelvis (`[Harrington 2007]`).
+//! * **Knees and ankles**: the middle of lateral and medial marker where both are worn; else the chord of Plug-in Gait:
+//!   the centre lies half a joint's breadth from the lateral marker, at a right angle to the segment above, in the
+//!   plane of the marker on thigh or shank.
+//! * **Elbows** alike, in the plane across the bend of the arm; **wrists** in the middle of their two markers.
+//! * **Shoulders** below the acromion, the seventh vertebra before its marker, the top of the head above the head band.
+//!
+//! Breadths and offsets are this project's round figures for adults ([`HALF_KNEE`] and the others): a file seldom tells
+//! its subject's. They are the greatest error of what is found, one to two centimetres.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+
+/// Half a knee's breadth and half a marker's, metres.
+pub(super) const HALF_KNEE: f64 = 0.058;
+/// The same of an ankle.
+pub(super) const HALF_ANKLE: f64 = 0.042;
+/// The same of an elbow.
+pub(super) const HALF_ELBOW: f64 = 0.045;
+/// From a marker on the acromion down to the centre of the shoulder, metres.
+const BELOW_ACROMION: f64 = 0.055;
+/// From the marker on the seventh vertebra ahead to where the neck bends, metres.
+const INTO_NECK: f64 = 0.04;
+/// From the middle of a head band up to the crown, metres.
+const ABOVE_BAND: f64 = 0.10;
+/// Directions between points that are nearer than this are unknown, metres.
+const LEAST_LENGTH: f64 = 1e-4;
+/// Two directions with a smaller sine between them do not tell a frame.
+const LEAST_SINE: f64 = 0.02;
+
+/// Markers and landmarks of one frame, metres, by name.
+pub(super) struct MarkerFrame<'a>(pub(super) &'a BTreeMap<String, Point3<f64>>);
+
+/// One side of a body.
+#[derive(Clone, Copy)]
+pub(super) struct Side {
+    /// `left` or `right`.
+    pub(super) word: &'static str,
+    /// `L` or `R`.
+    pub(super) letter: &'static str,
+    /// 1 to the left, -1 to the right.
+    pub(super) sign: f64,
+}
+
+pub(super) const SIDES: [Side; 2] =
+    [Side { word: "left", letter: "L", sign: 1.0 }, Side { word: "right", letter: "R", sign: -1.0 }];
+
+/// A frame with X ahead, Y to the left, Z up: Y as given, Z as nearly as that allows.
+pub(super) fn upright(left: Vector3<f64>, up: Vector3<f64>) -> Option<UnitQuaternion<f64>> {
+    let (y, up) = (left.try_normalize(LEAST_LENGTH)?, up.try_normalize(LEAST_LENGTH)?);
+    let z = (up - y * y.dot(&up)).try_normalize(LEAST_SINE)?;
+    Some(rotation(y.cross(&z), y, z))
+}
+
+/// A frame with Z as given, Y as nearly as that allows.
+pub(super) fn along(up: Vector3<f64>, left: Vector3<f64>) -> Option<UnitQuaternion<f64>> {
+    let (z, left) = (up.try_normalize(LEAST_LENGTH)?, left.try_normalize(LEAST_LENGTH)?);
+    let y = (left - z * z.dot(&left)).try_normalize(LEAST_SINE)?;
+    Some(rotation(y.cross(&z), y, z))
+}
+
+fn rotation(x: Vector3<f64>, y: Vector3<f64>, z: Vector3<f64>) -> UnitQuaternion<f64> {
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, z]));
+    UnitQuaternion::new_normalize(UnitQuaternion::from_rotation_matrix(&rotation).into_inner())
+}
+
+/// The centre of a joint at half a breadth from its lateral marker, where it sees the joint above at a right angle to
+/// the marker; `outside` tells which side of the line between them is outside.
+fn chord(above: Point3<f64>, marker: Point3<f64>, outside: Vector3<f64>, half: f64) -> Option<Point3<f64>> {
+    let line = above - marker;
+    let length = line.norm();
+    let (ahead, outside) = (line.try_normalize(LEAST_LENGTH)?, outside.try_normalize(LEAST_LENGTH)?);
+    let outside = (outside - ahead * ahead.dot(&outside)).try_normalize(LEAST_SINE)?;
+    let along = half * half / length;
+    Some(marker + ahead * along - outside * libm::sqrt((half * half - along * along).max(0.0)))
+}
+
+impl MarkerFrame<'_> {
+    pub(super) fn get(&self, name: &str) -> Option<Point3<f64>> {
+        self.0.get(name).copied()
+    }
+
+    fn sided(&self, side: Side, name: &str) -> Option<Point3<f64>> {
+        self.get(&format!("{}{name}", side.letter))
+    }
+
+    fn landmark(&self, side: Side, name: &str) -> Option<Point3<f64>> {
+        self.get(&format!("{}_{name}", side.word))
+    }
+
+    fn middle(&self, name: &str) -> Option<Point3<f64>> {
+        Some(nalgebra::center(&self.sided(SIDES[0], name)?, &self.sided(SIDES[1], name)?))
+    }
+
+    /// Orientation of the pelvis by its markers; else by hips and trunk.
+    pub(super) fn pelvis(&self) -> Option<UnitQuaternion<f64>> {
+        if let (Some(left), Some(right), Some(back)) =
+            (self.sided(SIDES[0], "ASI"), self.sided(SIDES[1], "ASI"), self.middle("PSI").or_else(|| self.get("SACR")))
+        {
+            let ahead = nalgebra::center(&left, &right) - back;
+            let across = left - right;
+            return upright(across, ahead.cross(&across));
+        }
+        let (left, right) = (self.landmark(SIDES[0], "hip")?, self.landmark(SIDES[1], "hip")?);
+        upright(left - right, self.neck()? - nalgebra::center(&left, &right))
+    }
+
+    /// The centre of a hip.
+    pub(super) fn hip(&self, side: Side) -> Option<Point3<f64>> {
+        let by_markers = || {
+            let (left, right) = (self.sided(SIDES[0], "ASI")?, self.sided(SIDES[1], "ASI")?);
+            let back = self.middle("PSI").or_else(|| self.get("SACR"))?;
+            let front = nalgebra::center(&left, &right);
+            let (width, depth) = ((left - right).norm(), (front - back).norm());
+            let behind = 0.24 * depth + 0.0099;
+            let below = 0.30 * width + 0.0109;
+            let aside = 0.33 * width + 0.0073;
+            Some(front + self.pelvis()? * Vector3::new(-behind, side.sign * aside, -below))
+        };
+        self.landmark(side, "hip").or_else(by_markers)
+    }
+
+    /// Where the neck begins.
+    pub(super) fn neck(&self) -> Option<Point3<f64>> {
+        let by_markers = || {
+            let back = self.get("C7")?;
+            Some(self.thorax_by_markers().map_or(back, |thorax| back + thorax * Vector3::x() * INTO_NECK))
+        };
+        self.get("thorax").or_else(by_markers)
+    }
+
+    fn thorax_by_markers(&self) -> Option<UnitQuaternion<f64>> {
+        let (c7, t10, clav, strn) = (self.get("C7")?, self.get("T10")?, self.get("CLAV")?, self.get("STRN")?);
+        let up = nalgebra::center(&c7, &clav) - nalgebra::center(&t10, &strn);
+        let ahead = nalgebra::center(&clav, &strn) - nalgebra::center(&c7, &t10);
+        along(up, up.cross(&ahead))
+    }
+
+    /// Orientation of the thorax.
+    pub(super) fn thorax(&self) -> Option<UnitQuaternion<f64>> {
+        if let Some(thorax) = self.thorax_by_markers() {
+            return Some(thorax);
+        }
+        let across = |name: &str| Some(self.sided(SIDES[0], name)? - self.sided(SIDES[1], name)?);
+        let hips = nalgebra::center(&self.hip(SIDES[0])?, &self.hip(SIDES[1])?);
+        let joints = || Some(self.landmark(SIDES[0], "shoulder")? - self.landmark(SIDES[1], "shoulder")?);
+        upright(across("SHO").or_else(joints)?, self.neck()? - hips)
+    }
+
+    /// The centre of a shoulder.
+    pub(super) fn shoulder(&self, side: Side) -> Option<Point3<f64>> {
+        let by_marker = || Some(self.sided(side, "SHO")? - self.thorax()? * Vector3::z() * BELOW_ACROMION);
+        self.landmark(side, "shoulder").or_else(by_marker)
+    }
+
+    /// The centre of a knee.
+    pub(super) fn knee(&self, side: Side) -> Option<Point3<f64>> {
+        let by_markers = || {
+            let lateral = self.sided(side, "KNE")?;
+            if let Some(medial) = self.sided(side, "KNM") {
+                return Some(nalgebra::center(&lateral, &medial));
+            }
+            let outside = match self.sided(side, "THI") {
+                Some(thigh) => thigh - lateral,
+                None => self.pelvis()? * Vector3::y() * side.sign,
+            };
+            chord(self.hip(side)?, lateral, outside, HALF_KNEE)
+        };
+        self.landmark(side, "knee").or_else(by_markers)
+    }
+
+    /// The centre of an ankle.
+    pub(super) fn ankle(&self, side: Side) -> Option<Point3<f64>> {
+        let by_markers = || {
+            let lateral = self.sided(side, "ANK")?;
+            if let Some(medial) = self.sided(side, "ANM") {
+                return Some(nalgebra::center(&lateral, &medial));
+            }
+            let outside = match (self.sided(side, "TIB"), self.sided(side, "KNE")) {
+                (Some(shank), _) => shank - lateral,
+                (None, Some(knee)) => knee - self.knee(side)?,
+                (None, None) => self.pelvis()? * Vector3::y() * side.sign,
+            };
+            chord(self.knee(side)?, lateral, outside, HALF_ANKLE)
+        };
+        self.landmark(side, "ankle").or_else(by_markers)
+    }
+
+    /// The centre of a wrist.
+    pub(super) fn wrist(&self, side: Side) -> Option<Point3<f64>> {
+        let by_markers = || match (self.sided(side, "WRA"), self.sided(side, "WRB")) {
+            (Some(a), Some(b)) => Some(nalgebra::center(&a, &b)),
+            (one, other) => one.or(other),
+        };
+        self.landmark(side, "wrist").or_else(by_markers)
+    }
+
+    /// The centre of an elbow.
+    pub(super) fn elbow(&self, side: Side) -> Option<Point3<f64>> {
+        let by_markers = || {
+            let lateral = self.sided(side, "ELB")?;
+            if let Some(medial) = self.sided(side, "ELM") {
+                return Some(nalgebra::center(&lateral, &medial));
+            }
+            let (shoulder, wrist) = (self.shoulder(side)?, self.wrist(side)?);
+            let up = (shoulder - lateral).try_normalize(LEAST_LENGTH)?;
+            let ahead = (wrist - lateral).try_normalize(LEAST_LENGTH)?;
+            // an arm that is nearly straight does not tell: then the side of the body
+            let outside = up.cross(&ahead) * side.sign + self.thorax()? * Vector3::y() * (0.1 * side.sign);
+            chord(shoulder, lateral, outside, HALF_ELBOW)
+        };
+        self.landmark(side, "elbow").or_else(by_markers)
+    }
+
+    /// Orientation of the head, if it has its markers.
+    fn head_by_markers(&self) -> Option<UnitQuaternion<f64>> {
+        let (front, back) = (self.middle("FHD")?, self.middle("BHD")?);
+        let across = self.sided(SIDES[0], "FHD")? - self.sided(SIDES[1], "FHD")?;
+        upright(across, (front - back).cross(&across))
+    }
+
+    /// The top of the head.
+    pub(super) fn head_top(&self) -> Option<Point3<f64>> {
+        let by_markers = || {
+            let middle = nalgebra::center(&self.middle("FHD")?, &self.middle("BHD")?);
+            Some(middle + self.head_by_markers()? * Vector3::z() * ABOVE_BAND)
+        };
+        self.get("head_top").or_else(|| self.get("ARIEL")).or_else(by_markers)
+    }
+
+    /// Orientation of the head.
+    pub(super) fn head(&self) -> Option<UnitQuaternion<f64>> {
+        let by_neck = || along(self.head_top()? - self.neck()?, self.thorax()? * Vector3::y());
+        self.head_by_markers().or_else(by_neck)
+    }
+
+    /// The ball of a foot.
+    pub(super) fn toes(&self, side: Side) -> Option<Point3<f64>> {
+        self.landmark(side, "toes").or_else(|| self.sided(side, "TOE"))
+    }
+
+    /// Orientation of a foot: by heel and toes, else as the shank's.
+    pub(super) fn foot(&self, side: Side, shank: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+        let by_markers = || {
+            let (toes, back) = (self.toes(side)?, self.sided(side, "HEE").or_else(|| self.ankle(side))?);
+            let ahead = (toes - back).try_normalize(LEAST_LENGTH)?;
+            let left = (shank * Vector3::z()).cross(&ahead);
+            upright(left, ahead.cross(&left))
+        };
+        by_markers().unwrap_or(shank)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chord_is_half_a_breadth_from_the_marker_and_square_to_the_segment() {
+        let (hip, centre) = (Point3::new(0.0, 0.09, 0.93), Point3::new(0.02, 0.1, 0.5));
+        // the marker is beside the centre, square to the thigh
+        let thigh = (hip - centre).normalize();
+        let aside = (Vector3::y() - thigh * thigh.y).normalize();
+        let found = chord(hip, centre + aside * HALF_KNEE, aside + thigh * 0.3, HALF_KNEE).unwrap();
+        assert!((found - centre).norm() < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn harringtons_hips_are_where_the_regression_has_them() {
+        // a pelvis of 240 mm by 160 mm, level, facing +X: by hand
+        let mut markers = BTreeMap::new();
+        for (name, x, y) in [("LASI", 0.08, 0.12), ("RASI", 0.08, -0.12), ("LPSI", -0.08, 0.05), ("RPSI", -0.08, -0.05)]
+        {
+            markers.insert(name.to_owned(), Point3::new(x, y, 1.0));
+        }
+        let hip = MarkerFrame(&markers).hip(SIDES[1]).unwrap();
+        let expected = Point3::new(0.08 - 0.0483, -0.0865, 1.0 - 0.0829);
+        assert!((hip - expected).norm() < 1e-12, "{hip}");
+    }
+}

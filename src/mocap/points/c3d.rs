@@ -1,0 +1,300 @@
+//! C3D, the binary marker format of motion capture systems (`www.c3d.org`, user guide): blocks of 512 bytes, a header,
+//! groups of parameters, then frames of points and analogue samples, which are skipped. Intel, DEC and SGI numbers,
+//! whole or floating.
+//!
+//! This is a reader of our own because the crates that read C3D panic on damaged files.
+
+use super::{MOST_POINTS, PointFile};
+use crate::input::excerpt;
+use crate::mocap::UpAxis;
+
+const BLOCK: usize = 512;
+/// C3dParameters that a file may have.
+const MOST_PARAMETERS: usize = 10_000;
+
+/// How numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Processor {
+    Intel,
+    Dec,
+    Sgi,
+}
+
+impl Processor {
+    fn word(self, bytes: [u8; 2]) -> u16 {
+        match self {
+            Self::Intel | Self::Dec => u16::from_le_bytes(bytes),
+            Self::Sgi => u16::from_be_bytes(bytes),
+        }
+    }
+
+    fn float(self, [a, b, c, d]: [u8; 4]) -> f64 {
+        f64::from(match self {
+            Self::Intel => f32::from_le_bytes([a, b, c, d]),
+            Self::Sgi => f32::from_be_bytes([a, b, c, d]),
+            // words exchanged, and an exponent that is two greater
+            Self::Dec => 0.25 * f32::from_le_bytes([c, d, a, b]),
+        })
+    }
+}
+
+/// The bytes of a file, with numbers as its processor writes them.
+#[derive(Clone, Copy)]
+struct Bytes<'a> {
+    all: &'a [u8],
+    processor: Processor,
+}
+
+impl Bytes<'_> {
+    fn byte(self, at: usize) -> Option<u8> {
+        self.all.get(at).copied()
+    }
+
+    fn word(self, at: usize) -> Option<u16> {
+        Some(self.processor.word(*self.all.get(at..)?.first_chunk()?))
+    }
+
+    fn float(self, at: usize) -> Option<f64> {
+        Some(self.processor.float(*self.all.get(at..)?.first_chunk()?))
+    }
+}
+
+/// A parameter of a group.
+struct C3dParameter {
+    group: String,
+    name: String,
+    /// -1 text, 1 byte, 2 whole number, 4 float.
+    kind: i8,
+    dimensions: Vec<usize>,
+    data: Vec<u8>,
+}
+
+struct C3dParameters {
+    all: Vec<C3dParameter>,
+    processor: Processor,
+}
+
+impl C3dParameters {
+    /// The section that begins at `start`.
+    fn read(bytes: Bytes<'_>, start: usize) -> Result<Self, String> {
+        let cut = || "its parameters end early".to_owned();
+        let mut groups: Vec<(u8, String)> = Vec::new();
+        let mut found: Vec<(u8, C3dParameter)> = Vec::new();
+        let mut at = start + 4;
+        while found.len() + groups.len() < MOST_PARAMETERS {
+            // a negative length says that the parameter is locked; 0 ends the section
+            let Some(length) = bytes.byte(at).map(|length| usize::from((length as i8).unsigned_abs())) else { break };
+            if length == 0 {
+                break;
+            }
+            let id = bytes.byte(at + 1).ok_or_else(cut)? as i8;
+            let name = bytes.all.get(at + 2..at + 2 + length).ok_or_else(cut)?;
+            let name = String::from_utf8_lossy(name).trim().to_ascii_uppercase();
+            let behind = at + 2 + length;
+            let step = usize::from(bytes.word(behind).ok_or_else(cut)?);
+            if id < 0 {
+                groups.push((id.unsigned_abs(), name));
+            } else {
+                found.push((id.unsigned_abs(), C3dParameter::read(bytes, behind + 2, name).ok_or_else(cut)?));
+            }
+            if step == 0 {
+                break;
+            }
+            at = behind + step;
+        }
+        for (id, parameter) in &mut found {
+            let group = groups.iter().find(|(known, _)| known == id);
+            parameter.group = group.map_or_else(String::new, |(_, name)| name.clone());
+        }
+        let all = found.into_iter().map(|(_, parameter)| parameter).collect();
+        Ok(Self { all, processor: bytes.processor })
+    }
+
+    fn find(&self, group: &str, name: &str) -> Option<&C3dParameter> {
+        self.all.iter().find(|parameter| parameter.group == group && parameter.name == name)
+    }
+
+    /// The numbers of a parameter; empty where there is none.
+    fn numbers(&self, group: &str, name: &str) -> Vec<f64> {
+        let Some(parameter) = self.find(group, name) else { return Vec::new() };
+        match parameter.kind {
+            1 => parameter.data.iter().map(|byte| f64::from(*byte)).collect(),
+            2 => parameter.data.as_chunks().0.iter().map(|word| f64::from(self.processor.word(*word))).collect(),
+            4 => parameter.data.as_chunks().0.iter().map(|float| self.processor.float(*float)).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The texts of a parameter, without blanks at their ends.
+    fn texts(&self, group: &str, name: &str) -> Vec<String> {
+        let Some(parameter) = self.find(group, name).filter(|p| p.kind == -1) else { return Vec::new() };
+        let length = parameter.dimensions.first().copied().unwrap_or(parameter.data.len()).max(1);
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_matches(['\0', ' ']).to_owned();
+        parameter.data.chunks(length).map(text).collect()
+    }
+}
+
+impl C3dParameter {
+    fn read(bytes: Bytes<'_>, at: usize, name: String) -> Option<Self> {
+        let kind = bytes.byte(at)? as i8;
+        let count = usize::from(bytes.byte(at + 1)?);
+        let dimensions: Vec<usize> = bytes.all.get(at + 2..at + 2 + count)?.iter().map(|d| usize::from(*d)).collect();
+        let size = usize::from(kind.unsigned_abs());
+        // at most seven dimensions of a byte each
+        let elements = dimensions.iter().try_fold(1_usize, |all, d| all.checked_mul(*d))?;
+        let start = at + 2 + count;
+        let data = bytes.all.get(start..start.checked_add(elements.checked_mul(size)?)?)?.to_vec();
+        Some(Self { group: String::new(), name, kind, dimensions, data })
+    }
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// What was expected, and what was found.
+pub(crate) fn parse(all: &[u8]) -> Result<PointFile, String> {
+    let first = all.first().copied().map(usize::from);
+    let Some(start) = first.filter(|block| *block > 0 && all.get(1) == Some(&0x50)).map(|block| (block - 1) * BLOCK)
+    else {
+        return Err("expected a C3D file, whose second byte is 0x50".to_owned());
+    };
+    let processor = match all.get(start + 3) {
+        Some(84) => Processor::Intel,
+        Some(85) => Processor::Dec,
+        Some(86) => Processor::Sgi,
+        Some(other) => return Err(format!("expected processor type 84, 85 or 86, found {other}")),
+        None => return Err("it ends before its parameters".to_owned()),
+    };
+    let bytes = Bytes { all, processor };
+    let parameters = C3dParameters::read(bytes, start)?;
+    let layout = Layout::of(bytes, &parameters)?;
+    let names = labels(&parameters, layout.points);
+    let rate = parameters.numbers("POINT", "RATE").first().copied().filter(|rate| *rate > 0.0);
+    let rate = rate.or_else(|| bytes.float(20)).filter(|rate| rate.is_finite() && *rate > 0.0);
+    let mut notes = Vec::new();
+    let metres_per_unit = unit(&parameters, &mut notes)?;
+    let frames = (0..layout.frames).map(|frame| layout.frame(bytes, frame)).collect::<Result<_, String>>()?;
+    Ok(PointFile { names, frames_per_second: rate, metres_per_unit, up: up(&parameters), frames, notes })
+}
+
+/// Labels of all points; further ones than 255 stand in LABELS2 and so on.
+fn labels(parameters: &C3dParameters, points: usize) -> Vec<String> {
+    let mut labels = parameters.texts("POINT", "LABELS");
+    for number in 2..=99 {
+        let more = parameters.texts("POINT", &format!("LABELS{number}"));
+        if more.is_empty() || labels.len() >= points {
+            break;
+        }
+        labels.extend(more);
+    }
+    labels.resize(points, String::new());
+    labels
+}
+
+fn unit(parameters: &C3dParameters, notes: &mut Vec<String>) -> Result<Option<f64>, String> {
+    let unit = parameters.texts("POINT", "UNITS").concat();
+    Ok(Some(match unit.trim().to_ascii_lowercase().as_str() {
+        "mm" => 0.001,
+        "cm" => 0.01,
+        "m" => 1.0,
+        "in" => 0.0254,
+        "" => {
+            notes.push("POINT:UNITS is missing: millimetres assumed".to_owned());
+            0.001
+        }
+        other => return Err(format!("POINT:UNITS: expected mm, cm, m or in, found {:?}", excerpt(other))),
+    }))
+}
+
+/// The axis that a screen shows upwards.
+fn up(parameters: &C3dParameters) -> Option<UpAxis> {
+    match parameters.texts("POINT", "Y_SCREEN").concat().trim().to_ascii_uppercase().as_str() {
+        "+Z" | "Z" => Some(UpAxis::Z),
+        "+Y" | "Y" => Some(UpAxis::Y),
+        _ => None,
+    }
+}
+
+/// Where the numbers of frames are.
+struct Layout {
+    start: usize,
+    points: usize,
+    frames: usize,
+    /// Bytes of a number.
+    size: usize,
+    /// Numbers of a frame, points and samples.
+    numbers: usize,
+    scale: f64,
+}
+
+impl Layout {
+    fn of(bytes: Bytes<'_>, parameters: &C3dParameters) -> Result<Self, String> {
+        let word = |at: usize| bytes.word(at).map(usize::from).ok_or_else(|| "it ends in its header".to_owned());
+        let number = |name: &str| parameters.numbers("POINT", name).first().copied();
+        let points = number("USED").map_or(word(2)?, |used| used as usize);
+        let samples = word(4)?;
+        let scale = number("SCALE").map_or_else(|| bytes.float(12), Some).filter(|scale| scale.is_finite());
+        let scale = scale.ok_or("POINT:SCALE: expected a number")?;
+        let size = if scale < 0.0 { 4 } else { 2 };
+        let block = match number("DATA_START").map(|block| block as usize).filter(|block| *block > 0) {
+            Some(block) => block,
+            None => word(16)?,
+        };
+        if points == 0 || block == 0 {
+            return Err("expected points, found none".to_owned());
+        }
+        let start = (block - 1) * BLOCK;
+        let numbers = 4 * points + samples;
+        let held = bytes.all.len().saturating_sub(start) / (numbers * size);
+        let (first, last) = (word(6)?, word(8)?);
+        let said = match (actual_frames(parameters), number("LONG_FRAMES")) {
+            (Some(frames), _) => frames,
+            (None, Some(frames)) if frames >= 1.0 => frames as usize,
+            _ => (last + 1).saturating_sub(first),
+        };
+        // what has more frames than 16 bits can say may still say 65535
+        let frames = if said == 0 || (last >= 65_535 && said < held) { held } else { said };
+        if frames > held {
+            return Err(format!("expected {frames} frames of {points} points, found {held}: it is cut off"));
+        }
+        if frames.saturating_mul(points) > MOST_POINTS {
+            return Err(format!("{frames} frames of {points} points; expected at most {MOST_POINTS} points"));
+        }
+        Ok(Self { start, points, frames, size, numbers, scale: scale.abs() })
+    }
+
+    fn frame(&self, bytes: Bytes<'_>, frame: usize) -> Result<Vec<Option<[f64; 3]>>, String> {
+        let begin = self.start + frame * self.numbers * self.size;
+        let number = |index: usize| {
+            let at = begin + index * self.size;
+            match self.size {
+                4 => bytes.float(at),
+                _ => bytes.word(at).map(|word| f64::from(word as i16)),
+            }
+        };
+        let point = |point: usize| {
+            let own = [0, 1, 2, 3].map(|i| number(4 * point + i).unwrap_or(f64::NAN));
+            let [x, y, z, residual] = own;
+            let place = if self.size == 2 { [x, y, z].map(|c| c * self.scale) } else { [x, y, z] };
+            // not seen: a negative residual, no number, or the origin exactly
+            if residual < 0.0 || place.iter().any(|c| c.is_nan()) || place == [0.0; 3] {
+                return Ok(None);
+            }
+            match place.iter().all(|c| c.abs() < 1e9) {
+                true => Ok(Some(place)),
+                false => Err(format!("frame {}, point {}: expected a place, found {place:?}", frame + 1, point + 1)),
+            }
+        };
+        (0..self.points).map(point).collect()
+    }
+}
+
+/// The number of frames by TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD, 32 bits in two words each.
+fn actual_frames(parameters: &C3dParameters) -> Option<usize> {
+    let field = |name: &str| match parameters.numbers("TRIAL", name).as_slice() {
+        [low, high] => Some(*low as usize + 65_536 * *high as usize),
+        _ => None,
+    };
+    let (first, last) = (field("ACTUAL_START_FIELD")?, field("ACTUAL_END_FIELD")?);
+    (last + 1).checked_sub(first)
+}

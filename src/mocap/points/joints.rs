@@ -1,0 +1,165 @@
+//! A skeleton of points: joints at their centres, turned as the segments are.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+use super::anatomical::{MarkerFrame, SIDES, along};
+use super::frames::Placed;
+use super::names::{KnownPoints, listed};
+use super::{PointFile, malformed};
+use crate::mocap::rotation::make_signs_continuous;
+use crate::mocap::{Clip, MocapError, ReadOptions, Skeleton, SkeletonJoint, clip};
+
+/// Joints with their parents; sides stand one after another.
+const JOINTS: [(&str, Option<usize>); 16] = [
+    ("pelvis", None),
+    ("left_hip", Some(0)),
+    ("left_knee", Some(1)),
+    ("left_ankle", Some(2)),
+    ("right_hip", Some(0)),
+    ("right_knee", Some(4)),
+    ("right_ankle", Some(5)),
+    ("chest", Some(0)),
+    ("neck", Some(7)),
+    ("head", Some(8)),
+    ("left_shoulder", Some(7)),
+    ("left_elbow", Some(10)),
+    ("left_wrist", Some(11)),
+    ("right_shoulder", Some(7)),
+    ("right_elbow", Some(13)),
+    ("right_wrist", Some(14)),
+];
+const HEAD: usize = 9;
+const ANKLES: [usize; 2] = [3, 6];
+
+/// A clip of the points of a file.
+///
+/// # Errors
+/// [`MocapError::Points`] for points that are no body, with those that are not known and the map to fill in.
+pub(in crate::mocap) fn clip_of(file: &str, points: PointFile, options: &ReadOptions) -> Result<Clip, MocapError> {
+    let known = KnownPoints::of(file, &points.names, &options.markers)?;
+    let unknown = known.unknown.clone();
+    let rate = options.frames_per_second.or(points.frames_per_second);
+    let rate = rate.ok_or_else(|| malformed(file, "it does not say its frame rate; set `source_hz`"))?;
+    if points.frames.len() < 2 {
+        return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: points.frames.len() });
+    }
+    let mut placed = Placed::of(file, points, &known, options)?;
+    let (mut worlds, mut tips) = (Vec::new(), [Vector3::zeros(); 3]);
+    for (index, frame) in placed.frames.iter().enumerate() {
+        let found = skeleton_in(&MarkerFrame(frame)).map_err(|lacking| lacks(file, &lacking, index, &unknown))?;
+        let ends = [(HEAD, found.head_top), (ANKLES[0], found.toes[0]), (ANKLES[1], found.toes[1])];
+        for (tip, (joint, end)) in tips.iter_mut().zip(ends) {
+            let own = end.map_or(Vector3::zeros(), |end| found.joints[joint].inverse_transform_point(&end).coords);
+            *tip += own / placed.frames.len() as f64;
+        }
+        worlds.push(found.joints);
+    }
+    let tip = |joint: usize| match joint {
+        HEAD => Some(tips[0]),
+        joint => ANKLES.iter().position(|ankle| *ankle == joint).map(|side| tips[1 + side]).filter(|t| t.norm() > 0.01),
+    };
+    let joint = |(index, (name, parent)): (usize, &(&str, Option<usize>))| SkeletonJoint {
+        name: (*name).to_owned(),
+        parent: *parent,
+        tip: tip(index),
+    };
+    let local = |world: &Vec<Isometry3<f64>>| {
+        let own = |joint: usize| JOINTS[joint].1.map_or(world[joint], |parent| world[parent].inverse() * world[joint]);
+        (0..JOINTS.len()).map(own).collect()
+    };
+    if !unknown.is_empty() {
+        placed.notes.push(format!("points that are not used: {}", listed(&unknown)));
+    }
+    let mut clip = Clip {
+        name: clip::clip_name(file),
+        skeleton: Skeleton { joints: JOINTS.iter().enumerate().map(joint).collect() },
+        frames_per_second: rate,
+        frames: worlds.iter().map(local).collect(),
+        notes: placed.notes,
+        cyclic: false,
+    };
+    make_signs_continuous(&mut clip.frames);
+    Ok(clip)
+}
+
+/// What a frame tells.
+struct PlacedJoints {
+    joints: Vec<Isometry3<f64>>,
+    head_top: Option<Point3<f64>>,
+    toes: [Option<Point3<f64>>; 2],
+}
+
+/// World from joint of all joints, in the order of [`JOINTS`].
+///
+/// # Errors
+/// What cannot be placed.
+fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Vec<String>> {
+    let mut lacking = Vec::new();
+    let mut need = |name: &str, place: Option<Point3<f64>>| {
+        if place.is_none() {
+            lacking.push(name.to_owned());
+        }
+        place.unwrap_or_else(Point3::origin)
+    };
+    let neck = need("thorax", frame.neck());
+    let head_top = need("head_top", frame.head_top());
+    let mut limbs: BTreeMap<&str, [Point3<f64>; 2]> = BTreeMap::new();
+    for (index, side) in SIDES.into_iter().enumerate() {
+        for (name, place) in [
+            ("hip", frame.hip(side)),
+            ("knee", frame.knee(side)),
+            ("ankle", frame.ankle(side)),
+            ("shoulder", frame.shoulder(side)),
+            ("elbow", frame.elbow(side)),
+            ("wrist", frame.wrist(side)),
+        ] {
+            let place = need(&format!("{}_{name}", side.word), place);
+            limbs.entry(name).or_insert([Point3::origin(); 2])[index] = place;
+        }
+    }
+    if !lacking.is_empty() {
+        return Err(lacking);
+    }
+    let turns = (frame.pelvis(), frame.thorax(), frame.head());
+    let (Some(pelvis), Some(chest), Some(head)) = turns else {
+        return Err(vec!["a trunk that is not flat".to_owned()]);
+    };
+    let at = |place: Point3<f64>, turn: UnitQuaternion<f64>| Isometry3::from_parts(place.coords.into(), turn);
+    let bone = |upper: &str, lower: &str, side: usize, left: UnitQuaternion<f64>| {
+        along(limbs[upper][side] - limbs[lower][side], left * Vector3::y()).unwrap_or(left)
+    };
+    let mut joints = vec![Isometry3::identity(); JOINTS.len()];
+    joints[0] = at(nalgebra::center(&limbs["hip"][0], &limbs["hip"][1]), pelvis);
+    for (index, side) in SIDES.into_iter().enumerate() {
+        let (leg, arm) = (1 + 3 * index, 10 + 3 * index);
+        let thigh = bone("hip", "knee", index, pelvis);
+        let shank = bone("knee", "ankle", index, thigh);
+        let upper_arm = bone("shoulder", "elbow", index, chest);
+        let forearm = bone("elbow", "wrist", index, upper_arm);
+        let chain = [(leg, "hip", thigh), (leg + 1, "knee", shank), (leg + 2, "ankle", frame.foot(side, shank))];
+        let arms = [(arm, "shoulder", upper_arm), (arm + 1, "elbow", forearm), (arm + 2, "wrist", forearm)];
+        for (joint, name, turn) in chain.into_iter().chain(arms) {
+            joints[joint] = at(limbs[name][index], turn);
+        }
+    }
+    joints[7] = at(neck, chest);
+    joints[8] = at(neck, chest);
+    joints[HEAD] = at(neck, head);
+    Ok(PlacedJoints { joints, head_top: Some(head_top), toes: SIDES.map(|side| frame.toes(side)) })
+}
+
+/// Points that are no body.
+fn lacks(file: &str, lacking: &[String], frame: usize, unknown: &[String]) -> MocapError {
+    let unknown = if unknown.is_empty() { "none".to_owned() } else { listed(unknown) };
+    let detail = format!(
+        "its points do not tell {} (frame {}, from 1); expected the markers of Plug-in Gait or CMU, or joint centres; \
+         name them in `marker_map` of `[motion]`, as {} = \"LABEL\" or \"LABEL+LABEL\" for the middle; points that are not \
+         known: {unknown}",
+        lacking.join(", "),
+        frame + 1,
+        lacking.first().map_or("left_hip", String::as_str),
+    );
+    malformed(file, detail)
+}

@@ -1,0 +1,46 @@
+//! Recordings of points: markers of C3D and TRC files. [`joints`] makes a skeleton of them.
+
+mod anatomical;
+mod c3d;
+mod frames;
+mod gaps;
+mod joints;
+mod names;
+mod trc;
+
+use super::{Clip, MocapError, ReadOptions, UpAxis};
+
+pub(crate) use trc::parse as parse_trc;
+
+/// Points times frames that a file may have.
+pub(crate) const MOST_POINTS: usize = 20_000_000;
+
+/// Points by names, frame by frame, as a file has them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct PointFile {
+    pub(crate) names: Vec<String>,
+    pub(crate) frames_per_second: Option<f64>,
+    /// As the file declares it.
+    pub(crate) metres_per_unit: Option<f64>,
+    pub(crate) up: Option<UpAxis>,
+    /// One entry a frame, one a name; `None` where a point is not seen.
+    pub(crate) frames: Vec<Vec<Option<[f64; 3]>>>,
+    pub(crate) notes: Vec<String>,
+}
+
+/// An error of a whole file of points.
+pub(super) fn malformed(file: &str, detail: impl Into<String>) -> MocapError {
+    MocapError::Points { file: file.to_owned(), detail: detail.into() }
+}
+
+/// Reads a recording of markers: C3D, or TRC where `file` ends so. Markers become joint centres by their names
+/// (Plug-in Gait, CMU, or joint centres), or by [`ReadOptions::markers`].
+///
+/// # Errors
+/// [`MocapError`] that names the file, what was expected and found.
+pub fn parse_markers(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
+    options.check()?;
+    let is_text = file.len() >= 4 && file.as_bytes()[file.len() - 4..].eq_ignore_ascii_case(b".trc");
+    let points = if is_text { trc::parse(&String::from_utf8_lossy(bytes)) } else { c3d::parse(bytes) };
+    joints::clip_of(file, points.map_err(|detail| malformed(file, detail))?, options)
+}

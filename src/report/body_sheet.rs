@@ -1,0 +1,214 @@
+//! A body in one picture: turned about the vertical, in some poses, and the limits of its joints.
+
+use nalgebra::{Point3, Vector3};
+use serde::Serialize;
+use tiny_skia::{Pixmap, Rect, Transform};
+
+use super::base64::encode;
+use super::cell::{colour, new_picture, png};
+use super::html::render_page;
+use super::lettering::draw_text;
+use super::{FactGroup, ReportError};
+use crate::body::{Humanoid, Motion, Pose, SilhouettePainter};
+use crate::camera::{Camera, FieldOfView};
+
+/// Views of the turntable, and most poses.
+const ACROSS: usize = 8;
+/// Size of one view, pixels.
+const CELL: [u32; 2] = [150, 230];
+const MARGIN: u32 = 14;
+const ROW: u32 = 18;
+const NAMES: u32 = 250;
+
+const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
+const GROUND: [u8; 3] = [0x2a, 0x36, 0x42];
+const WORDS: [u8; 3] = [0xe6, 0xec, 0xf2];
+const RANGE: [u8; 3] = [0x4f, 0x7f, 0xe0];
+const USED: [u8; 3] = [0xe0, 0x8a, 0x3c];
+/// Links take these in turn.
+const LINKS: [[f64; 3]; 5] =
+    [[0.80, 0.84, 0.88], [0.56, 0.74, 0.62], [0.62, 0.68, 0.84], [0.86, 0.72, 0.56], [0.76, 0.62, 0.76]];
+
+/// The camera looks from this many statures away.
+const DISTANCE: f64 = 4.5;
+
+const TEMPLATE: &str = include_str!("body_page.html");
+
+/// A body to be shown.
+#[derive(Clone, Debug)]
+pub struct BodySheet<'a> {
+    /// Its title.
+    pub title: String,
+    /// The body.
+    pub body: &'a Humanoid,
+    /// Poses with their names, eight at most.
+    pub poses: Vec<(String, Pose)>,
+    /// A motion whose range of every angle is marked within the limits.
+    pub motion: Option<&'a Motion>,
+    /// Facts, for the page.
+    pub facts: Vec<FactGroup>,
+}
+
+#[derive(Serialize)]
+struct Page<'a> {
+    title: &'a str,
+    picture: String,
+    facts: &'a [FactGroup],
+    facts_heading: &'static str,
+}
+
+impl BodySheet<'_> {
+    /// Four poses of any body: as it stands, at the middle of its joints' ranges, and most of the way to their ends.
+    pub fn four_poses(body: &Humanoid) -> Vec<(String, Pose)> {
+        let towards = |share: f64| {
+            let mut pose = body.zero_pose();
+            for (angle, limits) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
+                let (lower, upper) = (limits.lower.max(-1.5), limits.upper.min(1.5));
+                *angle = lower + share * (upper - lower);
+            }
+            pose
+        };
+        vec![
+            ("ZERO POSE".to_owned(), body.zero_pose()),
+            ("MIDDLE OF ALL LIMITS".to_owned(), towards(0.5)),
+            ("80 % TO LOWER LIMITS".to_owned(), towards(0.1)),
+            ("80 % TO UPPER LIMITS".to_owned(), towards(0.9)),
+        ]
+    }
+
+    /// A PNG.
+    ///
+    /// # Errors
+    /// [`ReportError`] when there is nothing to draw.
+    pub fn png(&self) -> Result<Vec<u8>, ReportError> {
+        let degrees = self.body.degrees_of_freedom.len() as u32;
+        let columns = 2_u32;
+        let rows = degrees.div_ceil(columns);
+        let width = 2 * MARGIN + ACROSS as u32 * CELL[0];
+        let charts = 40 + 2 * (CELL[1] + 26);
+        let mut picture = new_picture(width, charts + 24 + rows * ROW + 24 + MARGIN)?;
+        picture.fill(colour(PAPER));
+        draw_text(&mut picture, &self.title, [MARGIN as f32, 14.0], 13.0, WORDS);
+        for index in 0..ACROSS {
+            let azimuth = 360.0 * index as f64 / ACROSS as f64;
+            let at = [MARGIN + index as u32 * CELL[0], 40];
+            self.view(&mut picture, &self.body.zero_pose(), azimuth, at)?;
+            caption(&mut picture, &format!("{azimuth:.0} DEG"), at);
+        }
+        for (index, (name, pose)) in self.poses.iter().take(ACROSS).enumerate() {
+            let at = [MARGIN + index as u32 * CELL[0], 40 + CELL[1] + 26];
+            self.view(&mut picture, pose, 45.0, at)?;
+            caption(&mut picture, name, at);
+        }
+        self.limits(&mut picture, charts, rows, (width - 2 * MARGIN) / columns);
+        png(&picture)
+    }
+
+    /// A page with the picture and the facts.
+    ///
+    /// # Errors
+    /// [`ReportError`] as of [`Self::png`].
+    pub fn page(&self) -> Result<String, ReportError> {
+        let picture = format!("data:image/png;base64,{}", encode(&self.png()?));
+        render_page(TEMPLATE, &Page { title: &self.title, picture, facts: &self.facts, facts_heading: "Facts" })
+    }
+
+    /// The body from `azimuth` degrees about the vertical, 0 from ahead, shaded.
+    fn view(&self, picture: &mut Pixmap, pose: &Pose, azimuth: f64, [left, top]: [u32; 2]) -> Result<(), ReportError> {
+        let frames = self.body.link_frames(pose);
+        let rest = self.body.link_frames(&self.body.zero_pose());
+        let heights = || rest.0.iter().map(|frame| frame.translation.z);
+        let tall = (heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min)).max(0.1);
+        let middle =
+            frames.0.iter().map(|frame| frame.translation.vector).sum::<Vector3<f64>>() / frames.0.len() as f64;
+        let [ahead, aside, _] = pose.forward().unwrap_or([1.0, 0.0, 0.0]);
+        let heading = libm::atan2(aside, ahead) + azimuth.to_radians();
+        let target = Point3::from(middle);
+        let away = Vector3::new(libm::cos(heading), libm::sin(heading), 0.15) * (DISTANCE * tall);
+        let view = FieldOfView::Vertical(2.0 * libm::atan(0.64 / DISTANCE));
+        let camera = Camera::look_at("view", target + away, target, Vector3::z(), view, CELL[0], CELL[1])
+            .map_err(|error| ReportError::Plot(error.to_string()))?;
+        let light = (away.normalize() + Vector3::z() * 0.6).normalize();
+        let width = picture.width();
+        let pixels = picture.pixels_mut();
+        for seen in SilhouettePainter::new(&camera).surface(self.body, &frames) {
+            let shade = 0.35 + 0.65 * seen.normal_in_world.dot(&light).max(0.0);
+            let tone = LINKS[seen.part % LINKS.len()].map(|channel| (255.0 * channel * shade) as u8);
+            if let Some(pixel) = pixels.get_mut(((top + seen.y) * width + left + seen.x) as usize) {
+                *pixel = colour(tone).premultiply().to_color_u8();
+            }
+        }
+        Ok(())
+    }
+
+    /// A bar for every angle from its lower to its upper limit, and what a motion uses of it.
+    fn limits(&self, picture: &mut Pixmap, top: u32, rows: u32, length: u32) {
+        let heading = match self.motion {
+            Some(_) => "LIMITS OF JOINT ANGLES  BLUE   USED BY THE MOTION  ORANGE   -180 TO 180 DEG",
+            None => "LIMITS OF JOINT ANGLES  -180 TO 180 DEG",
+        };
+        draw_text(picture, heading, [MARGIN as f32, top as f32], 9.0, WORDS);
+        let span = (length - NAMES - MARGIN) as f64;
+        for (index, limits) in self.body.degrees_of_freedom.iter().enumerate() {
+            let (column, row) = (index as u32 / rows.max(1), index as u32 % rows.max(1));
+            let left = MARGIN + column * length;
+            let y = (top + 22 + row * ROW) as f32;
+            let name: String = limits.name.to_uppercase().chars().take(34).collect();
+            draw_text(picture, &name, [left as f32, y + 2.0], 8.0, WORDS);
+            let start = f64::from(left + NAMES);
+            let across = |angle: f64| start + span * (angle.to_degrees().clamp(-180.0, 180.0) + 180.0) / 360.0;
+            let mut bar = |from: f64, to: f64, height: f32, tone: [u8; 3]| {
+                let inset = (12.0 - height) / 2.0;
+                let width = (across(to) - across(from)).max(1.0) as f32;
+                let Some(rect) = Rect::from_xywh(across(from) as f32, y + inset, width, height) else { return };
+                let mut paint = tiny_skia::Paint::default();
+                paint.set_color(colour(tone));
+                picture.fill_rect(rect, &paint, Transform::identity(), None);
+            };
+            bar(-4.0, 4.0, 12.0, GROUND);
+            bar(limits.lower, limits.upper, 8.0, RANGE);
+            let used = self.motion.into_iter().flat_map(|motion| &motion.poses).map(|pose| pose.joint_angles[index]);
+            let used = used.fold(None, |range: Option<(f64, f64)>, angle| {
+                Some(range.map_or((angle, angle), |(low, high)| (low.min(angle), high.max(angle))))
+            });
+            if let Some((low, high)) = used {
+                bar(low, high, 4.0, USED);
+            }
+            bar(0.0, 0.0, 12.0, WORDS);
+        }
+    }
+}
+
+fn caption(picture: &mut Pixmap, text: &str, [left, top]: [u32; 2]) {
+    let height = if text.len() > 14 { 7.5 } else { 9.0 };
+    draw_text(picture, text, [left as f32 + 6.0, (top + CELL[1]) as f32 + 3.0], height, WORDS);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+
+    #[test]
+    fn every_view_and_pose_shows_the_body_and_every_angle_has_a_bar() {
+        let body = shipped("tracker25").unwrap();
+        let poses = BodySheet::four_poses(&body);
+        let sheet = BodySheet { title: "TRACKER25".into(), body: &body, poses, motion: None, facts: Vec::new() };
+        let picture = Pixmap::decode_png(&sheet.png().unwrap()).unwrap();
+        let paper = colour(PAPER).premultiply().to_color_u8();
+        let share = |left: u32, top: u32| {
+            let all = (0..CELL[0] * CELL[1]).map(|i| picture.pixel(left + i % CELL[0], top + i / CELL[0]).unwrap());
+            all.filter(|pixel| *pixel != paper).count() as f64 / f64::from(CELL[0] * CELL[1])
+        };
+        for column in 0..8 {
+            let drawn = share(MARGIN + column * CELL[0], 40);
+            assert!((0.04..0.6).contains(&drawn), "view {column}: {drawn}");
+        }
+        for column in 0..4 {
+            assert!(share(MARGIN + column * CELL[0], 40 + CELL[1] + 26) > 0.04, "pose {column}");
+        }
+        let bars = picture.pixels().iter().filter(|p| [p.red(), p.green(), p.blue()] == RANGE).count();
+        assert!(bars > 19 * 8 * 10, "{bars}");
+        assert!(sheet.page().unwrap().contains("data:image/png;base64,"));
+    }
+}

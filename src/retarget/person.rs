@@ -1,0 +1,217 @@
+//! A body with a person's stature, mass, lengths and girths.
+
+use super::{SegmentLengths, fit_shape};
+use crate::body::{BodyShape, Humanoid, Landmark, Person, VARIED_GIRTHS, VARIED_LENGTHS, girth_segment};
+
+/// Rounds in which stature and mass, which each change the other a little, are brought to what is wanted.
+const ROUNDS: usize = 6;
+/// Girths beyond these against the template's are no human's.
+const GIRTHS: std::ops::RangeInclusive<f64> = 0.5..=2.5;
+/// Lengths beyond these against the body's are a mistake.
+const LENGTHS: std::ops::RangeInclusive<f64> = 0.4..=2.5;
+/// Segments that grow with the stature and not with the mass: head, hands, feet.
+const LEAN: [usize; 3] = [0, 4, 7];
+
+/// What a body shall be like; what is not said stays in proportion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Physique {
+    /// From sole to crown, metres.
+    pub stature_m: Option<f64>,
+    /// Kilograms.
+    pub mass_kg: Option<f64>,
+    /// Lengths by [`VARIED_LENGTHS`]: factors, before the stature is met.
+    pub lengths: Option<[f64; 9]>,
+    /// Girths by [`VARIED_GIRTHS`]: factors, before the mass is met.
+    pub girths: Option<[f64; 8]>,
+    /// Lengths by [`VARIED_LENGTHS`] that are met themselves, metres.
+    pub lengths_m: [Option<f64>; 9],
+}
+
+impl From<&Person> for Physique {
+    fn from(person: &Person) -> Self {
+        Self {
+            stature_m: Some(person.stature_m),
+            mass_kg: Some(person.mass_kg),
+            lengths: Some(person.lengths),
+            girths: Some(person.girths),
+            lengths_m: [None; 9],
+        }
+    }
+}
+
+impl Humanoid {
+    /// From the lowest point of the body to the top of its head, upright at its zero pose, metres; `None` for a body
+    /// without a head or solids.
+    pub fn stature(&self) -> Option<f64> {
+        let frames = self.link_frames(&self.zero_pose());
+        let top = self.markers(&frames)[Landmark::HeadTop as usize]?;
+        let links: Vec<usize> = (0..self.links.len()).collect();
+        Some(top.z - self.lowest_point(&frames, &links)?.z)
+    }
+}
+
+/// The shape that gives `body` a physique.
+///
+/// # Errors
+/// What cannot be met, in words.
+pub fn physique_shape(body: &Humanoid, physique: &Physique) -> Result<BodyShape, String> {
+    let own = SegmentLengths::from_body(body);
+    let stature = body.stature().ok_or("the body has no head and soles, so that its stature is not known")?;
+    let wanted = physique.stature_m.unwrap_or(stature);
+    let mut growth = wanted / stature;
+    let mut shape = BodyShape::identity(body);
+    for _ in 0..ROUNDS {
+        let lengths = wanted_lengths(&own, physique, growth);
+        shape = fit_shape(body, &lengths);
+        thicken(body, physique, &mut shape)?;
+        let found = body.reshaped(&shape).stature().unwrap_or(wanted);
+        // a stature that follows from lengths that are said is left to them
+        if physique.stature_m.is_none() && physique.lengths.is_none() {
+            break;
+        }
+        growth *= wanted / found;
+    }
+    let factors = shape.links.iter().flat_map(|link| link.length.iter().copied());
+    if let Some(far) = factors.into_iter().find(|factor| !LENGTHS.contains(factor)) {
+        return Err(format!(
+            "a segment would be {far:.2} times as long as the body's; expected {} to {}",
+            LENGTHS.start(),
+            LENGTHS.end()
+        ));
+    }
+    Ok(shape)
+}
+
+/// The lengths that are wanted when all that is not said grows by `growth`.
+fn wanted_lengths(own: &SegmentLengths, physique: &Physique, growth: f64) -> SegmentLengths {
+    let factors = physique.lengths.unwrap_or([1.0; 9]);
+    let of = |index: usize, own: Option<f64>| {
+        own.map(|own| physique.lengths_m[index].unwrap_or(own * factors[index] * growth))
+    };
+    let pair = |index: usize, own: [Option<f64>; 2]| own.map(|side| of(index, side));
+    debug_assert_eq!(VARIED_LENGTHS.len(), factors.len());
+    SegmentLengths {
+        trunk: of(0, own.trunk),
+        head: of(1, own.head),
+        shoulder_width: of(2, own.shoulder_width),
+        hip_width: of(3, own.hip_width),
+        upper_arm: pair(4, own.upper_arm),
+        forearm: pair(5, own.forearm),
+        thigh: pair(6, own.thigh),
+        shank: pair(7, own.shank),
+        foot: pair(8, own.foot),
+    }
+}
+
+/// Sets girths so that the body has its mass: head, hands and feet are as its stature makes them, the others take the
+/// rest.
+fn thicken(body: &Humanoid, physique: &Physique, shape: &mut BodyShape) -> Result<(), String> {
+    let factors = physique.girths.unwrap_or([1.0; 8]);
+    debug_assert_eq!(VARIED_GIRTHS.len(), factors.len());
+    let segments: Vec<Option<usize>> = (0..body.links.len()).map(|link| segment_of(body, link)).collect();
+    for (link, segment) in shape.links.iter_mut().zip(&segments) {
+        link.girth *= segment.map_or(1.0, |segment| factors[segment]);
+    }
+    let Some(wanted) = physique.mass_kg else { return Ok(()) };
+    // the mass is the links', whatever they wear
+    let thin = Humanoid { skin: None, ..body.clone() }.reshaped(shape);
+    let mass = |lean: bool| -> f64 {
+        let own = thin.links.iter().zip(&segments);
+        let own = own.filter(|(_, segment)| segment.is_some_and(|segment| LEAN.contains(&segment)) == lean);
+        own.filter_map(|(link, _)| link.inertia.as_ref()).map(|inertia| inertia.mass).sum()
+    };
+    let (lean, rest) = (mass(true), mass(false));
+    if rest <= 0.0 {
+        return Err("the body's links have no mass, so that none can be met".to_owned());
+    }
+    let growth = libm::sqrt(((wanted - lean) / rest).max(0.0));
+    let girths = || shape.links.iter().zip(&segments);
+    let sound = girths().all(|(link, segment)| {
+        segment.is_some_and(|segment| LEAN.contains(&segment)) || GIRTHS.contains(&(link.girth * growth))
+    });
+    if !sound {
+        return Err(format!(
+            "{wanted:.1} kg would make its girths {growth:.2} times those of a body of that stature and {:.1} kg; expected a \
+             mass within {} to {} times the girths",
+            lean + rest,
+            GIRTHS.start(),
+            GIRTHS.end()
+        ));
+    }
+    for (link, segment) in shape.links.iter_mut().zip(&segments) {
+        if !segment.is_some_and(|segment| LEAN.contains(&segment)) {
+            link.girth *= growth;
+        }
+    }
+    Ok(())
+}
+
+/// The segment of a link: its own, or that of the next link below it with geometry or mass.
+fn segment_of(body: &Humanoid, mut link: usize) -> Option<usize> {
+    while body.links[link].solids.is_empty() && body.links[link].inertia.is_none() {
+        link = 1 + body.joints.iter().position(|joint| joint.parent == link)?;
+    }
+    girth_segment(&body.links[link].name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{Sex, shipped, shipped_skin};
+    use crate::retarget::with_skin;
+
+    #[test]
+    fn people_have_their_stature_and_mass_to_a_millimetre_and_a_gram() {
+        let body = shipped("actor").unwrap();
+        for seed in 0..12 {
+            let person = Person::drawn(seed, 0, None, None);
+            let shape = physique_shape(&body, &Physique::from(&person)).unwrap();
+            let found = body.reshaped(&shape);
+            assert!((found.stature().unwrap() - person.stature_m).abs() < 1e-3, "{seed}: {:?}", found.stature());
+            assert!((found.total_mass() - person.mass_kg).abs() < 1e-3, "{seed}: {}", found.total_mass());
+        }
+    }
+
+    #[test]
+    fn a_length_that_is_said_is_met_and_nothing_else_changes_with_it() {
+        let body = shipped("actor").unwrap();
+        let mut physique = Physique::default();
+        physique.lengths_m[6] = Some(0.50);
+        let found = body.reshaped(&physique_shape(&body, &physique).unwrap());
+        let (was, is) = (SegmentLengths::from_body(&body), SegmentLengths::from_body(&found));
+        assert!((is.thigh[0].unwrap() - 0.50).abs() < 1e-3 && (is.thigh[1].unwrap() - 0.50).abs() < 1e-3);
+        assert!((is.shank[0].unwrap() - was.shank[0].unwrap()).abs() < 1e-3);
+        assert!((is.trunk.unwrap() - was.trunk.unwrap()).abs() < 1e-3);
+    }
+
+    #[test]
+    fn the_skin_and_the_inertia_follow() {
+        let body = with_skin(&shipped("actor").unwrap(), &shipped_skin("person_coarse").unwrap()).unwrap();
+        let litres = |body: &Humanoid| {
+            let frames = body.link_frames(&body.zero_pose());
+            1000.0 * body.skin.as_ref().unwrap().volume(&frames).unwrap().0
+        };
+        let physique = |mass| Physique { stature_m: body.stature(), mass_kg: Some(mass), ..Physique::default() };
+        let (light, heavy) = (60.0, 110.0);
+        let [light, heavy] = [light, heavy].map(|mass| body.reshaped(&physique_shape(&body, &physique(mass)).unwrap()));
+        assert!(litres(&heavy) > 1.4 * litres(&light), "{} {}", litres(&heavy), litres(&light));
+        let head = body.find_link("head").unwrap();
+        let mass = |body: &Humanoid| body.links[head].inertia.as_ref().unwrap().mass;
+        assert!((mass(&heavy) - mass(&light)).abs() < 1e-9, "heads do not grow fat");
+        let absurd = physique_shape(&body, &physique(12.0)).unwrap_err();
+        assert!(absurd.contains("12.0 kg would make its girths"), "{absurd}");
+    }
+
+    #[test]
+    fn a_woman_of_a_mans_mass_has_thicker_thighs_and_thinner_forearms() {
+        let [woman, man] = [Sex::Female, Sex::Male].map(|sex| {
+            let even = Person { sex, stature_m: 1.7, mass_kg: 68.0, lengths: [1.0; 9], girths: [1.0; 8] };
+            let body = shipped("actor").unwrap();
+            body.reshaped(&physique_shape(&body, &Physique::from(&even.of_its_sex())).unwrap())
+        });
+        let mass =
+            |body: &Humanoid, link: &str| body.links[body.find_link(link).unwrap()].inertia.as_ref().unwrap().mass;
+        assert!(mass(&woman, "left_thigh") > 1.02 * mass(&man, "left_thigh"));
+        assert!(mass(&woman, "left_forearm") < 0.9 * mass(&man, "left_forearm"));
+    }
+}
