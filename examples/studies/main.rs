@@ -19,6 +19,7 @@ mod scoring;
 mod search;
 mod simulation;
 mod skin;
+mod skinned_body;
 mod tune_monocular;
 
 use std::error::Error;
@@ -38,6 +39,11 @@ const STUDIES: [(&str, &str, Study); 12] = [
     ("scoring", "how long a million frames take to score; prints only", scoring::study),
     ("search", "descent on contours, the search for limbs, a calibrated body: results/search.md", search::study),
     ("simulation", "simulated recordings that stay upright: results/simulation.md", simulation::study),
+    (
+        "skinned_body",
+        "a skin against capsules on a long walk in segmented images: results/skinned-body.md",
+        skinned_body::study,
+    ),
     ("skin", "a skin against capsules as the tracker's body: results/skin.md", skin::study),
     (
         "tune_monocular",

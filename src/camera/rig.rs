@@ -56,12 +56,27 @@ impl CameraRig {
     /// # Errors
     /// [`CameraError`] for a count outside `1..=999` and for cameras that [`Camera::look_at`] refuses.
     pub fn ring(ring: &RingParameters) -> Result<Self, CameraError> {
+        Self::turned(ring, |index| f64::from(index) / f64::from(ring.count) * std::f64::consts::TAU)
+    }
+
+    /// The cameras of a ring, but on an arc of it alone: spread evenly over `arc` radians, the first and the last
+    /// camera at its ends.
+    ///
+    /// # Errors
+    /// As [`Self::ring`].
+    pub fn arc(ring: &RingParameters, arc: f64) -> Result<Self, CameraError> {
+        let gaps = f64::from(ring.count.saturating_sub(1).max(1));
+        Self::turned(ring, |index| f64::from(index) / gaps * arc)
+    }
+
+    /// Cameras at these angles from the first.
+    fn turned(ring: &RingParameters, turn: impl Fn(u32) -> f64) -> Result<Self, CameraError> {
         if !(1..=999).contains(&ring.count) {
             return Err(CameraError::RingCount { count: ring.count });
         }
         let [width, height] = ring.image_size;
         let camera = |index| {
-            let turn = f64::from(index) / f64::from(ring.count) * std::f64::consts::TAU;
+            let turn = turn(index);
             let (sin, cos) = libm::sincos(ring.first_azimuth + turn);
             let centre = ring.look_at;
             let eye = Point3::new(centre.x + ring.radius * cos, centre.y + ring.radius * sin, ring.height);
@@ -90,6 +105,21 @@ mod tests {
         image_size: [640, 480],
         near: 0.1,
     };
+
+    #[test]
+    fn cameras_of_an_arc_stand_on_the_circle_from_one_end_to_the_other() {
+        let azimuths = |rig: CameraRig| -> Vec<f64> {
+            rig.cameras.iter().map(|c| c.centre() - RING.look_at).map(|p| p.y.atan2(p.x)).collect()
+        };
+        let found = azimuths(CameraRig::arc(&RING, 1.5).unwrap());
+        assert!(found.iter().zip([0.3, 0.8, 1.3, 1.8]).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+        // three quarters of a turn over four cameras are the ring of four
+        let whole = CameraRig::arc(&RING, 0.75 * std::f64::consts::TAU).unwrap();
+        let ring = CameraRig::ring(&RING).unwrap();
+        assert!(whole.cameras.iter().zip(&ring.cameras).all(|(a, b)| (a.centre() - b.centre()).norm() < 1e-12));
+        let one = CameraRig::arc(&RingParameters { count: 1, ..RING }, 1.5).unwrap();
+        assert!((azimuths(one)[0] - 0.3).abs() < 1e-12);
+    }
 
     #[test]
     fn every_camera_of_a_ring_stands_on_the_circle_and_looks_at_the_point() {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::model_store::ModelStore;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, LearnedModel, ModelFacts};
 use crate::benchmark_set::{BlindSet, SourceRecording, Training};
@@ -23,6 +24,8 @@ pub struct Models {
     /// The test's recordings, where they are known: no model may have been learned from them.
     test: Vec<SourceRecording>,
     learned: Vec<(GraphSettings, Arc<GpdmGraph>)>,
+    /// Where processes share what they learned; `None` where nobody else learns the same.
+    store: Option<ModelStore>,
     read: Vec<ReadModel>,
     /// Whether the user was told that the start is far from the training.
     told_far_start: bool,
@@ -43,6 +46,11 @@ impl Models {
     /// `test`, the recordings of the truth.
     pub fn new(file: &ScenarioFile, test: &[SourceRecording]) -> Self {
         Self { folder: file.folder.clone(), test: test.to_vec(), ..Self::default() }
+    }
+
+    /// The same, which learn what is not in this folder yet and leave it there for other processes.
+    pub(super) fn sharing(self, folder: PathBuf) -> Self {
+        Self { store: Some(ModelStore::new(folder)), ..self }
     }
 
     /// What the model of this file, once it was asked for, learned from.
@@ -66,10 +74,16 @@ impl Models {
         if let Some((_, known)) = self.learned.iter().find(|(known, _)| known == settings) {
             return Ok(known.clone());
         }
-        watch.begin(Stage::Learn, training.frames());
-        let mut learner = GraphLearner::new(body, &motions.motions, settings)?;
-        grow_all(&mut learner, watch, |_| Ok(()))?;
-        let graph = Arc::new(learner.finish());
+        let mut learn = || {
+            watch.begin(Stage::Learn, training.frames());
+            let mut learner = GraphLearner::new(body, &motions.motions, settings)?;
+            grow_all(&mut learner, watch, |_| Ok(()))?;
+            Ok::<_, ExperimentError>(learner.finish())
+        };
+        let graph = Arc::new(match &self.store {
+            Some(store) => store.get(settings, body, motions, watch, &mut learn)?,
+            None => learn()?,
+        });
         self.learned.push((settings.clone(), graph.clone()));
         Ok(graph)
     }

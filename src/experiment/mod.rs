@@ -28,6 +28,7 @@ mod inspect;
 mod learning;
 mod measuring;
 mod model_file;
+mod model_store;
 mod model_training;
 mod more_seeds;
 mod nearest_training_pose;

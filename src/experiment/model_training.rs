@@ -160,16 +160,26 @@ impl TrainingInput {
 
 impl LearnedFrom {
     fn new(source: &SourceRecording, motion: &Motion) -> Self {
+        Self {
+            sha256: source.sha256.clone(),
+            first_frame: Some(source.first_frame),
+            last_frame: Some(source.last_frame),
+            ..Self::from_motion(&source.clip, motion)
+        }
+    }
+
+    /// A motion of which only a name is known.
+    pub(super) fn from_motion(clip: &str, motion: &Motion) -> Self {
         let numbers = motion.poses.iter().flat_map(|pose| {
             let (t, q) = (pose.world_from_root.translation.vector, pose.world_from_root.rotation);
             [t.x, t.y, t.z, q.w, q.i, q.j, q.k].into_iter().chain(pose.joint_angles.iter().copied())
         });
         let bytes: Vec<u8> = numbers.flat_map(f64::to_le_bytes).collect();
         Self {
-            clip: source.clip.clone(),
-            sha256: source.sha256.clone(),
-            first_frame: Some(source.first_frame),
-            last_frame: Some(source.last_frame),
+            clip: clip.to_owned(),
+            sha256: None,
+            first_frame: None,
+            last_frame: None,
             frames: motion.poses.len(),
             poses_sha256: hex_sha256(&bytes),
         }

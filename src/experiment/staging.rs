@@ -311,7 +311,7 @@ fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentErro
     let in_rig = |key: &str, e: crate::camera::CameraError| scenario_error(file, key, e.to_string());
     let mut cameras = match &settings.ring {
         None => Vec::new(),
-        Some(ring) => CameraRig::ring(&ring_parameters(ring, motion)).map_err(|e| in_rig("rig.ring", e))?.cameras,
+        Some(ring) => ring_of(ring, motion).map_err(|e| in_rig("rig.ring", e))?.cameras,
     };
     let mut add = |key: &str, camera: Camera| match cameras.iter().any(|known| known.name == camera.name) {
         true => {
@@ -335,9 +335,32 @@ fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentErro
         let name = single.name.clone().unwrap_or_else(|| format!("cam{count:02}"));
         count = add(&key, single_camera(&name, single).map_err(|e| in_rig(&key, e))?)?;
     }
+    leave_out(file, &mut cameras)?;
     let rig = CameraRig { cameras };
     rig.check_size().map_err(|e| in_rig("rig", e))?;
     Ok(rig)
+}
+
+/// Takes the cameras away that `rig.leave_out` names.
+fn leave_out(file: &ScenarioFile, cameras: &mut Vec<Camera>) -> Result<(), ExperimentError> {
+    for (index, name) in file.scenario.rig.leave_out.iter().enumerate() {
+        let key = format!("rig.leave_out[{index}]");
+        let Some(at) = cameras.iter().position(|camera| camera.name == *name) else {
+            let names = || cameras.iter().map(|camera| camera.name.as_str());
+            let guess =
+                did_you_mean(name, names()).map(|guess| format!(" (did you mean `{guess}`?)")).unwrap_or_default();
+            let left = names().collect::<Vec<_>>().join(", ");
+            let message =
+                format!("expected the name of a camera that is there, {left}; found `{}`{guess}", excerpt(name));
+            return Err(scenario_error(file, &key, message));
+        };
+        cameras.remove(at);
+    }
+    if cameras.is_empty() {
+        let message = "expected a camera that is not left out, found none: leave fewer out".to_owned();
+        return Err(scenario_error(file, "rig.leave_out", message));
+    }
+    Ok(())
 }
 
 /// The cameras of another tool's file.
@@ -360,6 +383,14 @@ fn cameras_of_file(
         cameras = read_cameras(&text, format, &options);
     }
     cameras.map_err(|e| scenario_error(file, key, format!("{}: {e}", path.display())))
+}
+
+fn ring_of(ring: &RingSettings, motion: &Motion) -> Result<CameraRig, crate::camera::CameraError> {
+    let parameters = ring_parameters(ring, motion);
+    match ring.arc_deg {
+        Some(arc) => CameraRig::arc(&parameters, arc.to_radians()),
+        None => CameraRig::ring(&parameters),
+    }
 }
 
 fn ring_parameters(ring: &RingSettings, motion: &Motion) -> RingParameters {
@@ -446,4 +477,26 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
     let wrong = scenario.observation.corruption.wrong_body_percent;
     let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
     robots.into_iter().chain(skins).chain(another).chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(overrides: &[&str]) -> Result<Vec<String>, String> {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        let file = ScenarioFile::built_in(&overrides).map_err(|e| e.to_string())?;
+        let staged = Staged::new(&file, None).map_err(|e| e.to_string())?;
+        Ok(staged.rig.cameras.into_iter().map(|camera| camera.name).collect())
+    }
+
+    #[test]
+    fn cameras_that_are_left_out_are_gone_and_the_others_keep_their_names() {
+        let short = "motion.loop_to_s=0.1";
+        assert_eq!(names(&[short, "rig.leave_out=[\"cam01\"]"]).unwrap(), ["cam00", "cam02", "cam03"]);
+        let error = names(&[short, "rig.leave_out=[\"cam1\"]"]).unwrap_err();
+        assert!(error.contains("rig.leave_out[0]") && error.contains("did you mean `cam01`?"), "{error}");
+        let error = names(&[short, "rig.ring.count=1", "rig.leave_out=[\"cam00\"]"]).unwrap_err();
+        assert!(error.contains("leave fewer out"), "{error}");
+    }
 }

@@ -7,10 +7,10 @@ use super::watch::{Stage, Watch};
 use super::{ExperimentError, Models};
 use crate::benchmark_set::{BlindSet, Training};
 use crate::body::Motion;
-use crate::motion_model::{Diffusion, Prediction, ProposalScales};
-use crate::scenario::{LatentKind, LatentTrackerSettings, TrackerSettings};
+use crate::motion_model::{Diffusion, MotionModel, Prediction, ProposalScales};
+use crate::scenario::{AnnealedParticleFilterSettings, LatentKind, LatentTrackerSettings, TrackerSettings};
 use crate::tracker::{
-    AnnealedParticleFilter, BodyCalibration, FilterSettings, Frozen, Likelihood, PlausibleLikelihood, Refinement,
+    AnnealedParticleFilter, BodyCalibration, Frozen, Likelihood, Partition, PlausibleLikelihood, Refinement,
     SilhouetteLikelihood, Tracker,
 };
 
@@ -96,10 +96,10 @@ impl TrackerFactory<'_> {
                 let refinement =
                     s.refinement().map(|settings| Refinement::new(settings, body, seen(), seed)).transpose()?;
                 match s.plausibility {
-                    None => filter(s.filter(), model, likelihood, seed, refinement)?,
+                    None => filter(s, model, likelihood, seed, refinement)?,
                     Some(plausibility) => {
                         let likelihood = PlausibleLikelihood::new(likelihood, plausibility)?;
-                        filter(s.filter(), model, likelihood, seed, refinement)?
+                        filter(s, model, likelihood, seed, refinement)?
                     }
                 }
             }
@@ -128,15 +128,19 @@ impl TrackerFactory<'_> {
     }
 }
 
-/// A filter, with refinement where that is asked for.
+/// A filter, in parts and with refinement where that is asked for.
 fn filter<L: Likelihood + 'static>(
-    settings: FilterSettings,
+    settings: &AnnealedParticleFilterSettings,
     model: Diffusion,
     likelihood: L,
     seed: u64,
     refinement: Option<Refinement>,
 ) -> Result<Box<dyn Tracker>, ExperimentError> {
-    let filter = AnnealedParticleFilter::new(settings, model, likelihood, seed)?;
+    let partition = settings.partitioned.then(|| Partition::of_body(model.body()));
+    let mut filter = AnnealedParticleFilter::new(settings.filter(), model, likelihood, seed)?;
+    if let Some(partition) = partition {
+        filter = filter.with_partition(partition)?;
+    }
     Ok(match refinement {
         None => Box::new(filter),
         Some(refinement) => Box::new(filter.with_refinement(refinement)?),

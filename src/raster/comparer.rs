@@ -76,9 +76,13 @@ impl SilhouetteComparer {
     #[inline(always)]
     fn compare_here(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> MaskComparison {
         scratch.draw_here(&self.pinhole, capsules_in_camera);
-        let contour = self.contour.as_ref().map(|contour| contour.mean(&scratch.image, &mut scratch.edge));
+        // no closure: it would be a function of its own, without the chosen instructions
+        let mut mean = None;
+        if let Some(contour) = &self.contour {
+            mean = Some(contour.mean(&scratch.image, &mut scratch.edge));
+        }
         let [both, model] = scratch.image.count_and_clear(&self.observed);
-        MaskComparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour }
+        MaskComparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour: mean }
     }
 }
 

@@ -70,8 +70,8 @@ pub use page::render;
 pub use playback::{PackedView, Playback, PlaybackPlan};
 pub use summary_picture::{SummaryPicture, summary_picture};
 pub use sweep::{
-    Choice, CostMeasure, Effect, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference, effects,
-    pareto_front, sweep_markdown, sweep_page,
+    Choice, CostMeasure, Effect, EverySetting, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference,
+    effects, pareto_front, sweep_markdown, sweep_page,
 };
 pub use verdict::{Verdict, verdict};
 

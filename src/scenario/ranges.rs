@@ -77,12 +77,9 @@ impl Scenario {
         for (i, f) in self.rig.file.iter().enumerate() {
             camera_file(&format!("rig.file[{i}]"), f)?;
         }
-        require(
-            "rig",
-            self.rig.count() > 0,
-            "at least one camera: [rig.ring], [[rig.file]] or [[rig.camera]]",
-            "none",
-        )?;
+        let all = self.rig.count() + self.rig.leave_out.len();
+        require("rig", all > 0, "at least one camera: [rig.ring], [[rig.file]] or [[rig.camera]]", "none")?;
+        at_most("rig.leave_out", self.rig.leave_out.len(), 3 * MOST_CAMERAS, "cameras")?;
         observation(&self.observation)?;
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
@@ -265,6 +262,9 @@ fn ring(r: &RingSettings) -> RangeCheck {
         within(&format!("rig.ring.look_at_m[{i}]"), coordinate, -FARTHEST..=FARTHEST)?;
     }
     within("rig.ring.first_azimuth_deg", r.first_azimuth_deg, -360.0..=360.0)?;
+    if let Some(arc) = r.arc_deg {
+        within("rig.ring.arc_deg", arc, 1.0..=359.0)?;
+    }
     within("rig.ring.field_of_view_deg", r.field_of_view_deg, 1.0..=170.0)?;
     image_size("rig.ring.size_px", r.size_px)
 }

@@ -19,6 +19,9 @@ pub struct RigSettings {
     /// Cameras one by one, in OpenCV's convention. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub camera: Vec<CameraSettings>,
+    /// Names of cameras that are left out: to see what each is worth. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leave_out: Vec<String>,
 }
 
 /// Cameras at equal angles on a horizontal circle.
@@ -37,6 +40,9 @@ pub struct RingSettings {
     pub look_at_m: Option<[f64; 3]>,
     /// Angle from the world's X axis to the first camera, degrees. Default: 45.
     pub first_azimuth_deg: f64,
+    /// Angle that the cameras are spread over evenly, the first and the last at its ends, degrees. Default: all round.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arc_deg: Option<f64>,
     /// Horizontal field of view, degrees. Default: 60.
     pub field_of_view_deg: f64,
     /// Image width and height, pixels. Default: 640 x 480.
@@ -65,7 +71,7 @@ pub struct CameraSettings {
 
 impl Default for RigSettings {
     fn default() -> Self {
-        Self { ring: Some(RingSettings::default()), file: Vec::new(), camera: Vec::new() }
+        Self { ring: Some(RingSettings::default()), file: Vec::new(), camera: Vec::new(), leave_out: Vec::new() }
     }
 }
 
@@ -77,6 +83,7 @@ impl Default for RingSettings {
             height_m: 1.6,
             look_at_m: None,
             first_azimuth_deg: 45.0,
+            arc_deg: None,
             field_of_view_deg: 60.0,
             size_px: [640, 480],
         }
@@ -86,6 +93,7 @@ impl Default for RingSettings {
 impl RigSettings {
     /// Number of cameras; a file counts as one, for how many it has is known when it is read.
     pub fn count(&self) -> usize {
-        self.ring.as_ref().map_or(0, |r| r.count as usize) + self.file.len() + self.camera.len()
+        let all = self.ring.as_ref().map_or(0, |r| r.count as usize) + self.file.len() + self.camera.len();
+        all.saturating_sub(self.leave_out.len())
     }
 }

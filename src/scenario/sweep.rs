@@ -60,6 +60,10 @@ pub struct Sweep {
     /// The metric that settings are compared by. Default: `"humaneva_mm"`.
     #[serde(default = "default_objective")]
     pub objective: String,
+    /// Axes that are conditions, not choices, such as clips: settings that differ in these alone are one, with the mean
+    /// over their values. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub average_over: Vec<String>,
     /// Whether every cell leaves a whole run with its report (about 1 MB each) beside its numbers. Default: false.
     #[serde(default)]
     pub reports: bool,
@@ -124,6 +128,7 @@ impl Sweep {
             budget: None,
             keep: Vec::new(),
             objective: default_objective(),
+            average_over: Vec::new(),
             reports: false,
         }
     }

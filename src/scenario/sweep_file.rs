@@ -1,12 +1,12 @@
 //! A sweep's file: read, checked, and its axes with all their values.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
 use super::ScenarioError;
-use super::complaint::{Complaint, LineSpan, locate};
+use super::complaint::{Complaint, LineSpan, did_you_mean, locate};
 use super::sweep::{Expansion, Sweep, SweepBudget};
 use super::tree::{settings_of, tree_of};
 use crate::input::{self, limits};
@@ -258,7 +258,25 @@ impl SweepFile {
         if sweep.samples.is_some() && sweep.method != Expansion::Random {
             return refuse("samples", "expected it only with method = \"random\"".to_owned());
         }
+        self.check_averages(&axes, &listed)?;
         sweep.budget.as_ref().map_or(Ok(()), |budget| self.check_budget(budget, &axes))
+    }
+
+    /// Whether what is averaged over is varied. The methods of a scenario are an axis that no file names.
+    fn check_averages(
+        &self,
+        axes: &BTreeMap<String, SweepAxis>,
+        listed: &[BTreeMap<String, AxisValue>],
+    ) -> Result<(), Complaint> {
+        let known: BTreeSet<&String> = axes.keys().chain(listed.iter().flat_map(BTreeMap::keys)).collect();
+        let Some(other) = self.sweep.average_over.iter().find(|name| !known.contains(name) && *name != "method") else {
+            return Ok(());
+        };
+        let names = known.iter().map(|name| name.as_str());
+        let guess = did_you_mean(other, names.clone()).map(|guess| format!(" (did you mean `{guess}`?)"));
+        let names = names.collect::<Vec<_>>().join(", ");
+        let (other, guess) = (input::excerpt(other), guess.unwrap_or_default());
+        Err(self.complaint("average_over", format!("expected axes ({names}), found `{other}`{guess}")))
     }
 
     fn check_budget(&self, budget: &SweepBudget, axes: &BTreeMap<String, SweepAxis>) -> Result<(), Complaint> {

@@ -71,6 +71,10 @@ pub struct AnnealedParticleFilterSettings {
     pub kernel: Kernel,
     /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`. Default: `"weighted_mean"`.
     pub estimator: Estimator,
+    /// Whether layers search part after part, trunk, arms and legs, instead of the whole body: partitioned sampling.
+    /// Needs five layers or more, `prediction = "none"` and no shrinking kernel. Default: false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub partitioned: bool,
     /// Penalty for poses that penetrate the ground or themselves or exceed joint limits. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
@@ -197,6 +201,7 @@ impl Default for AnnealedParticleFilterSettings {
             prediction,
             kernel,
             estimator,
+            partitioned: false,
             plausibility: None,
             refinement: RefinementSettings::default(),
         }

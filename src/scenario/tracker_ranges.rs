@@ -2,8 +2,8 @@
 
 use super::range_checks::{InvalidValue, RangeCheck, require, setting, within};
 use super::{AnnealedParticleFilterSettings, LatentKind, LatentTrackerSettings, OracleSettings};
-use crate::motion_model::MotionModelError;
-use crate::tracker::{FilterSettings, RefinementSettings, SilhouetteSettings};
+use crate::motion_model::{MotionModelError, Prediction};
+use crate::tracker::{FilterSettings, Kernel, RefinementSettings, SilhouetteSettings};
 
 pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeCheck {
     searching(table, s.filter(), s.likelihood())?;
@@ -16,6 +16,12 @@ pub(super) fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -
         "none of its keys beside `paper = true`, which has no refinement",
         "some",
     )?;
+    if s.partitioned {
+        let at = format!("{table}.partitioned");
+        require(&at, s.layers >= 5, "`layers` of 5 or more beside it, one a part of the body", s.layers)?;
+        let still = s.prediction == Prediction::None && !matches!(s.kernel, Kernel::Shrink { .. });
+        require(&at, still, "`prediction = \"none\"` and no shrinking `kernel` beside it", "another")?;
+    }
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
 }
 

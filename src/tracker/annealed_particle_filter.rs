@@ -8,8 +8,8 @@ use super::annealing::{Selection, select};
 use super::refinement::FINAL_WIDTH;
 use super::resampling::{heaviest, systematic};
 use super::{
-    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, Refinement, SettingError,
-    TrackError, Tracker,
+    Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, ModelOccupancy, Partition, Refinement,
+    SettingError, TrackError, Tracker,
 };
 use crate::body::{MarkerCovariances, Pose};
 use crate::motion_model::MotionModel;
@@ -47,6 +47,8 @@ pub struct AnnealedParticleFilter<M: MotionModel, L: Likelihood> {
     /// The last two estimates, oldest first.
     past: Vec<Pose>,
     refinement: Option<Refinement>,
+    /// Parts that are searched one after another; `None` where all are searched at once.
+    partition: Option<Partition>,
 }
 
 impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
@@ -65,7 +67,26 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             particles: Vec::new(),
             past: Vec::new(),
             refinement: None,
+            partition: None,
         })
+    }
+
+    /// The same filter, whose layers search part after part. Particles of a new frame start where they were, whatever
+    /// the model predicts.
+    ///
+    /// # Errors
+    /// [`SettingError`] for fewer layers than parts, and for a kernel that draws all numbers at once.
+    pub fn with_partition(self, partition: Partition) -> Result<Self, SettingError> {
+        let parts = partition.count();
+        if self.settings.layers < parts {
+            let (expected, found) = (format!("at least {parts}, one a part"), self.settings.layers.to_string());
+            return Err(SettingError { key: "layers", expected, found });
+        }
+        if matches!(self.settings.kernel, Kernel::Shrink { .. }) {
+            let expected = "`geometric` or `min`, which can leave parts where they are".to_owned();
+            return Err(SettingError { key: "kernel", expected, found: "shrink".to_owned() });
+        }
+        Ok(Self { partition: Some(partition), ..self })
     }
 
     /// The same filter, whose estimates are refined after the last layer.
@@ -99,6 +120,11 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
                 )
             };
             return Ok((0..self.settings.particles).into_par_iter().map(draw).collect());
+        }
+        if let Some(partition) = &self.partition {
+            let FilterSettings { layers, survival_rate, .. } = self.settings;
+            let deviations = partition.deviations(self.model.deviations(), 0, layers, survival_rate);
+            return Ok(self.perturb(&self.particles, &LayerNoise { deviations, shrinkage: None }, frame, 0));
         }
         let count = self.particles.len() as u64;
         let mut rngs: Vec<_> = (0..count).map(|i| stream(self.seed, Purpose::Perturbation, frame, 0, i)).collect();
@@ -265,7 +291,12 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             let energies = self.energies(&particles);
             let selection = select(&energies, survival_rate).ok_or(TrackError::NoValidParticle { frame })?;
             records.push(record(&energies, &selection));
-            geometric.iter_mut().for_each(|deviation| *deviation *= survival_rate.sqrt());
+            match &self.partition {
+                None => geometric.iter_mut().for_each(|deviation| *deviation *= survival_rate.sqrt()),
+                Some(partition) => {
+                    geometric = partition.deviations(self.model.deviations(), layer as usize, layers, survival_rate);
+                }
+            }
             let spread = self.spread(&particles, &selection.weights, &geometric);
             let survivors = self.resample(&particles, &selection.weights, frame as u64, layer);
             particles = self.perturb(&survivors, &spread, frame as u64, layer);

@@ -27,6 +27,7 @@ mod frozen;
 mod likelihood;
 mod limb_sides;
 mod observed_view;
+mod partition;
 mod placed_body;
 mod plausibility;
 mod rectification;
@@ -45,6 +46,7 @@ pub use calibration::{
 pub use estimate::{Estimate, LayerRecord, ModelOccupancy, TrackError};
 pub use frozen::Frozen;
 pub use likelihood::Likelihood;
+pub use partition::Partition;
 pub use plausibility::{PlausibilitySettings, PlausibleLikelihood, PlausibleScratch};
 pub use refinement::{Refinement, RefinementSettings};
 pub use resampling::systematic;

@@ -261,9 +261,16 @@ impl Refinement {
     }
 }
 
-/// The degrees of freedom of each arm and leg, and of both arms and both legs. A limb's are those that move its end and
-/// no other limb's end nor the head.
+/// The degrees of freedom of each arm and leg, and of both arms and both legs.
 fn limbs(body: &Humanoid) -> Vec<Vec<usize>> {
+    let alone = arms_and_legs(body);
+    let pairs = [(0, 1), (2, 3)].map(|(left, right)| [alone[left].as_slice(), &alone[right]].concat());
+    alone.into_iter().chain(pairs).filter(|limb| !limb.is_empty()).collect()
+}
+
+/// The degrees of freedom of the left and right arm and the left and right leg: those that move its end and no other
+/// limb's end nor the head. Empty for a limb without an end.
+pub(super) fn arms_and_legs(body: &Humanoid) -> Vec<Vec<usize>> {
     const ENDS: [Landmark; 5] =
         [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle, Landmark::HeadTop];
     let moving: Vec<Vec<usize>> = ENDS
@@ -277,9 +284,7 @@ fn limbs(body: &Humanoid) -> Vec<Vec<usize>> {
         let others = |number: &usize| moving.iter().enumerate().any(|(i, m)| i != limb && m.contains(number));
         moving[limb].iter().copied().filter(|number| !others(number)).collect()
     };
-    let alone: Vec<Vec<usize>> = (0..4).map(own).collect();
-    let pairs = [(0, 1), (2, 3)].map(|(left, right)| [alone[left].as_slice(), &alone[right]].concat());
-    alone.into_iter().chain(pairs).filter(|limb| !limb.is_empty()).collect()
+    (0..4).map(own).collect()
 }
 
 /// The degrees of freedom that move a link, ascending.

@@ -113,6 +113,36 @@ fn a_cell_has_the_numbers_of_skiagraph_run() {
 }
 
 #[test]
+fn processes_share_a_motion_model_that_is_learned_once() {
+    let room = room();
+    let (before, _) = TINY.split_once("[tracker.").unwrap();
+    let training = "[[training.clips]]\nclip = \"embedded:run\"\nfirst_frame = 1\nlast_frame = 20\n";
+    room.write("latent.toml", format!("{before}{training}[tracker.gpdm]\nparticles = 10\nmodel.training.rounds = 1\n"));
+    // two rigs, so two sets, and two seeds
+    room.succeed("sweep plan latent.toml rig.ring.count=1,2 --out apart");
+    room.succeed("sweep cell apart --index 0");
+    let models = || files_below(&room.path("apart/models"));
+    let [first] = &models()[..] else { panic!("one model: {:?}", models()) };
+    let written = fs::metadata(first).unwrap().modified().unwrap();
+    (1..4).for_each(|index| drop(room.succeed(&format!("sweep cell apart --index {index}"))));
+    assert_eq!(models(), [first.clone()], "every process uses the one that is there");
+    assert_eq!(fs::metadata(first).unwrap().modified().unwrap(), written);
+    room.succeed("sweep gather apart");
+    room.succeed("sweep latent.toml rig.ring.count=1,2 --out together -j 2");
+    assert_eq!(tables(&room, "apart"), tables(&room, "together"));
+    // the numbers are those of a run, which shares nothing
+    room.succeed("run latent.toml rig.ring.count=1 seeds=1 --out alone");
+    let run: serde_json::Value = serde_json::from_slice(&room.read("alone/run.json")).unwrap();
+    let rows = rows(&room, "apart");
+    let cell: f64 = column(&rows, "humaneva_mm")[0].parse().unwrap();
+    assert_eq!(run["metrics"]["humaneva_mm"]["mean"].as_f64(), Some(cell));
+    // a damaged model is named, and nothing is made of it
+    fs::write(first, "no model").unwrap();
+    fs::remove_dir_all(room.path("apart/results")).unwrap();
+    assert_refused(&room, "sweep cell apart --index 0", 2, &[".model", "not a complete"]);
+}
+
+#[test]
 fn a_cell_may_leave_the_report_of_a_run() {
     let room = room();
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));

@@ -106,7 +106,7 @@ fn work(root: &Path, how: &How, volume: Volume) -> Result<ExitCode, CommandError
     drop(progress);
     let ran = ran.map_err(|error| resumable(error, root))?;
     gather(&sweep, false)?;
-    let summary = SweepSummary::new(&sweep)?;
+    let summary = SweepSummary::new(&sweep)?.averaged_over(&sweep.definition()?.sweep.average_over);
     if how.json {
         output::print_json(&json!({
             "schema": "skiagraph.sweep_run/1",

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::plan::Draft;
 use super::plan_file::{PlanRecord, SweepCell};
+use super::processor_time::of_this_thread;
 use crate::experiment::ExperimentError;
 use crate::experiment::cost::cost;
 use crate::experiment::staging::Staged;
@@ -121,15 +122,22 @@ fn sample(
     file: &ScenarioFile,
     mocap_directory: Option<&std::path::Path>,
 ) -> Result<TriedSetting, ExperimentError> {
-    let begin = Instant::now();
+    let (begin, processor) = (Instant::now(), of_this_thread());
     let staged = Staged::new(file, mocap_directory)?;
     let cost = cost(file, &staged, begin.elapsed().as_secs_f64())?;
+    let busy = share((of_this_thread() - processor) / begin.elapsed().as_secs_f64());
     Ok(TriedSetting {
         weight: cell.weight as f64,
-        cell_s: cost.track_s + cost.measure_s,
-        set_s: cost.staging_s + cost.render_s,
+        cell_s: busy * (cost.track_s + cost.measure_s),
+        set_s: busy * (cost.staging_s + cost.render_s),
         models: cost.models_to_learn,
     })
+}
+
+/// Which part of the clock's time was the sample's own: on a machine with other work the rest is theirs, and seconds of
+/// a core are asked for.
+fn share(busy: f64) -> f64 {
+    if busy.is_finite() && busy > 0.0 { busy.min(1.0) } else { 1.0 }
 }
 
 /// The cheapest, the dearest, and some between.
@@ -140,8 +148,12 @@ fn spread<'c>(sorted: &[&'c SweepCell]) -> Vec<&'c SweepCell> {
     (0..SAMPLES).map(|n| sorted[n * (sorted.len() - 1) / (SAMPLES - 1)]).collect()
 }
 
-/// Seconds of a cell of this weight, on straight lines between the samples.
+/// Seconds of a cell of this weight, on straight lines between the samples; of samples of one weight their mean.
 fn between(samples: &[TriedSetting], weight: f64) -> f64 {
+    let same = || samples.iter().filter(|sample| sample.weight == weight).map(|sample| sample.cell_s);
+    if same().next().is_some() {
+        return same().sum::<f64>() / same().count() as f64;
+    }
     let above = samples.iter().position(|sample| sample.weight >= weight);
     match above {
         None => samples.last().map_or(0.0, |last| last.cell_s * weight / last.weight.max(1.0)),
@@ -164,5 +176,12 @@ mod tests {
         let samples = [sample(100.0, 1.0), sample(200.0, 2.0), sample(400.0, 6.0)];
         let found = [50.0, 100.0, 150.0, 300.0, 400.0, 800.0].map(|weight| between(&samples, weight));
         assert_eq!(found, [1.0, 1.0, 1.5, 4.0, 6.0, 12.0]);
+        let twins = [sample(100.0, 1.0), sample(200.0, 2.0), sample(200.0, 6.0)];
+        assert_eq!([100.0, 200.0].map(|weight| between(&twins, weight)), [1.0, 4.0], "other clips, other costs");
+    }
+
+    #[test]
+    fn seconds_of_a_core_leave_out_what_others_used_meanwhile() {
+        assert_eq!([0.25, 1.0, 1.01, 0.0, f64::NAN].map(share), [0.25, 1.0, 1.0, 1.0, 1.0]);
     }
 }

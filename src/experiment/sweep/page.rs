@@ -9,7 +9,7 @@ use super::record::{Status, SweepResults};
 use super::summary::{SettingSummary, SweepSummary};
 use crate::evaluation::{Direction, Unit, find_metric};
 use crate::experiment::{ExperimentError, REPORT_FILE};
-use crate::report::{SweepCellState, SweepPageInput, SweepPoint};
+use crate::report::{EverySetting, SweepCellState, SweepPageInput, SweepPoint};
 use crate::scenario::SweepAxis;
 
 /// By how much a setting may be worse than the best unless it is said, in the objective's unit: millimetres, degrees.
@@ -22,7 +22,9 @@ const WITHIN_SHARE: f64 = 0.02;
 /// # Errors
 /// [`ExperimentError`] where the plan cannot be read, or no cell has a result.
 pub fn page_input(sweep: &PlannedSweep, within: Option<f64>) -> Result<SweepPageInput, ExperimentError> {
-    let summary = SweepSummary::new(sweep)?;
+    let every = SweepSummary::new(sweep)?;
+    let over = sweep.definition()?.sweep.average_over;
+    let summary = every.averaged_over(&over);
     let plan = &sweep.plan;
     let objective = find_metric(&plan.objective).ok_or_else(|| ExperimentError::Argument {
         argument: "objective",
@@ -42,11 +44,20 @@ pub fn page_input(sweep: &PlannedSweep, within: Option<f64>) -> Result<SweepPage
         description: plan.description.clone(),
         objective,
         seeds: plan.seeds.clone(),
-        axes: plan.axes.iter().map(|axis| short_name(axis).to_owned()).collect(),
-        settings: summary.settings.iter().map(|setting| point(setting, &plan.axes)).collect(),
+        axes: short_names(&summary.axes),
+        settings: summary.settings.iter().map(|setting| point(setting, &summary.axes)).collect(),
+        every: (!over.is_empty()).then(|| EverySetting {
+            over: short_names(&over),
+            axes: short_names(&every.axes),
+            settings: every.settings.iter().map(|setting| point(setting, &every.axes)).collect(),
+        }),
         within: within.unwrap_or(usual),
         facts: facts(sweep)?,
     })
+}
+
+fn short_names(axes: &[String]) -> Vec<String> {
+    axes.iter().map(|axis| short_name(axis).to_owned()).collect()
 }
 
 /// The last part of a dotted key.

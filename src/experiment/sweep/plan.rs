@@ -7,6 +7,7 @@
 //! | `scenario.toml`, `sweep.toml` | base scenario and sweep as they were when it was planned |
 //! | `results/XX/ID.json` | one file a finished cell; `XX` are the first two digits of its id |
 //! | `sets/ID/` | benchmark sets, each rendered once |
+//! | `models/ID.model` | motion models that cells learned, each once |
 //! | `reports/ID/` | whole runs of cells, where they were asked for |
 
 use std::fs;

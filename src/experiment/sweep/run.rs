@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use serde_json::{Map, Value};
+
 use super::cell::{CellOptions, run_shared};
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
@@ -99,7 +101,7 @@ pub fn run_some(
 ) -> Result<Ran, ExperimentError> {
     let results = SweepResults::new(sweep);
     results.clear_leftovers();
-    let mut course = Course::new(sweep, cells);
+    let mut course = Course::new(sweep, cells, sweep.definition()?.sweep.average_over);
     let mut missing: Vec<&SweepCell> = Vec::new();
     let mut all = cells.iter();
     results.for_each(cells, |cell, record| {
@@ -206,14 +208,30 @@ struct Course<'a> {
     /// Weight of cells that were run, and of those that are left.
     run: f64,
     left: f64,
-    /// By setting: sum of the objective and number of seeds.
+    /// Which settings are one but for what is averaged over: by setting its group, and by group its number of cells.
+    groups: HashMap<usize, usize>,
+    sizes: HashMap<usize, usize>,
+    /// Axes that are averaged over.
+    over: Vec<String>,
+    /// By group: sum of the objective and number of cells.
     sums: HashMap<usize, (f64, usize)>,
     best: Option<(f64, usize, String)>,
 }
 
 impl<'a> Course<'a> {
-    fn new(sweep: &'a PlannedSweep, cells: &[SweepCell]) -> Self {
+    fn new(sweep: &'a PlannedSweep, cells: &[SweepCell], over: Vec<String>) -> Self {
+        let (mut groups, mut sizes, mut named) = (HashMap::new(), HashMap::new(), HashMap::new());
+        for cell in cells {
+            let group = *groups.entry(cell.setting).or_insert_with(|| match over.is_empty() {
+                true => cell.setting,
+                false => *named.entry(axes_in_words(&without(&cell.axes, &over))).or_insert(cell.setting),
+            });
+            *sizes.entry(group).or_insert(0) += 1;
+        }
         Self {
+            groups,
+            sizes,
+            over,
             sweep,
             ran: Ran::default(),
             cells: cells.len(),
@@ -240,24 +258,25 @@ impl<'a> Course<'a> {
             Status::Failed => self.ran.failed.push((cell.index, record.error.clone().unwrap_or_default())),
         }
         if let Some(value) = record.metrics.get(&self.sweep.plan.objective) {
-            let (sum, seeds) = self.sums.entry(cell.setting).or_default();
+            let group = self.groups.get(&cell.setting).copied().unwrap_or(cell.setting);
+            let (sum, count) = self.sums.entry(group).or_default();
             *sum += value;
-            *seeds += 1;
-            self.weigh(cell);
+            *count += 1;
+            self.weigh(cell, group);
         }
     }
 
-    /// A setting counts once all its seeds are done.
-    fn weigh(&mut self, cell: &SweepCell) {
-        let Some((sum, seeds)) = self.sums.get(&cell.setting).copied() else { return };
-        if seeds < self.sweep.plan.seeds.len() {
+    /// A setting counts once all its cells are done.
+    fn weigh(&mut self, cell: &SweepCell, group: usize) {
+        let Some((sum, count)) = self.sums.get(&group).copied() else { return };
+        if self.sizes.get(&group).is_some_and(|size| count < *size) {
             return;
         }
-        let mean = sum / seeds as f64;
+        let (mean, seeds) = (sum / count as f64, self.sweep.plan.seeds.len());
         let metric = find_metric(&self.sweep.plan.objective);
         let is_worse = |than: f64| metric.is_some_and(|metric| metric.is_worse(mean, than)) || mean == than;
         if self.best.as_ref().is_none_or(|(best, ..)| !is_worse(*best)) {
-            self.best = Some((mean, seeds, in_words(cell)));
+            self.best = Some((mean, seeds, axes_in_words(&without(&cell.axes, &self.over))));
         }
     }
 
@@ -269,10 +288,19 @@ impl<'a> Course<'a> {
     }
 }
 
+/// Axes and values but for some.
+pub(super) fn without(axes: &Map<String, Value>, over: &[String]) -> Map<String, Value> {
+    axes.iter().filter(|(key, _)| !over.contains(key)).map(|(key, value)| (key.clone(), value.clone())).collect()
+}
+
 /// Axes and values of a cell: `particles=50 rig.ring.count=2`.
 pub fn in_words(cell: &SweepCell) -> String {
-    let plain =
-        |value: &serde_json::Value| value.as_str().map_or_else(|| crate::scenario::as_toml(value), str::to_owned);
-    let words: Vec<String> = cell.axes.iter().map(|(key, value)| format!("{key}={}", plain(value))).collect();
+    axes_in_words(&cell.axes)
+}
+
+/// The same of axes and values alone.
+pub(super) fn axes_in_words(axes: &Map<String, Value>) -> String {
+    let plain = |value: &Value| value.as_str().map_or_else(|| crate::scenario::as_toml(value), str::to_owned);
+    let words: Vec<String> = axes.iter().map(|(key, value)| format!("{key}={}", plain(value))).collect();
     if words.is_empty() { "the scenario as it is".to_owned() } else { words.join(" ") }
 }

@@ -45,7 +45,8 @@ pub(super) fn settings<T: Send + Sync>(
     let constraints = Constraints::new(file, template)?;
     let made = parallel::map(combinations.len(), |index| -> Result<Vec<T>, ExperimentError> {
         let combination = &combinations[index];
-        let Some((set, scenario)) = constraints.complete(combination, overrides(combination))? else {
+        let completed = constraints.complete(combination, overrides(combination));
+        let Some((set, scenario)) = completed.map_err(|error| at_its_axis(file, combination, error))? else {
             return Ok(Vec::new());
         };
         let axes: Map<String, Value> = combination.iter().map(|(k, v)| (k.clone(), v.label.clone())).collect();
@@ -60,6 +61,19 @@ pub(super) fn settings<T: Send + Sync>(
         true => Err(constraints.nothing_left(combinations.len())),
         false => Ok(settings),
     }
+}
+
+/// An error of an override, with the line of the axis that has it where a sweep file has it.
+fn at_its_axis(file: &SweepFile, combination: &Combination, error: ExperimentError) -> ExperimentError {
+    let words = error.to_string();
+    let Some((said, problem)) = words.strip_prefix("override ").and_then(|words| words.split_once(": ")) else {
+        return error;
+    };
+    // a key may be said by its last parts, and is told in full
+    let is_said = |set: &String| said == set || said.ends_with(&format!(".{set}"));
+    let Some((key, _)) = combination.iter().find(|(_, value)| value.set.iter().any(is_said)) else { return error };
+    let complaint = file.complaint(&format!("axes.{key}"), problem.to_owned());
+    if complaint.place.is_some() { ScenarioError::from(complaint).into() } else { error }
 }
 
 /// A scenario with several methods is as many settings.
@@ -258,8 +272,11 @@ mod tests {
         let error = made(&format!("[axes]\n{}{}", axis("particles"), axis("layers"))).unwrap_err();
         assert!(error.contains("expected at most 1000000 settings, found 1001 x 1001"), "{error}");
         let error = made("[axes]\npartciles = [5]\n").unwrap_err();
-        assert!(error.contains("did you mean `particles`?"), "{error}");
-        let error = made("[axes]\nparticles = [5, 0]\n").unwrap_err();
-        assert!(error.contains("override tracker.annealed_particle_filter.particles=0"), "{error}");
+        assert!(
+            error.starts_with("a.toml:4: axes.partciles: ") && error.contains("did you mean `particles`?"),
+            "{error}"
+        );
+        let error = made("[axes]\nlayers = [2]\nparticles = [5, 0]\n").unwrap_err();
+        assert!(error.starts_with("a.toml:5: axes.particles: ") && error.contains("found 0"), "{error}");
     }
 }

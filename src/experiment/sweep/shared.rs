@@ -15,6 +15,8 @@ use crate::scenario::ScenarioFile;
 
 /// The folder of all sets.
 const SETS: &str = "sets";
+/// The folder of all motion models that cells learned.
+const MODELS: &str = "models";
 /// How often it is looked whether another process has rendered a set.
 const PATIENCE: Duration = Duration::from_millis(200);
 
@@ -49,7 +51,8 @@ impl Shared {
             return Ok(known);
         }
         let set = on_disk(sweep, cell, file, watch)?;
-        let models = Mutex::new(Models::new(file, &set.truth.recordings));
+        let models = Models::new(file, &set.truth.recordings).sharing(sweep.root.join(MODELS));
+        let models = Mutex::new(models);
         let shared = Arc::new(SharedSet { set, models });
         *slot = Arc::downgrade(&shared);
         Ok(shared)

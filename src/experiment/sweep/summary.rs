@@ -1,5 +1,7 @@
 //! What a sweep found: every setting over its seeds.
 
+use std::collections::HashMap;
+
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -7,7 +9,7 @@ use super::cell::REPORTS;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::record::{CellRecord, Status, SweepResults};
-use super::run::in_words;
+use super::run::{axes_in_words, in_words, without};
 use crate::evaluation::{Interval, Metric, ValueRange, find_metric, mean, mean_interval};
 use crate::experiment::ExperimentError;
 
@@ -118,6 +120,30 @@ impl SweepSummary {
         Ok(summary)
     }
 
+    /// The same with settings that differ in these axes alone made one. Its value for a seed is the mean over them, and
+    /// missing where one of them is, so that its interval is again one over seeds.
+    pub fn averaged_over(&self, over: &[String]) -> Self {
+        if over.is_empty() {
+            return self.clone();
+        }
+        let mut groups: Vec<(Map<String, Value>, Vec<&SettingSummary>)> = Vec::new();
+        let mut places: HashMap<String, usize> = HashMap::new();
+        for setting in &self.settings {
+            let axes = without(&setting.axes, over);
+            let place = *places.entry(axes_in_words(&axes)).or_insert(groups.len());
+            match groups.get_mut(place) {
+                Some((_, members)) => members.push(setting),
+                None => groups.push((axes, vec![setting])),
+            }
+        }
+        let range = self.metric().map_or(ValueRange::Any, Metric::value_range);
+        Self {
+            axes: self.axes.iter().filter(|axis| !over.contains(axis)).cloned().collect(),
+            settings: groups.into_iter().map(|(axes, members)| together(axes, &members, range)).collect(),
+            ..self.clone()
+        }
+    }
+
     /// The metric that settings are compared by.
     pub fn metric(&self) -> Option<&'static Metric> {
         find_metric(&self.objective)
@@ -138,6 +164,33 @@ impl SweepSummary {
             }
         });
         ranked
+    }
+}
+
+/// Settings as one.
+fn together(axes: Map<String, Value>, members: &[&SettingSummary], range: ValueRange) -> SettingSummary {
+    let seeds = members.iter().map(|member| member.values.len()).max().unwrap_or(0);
+    let of_seed = |seed: usize| -> Option<f64> {
+        let values = members.iter().map(|member| member.values.get(seed).copied().flatten());
+        mean(&values.collect::<Option<Vec<f64>>>()?)
+    };
+    let values: Vec<Option<f64>> = (0..seeds).map(of_seed).collect();
+    let present: Vec<f64> = values.iter().flatten().copied().collect();
+    let over_members = |of: fn(&SettingSummary) -> Option<f64>| -> Option<f64> {
+        mean(&members.iter().filter_map(|member| of(member)).collect::<Vec<f64>>())
+    };
+    SettingSummary {
+        setting: members.first().map_or(0, |member| member.setting),
+        words: axes_in_words(&axes),
+        axes,
+        mean: mean(&present),
+        ci95: mean_interval(&[present], range).map(|(interval, _)| interval),
+        values,
+        evaluations_per_frame: over_members(|member| member.evaluations_per_frame),
+        processor_ms_per_frame: over_members(|member| member.processor_ms_per_frame),
+        frozen: over_members(|member| member.frozen),
+        diverged: members.iter().map(|member| member.diverged).sum(),
+        cells: members.iter().flat_map(|member| member.cells.iter().cloned()).collect(),
     }
 }
 
@@ -178,5 +231,58 @@ fn setting(cells: &[(SweepCell, Option<CellRecord>)], metric: Option<&Metric>, o
                 report: false,
             })
             .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn setting(clip: &str, particles: u64, values: &[Option<f64>]) -> SettingSummary {
+        let mut axes = Map::new();
+        axes.insert("clip".to_owned(), clip.into());
+        axes.insert("particles".to_owned(), particles.into());
+        SettingSummary {
+            setting: 0,
+            words: axes_in_words(&axes),
+            axes,
+            values: values.to_vec(),
+            mean: None,
+            ci95: None,
+            evaluations_per_frame: Some(10.0 * particles as f64),
+            processor_ms_per_frame: None,
+            frozen: None,
+            diverged: 1,
+            cells: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn settings_that_differ_in_the_clip_alone_become_one_with_an_interval_over_seeds() {
+        let summary = SweepSummary {
+            schema: "skiagraph.sweep_summary/1",
+            name: "a".to_owned(),
+            objective: "humaneva_mm".to_owned(),
+            axes: vec!["clip".to_owned(), "particles".to_owned()],
+            seeds: vec![0, 1, 2],
+            cells: 12,
+            missing: 1,
+            settings: vec![
+                setting("walk", 5, &[Some(30.0), Some(32.0), Some(34.0)]),
+                setting("walk", 9, &[Some(10.0), Some(12.0), None]),
+                setting("run", 5, &[Some(50.0), Some(56.0), Some(60.0)]),
+                setting("run", 9, &[Some(20.0), Some(22.0), Some(24.0)]),
+            ],
+        };
+        let one = summary.averaged_over(&["clip".to_owned()]);
+        assert_eq!(one.axes, ["particles"]);
+        assert_eq!(one.settings.iter().map(|s| s.words.as_str()).collect::<Vec<_>>(), ["particles=5", "particles=9"]);
+        assert_eq!(one.settings[0].values, [Some(40.0), Some(44.0), Some(47.0)]);
+        assert_eq!((one.settings[0].diverged, one.settings[0].evaluations_per_frame), (2, Some(50.0)));
+        let expected = mean_interval(&[vec![40.0, 44.0, 47.0]], ValueRange::NonNegative).unwrap().0;
+        assert_eq!(one.settings[0].ci95, Some(expected));
+        // a clip without a result would make the others look better or worse than they are
+        assert_eq!(one.settings[1].values, [Some(15.0), Some(17.0), None]);
+        assert_eq!(summary.averaged_over(&[]), summary);
     }
 }

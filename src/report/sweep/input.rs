@@ -17,10 +17,39 @@ pub struct SweepPageInput {
     pub axes: Vec<String>,
     /// All settings, in the order of the plan.
     pub settings: Vec<SweepPoint>,
+    /// What `settings` are means of; `None` where nothing was averaged over.
+    pub every: Option<EverySetting>,
     /// By how much a setting may be worse than the best, in the objective's unit.
     pub within: f64,
     /// Facts: what was run, with what.
     pub facts: Vec<(String, String)>,
+}
+
+/// All settings before some axes were averaged over, to see how much those matter.
+#[derive(Clone, Debug)]
+pub struct EverySetting {
+    /// The axes that were averaged over.
+    pub over: Vec<String>,
+    /// Names of all axes.
+    pub axes: Vec<String>,
+    /// The settings, in the order of the plan.
+    pub settings: Vec<SweepPoint>,
+}
+
+impl SweepPageInput {
+    /// Axes and settings, nothing averaged.
+    pub(super) fn unaveraged(&self) -> (&[String], &[SweepPoint]) {
+        match &self.every {
+            Some(every) => (&every.axes, &every.settings),
+            None => (&self.axes, &self.settings),
+        }
+    }
+
+    /// What was averaged over, in words; empty for nothing.
+    pub(super) fn averages(&self) -> String {
+        let over = self.every.as_ref().map(|every| every.over.join(", "));
+        over.map_or_else(String::new, |over| format!("Every setting is the mean over all values of {over}."))
+    }
 }
 
 /// One setting over its seeds.

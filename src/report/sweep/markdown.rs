@@ -30,6 +30,9 @@ pub fn sweep_markdown(input: &SweepPageInput, command: &str) -> String {
         "\nThe interval of a difference is Welch's over the seeds of both settings, which are not paired. The best of many \
          settings looks better than it is.\n",
     );
+    if input.every.is_some() {
+        writeln!(text, "\n{}", input.averages()).ok();
+    }
     heat_maps(input, &mut text);
     matters(input, &mut text);
     failures(input, &mut text);
@@ -56,14 +59,15 @@ fn heat_maps(input: &SweepPageInput, text: &mut String) {
 }
 
 fn matters(input: &SweepPageInput, text: &mut String) {
-    let Some((single, pairs)) = effects(&input.settings, input.axes.len()) else { return };
+    let (axes, every) = input.unaveraged();
+    let Some((single, pairs)) = effects(every, axes.len()) else { return };
     text.push_str(
         "\n## What matters\n\nShare of the variance of the settings' means; of two axes beyond the sum of both.\n\n",
     );
     text.push_str("| axis | range | share | mean by value |\n|---|---:|---:|---|\n");
     let unit = input.objective.unit;
     let row = |effect: &Effect| {
-        let axes: Vec<&str> = effect.axes.iter().map(|axis| input.axes[*axis].as_str()).collect();
+        let axes: Vec<&str> = effect.axes.iter().map(|axis| axes[*axis].as_str()).collect();
         let means: Vec<String> =
             effect.means.iter().map(|(value, mean)| format!("{value}: {}", number(*mean, unit))).collect();
         format!(

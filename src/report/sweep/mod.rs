@@ -7,6 +7,6 @@ mod markdown;
 mod page;
 
 pub use analysis::{Choice, CostMeasure, Effect, cheapest_within, difference, effects, pareto_front};
-pub use input::{SweepCellState, SweepPageInput, SweepPoint};
+pub use input::{EverySetting, SweepCellState, SweepPageInput, SweepPoint};
 pub use markdown::sweep_markdown;
 pub use page::sweep_page;

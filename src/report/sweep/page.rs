@@ -37,6 +37,7 @@ struct SweepPage<'a> {
     trouble: Vec<TroubleRow>,
     failures: Vec<FailureRow<'a>>,
     more_failures: usize,
+    averages: String,
     axes: &'a [String],
     rows: Vec<SettingRow<'a>>,
     more_rows: usize,
@@ -97,10 +98,13 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         return Err(ReportError::NoRun);
     }
     let (map_axes, maps, averaged) = maps(input);
-    let both = effects(&input.settings, input.axes.len());
-    let (single, pairs) = both.unzip();
+    let (every_axes, every) = input.unaveraged();
+    let (single, pairs) = effects(every, every_axes.len()).unzip();
+    let strongest = effects(&input.settings, input.axes.len()).map(|(single, _)| single);
     let unit = input.objective.unit;
-    let rows = |effects: Vec<Effect>| effects.into_iter().map(|effect| effect_row(input, effect)).collect::<Vec<_>>();
+    let rows = |effects: Vec<Effect>| {
+        effects.into_iter().map(|effect| effect_row(input, every_axes, effect)).collect::<Vec<_>>()
+    };
     let bad: Vec<(&SweepPoint, &SweepCellState)> = cells(input).filter(|(_, cell)| cell.state != "ok").collect();
     let page = SweepPage {
         title: &input.title,
@@ -123,7 +127,7 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         maps,
         map_axes: map_axes.map(|axes| axes.map(|axis| input.axes[axis].as_str())),
         averaged,
-        curves: curves(input, single.as_deref())?,
+        curves: curves(input, strongest.as_deref())?,
         effects: single.map(rows),
         pairs: pairs.map(rows).unwrap_or_default(),
         trouble: trouble(input),
@@ -141,6 +145,7 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
             })
             .collect(),
         more_failures: bad.iter().filter(|(_, cell)| cell.state != "missing").count().saturating_sub(FAILURES),
+        averages: input.averages(),
         axes: &input.axes,
         rows: table(input),
         more_rows: input.settings.len().saturating_sub(ROWS),
@@ -196,11 +201,11 @@ pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String
     ))
 }
 
-fn effect_row(input: &SweepPageInput, effect: Effect) -> EffectRow {
+fn effect_row(input: &SweepPageInput, axes: &[String], effect: Effect) -> EffectRow {
     let unit = input.objective.unit;
     let means = effect.means.iter().map(|(value, mean)| format!("{value}: {}", number(*mean, unit)));
     EffectRow {
-        axes: effect.axes.iter().map(|axis| input.axes[*axis].as_str()).collect::<Vec<_>>().join(" x "),
+        axes: effect.axes.iter().map(|axis| axes[*axis].as_str()).collect::<Vec<_>>().join(" x "),
         range: format!("{} {}", number(effect.range, unit), symbol(unit)),
         share: format!("{:.1} %", 100.0 * effect.share),
         means: means.collect::<Vec<_>>().join(" · "),
@@ -213,17 +218,18 @@ fn trouble(input: &SweepPageInput) -> Vec<TroubleRow> {
     if all("diverged") + all("failed") == 0 {
         return Vec::new();
     }
+    let (axes, every) = input.unaveraged();
     let share = |point: &SweepPoint, state: &str| {
         let done = point.cells.iter().filter(|cell| cell.state != "missing").count();
         point.cells.iter().filter(|cell| cell.state == state).count() as f64 / done.max(1) as f64
     };
     let [diverged, failed] =
-        ["diverged", "failed"].map(|state| input.settings.iter().map(|p| share(p, state)).collect::<Vec<f64>>());
+        ["diverged", "failed"].map(|state| every.iter().map(|p| share(p, state)).collect::<Vec<f64>>());
     let percent = |value: f64| format!("{:.0} %", 100.0 * value);
     let mut rows = Vec::new();
-    for (axis, name) in input.axes.iter().enumerate() {
-        let groups = by_value(&input.settings, &[axis], &diverged);
-        let failed = by_value(&input.settings, &[axis], &failed);
+    for (axis, name) in axes.iter().enumerate() {
+        let groups = by_value(every, &[axis], &diverged);
+        let failed = by_value(every, &[axis], &failed);
         if groups.len() > 20 {
             continue;
         }
@@ -276,6 +282,7 @@ pub(super) fn three_digits(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::input::EverySetting;
     use super::*;
     use crate::evaluation::find_metric;
 
@@ -313,6 +320,7 @@ mod tests {
             seeds: vec![0, 1, 2],
             axes: vec!["layers".to_owned(), "particles".to_owned()],
             settings,
+            every: None,
             within: 5.0,
             facts: vec![("version".to_owned(), "0".to_owned())],
         }
@@ -334,6 +342,26 @@ mod tests {
             assert!(page.contains(words), "no {words:?}");
         }
         assert!(!page.contains("http://") || page.contains("www.w3.org"), "no network");
+    }
+
+    #[test]
+    fn what_is_averaged_over_is_no_choice_but_matters() {
+        let mut averaged = input();
+        let of_clip = |clip: &str, more: f64| -> Vec<SweepPoint> {
+            let one = |p: &SweepPoint| SweepPoint {
+                labels: [vec![clip.to_owned()], p.labels.clone()].concat(),
+                mean: p.mean.map(|mean| mean + more),
+                ..p.clone()
+            };
+            averaged.settings.iter().map(one).collect()
+        };
+        let settings = [of_clip("walk", -40.0), of_clip("run", 40.0)].concat();
+        let axes = ["clip", "layers", "particles"].map(str::to_owned).to_vec();
+        averaged.every = Some(EverySetting { over: vec!["clip".to_owned()], axes, settings });
+        let page = sweep_page(&averaged).unwrap();
+        for words in ["mean over all values of clip", "best particles=200 layers=5 (35", "80.0 mm", "clip = run"] {
+            assert!(page.contains(words), "no {words:?}");
+        }
     }
 
     #[test]

@@ -97,6 +97,23 @@ fn it_follows_a_moving_minimum_with_every_kernel() {
 }
 
 #[test]
+fn searching_part_after_part_follows_a_moving_minimum_and_needs_a_layer_a_part() {
+    let partitioned = |layers| {
+        let filter = filter(FilterSettings { layers, ..FilterSettings::default() }, Prediction::None);
+        let partition = Partition::of_body(filter.model.body());
+        filter.with_partition(partition)
+    };
+    let found = error(partitioned(10).unwrap());
+    // frozen would be off by 0.1 to 0.2 in every number
+    assert!(found < 0.05, "{found}");
+    assert_eq!(partitioned(4).err().map(|e| e.key), Some("layers"));
+    let shrinking =
+        filter(FilterSettings { kernel: Kernel::Shrink { h: 0.5 }, ..FilterSettings::default() }, Prediction::None);
+    let partition = Partition::of_body(shrinking.model.body());
+    assert_eq!(shrinking.with_partition(partition).err().map(|e| e.key), Some("kernel"));
+}
+
+#[test]
 fn predicting_the_velocity_takes_off_the_lag() {
     let fast = |prediction| error(moving_at(0.06, FilterSettings::default(), prediction));
     let (without, with) = (fast(Prediction::None), fast(Prediction::ConstantVelocity));
