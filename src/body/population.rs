@@ -1,9 +1,9 @@
 //! People: sex, stature, mass, and how their segments depart from the mean, drawn from a published population.
 //!
 //! **Published**: stature and the logarithm of mass are bivariate normal in men, and a mixture of two such in women,
-//! with means, standard deviations and correlations of adults of the United States (`[Brainard 1992]`, NHANES II 1976
-//! to 1980). The shares of mass of a woman's segments against a man's, from which girths follow, are de Leva's
-//! (`[de Leva 1996]`). Mean lengths are the template's: Drillis and Contini's for the built-in robots.
+//! with means, standard deviations and correlations of adults of the United States (`[Brainard 1992]`). The shares of
+//! mass of a woman's segments against a man's, from which girths follow, are de Leva's (`[de Leva 1996]`). Mean lengths
+//! are the template's: Drillis and Contini's for the built-in robots.
 //!
 //! **Assumed**, for want of a table of the spread about those means: a segment's share of the stature varies by
 //! [`LENGTH_SPREAD`], its girth at a given mass by [`GIRTH_SPREAD`], independently of each other. Lengths are then
@@ -76,7 +76,7 @@ pub struct Person {
 }
 
 impl Person {
-    /// An adult of the United States of 1976 to 1980: of `sex`, else of either with equal chance; of `stature_m`, if it
+    /// An adult of the United States: of `sex`, else of either with equal chance; of `stature_m`, if it
     /// is given, with a mass as people of that stature have. The same seed and index give the same person.
     pub fn drawn(seed: u64, index: u64, sex: Option<Sex>, stature_m: Option<f64>) -> Self {
         let mut rng = stream(seed, Purpose::BodyShape, 0, 0, index);
