@@ -39,15 +39,15 @@ pub(super) struct Arguments {
     #[arg(value_name = "RUN", required_unless_present = "poses", conflicts_with = "poses")]
     run: Option<PathBuf>,
 
-    /// File of poses: .npz, .csv, .trc or .bvh
+    /// File of poses: .npz, .csv, .trc, .c3d or .bvh
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
 
-    /// Units of a .csv, .trc or .bvh file [default: as the file declares, else m]
+    /// Units of a .csv, .trc, .c3d or .bvh file [default: as the file declares, else m]
     #[arg(long, value_enum, value_name = "UNITS")]
     units: Option<Units>,
 
-    /// Vertical axis of a .csv, .trc or .bvh file [default: z; of .trc y; of .bvh guessed]
+    /// Vertical axis of a .csv, .trc, .c3d or .bvh file [default: z; of .trc y; of .bvh guessed]
     #[arg(long, value_enum, value_name = "AXIS")]
     up: Option<UpArgument>,
 

@@ -38,5 +38,5 @@ pub use deepmimic::parse_deepmimic;
 pub use error::MocapError;
 pub use options::{ReadOptions, UpAxis};
 pub use points::parse_markers;
-pub(crate) use points::{MOST_POINTS, PointFile, parse_trc};
+pub(crate) use points::{MOST_POINTS, PointFile, parse_c3d, parse_trc};
 pub use read::read;

@@ -64,6 +64,8 @@ fn a_known_error_is_found_in_every_format_unit_and_axis() {
     }
     room.write("mine.trc", trc);
     assert!((error(&room, "--poses mine.trc") - 50.0).abs() < 1e-6);
+    room.succeed("export set --to c3d --out c3d");
+    assert!(error(&room, "--poses c3d/markers.c3d") < 1e-3, "single precision, millimetres");
     let other: Vec<String> = names().iter().map(|name| format!("their {name}")).collect();
     let other: Vec<&str> = other.iter().map(String::as_str).collect();
     room.write("named.csv", csv(&truth, &other, off));
@@ -93,7 +95,7 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     room.write("unknown.csv", csv(&truth, &unknown, |place| place));
     refused("--poses unknown.csv", &["none of its names is known", "--joint-map"]);
     room.write("mine.xls", "x");
-    refused("--poses mine.xls", &[".csv, .trc or .bvh"]);
+    refused("--poses mine.xls", &[".csv, .trc, .c3d or .bvh"]);
     room.write("bad.csv", "pelvis_x,pelvis_y,pelvis_z\n1,2,three\n");
     refused("--poses bad.csv", &["bad.csv", "line 2"]);
 }

@@ -1,4 +1,4 @@
-//! Estimates of other programs in the formats that they write: CSV, TRC and BVH besides NumPy's.
+//! Estimates of other programs in the formats that they write: CSV, TRC, C3D and BVH besides NumPy's.
 //!
 //! A file gives points by names. Units and axes are those that the file declares, unless the user declares others;
 //! names are markers of HumanEva or joints of the tracker's body, as they are or through a joint map. A body whose size
@@ -13,10 +13,11 @@ use std::path::{Path, PathBuf};
 use nalgebra::Point3;
 
 use super::ExperimentError;
+use super::error::read_file;
 use super::tracking::Tracked;
 use crate::benchmark_set::{BenchmarkSet, Estimates};
 use crate::input::{self, limits};
-use crate::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_trc, read};
+use crate::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse_trc, read};
 use crate::npz::{Array, Npz};
 
 pub(super) use scale::check_scale;
@@ -56,9 +57,11 @@ pub(super) fn read_poses(
         }
         "csv" => csv_file::parse(&text()?).map_err(malformed)?,
         "trc" => parse_trc(&text()?).map_err(malformed)?,
+        "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
         "bvh" => from_bvh(path, declared)?,
         other => {
-            return Err(malformed(format!("expected a file that ends in .npz, .csv, .trc or .bvh, found {other:?}")));
+            let detail = format!("expected a file that ends in .npz, .csv, .trc, .c3d or .bvh, found {other:?}");
+            return Err(malformed(detail));
         }
     };
     let estimates = points.into_estimates(path, set, declared)?;

@@ -10,6 +10,7 @@ mod trc;
 
 use super::{Clip, MocapError, ReadOptions, UpAxis};
 
+pub(crate) use c3d::parse as parse_c3d;
 pub(crate) use trc::parse as parse_trc;
 
 /// Points times frames that a file may have.
