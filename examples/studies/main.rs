@@ -28,7 +28,7 @@ use std::process::ExitCode;
 type Study = fn() -> Result<(), Box<dyn Error>>;
 
 /// Name, what it measures, and the study.
-const STUDIES: [(&str, &str, Study); 12] = [
+const STUDIES: [(&str, &str, Study); 13] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
     ("background", "segmentation beside OpenCV's: results/background.md", background::study),
     ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
