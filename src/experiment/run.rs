@@ -143,13 +143,12 @@ pub fn render_apart(
         let stop = || watch.interrupted();
         BenchmarkSet::draw_into(complete.folder(), parts, &file.scenario.layers, &stop, observe)
     })?;
-    let set = BenchmarkSet::read(complete.folder())?;
     if let Some(apart) = apart {
-        set.blind.write_without_truth(directory.folder())?;
+        BlindSet::read(apart.folder())?.write_without_truth(directory.folder())?;
         apart.finish()?;
     }
     directory.finish()?;
-    Ok((set, notes))
+    Ok((BenchmarkSet::read(whole.unwrap_or(to.path))?, notes))
 }
 
 /// `skiagraph track`: runs a tracker over a set. Of the set it reads cameras, observations and start alone, unless the
