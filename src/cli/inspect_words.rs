@@ -51,12 +51,10 @@ fn of_model(name: &str, s: &ModelSummary) -> String {
 }
 
 fn of_clip(name: &str, s: &ClipSummary) -> String {
-    let worst = s.fit.worst.as_ref().map_or(String::new(), |(name, mm)| format!(", at worst {name} {mm:.1} mm"));
     let root = s.joints.first().map_or("", |(joint, _)| joint.as_str());
     let mut text = format!(
         "{name}: recording of {} frames at {} Hz, {:.2} s{}\n  skeleton {} joints, root {root}\n  height   {:.2} m\n  \
-         path     {:.2} m along the ground\n  fit      {:.1} mm from the recorded landmarks on average, on `actor`{worst}\n  \
-         limits   {}",
+         path     {:.2} m along the ground",
         s.frames,
         s.frames_per_second,
         s.duration_s,
@@ -64,9 +62,15 @@ fn of_clip(name: &str, s: &ClipSummary) -> String {
         s.joints.len(),
         s.height_m,
         s.path_m,
-        s.fit.mean_mm,
-        s.fit.limits_in_words(),
     );
+    if let Some(fit) = &s.fit {
+        let worst = fit.worst.as_ref().map_or(String::new(), |(name, mm)| format!(", at worst {name} {mm:.1} mm"));
+        text += &format!(
+            "\n  fit      {:.1} mm from the recorded landmarks on average, on `actor`{worst}\n  limits   {}",
+            fit.mean_mm,
+            fit.limits_in_words()
+        );
+    }
     push_notes(&mut text, &s.notes);
     text
 }

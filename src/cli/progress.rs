@@ -93,7 +93,7 @@ impl Watch for Progress {
     }
 
     fn command(&self) -> Option<String> {
-        let words = std::env::args().skip(1).map(|word| quoted(&word));
+        let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
         Some(std::iter::once("skiagraph".to_owned()).chain(words).collect::<Vec<_>>().join(" "))
     }
 

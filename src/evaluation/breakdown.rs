@@ -3,10 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Sequence;
-use super::interval::{Interval, ValueRange, mean_interval};
 use super::statistics::mean;
-use super::student::mean_of_means;
-use super::summary::{SeedRun, by_clip, mean_over_clips};
 use crate::body::Landmark;
 
 /// Knee and ankle of each leg, in the order of the feet of contact truth: left, right.
@@ -28,21 +25,6 @@ pub struct BreakdownGroup {
     /// Mean distance from the truth, millimetres.
     pub mean_mm: f64,
     /// Share of the markers of all groups of the same kind.
-    pub share: f64,
-}
-
-/// A group over all runs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BreakdownSummary {
-    /// As [`BreakdownGroup::by`].
-    pub by: String,
-    /// The group.
-    pub group: String,
-    /// Mean distance over clips of each clip's mean over seeds, millimetres.
-    pub mean_mm: f64,
-    /// 95 % interval of it.
-    pub ci95: Option<Interval>,
-    /// Share of the markers, mean over clips and seeds.
     pub share: f64,
 }
 
@@ -126,32 +108,6 @@ fn sort_into(
     groups
 }
 
-/// All groups over all runs, in the order in which they are met.
-pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
-    let mut names: Vec<(&str, &str)> = Vec::new();
-    for group in runs.iter().flat_map(|run| &run.evaluation.breakdown) {
-        let name = (group.by.as_str(), group.group.as_str());
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    let summary = |(by, group): (&str, &str)| {
-        let find = |run: &SeedRun<'_>| -> Option<BreakdownGroup> {
-            run.evaluation.breakdown.iter().find(|g| (g.by.as_str(), g.group.as_str()) == (by, group)).cloned()
-        };
-        let per_run: Vec<Option<f64>> = runs.iter().map(|run| Some(find(run)?.mean_mm)).collect();
-        let clips = by_clip(runs, &per_run);
-        Some(BreakdownSummary {
-            by: by.to_owned(),
-            group: group.to_owned(),
-            mean_mm: mean_of_means(&clips)?,
-            ci95: mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends),
-            share: mean_over_clips(runs, |run| Some(find(run)?.share))?,
-        })
-    };
-    names.into_iter().filter_map(summary).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,7 +115,7 @@ mod tests {
     use crate::evaluation::contact_fixture::contacts;
     use crate::evaluation::fixture::{standing, translated};
     use crate::evaluation::sequence::{ContactMeasures, ContactPair, Views};
-    use crate::evaluation::{evaluate, summarise};
+    use crate::evaluation::{SeedRun, evaluate, summarise};
     use nalgebra::{Point3, Vector3};
 
     fn found(sequence: &Sequence<'_>, by: &str) -> Vec<(String, f64, f64)> {

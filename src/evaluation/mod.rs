@@ -19,6 +19,8 @@ mod balance;
 mod bootstrap;
 mod boundary;
 mod breakdown;
+mod breakdown_summary;
+mod camera_summary;
 mod comparison;
 #[cfg(test)]
 mod conformance;
@@ -56,6 +58,7 @@ mod protocol;
 mod registry;
 mod reprojection;
 mod scaled_mpjpe;
+mod seed_run;
 mod segmentation;
 mod self_penetration;
 mod sequence;
@@ -65,7 +68,9 @@ mod student;
 mod summary;
 mod track_loss;
 
-pub use breakdown::{BreakdownGroup, BreakdownSummary};
+pub use breakdown::BreakdownGroup;
+pub use breakdown_summary::BreakdownSummary;
+pub use camera_summary::PerCameraSummary;
 pub use comparison::{
     AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, JointDifference, LostTracks,
     MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference, RunComparison,
@@ -83,12 +88,13 @@ pub use per_frame::write_per_frame;
 pub use procrustes::Similarity;
 pub(crate) use registry::MAIN_METRICS;
 pub use registry::{METRICS, find_metric};
-pub use reprojection::{PerCameraError, PerCameraSummary};
+pub use reprojection::PerCameraError;
+pub use seed_run::SeedRun;
 pub use segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality, SilhouetteOutline};
 pub use sequence::{
     ContactMeasures, ContactPair, Energies, EvaluationError, PARTS, PartRotations, RootRotations, Sequence, Views,
 };
 pub use silhouette::intersection_over_union;
 pub use statistics::{FrameSpread, mean, quantile};
-pub use summary::{JointSummary, MetricSummary, RunKey, SeedRun, Summary, summarise};
+pub use summary::{JointSummary, MetricSummary, RunKey, Summary, summarise};
 pub use track_loss::{LOSS_FRAMES, LOSS_THRESHOLD_MM};

@@ -4,26 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::breakdown::{BreakdownSummary, summarise_groups};
-use super::reprojection::{PerCameraSummary, summarise_cameras};
+use super::breakdown_summary::{BreakdownSummary, summarise_groups};
+use super::camera_summary::{PerCameraSummary, summarise_cameras};
+use super::seed_run::{SeedRun, by_clip};
 use super::statistics::standard_deviation;
 use super::student::mean_of_means;
 use super::{
-    Evaluation, EvaluationError, FrameSpread, Interval, MetricValue, Unit, ValueRange, find_metric, interval_words,
-    mean, mean_interval,
+    EvaluationError, FrameSpread, Interval, MetricValue, Unit, ValueRange, find_metric, interval_words, mean,
+    mean_interval,
 };
 use crate::body::LANDMARKS;
-
-/// One run: a clip tracked with a seed.
-#[derive(Clone, Copy, Debug)]
-pub struct SeedRun<'a> {
-    /// Which clip.
-    pub clip: &'a str,
-    /// Which seed.
-    pub seed: u64,
-    /// What was measured.
-    pub evaluation: &'a Evaluation,
-}
 
 /// Which runs a summary is made of.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -175,23 +165,10 @@ fn lost_in_words(runs: &[SeedRun<'_>]) -> String {
     if lost == 0 { String::new() } else { format!("; {lost} of {all} frames of all runs have no estimate") }
 }
 
-/// Mean over clips of each clip's mean over the runs that have a value.
-pub(super) fn mean_over_clips(runs: &[SeedRun<'_>], value: impl Fn(&SeedRun<'_>) -> Option<f64>) -> Option<f64> {
-    mean_of_means(&by_clip(runs, &runs.iter().map(value).collect::<Vec<_>>()))
-}
-
-/// The values of the runs that have one, clip by clip.
-pub(super) fn by_clip(runs: &[SeedRun<'_>], per_run: &[Option<f64>]) -> Vec<Vec<f64>> {
-    let mut clips: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for (run, value) in runs.iter().zip(per_run) {
-        clips.entry(run.clip).or_default().extend(value);
-    }
-    clips.into_values().filter(|values| !values.is_empty()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::Evaluation;
     use crate::evaluation::fixture::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 

@@ -5,11 +5,11 @@ use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
+use super::destination::Destination;
 use super::error::output;
 use super::inputs::Inputs;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
-use super::run::Destination;
 use super::watch::{Stage, Watch, advance};
 use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 use crate::report::overlay::link_bones;

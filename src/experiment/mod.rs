@@ -19,6 +19,7 @@ mod check;
 mod clip_file;
 mod comparison;
 mod cost;
+mod destination;
 mod error;
 mod export;
 mod external;
@@ -72,6 +73,7 @@ pub use check::{Soundness, check, unusable_files};
 pub use clip_file::EMBEDDED_CLIPS;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
 pub use cost::RunCost;
+pub use destination::Destination;
 pub use error::ExperimentError;
 pub use export::{ExportTo, export_set};
 pub use external::{
@@ -94,7 +96,7 @@ pub use partial_file::put_file;
 pub use poses_file::PosesDeclared;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
 pub use run::{
-    Destination, Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
+    Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
     track_set_calibrating, track_set_with_program,
 };
 pub use run_picture::run_picture;

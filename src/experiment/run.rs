@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::destination::Destination;
 use super::error::output;
 use super::external::{
     ANSWERS_FILE, Conformance, EXTERNAL_FILE, ExternalRecord, ProgramSettings, dry_run, track_with_program,
@@ -28,15 +29,6 @@ use crate::observation::Observation;
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
-
-/// Where a result goes.
-#[derive(Clone, Copy, Debug)]
-pub struct Destination<'a> {
-    /// The directory.
-    pub path: &'a Path,
-    /// Replace a set that is there and move aside what is not ours, instead of refusing.
-    pub force: bool,
-}
 
 /// A run that is done.
 #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::ReportError;
+use super::displayed::{between, number, symbol};
 use super::html::render_page;
-use super::page::{between, number, symbol};
 use super::plots::{Colour, Line, LinePlot, Size, Stroke, Svg};
 use crate::evaluation::{ClipValues, METRICS, Metric, Summary, difference, quantile};
 

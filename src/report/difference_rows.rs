@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::page::{between, number, symbol};
+use super::displayed::{between, number, symbol};
 use crate::evaluation::{
     AgainstBase, ComparedMetric, Difference, DifferenceRule, Finding, LostTracks, MAIN_METRICS, Rate, RunComparison,
     Unit, find_metric,

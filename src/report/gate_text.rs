@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::difference_text::cell;
-use super::page::{between, number, symbol};
+use super::displayed::{between, number, symbol};
 use crate::evaluation::{Check, CheckKind, GateOutcome, GateVerdict, MoreSeeds, find_metric};
 
 /// A gate's outcome with the names of what was held against what.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::page::{between, number};
+use super::displayed::{between, number};
 use crate::evaluation::{BreakdownSummary, PerCameraSummary, Summary, Unit};
 
 /// A camera and its errors, as text.

@@ -8,8 +8,8 @@ use tiny_skia::{
 use super::GENERATOR;
 use super::ReportError;
 use super::cell::{colour, new_picture};
+use super::displayed::{number, symbol};
 use super::lettering::{draw_text, text_width};
-use super::page::{number, symbol};
 use crate::evaluation::{MetricSummary, Summary, quantile};
 
 const WIDTH: u32 = 1200;

@@ -82,9 +82,12 @@ pub(super) fn of_clip<'a>(summary: &ClipSummary, performed: &'a Retargeted) -> B
             format!("{} at {} Hz, {:.2} s", summary.frames, summary.frames_per_second, summary.duration_s),
         ),
         ("path".to_owned(), format!("{:.2} m along the ground", summary.path_m)),
-        ("fit".to_owned(), format!("{:.1} mm from the recorded landmarks on average, on `actor`", summary.fit.mean_mm)),
-        ("limits".to_owned(), summary.fit.limits_in_words()),
     ];
+    let fit = summary.fit.iter().flat_map(|fit| {
+        let mean = format!("{:.1} mm from the recorded landmarks on average, on `actor`", fit.mean_mm);
+        [("fit".to_owned(), mean), ("limits".to_owned(), fit.limits_in_words())]
+    });
+    let facts = facts.into_iter().chain(fit).collect();
     BodySheet {
         title: summary.name.to_uppercase(),
         body: &performed.humanoid,

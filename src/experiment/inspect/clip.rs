@@ -6,7 +6,7 @@ use super::INSPECT_SCHEMA;
 use crate::body::shipped;
 use crate::experiment::ExperimentError;
 use crate::mocap::Clip;
-use crate::retarget::{LimitHits, RetargetOptions, RetargetReport, Retargeted, retarget};
+use crate::retarget::{LimitHits, RetargetError, RetargetOptions, RetargetReport, Retargeted, retarget};
 
 /// A recording in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -31,8 +31,8 @@ pub struct ClipSummary {
     pub path_m: f64,
     /// Joints of the skeleton with their parents, root first.
     pub joints: Vec<(String, Option<String>)>,
-    /// How it fits the robot `actor`, scaled to its subject.
-    pub fit: FitSummary,
+    /// How it fits the robot `actor`, scaled to its subject; `None` where it cannot be retargeted, which a note says.
+    pub fit: Option<FitSummary>,
     /// What was guessed (unit, up axis, rate) or mended.
     pub notes: Vec<String>,
 }
@@ -74,14 +74,14 @@ impl FitSummary {
 }
 
 impl ClipSummary {
-    /// A recording, and how the robot `actor` performs it.
-    pub(super) fn performed(clip: &Clip) -> Result<(Self, Retargeted), ExperimentError> {
+    /// A recording, and how the robot `actor` performs it, if its joints are known.
+    pub(super) fn performed(clip: &Clip) -> Result<(Self, Result<Retargeted, RetargetError>), ExperimentError> {
         let still = clip.clone().without_inserted_rest_pose();
-        let performed = retarget(&still, &shipped("actor")?, &RetargetOptions::default())?;
-        Ok((Self::new(clip, &performed), performed))
+        let performed = retarget(&still, &shipped("actor")?, &RetargetOptions::default());
+        Ok((Self::new(clip, performed.as_ref()), performed))
     }
 
-    fn new(clip: &Clip, performed: &Retargeted) -> Self {
+    fn new(clip: &Clip, performed: Result<&Retargeted, &RetargetError>) -> Self {
         let joints = &clip.skeleton.joints;
         let mut heights: Vec<f64> = (0..clip.frames.len()).map(|frame| height(clip, frame)).collect();
         heights.sort_by(f64::total_cmp);
@@ -98,8 +98,11 @@ impl ClipSummary {
             height_m: heights.get(heights.len() / 2).copied().unwrap_or(0.0),
             path_m: roots.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum(),
             joints: joints.iter().map(|j| (j.name.clone(), j.parent.map(|p| joints[p].name.clone()))).collect(),
-            fit: FitSummary::new(&performed.report),
-            notes: performed.report.notes.clone(),
+            fit: performed.ok().map(|performed| FitSummary::new(&performed.report)),
+            notes: match performed {
+                Ok(performed) => performed.report.notes.clone(),
+                Err(reason) => [clip.notes.clone(), vec![format!("it cannot be retargeted: {reason}")]].concat(),
+            },
         }
     }
 }

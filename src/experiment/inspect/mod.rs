@@ -87,7 +87,10 @@ pub fn inspect(
             let place = body_picture::place_of(page, path)?;
             let clip = clip_file::read_whole(path, metres_per_unit)?;
             let (summary, performed) = ClipSummary::performed(&clip)?;
-            body_picture::put(place, || body_picture::of_clip(&summary, &performed))?;
+            if place.is_some() {
+                let performed = performed?;
+                body_picture::put(place, || body_picture::of_clip(&summary, &performed))?;
+            }
             Inspected::Clip(summary)
         }
         InspectedKind::Robot => {

@@ -15,9 +15,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::super::NormalEquations;
 use super::super::pose_chart::PlanarRoot;
+use super::expected::Expected;
 use super::model::{LatentModel, LatentParticle};
-use super::root::RootPlace;
-use crate::body::Pose;
 
 /// What one squared standard deviation of the prior costs, squared lengths of an outline's residuals: neighbouring
 /// residuals are off together, so that some tens of them count as one. Chosen on gestures 29_22 and 29_07
@@ -29,20 +28,6 @@ const DIFFERENCE: f64 = 1e-4;
 const FARTHEST: f64 = 2.0;
 /// Numbers of the root.
 const ROOT: usize = 3;
-
-/// What a model expects of a particle before its noise is drawn.
-#[derive(Clone, Debug)]
-pub(super) struct Expected {
-    /// Mean of the latent point.
-    pub(super) latent: Vec<f64>,
-    /// Deviation of every coordinate of it.
-    pub(super) deviation: f64,
-    /// Mean of the offset.
-    pub(super) offset: Vec<f64>,
-    /// Pose and place one frame before.
-    pub(super) before: Pose,
-    pub(super) place: RootPlace,
-}
 
 impl LatentModel {
     /// The particle one step closer to the most probable one; `None` in the first frame, which nothing is expected of,

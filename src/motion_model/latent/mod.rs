@@ -6,6 +6,7 @@
 //! remembers and from the velocities that the model maps to.
 
 mod descent;
+mod expected;
 mod footholds;
 mod footing;
 mod initialisation;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::super::gpdm_graph::{Candidate, GpdmGraph};
 use super::super::pose_chart::{PlanarRoot, PlanarStep};
 use super::super::{MotionModel, MotionModelError, NormalEquations};
-use super::descent::Expected;
+use super::expected::Expected;
 use super::footing::Footing;
 use super::initialisation::{Seed, seed_of, seeds};
 use super::residual::{PoseResidual, Unseen, offset_by};

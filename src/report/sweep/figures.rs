@@ -8,7 +8,7 @@ use super::analysis::{CostMeasure, Effect, pareto_front};
 use super::input::{SweepPageInput, SweepPoint};
 use crate::evaluation::{Direction, mean};
 use crate::report::ReportError;
-use crate::report::page::{number, symbol};
+use crate::report::displayed::{number, symbol};
 use crate::report::plots::{Colour, Line, LinePlot, ScatterGroup, ScatterPlot, ScatterPoint, Size, Stroke, Svg};
 
 const PLOT: Size = Size { width: 760, height: 420 };

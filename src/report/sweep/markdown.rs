@@ -7,7 +7,7 @@ use super::figures::{labelled, maps};
 use super::input::{SweepPageInput, SweepPoint};
 use super::page::{choice, three_digits};
 use crate::report::GENERATOR;
-use crate::report::page::{between, number, symbol};
+use crate::report::displayed::{between, number, symbol};
 
 /// Settings that have a row.
 const ROWS: usize = 60;

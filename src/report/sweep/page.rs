@@ -7,8 +7,8 @@ use super::figures::{ErrorCurve, Map, curves, maps, scatter};
 use super::input::{SweepCellState, SweepPageInput, SweepPoint};
 use crate::evaluation::Direction;
 use crate::report::ReportError;
+use crate::report::displayed::{between, number, symbol};
 use crate::report::html::render_page;
-use crate::report::page::{between, number, symbol};
 
 const TEMPLATE: &str = include_str!("page.html");
 /// Failed cells that have a row.

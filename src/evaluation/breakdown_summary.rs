@@ -1,0 +1,49 @@
+//! Errors by groups of markers over several runs.
+
+use serde::{Deserialize, Serialize};
+
+use super::breakdown::BreakdownGroup;
+use super::interval::{Interval, ValueRange, mean_interval};
+use super::seed_run::{SeedRun, by_clip, mean_over_clips};
+use super::student::mean_of_means;
+
+/// A group over all runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BreakdownSummary {
+    /// As [`BreakdownGroup::by`].
+    pub by: String,
+    /// The group.
+    pub group: String,
+    /// Mean distance over clips of each clip's mean over seeds, millimetres.
+    pub mean_mm: f64,
+    /// 95 % interval of it.
+    pub ci95: Option<Interval>,
+    /// Share of the markers, mean over clips and seeds.
+    pub share: f64,
+}
+
+/// All groups over all runs, in the order in which they are met.
+pub(super) fn summarise_groups(runs: &[SeedRun<'_>]) -> Vec<BreakdownSummary> {
+    let mut names: Vec<(&str, &str)> = Vec::new();
+    for group in runs.iter().flat_map(|run| &run.evaluation.breakdown) {
+        let name = (group.by.as_str(), group.group.as_str());
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let summary = |(by, group): (&str, &str)| {
+        let find = |run: &SeedRun<'_>| -> Option<BreakdownGroup> {
+            run.evaluation.breakdown.iter().find(|g| (g.by.as_str(), g.group.as_str()) == (by, group)).cloned()
+        };
+        let per_run: Vec<Option<f64>> = runs.iter().map(|run| Some(find(run)?.mean_mm)).collect();
+        let clips = by_clip(runs, &per_run);
+        Some(BreakdownSummary {
+            by: by.to_owned(),
+            group: group.to_owned(),
+            mean_mm: mean_of_means(&clips)?,
+            ci95: mean_interval(&clips, ValueRange::NonNegative).map(|(ends, _)| ends),
+            share: mean_over_clips(runs, |run| Some(find(run)?.share))?,
+        })
+    };
+    names.into_iter().filter_map(summary).collect()
+}

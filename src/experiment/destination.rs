@@ -1,0 +1,12 @@
+//! Where results go.
+
+use std::path::Path;
+
+/// Where a result goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Destination<'a> {
+    /// The directory.
+    pub path: &'a Path,
+    /// Replace a set that is there and move aside what is not ours, instead of refusing.
+    pub force: bool,
+}
