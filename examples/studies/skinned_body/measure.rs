@@ -29,7 +29,7 @@ pub(super) fn track_once(set: &BenchmarkSet, file: &ScenarioFile, seed: u64) -> 
     let tracked = track(&set.blind, &file.scenario.tracker(), &[seed], None, &mut Models::default(), &Unwatched)?;
     let measures = Measures::new(set, &tracked, &Unwatched)?;
     let (evaluation, markers) = (&measures.seeds[0].evaluation, &measures.seeds[0].markers);
-    let timing = tracked.record.as_ref().ok_or("a record")?.timing.clone();
+    let timing = tracked.record.as_ref().ok_or("a record")?.timing;
     let poses = tracked.estimates.sequences[0].poses().ok_or("poses")?;
     let (actor, own) = (&set.truth.ground_truth.actor, &set.blind.start.body);
     let truth = &set.truth.ground_truth.frames;
@@ -95,9 +95,11 @@ impl Heading {
     }
 }
 
-/// Mean rise of the energy over some frames when a joint of the true pose, refitted to the tracker's body, is turned:
-/// angle, rise for the head's rotation, rise for the left arm's abduction.
-pub(super) fn turns(set: &BenchmarkSet) -> Result<Vec<(f64, f64, f64)>, Box<dyn Error>> {
+/// A turn in degrees, and the mean rise of the energy for the head's rotation and for the left arm's abduction.
+pub(super) type TurnRises = (f64, f64, f64);
+
+/// Mean rise of the energy over some frames when a joint of the true pose, refitted to the tracker's body, is turned.
+pub(super) fn turns(set: &BenchmarkSet) -> Result<Vec<TurnRises>, Box<dyn Error>> {
     let body = &set.blind.start.body;
     let refitted = set.truth.refitted.as_ref().ok_or("a refitted truth")?;
     let mut likelihood = SilhouetteLikelihood::new(body.clone(), &set.blind.rig, SilhouetteSettings::default())?;

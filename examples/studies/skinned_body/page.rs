@@ -122,7 +122,8 @@ fn over_time(folder: &Path, done: &[(Case, Vec<&Outcome>)], text: &mut String) -
         if cases().count() < BODIES.len() {
             continue;
         }
-        let quantities: [(&str, &str, fn(&Outcome) -> &[f32]); 2] = [
+        type OfFrames = fn(&Outcome) -> &[f32];
+        let quantities: [(&str, &str, OfFrames); 2] = [
             ("position", "position error, mm", |outcome| &outcome.error_mm),
             ("orientation", "body orientation error, degrees", |outcome| &outcome.orientation_deg),
         ];
