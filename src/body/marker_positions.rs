@@ -30,7 +30,7 @@ impl Humanoid {
         self.markers.map(|marker| marker.map(|m| frames[m.link] * m.point_in_link))
     }
 
-    /// The markers (indices into [`LANDMARKS`]) that lie on a joint in every pose.
+    /// The markers (indices into [`super::LANDMARKS`]) that lie on a joint in every pose.
     pub fn markers_on_joint(&self, joint: usize) -> impl Iterator<Item = usize> {
         let origin = self.anchored(LinkPoint { link: joint + 1, point_in_link: Point3::origin() });
         self.anchored_markers()
@@ -40,7 +40,7 @@ impl Humanoid {
             .map(|(landmark, _)| landmark)
     }
 
-    /// The markers (indices into [`LANDMARKS`]) that move with the root link, with their positions in its frame,
+    /// The markers (indices into [`super::LANDMARKS`]) that move with the root link, with their positions in its frame,
     /// metres.
     pub fn markers_on_root(&self) -> impl Iterator<Item = (usize, Point3<f64>)> {
         self.anchored_markers()

@@ -125,7 +125,7 @@ fn processes_share_a_motion_model_that_is_learned_once() {
     let [first] = &models()[..] else { panic!("one model: {:?}", models()) };
     let written = fs::metadata(first).unwrap().modified().unwrap();
     (1..4).for_each(|index| drop(room.succeed(&format!("sweep cell apart --index {index}"))));
-    assert_eq!(models(), [first.clone()], "every process uses the one that is there");
+    assert_eq!(models(), std::slice::from_ref(first), "every process uses the one that is there");
     assert_eq!(fs::metadata(first).unwrap().modified().unwrap(), written);
     room.succeed("sweep gather apart");
     room.succeed("sweep latent.toml rig.ring.count=1,2 --out together -j 2");
