@@ -40,8 +40,8 @@ impl Humanoid {
             .map(|(landmark, _)| landmark)
     }
 
-    /// The markers (indices into [`super::LANDMARKS`]) that move with the root link, with their positions in its frame,
-    /// metres.
+    /// The markers (indices into [`super::LANDMARKS`]) that move with the root link, with their positions in its
+    /// frame, metres.
     pub fn markers_on_root(&self) -> impl Iterator<Item = (usize, Point3<f64>)> {
         self.anchored_markers()
             .filter(|(_, marker)| marker.link == 0)
