@@ -75,7 +75,7 @@ const LIMITS: [Limits; 6] = [
         metric: "pck150",
         title: "Markers within 150 mm",
         limits: [Some(0.95), Some(0.85), Some(0.5)],
-        finding: "only {} of the markers within 150 mm",
+        finding: "{} of the markers within 150 mm",
         why: "one of fifteen markers is 7 %: one hand or foot that is always wrong is still usable, a whole arm or leg \
             with its three markers is not",
     },
@@ -164,12 +164,12 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
     let titles: Vec<&str> = worse.iter().filter_map(|name| find_metric(name)).map(|metric| metric.title).collect();
     Some(Criterion {
         metric: "floors",
-        title: "Metrics no better than never moving",
+        title: "Position and pose metrics no better than never moving",
         value: worse.len() as f64,
         grade,
         limits: [Some(0.0), Some((FLOORS.len() - 1) as f64), None],
         finding: match titles.is_empty() {
-            true => "nothing worse than a tracker that never moves".to_owned(),
+            true => "all better than a tracker that never moves".to_owned(),
             false => format!("no better than a tracker that never moves in: {}", titles.join(", ")),
         },
         limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],

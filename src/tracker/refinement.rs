@@ -19,7 +19,7 @@ use crate::rng::{Purpose, stream};
 pub struct RefinementSettings {
     /// Gauss-Newton steps of every descent, >= 1. Default: 6.
     pub iterations: usize,
-    /// Every how many frames limbs are looked for anew; 0 for never. Default: 2.
+    /// Every how many frames limbs are searched again; 0 for never. Default: 2.
     pub limb_every: usize,
     /// Poses tried for every limb and every mirrored pair of limbs. Default: 30.
     pub limb_samples: usize,

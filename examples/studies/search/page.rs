@@ -61,7 +61,7 @@ pub(crate) fn page(results: &Results, seeds: u32) -> String {
         "# Search: particles, descent, limbs, and a calibrated body\n\n\
          Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- search`; all digits, seed by seed, are in \
          `search.json`. *Paper* is Algorithm 1 as printed, 200 particles x 5 layers (`paper = true`); *refined* is the default: 60 x 5, \
-         then descent on outlines and limbs looked for anew; *calibrated* is the same with `tracker_body.calibrate = true`. Four clean \
+         then descent on outlines and a new search for limbs; *calibrated* is the same with `tracker_body.calibrate = true`. Four clean \
          views of 640 x 480 at 60 Hz, {seeds} seeds, at most {MOST_FRAMES} frames of a take; proposals learned from other frames or \
          another take of the subject. Settings were chosen on 16_15, 35_02, 02_01, 14_24, 16_57, 16_03 and 14_27, never on these takes.\n\n\
          HumanEva error in mm, mean over seeds, 95 % interval over seeds below; *floor* is the error of the truth refitted to the body \
