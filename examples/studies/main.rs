@@ -10,6 +10,7 @@
 
 mod apf;
 mod background;
+mod contact;
 mod degradation;
 mod gate;
 mod intervals;
@@ -28,9 +29,14 @@ use std::process::ExitCode;
 type Study = fn() -> Result<(), Box<dyn Error>>;
 
 /// Name, what it measures, and the study.
-const STUDIES: [(&str, &str, Study); 13] = [
+const STUDIES: [(&str, &str, Study); 14] = [
     ("apf", "the annealed particle filter as printed: results/apf.md", apf::study),
     ("background", "segmentation beside OpenCV's: results/background.md", background::study),
+    (
+        "contact",
+        "stances and planted feet of real walks at three rates: the tables of results/contact.md",
+        contact::study,
+    ),
     ("degradation", "trackers on observations that get worse: results/degradation.md", degradation::study),
     ("gate", "how far the regression gate can be trusted: results/gate.md", gate::study),
     ("intervals", "coverage of 95 % intervals: results/intervals.md", intervals::study),

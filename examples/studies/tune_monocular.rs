@@ -52,7 +52,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
         return Ok(());
     };
     let seeds: u64 = std::env::var("SKIAGRAPH_SEEDS").map_or(Ok(3), |n| n.parse())?;
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let arguments: Vec<String> = std::env::args().skip(2).filter(|a| a != "--").collect();
     let bodies =
         BODIES.iter().find(|(name, _)| arguments.iter().any(|a| a == name)).map_or(STANDARD, |(_, text)| *text);
     let arguments: Vec<String> = arguments.into_iter().filter(|a| BODIES.iter().all(|(name, _)| a != name)).collect();

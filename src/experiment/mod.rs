@@ -50,6 +50,7 @@ mod placement;
 mod playback;
 mod poses_file;
 mod results;
+mod rig;
 mod run;
 mod run_picture;
 mod run_place;

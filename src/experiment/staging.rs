@@ -2,32 +2,30 @@
 
 use std::path::Path;
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Unit, Vector3};
 
 use super::error::scenario_error;
 use super::people::{another_adult, of_its_mass};
 use super::performance::{Performance, Recordings};
 use super::performed::{plant_feet_if_asked, refit};
+use super::rig::rig;
 use super::skins::dressed;
 use super::{ExperimentError, training};
 use crate::benchmark_set::{ContactFacts, RetargetFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
-use crate::camera::{Camera, CameraFileFormat, CameraRig, DEFAULT_NEAR, RingParameters, read_cameras};
+use crate::camera::CameraRig;
 use crate::contact::check_feet;
 use crate::editing::Seam;
-use crate::input::{self, excerpt, limits};
+use crate::input::excerpt;
 use crate::motion_model::{Prediction, ProposalScales};
 use crate::observation::{Corruption, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
-    CameraFileSettings, CameraSettings, ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings,
-    RingSettings, ScenarioFile, SkinBlending, VariationSettings, did_you_mean,
+    ContactMode, Mismatch, MotionSettings, PropSettings, PushSettings, ScenarioFile, SkinBlending, VariationSettings,
+    did_you_mean,
 };
 use crate::scene::GroundTruth;
-
-/// Height that a ring of cameras looks at unless told otherwise, metres: the pelvis of an adult.
-const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;
 
 /// A scenario whose files are read: ready to be drawn.
 #[derive(Clone, Debug)]
@@ -306,120 +304,6 @@ pub(super) fn robot_named(folder: &Path, name: &Path) -> Result<Humanoid, NoRobo
     Humanoid::load(&path).map_err(NoRobot::Unusable)
 }
 
-fn rig(file: &ScenarioFile, motion: &Motion) -> Result<CameraRig, ExperimentError> {
-    let settings = &file.scenario.rig;
-    let in_rig = |key: &str, e: crate::camera::CameraError| scenario_error(file, key, e.to_string());
-    let mut cameras = match &settings.ring {
-        None => Vec::new(),
-        Some(ring) => ring_of(ring, motion).map_err(|e| in_rig("rig.ring", e))?.cameras,
-    };
-    let mut add = |key: &str, camera: Camera| match cameras.iter().any(|known| known.name == camera.name) {
-        true => {
-            let message = format!("two cameras are named `{}`; camera names must be unique", excerpt(&camera.name));
-            Err(scenario_error(file, &format!("{key}.name"), message))
-        }
-        false => {
-            cameras.push(camera);
-            Ok(cameras.len())
-        }
-    };
-    let mut count = settings.ring.as_ref().map_or(0, |ring| ring.count as usize);
-    for (index, settings) in settings.file.iter().enumerate() {
-        let key = format!("rig.file[{index}]");
-        for camera in cameras_of_file(file, &key, settings)? {
-            count = add(&key, camera)?;
-        }
-    }
-    for (index, single) in settings.camera.iter().enumerate() {
-        let key = format!("rig.camera[{index}]");
-        let name = single.name.clone().unwrap_or_else(|| format!("cam{count:02}"));
-        count = add(&key, single_camera(&name, single).map_err(|e| in_rig(&key, e))?)?;
-    }
-    leave_out(file, &mut cameras)?;
-    let rig = CameraRig { cameras };
-    rig.check_size().map_err(|e| in_rig("rig", e))?;
-    Ok(rig)
-}
-
-/// Takes the cameras away that `rig.leave_out` names.
-fn leave_out(file: &ScenarioFile, cameras: &mut Vec<Camera>) -> Result<(), ExperimentError> {
-    for (index, name) in file.scenario.rig.leave_out.iter().enumerate() {
-        let key = format!("rig.leave_out[{index}]");
-        let Some(at) = cameras.iter().position(|camera| camera.name == *name) else {
-            let names = || cameras.iter().map(|camera| camera.name.as_str());
-            let guess =
-                did_you_mean(name, names()).map(|guess| format!(" (did you mean `{guess}`?)")).unwrap_or_default();
-            let left = names().collect::<Vec<_>>().join(", ");
-            let message =
-                format!("expected the name of a camera that is there, {left}; found `{}`{guess}", excerpt(name));
-            return Err(scenario_error(file, &key, message));
-        };
-        cameras.remove(at);
-    }
-    if cameras.is_empty() {
-        let message = "expected a camera that is not left out, found none: leave fewer out".to_owned();
-        return Err(scenario_error(file, "rig.leave_out", message));
-    }
-    Ok(())
-}
-
-/// The cameras of another tool's file.
-fn cameras_of_file(
-    file: &ScenarioFile,
-    key: &str,
-    settings: &CameraFileSettings,
-) -> Result<Vec<Camera>, ExperimentError> {
-    let path = file.folder.join(&settings.path);
-    let text = input::read_to_string(&path, limits::SETTINGS).map_err(|e| {
-        scenario_error(file, &format!("{key}.path"), format!("{}: cannot be read: {e}", path.display()))
-    })?;
-    let mut options = settings.options();
-    let format = settings.format().unwrap_or(CameraFileFormat::OpenCv);
-    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let mut cameras = read_cameras(&text, format, &options);
-    // a file of one camera without a name is named as the file
-    if options.name.is_none() && matches!(&cameras, Ok(found) if found.len() == 1 && found[0].name == "camera") {
-        options.name = stem;
-        cameras = read_cameras(&text, format, &options);
-    }
-    cameras.map_err(|e| scenario_error(file, key, format!("{}: {e}", path.display())))
-}
-
-fn ring_of(ring: &RingSettings, motion: &Motion) -> Result<CameraRig, crate::camera::CameraError> {
-    let parameters = ring_parameters(ring, motion);
-    match ring.arc_deg {
-        Some(arc) => CameraRig::arc(&parameters, arc.to_radians()),
-        None => CameraRig::ring(&parameters),
-    }
-}
-
-fn ring_parameters(ring: &RingSettings, motion: &Motion) -> RingParameters {
-    let middle = middle_of_path(motion);
-    RingParameters {
-        count: ring.count,
-        radius: ring.radius_m,
-        height: ring.height_m,
-        look_at: ring.look_at_m.map_or(Point3::new(middle.x, middle.y, DEFAULT_LOOK_AT_HEIGHT), Point3::from),
-        first_azimuth: ring.first_azimuth_deg.to_radians(),
-        field_of_view: ring.field_of_view_deg.to_radians(),
-        image_size: ring.size_px,
-        near: DEFAULT_NEAR,
-    }
-}
-
-fn single_camera(name: &str, c: &CameraSettings) -> Result<Camera, crate::camera::CameraError> {
-    let [width, height] = c.size_px;
-    Camera::from_opencv(name, c.matrix, c.rotation, c.translation_m, c.distortion, width, height)
-}
-
-/// Half-way between the root's least and greatest coordinates.
-fn middle_of_path(motion: &Motion) -> Point3<f64> {
-    let places = || motion.poses.iter().map(|pose| Point3::from(pose.world_from_root.translation.vector));
-    let first = places().next().unwrap_or(Point3::origin());
-    let (low, high) = places().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
-    nalgebra::center(&low, &high)
-}
-
 fn motion_in_words(file: &ScenarioFile) -> String {
     let motion = &file.scenario.motion;
     let frames = match (motion.first_frame, motion.last_frame) {
@@ -477,26 +361,4 @@ fn mismatch_in_words(file: &ScenarioFile) -> String {
     let wrong = scenario.observation.corruption.wrong_body_percent;
     let wrong = (wrong != 0.0).then(|| format!("then lengths and girths within {wrong} % (corruption)"));
     robots.into_iter().chain(skins).chain(another).chain(percents).chain(wrong).collect::<Vec<_>>().join("; ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn names(overrides: &[&str]) -> Result<Vec<String>, String> {
-        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-        let file = ScenarioFile::built_in(&overrides).map_err(|e| e.to_string())?;
-        let staged = Staged::new(&file, None).map_err(|e| e.to_string())?;
-        Ok(staged.rig.cameras.into_iter().map(|camera| camera.name).collect())
-    }
-
-    #[test]
-    fn cameras_that_are_left_out_are_gone_and_the_others_keep_their_names() {
-        let short = "motion.loop_to_s=0.1";
-        assert_eq!(names(&[short, "rig.leave_out=[\"cam01\"]"]).unwrap(), ["cam00", "cam02", "cam03"]);
-        let error = names(&[short, "rig.leave_out=[\"cam1\"]"]).unwrap_err();
-        assert!(error.contains("rig.leave_out[0]") && error.contains("did you mean `cam01`?"), "{error}");
-        let error = names(&[short, "rig.ring.count=1", "rig.leave_out=[\"cam00\"]"]).unwrap_err();
-        assert!(error.contains("leave fewer out"), "{error}");
-    }
 }

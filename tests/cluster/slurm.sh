@@ -22,7 +22,7 @@ if ! command -v slurmctld >/dev/null || ! command -v munged >/dev/null; then
 fi
 command -v slurmctld >/dev/null && command -v munged >/dev/null || skip "slurm-wlm and munge are not here"
 
-room=$(mktemp -d /tmp/skiagraph-slurm.XXXXXX)
+room=$(mktemp -d -t skiagraph-slurm.XXXXXX)
 chmod 755 "$room"
 pids=()
 finish() {

@@ -1,0 +1,115 @@
+//! Real walks: their stances at several frame rates, and how they stand on the ground once their feet are planted. The
+//! study `contact` (`examples/studies/contact.rs`) makes tables of the same.
+
+use std::path::Path;
+
+use skiagraph::body::shipped;
+use skiagraph::contact::{ContactRule, GroundContacts};
+use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::physics::{PlantingReport, plant_feet};
+use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
+
+/// All walks of CMU that the tests have.
+pub(crate) const WALKS: [&str; 8] = ["49_01", "16_15", "16_17", "16_22", "02_01", "35_02", "35_08", "35_34"];
+/// Recordings on which the rule of contact was not worked out: runs, jumps, turns, steps.
+pub(crate) const OTHERS: [&str; 8] = ["02_03", "02_04", "16_03", "16_08", "16_35", "16_36", "16_45", "16_57"];
+pub(crate) const RATES: [f64; 3] = [120.0, 60.0, 30.0];
+
+/// A whole clip at a rate on the actor, as a scenario has it: first resampled, then retargeted.
+fn walk(folder: &Path, name: &str, frames_per_second: f64) -> Retargeted {
+    let path = folder.join(format!("{name}.amc"));
+    let clip = read(&path, &ReadOptions::default()).unwrap().without_inserted_rest_pose();
+    let clip = clip.resampled(frames_per_second).unwrap();
+    retarget(&clip, &shipped("actor").unwrap(), &RetargetOptions::default()).unwrap()
+}
+
+/// First and last instants of the stances of a foot, seconds, without those at which the clip begins or ends: they are
+/// none of the foot's.
+type Stances = Vec<[Option<f64>; 2]>;
+
+fn stances(walk: &Retargeted) -> [Stances; 2] {
+    let motion = &walk.motion;
+    let found = GroundContacts::from_motion(&walk.humanoid, motion, &ContactRule::default()).unwrap();
+    let at = |frame: usize| {
+        let is_inside = frame > 0 && frame + 1 < motion.poses.len();
+        is_inside.then_some(frame as f64 / motion.frames_per_second)
+    };
+    found.feet.map(|foot| foot.stances().into_iter().map(|s| [at(s.start), at(s.end - 1)]).collect())
+}
+
+/// How far stances at two rates are apart, frames at 30 Hz; `None` if there are not as many.
+fn apart(of_fast: &[Stances; 2], of_slow: &[Stances; 2]) -> Option<f64> {
+    let mut apart = 0.0_f64;
+    for (a, b) in of_fast.iter().zip(of_slow) {
+        if a.len() != b.len() {
+            return None;
+        }
+        let both = a.iter().flatten().zip(b.iter().flatten()).filter_map(|(a, b)| a.zip(*b));
+        apart = both.map(|(a, b)| 30.0 * (a - b).abs()).fold(apart, f64::max);
+    }
+    Some(apart)
+}
+
+/// Stances of one clip at all rates.
+pub(crate) struct SameStances {
+    /// A line of the table of `results/contact.md`: 120 with 60, 120 with 30, and 60 with 30 Hz.
+    pub(crate) line: String,
+    /// Whether all are within a frame at 30 Hz.
+    pub(crate) is_same: bool,
+}
+
+/// Compares the stances of a clip of `folder` at all rates.
+pub(crate) fn same_stances(folder: &Path, name: &str) -> SameStances {
+    let found = RATES.map(|fps| stances(&walk(folder, name, fps)));
+    let pairs = [(0, 1), (0, 2), (1, 2)].map(|(a, b)| apart(&found[a], &found[b]));
+    let count = found[0].iter().map(Vec::len).sum::<usize>();
+    let cells = pairs.map(|cell| cell.map_or_else(|| "different number".to_owned(), |frames| format!("{frames:.2}")));
+    SameStances {
+        line: format!("| {name} | {count} | {} |", cells.join(" | ")),
+        is_same: pairs.iter().all(|apart| apart.is_some_and(|frames| frames <= 1.0 + 1e-6)),
+    }
+}
+
+/// A line of the table of `results/contact.md`.
+fn line(name: &str, walk: &Retargeted, report: &PlantingReport) -> String {
+    let (a, b, old) = (report.before, report.after, report.after_in_old_stances);
+    let most = &report.moved_most;
+    format!(
+        "| {name} | {} | {} | {:.1} -> {:.1} | {:.1} | {:.1} -> {:.1} | {:.1} -> {:.1} | {:.1} | {:.0} ({}, {}) |",
+        walk.motion.frames_per_second,
+        walk.motion.poses.len(),
+        a.skate_mm_per_s,
+        b.skate_mm_per_s,
+        old.skate_mm_per_s,
+        a.penetration_mm,
+        b.penetration_mm,
+        a.float_mm,
+        b.float_mm,
+        report.moved_mm,
+        most.mm,
+        most.link,
+        most.frame
+    )
+}
+
+/// What keeps a planted walk from what it must reach; empty if nothing does.
+fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
+    let mut found = Vec::new();
+    for after in [report.after, report.after_in_old_stances] {
+        if !(after.skate_mm_per_s <= 20.0 && after.penetration_mm <= 2.0 && after.float_mm <= 10.0) {
+            found.push(format!("{name} at {fps} Hz: {after}"));
+        }
+    }
+    if report.moved_mm > 15.0 {
+        found.push(format!("{name} at {fps} Hz: {report}"));
+    }
+    found
+}
+
+/// A clip of `folder` with its feet planted: a line of the table of `results/contact.md`, and what keeps it from what
+/// it must reach; empty if nothing does.
+pub(crate) fn planted(folder: &Path, name: &str, fps: f64) -> (String, Vec<String>) {
+    let walk = walk(folder, name, fps);
+    let report = plant_feet(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap().report;
+    (line(name, &walk, &report), shortcomings(name, fps, &report))
+}
