@@ -45,6 +45,8 @@ pub enum Purpose {
     BodyShape = 12,
     /// Looks of a scene and noise of a sensor.
     Imaging = 13,
+    /// Lengths and girths by which a tracker's body is corrupted beyond its mismatch.
+    BodyCorruption = 14,
     /// Settings of a sweep that are drawn at random.
     Sweep = 20,
 }

@@ -73,6 +73,10 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
             "\n## Clothing {contrast} grey values from the background\n\n| method | F1 | ms an image |\n|---|---|---|\n"
         );
         let folder = root.join(format!("runs/background/{contrast}"));
+        if folder.exists() {
+            // the script reads all that lies there, also what another choice of frames left
+            std::fs::remove_dir_all(&folder)?;
+        }
         let ours = ours(&staged, contrast, &folder)?;
         for (name, count) in OURS.iter().zip(&ours) {
             page += &format!("| {name} | {:.4} | {:.2} |\n", count.f1(), count.ms());

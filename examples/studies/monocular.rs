@@ -63,12 +63,10 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let parts = runs.join("parts");
     let mut measured = Measured::default();
     for unit in Unit::all().iter().filter(|unit| unit.is_standard()) {
-        let scenario = unit.subject.scenario;
-        if !measured.learning.contains_key(scenario) {
-            let file = unit.file(root, seeds)?;
-            let learned = kept_or(&parts, &format!("learning-{scenario}"), &file, || learning(&file, &mocap))?;
-            measured.learning.insert(scenario.to_owned(), learned);
-        }
+        let subject = unit.subject.name;
+        let file = unit.file(root, seeds)?;
+        let learned = kept_or(&parts, &format!("learning-{subject}"), &file, || learning(&file, &mocap))?;
+        measured.learning.insert(subject.to_owned(), learned);
     }
     for unit in Unit::all() {
         let (subject, protocol) = (unit.subject, unit.protocol);

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use skiagraph::body::SilhouettePainter;
-use skiagraph::evaluation::{Interval, intersection_over_union};
+use skiagraph::evaluation::{Interval, ValueRange, intersection_over_union, mean_interval};
 use skiagraph::experiment::{Destination, Staged, Unwatched, run};
 use skiagraph::scenario::ScenarioFile;
 
@@ -144,9 +144,11 @@ fn gains(results: &BTreeMap<String, BTreeMap<String, Value>>) -> String {
         let (Some(with), Some(without)) = (errors(BODIES[skin].0), errors(BODIES[capsules].0)) else { continue };
         let each = without.iter().zip(&with).filter_map(|(a, b)| Some(((*a)? - (*b)?).to_owned()));
         let each: Vec<f64> = each.collect();
-        let mean = each.iter().sum::<f64>() / each.len().max(1) as f64;
         let shown: Vec<String> = each.iter().map(|gain| format!("{gain:+.1}")).collect();
-        text += &format!("* {}: {mean:+.1} mm on average ({})\n", BODIES[skin].0, shown.join(", "));
+        let (mean, shown) = (each.iter().sum::<f64>() / each.len().max(1) as f64, shown.join(", "));
+        let interval = mean_interval(&[each], ValueRange::Any)
+            .map_or(String::new(), |(ends, _)| format!(", 95 % interval {:+.1} to {:+.1}", ends.low, ends.high));
+        text += &format!("* {}: {mean:+.1} mm on average{interval} ({shown})\n", BODIES[skin].0);
     }
     text
 }
@@ -177,7 +179,7 @@ fn page(results: &BTreeMap<String, BTreeMap<String, Value>>, seeds: u32, frames:
         let values = results.get(title).map(row).unwrap_or_default();
         text += &format!("| {title} | {values} |\n");
     }
-    text += "\nThe energy gap is the energy of the estimate less that of the true pose on the tracker's body: below 0, the \
-             tracker found a pose that fits the silhouettes better than the true one.\n";
+    text += "\nThe energy gap is the energy of the true pose on the tracker's body less that of the estimate: above 0, the \
+             tracker found a pose that fits the silhouettes better than the true one; below 0, it missed one that fits better.\n";
     text
 }

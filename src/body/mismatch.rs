@@ -12,6 +12,16 @@ impl BodyShape {
     /// A segment is a link with mass or geometry; other links connect the axes of a compound joint and follow the
     /// segment below them. Links whose names differ only by left and right get the same values.
     pub fn random_mismatch(humanoid: &Humanoid, seed: u64, length_fraction: f64, girth_fraction: f64) -> Self {
+        Self::drawn(humanoid, (seed, Purpose::BodyMismatch), length_fraction, girth_fraction)
+    }
+
+    /// The same from a stream of random numbers of its own: what observations are corrupted by is independent of a
+    /// mismatch, also under one seed.
+    pub fn random_corruption(humanoid: &Humanoid, seed: u64, fraction: f64) -> Self {
+        Self::drawn(humanoid, (seed, Purpose::BodyCorruption), fraction, fraction)
+    }
+
+    fn drawn(humanoid: &Humanoid, (seed, purpose): (u64, Purpose), length_fraction: f64, girth_fraction: f64) -> Self {
         let mut shape = Self::identity(humanoid);
         let mut drawn: Vec<(String, LinkShape)> = Vec::new();
         for link in 0..humanoid.links.len() {
@@ -20,7 +30,7 @@ impl BodyShape {
                 shape.links[link] = *known;
                 continue;
             }
-            let mut rng = stream(seed, Purpose::BodyMismatch, 0, 0, drawn.len() as u64);
+            let mut rng = stream(seed, purpose, 0, 0, drawn.len() as u64);
             let mut within = |fraction: f64| 1.0 + fraction * (2.0 * rng.random::<f64>() - 1.0);
             let length = Vector3::repeat(within(length_fraction));
             shape.links[link] = LinkShape { length, girth: within(girth_fraction) };
@@ -101,5 +111,10 @@ mod tests {
         assert_eq!(draw(1), draw(1));
         assert_ne!(draw(1), draw(2));
         assert_eq!(BodyShape::random_mismatch(&body, 1, 0.0, 0.0), BodyShape::identity(&body));
+        assert_ne!(draw(1), BodyShape::random_corruption(&body, 1, 0.03));
+        let (mismatch, corruption) =
+            (BodyShape::random_mismatch(&body, 1, 0.1, 0.1), BodyShape::random_corruption(&body, 1, 0.1));
+        let lengths = |shape: &BodyShape| shape.links.iter().map(|link| link.length.x > 1.0).collect::<Vec<_>>();
+        assert_ne!(lengths(&mismatch), lengths(&corruption), "one seed's draws are independent");
     }
 }

@@ -54,8 +54,13 @@ impl Beginning {
         Self { body: set.start.body.clone(), pose: set.start.pose.clone(), is_calibrated: false }
     }
 
-    pub(super) fn from_calibration(calibration: &BodyCalibration) -> Self {
-        let is_calibrated = calibration.report.verdict == CalibrationVerdict::Kept;
-        Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated }
+    /// With the body that was found where it was kept, else as the set says.
+    pub(super) fn from_calibration(set: &BlindSet, calibration: &BodyCalibration) -> Self {
+        match calibration.report.verdict {
+            CalibrationVerdict::Kept => {
+                Self { body: calibration.body.clone(), pose: calibration.start.clone(), is_calibrated: true }
+            }
+            CalibrationVerdict::NoBetter | CalibrationVerdict::TooFewViews => Self::from_set(set),
+        }
     }
 }

@@ -260,7 +260,7 @@ fn tracker_body(
     let observation = &file.scenario.observation;
     Ok(match observation.corruption.wrong_body_percent / 100.0 {
         0.0 => body,
-        share => body.reshaped(&BodyShape::random_mismatch(&body, u64::from(observation.seed), share, share)),
+        share => body.reshaped(&BodyShape::random_corruption(&body, u64::from(observation.seed), share)),
     })
 }
 

@@ -96,7 +96,7 @@ pub fn track(
     let begin = Instant::now();
     let calibrations = factory.calibrate(settings, &mut trackers, seeds)?;
     for ((tracker, calibration), seed) in trackers.iter_mut().zip(&calibrations).zip(seeds) {
-        *tracker = factory.begin(settings, models, &Beginning::from_calibration(calibration), *seed)?;
+        *tracker = factory.begin(settings, models, &Beginning::from_calibration(set, calibration), *seed)?;
     }
     let (estimates, timing) = follow(set, trackers, begin, watch)?;
     let record = TrackRecord {

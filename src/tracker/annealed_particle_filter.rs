@@ -209,10 +209,9 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     }
 
     /// The answer of the last layer's weighted particles.
-    fn estimate(&self, particles: &[M::State], weights: &[f64]) -> Option<Pose> {
-        let best = || particles.get(heaviest(weights)).map(|state| self.model.pose(state).clone());
+    fn estimate(&self, particles: &[M::State], weights: &[f64], best: &M::State) -> Option<Pose> {
         match self.settings.estimator {
-            Estimator::Best => best(),
+            Estimator::Best => Some(self.model.pose(best).clone()),
             Estimator::WeightedMean => {
                 self.model.body().mean_pose(particles.iter().map(|state| self.model.pose(state)), weights)
             }
@@ -234,12 +233,12 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     }
 
     /// Refines the estimate where that is asked for, and lets a share of the particles go on from it. Starts: the last
-    /// estimate, this frame's and the heaviest particle, as far as the model's states can have such poses.
-    fn refine(&mut self, estimate: &mut Estimate, heaviest: &M::State) {
+    /// estimate, this frame's and the particle of least energy, as far as the model's states can have such poses.
+    fn refine(&mut self, estimate: &mut Estimate, best: &M::State) {
         let (Some(refinement), Some(energy)) = (&self.refinement, estimate.energy) else { return };
         let Some(anchor) = self.past.last().or(self.start.as_ref()) else { return };
-        let given = [anchor, &estimate.pose].into_iter().filter_map(|pose| self.model.with_pose(heaviest, pose));
-        let starts: Vec<M::State> = given.chain([heaviest.clone()]).collect();
+        let given = [anchor, &estimate.pose].into_iter().filter_map(|pose| self.model.with_pose(best, pose));
+        let starts: Vec<M::State> = given.chain([best.clone()]).collect();
         let refined = refinement.refine(&self.model, &self.likelihood, estimate.frame, anchor, &starts, energy);
         estimate.evaluations += refined.evaluations;
         if let Some((state, energy)) = refined.found {
@@ -249,7 +248,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             estimate.pose = self.model.pose(&state).clone();
             estimate.energy = Some(energy);
         }
-        estimate.covariances = self.covariances(heaviest, &estimate.pose);
+        estimate.covariances = self.covariances(best, &estimate.pose);
     }
 
     /// How uncertain the markers are at a pose that was refined.
@@ -304,10 +303,11 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let energies = self.energies(&particles);
         let selection = select(&energies, survival_rate).ok_or(TrackError::NoValidParticle { frame })?;
         records.push(record(&energies, &selection));
-        let pose = self.estimate(&particles, &selection.weights).ok_or(TrackError::NoValidParticle { frame })?;
+        let best = lowest(&energies).and_then(|index| particles.get(index)).cloned();
+        let best = best.ok_or(TrackError::NoValidParticle { frame })?;
+        let pose = self.estimate(&particles, &selection.weights, &best).ok_or(TrackError::NoValidParticle { frame })?;
         let occupancy = self.occupancy(&particles, &selection.weights);
         let energy = self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch());
-        let heaviest = particles.get(heaviest(&selection.weights)).cloned();
         self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
         let mut estimate = Estimate {
             frame,
@@ -318,12 +318,16 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             occupancy,
             covariances: None,
         };
-        if let Some(heaviest) = heaviest {
-            self.refine(&mut estimate, &heaviest);
-        }
+        self.refine(&mut estimate, &best);
         self.remember(&estimate.pose);
         Ok(estimate)
     }
+}
+
+/// The first of the least finite energies.
+fn lowest(energies: &[f64]) -> Option<usize> {
+    let valid = energies.iter().enumerate().filter(|(_, energy)| energy.is_finite());
+    valid.reduce(|least, next| if next.1 < least.1 { next } else { least }).map(|(index, _)| index)
 }
 
 /// The noise of one layer.

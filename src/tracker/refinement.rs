@@ -84,7 +84,7 @@ const LIMB_DESCENTS: usize = 2;
 /// Refines the estimate of a frame: never to a higher energy.
 ///
 /// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's and
-///    from the heaviest particle; the result of least energy is kept.
+///    from the particle of least energy; the result of least energy is kept.
 /// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are drawn, a third within its limits,
 ///    a third near the estimate and a third near training poses; the best are descended. Legs that were taken for each
 ///    other come free only together (after the limb crossover of `[Deutscher 2005]` and the partitions of `[MacCormick

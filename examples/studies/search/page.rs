@@ -202,10 +202,12 @@ fn stress_table(stress: &BTreeMap<String, Takes>) -> String {
             .values()
             .filter(|o| [PAPER.name, REFINED.name].iter().all(|method| o.contains_key(*method)))
             .collect();
-        let refined: Vec<Vec<f64>> =
-            takes.values().filter_map(|o| Some(o.get(REFINED.name)?.humaneva_mm.clone())).collect();
-        let paper: Vec<Vec<f64>> =
-            takes.values().filter_map(|o| Some(o.get(PAPER.name)?.humaneva_mm.clone())).collect();
+        // methods are compared on the takes that both have tracked
+        let compared: Vec<_> = if both.is_empty() { takes.values().collect() } else { both.clone() };
+        let errors = |method: &str| -> Vec<Vec<f64>> {
+            compared.iter().filter_map(|o| Some(o.get(method)?.humaneva_mm.clone())).collect()
+        };
+        let (refined, paper) = (errors(REFINED.name), errors(PAPER.name));
         let each: Vec<String> = takes
             .iter()
             .filter_map(|(take, o)| Some(format!("{take} {:.1}", mean(&o.get(REFINED.name)?.humaneva_mm))))

@@ -92,7 +92,7 @@ fn table(done: &[(Case, Vec<&Outcome>)], text: &mut String) {
         .ok();
     }
     *text += "\nPosition error is HumanEva's, over its 15 markers; body orientation that of the root. The energy gap is the energy of the \
-              estimate less that of the true pose on the tracker's body. Milliseconds are the clock's, on a machine with other work.\n";
+              true pose on the tracker's body less that of the estimate. Milliseconds are the clock's, on a machine with other work.\n";
 }
 
 fn numbers(found: &[&Outcome]) -> Numbers {

@@ -22,6 +22,7 @@ mod shipped;
 mod skin_file;
 mod volume;
 mod weights_file;
+mod without;
 
 use nalgebra::{Isometry3, Point3};
 

@@ -33,12 +33,13 @@ pub(super) fn seeds(graph: &GpdmGraph, start: &[UnitQuaternion<f64>], rule: Init
         })
         .collect();
     let mean = along.iter().map(|(.., d)| d).sum::<f64>() / along.len().max(1) as f64;
-    let higher = |here: &(Candidate, usize, f64), other: Option<&(Candidate, usize, f64)>| {
-        other.is_none_or(|o| o.1 != here.1 || o.2 > here.2)
-    };
+    let of_take = |here: &(Candidate, usize, f64), other: &&(Candidate, usize, f64)| other.1 == here.1;
     let is_minimum = |i: usize| {
         let here = &along[i];
-        here.2 < mean && higher(here, i.checked_sub(1).map(|j| &along[j])) && higher(here, along.get(i + 1))
+        let before = i.checked_sub(1).map(|j| &along[j]).filter(|o| of_take(here, o));
+        let after = along.get(i + 1).filter(|o| of_take(here, o));
+        // of equal neighbours, as in a pose that is held, the first
+        here.2 < mean && before.is_none_or(|o| o.2 > here.2) && after.is_none_or(|o| o.2 >= here.2)
     };
     let mut found: Vec<(Candidate, f64)> =
         (0..along.len()).filter(|i| is_minimum(*i)).map(|i| (along[i].0, along[i].2)).collect();

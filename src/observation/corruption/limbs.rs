@@ -1,5 +1,7 @@
 //! Limbs that the segmentation misses.
 
+use std::sync::Arc;
+
 use rand::RngExt;
 
 use super::{Corruption, Draw, draws};
@@ -28,6 +30,7 @@ fn without_subtree(body: &Humanoid, root: usize) -> Humanoid {
             less.links[link].solids.clear();
         }
     }
+    less.skin = less.skin.map(|skin| Arc::new(skin.without_links(&gone)));
     less
 }
 
@@ -44,7 +47,7 @@ pub(super) fn missing(corruption: &Corruption, seed: u64, time_s: f64, camera: u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
+    use crate::body::{shipped, shipped_skin, with_skin};
 
     #[test]
     fn a_missing_limb_takes_all_that_hangs_on_it_and_nothing_else() {
@@ -61,6 +64,21 @@ mod tests {
             let side = &hand[..4];
             assert!(bare.iter().all(|name| name.starts_with(side)), "{bare:?}");
             assert!(!bare.iter().any(|name| name.contains("thorax") || name.contains("pelvis")));
+        }
+    }
+
+    #[test]
+    fn a_missing_limb_takes_its_part_of_the_skin_along() {
+        let mesh = shipped_skin("person_coarse").unwrap();
+        let body = with_skin(&shipped("actor").unwrap(), &mesh).unwrap();
+        let whole = body.skin.as_ref().unwrap();
+        for less in without_limbs(&body) {
+            let left = less.skin.as_ref().unwrap();
+            let of_gone = |link: u32| less.links[link as usize].solids.len() < body.links[link as usize].solids.len();
+            let lost = (0..whole.triangles().len()).filter(|t| of_gone(whole.part_of(*t))).count();
+            assert!(lost > 10, "{lost}");
+            assert_eq!(left.triangles().len(), whole.triangles().len() - lost);
+            assert!((0..left.triangles().len()).all(|t| !of_gone(left.part_of(t))));
         }
     }
 

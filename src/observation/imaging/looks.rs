@@ -67,7 +67,7 @@ impl Clothing {
             }
             let mut random = stream(seed, Purpose::Imaging, garments.len() as u64, 9, 0);
             let direction = Vector3::from_fn(|_, _| normal(&mut random)).try_normalize(1e-9).unwrap_or_else(Vector3::x);
-            // colours that would leave the sensor's range are turned to the other side
+            // darker for two garments of three; what leaves the sensor's range saturates
             let side = if random.random::<f64>() < 0.65 { -1.0 } else { 1.0 };
             let length = settings.clothing_contrast;
             let colour = std::array::from_fn(|c| {

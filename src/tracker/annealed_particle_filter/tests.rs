@@ -194,12 +194,15 @@ fn no_particle_and_no_estimate_leaves_the_joint_limits() {
 }
 
 #[test]
-fn the_best_particle_is_one_of_the_particles() {
-    let settings = FilterSettings { particles: 30, estimator: Estimator::Best, ..Default::default() };
-    let mut filter = filter(settings, Prediction::None);
-    let estimate = filter.track(&observation(0)).unwrap();
-    assert!(filter.particles.contains(&estimate.pose));
-    assert_eq!(estimate.energy, estimate.layers.last().map(|layer| layer.energy_min));
+fn the_best_particle_is_the_one_of_least_energy_also_where_all_weigh_the_same() {
+    for survival_rate in [0.5, 1.0] {
+        let best = Estimator::Best;
+        let settings = FilterSettings { particles: 30, estimator: best, survival_rate, ..Default::default() };
+        let mut filter = filter(settings, Prediction::None);
+        let estimate = filter.track(&observation(0)).unwrap();
+        assert!(filter.particles.contains(&estimate.pose));
+        assert_eq!(estimate.energy, estimate.layers.last().map(|layer| layer.energy_min));
+    }
 }
 
 #[test]
