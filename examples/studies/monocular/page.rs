@@ -91,7 +91,7 @@ fn learning_table(measured: &Measured) -> String {
         distance between recording and simulation (Eq. 9), rad^2 over all joints; the paper (Fig. 3) has 9.7, 61.5 and 2.5 % on its walking, \
         jogging and gesture. *Best latent* is the mean error, mm, of the best latent point of every test frame at the true root: no particle on \
         the manifold does better. Seconds are those of the one thread that learns.\n\n\
-        | training | recordings | frames | models of the graph | reconstruction: one GPDM | graph | graph / one | best latent: one | graph | \
+        | training, tested on | recordings | frames | models of the graph | reconstruction: one GPDM | graph | graph / one | best latent: one | graph | \
         learning, s: one | graph |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
         .to_owned();
     for (scenario, learning) in &measured.learning {

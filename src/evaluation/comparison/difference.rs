@@ -28,7 +28,8 @@ pub struct ClipValues {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DifferenceRule {
-    /// No run differs from its pair, or no seed from another on either side: nothing varies.
+    /// No run differs from its pair, or all pairs of a clip by the same, or no seed from another on either side: nothing
+    /// varies.
     Exact,
     /// Student's t on the differences of pairs.
     PairedT,
@@ -123,9 +124,10 @@ fn difference_of(clips: &[ClipValues], pairs: Option<Vec<Vec<f64>>>) -> Option<D
         rule: DifferenceRule::TooFew,
         runs: [&base, &other].map(|side| side.iter().map(Vec::len).sum()),
     };
-    let same = pairs.as_ref().is_some_and(|pairs| pairs.iter().flatten().all(|d| *d == 0.0));
+    let unchanged = pairs.as_ref().is_some_and(|pairs| pairs.iter().flatten().all(|d| *d == 0.0));
     let several = clips.iter().all(|clip| clip.base.len() > 1 && clip.other.len() > 1);
-    if same || (several && are_equal(&base) && are_equal(&other)) {
+    let alike = pairs.as_ref().is_some_and(|pairs| are_equal(pairs)) || (are_equal(&base) && are_equal(&other));
+    if unchanged || (several && alike) {
         return Some(Difference { rule: DifferenceRule::Exact, ..nothing });
     }
     Some(strata.completed(nothing, pairs.is_some()))

@@ -135,6 +135,10 @@ impl Sides<'_> {
         let name = budget.metric.as_str();
         let metric =
             find_metric(name).ok_or_else(|| GateRefusal::Rule(format!("budget: there is no metric `{name}`")))?;
+        if ONLY_OF_LOST_RUNS.contains(&name) {
+            let message = format!("budget: {name} is measured only in runs that lose the body; use track_loss");
+            return Err(GateRefusal::Rule(message));
+        }
         let sign = match metric.direction {
             Direction::LowerIsBetter => 1.0,
             Direction::HigherIsBetter => -1.0,
@@ -170,7 +174,10 @@ impl Sides<'_> {
             true => ends,
             false => Interval { low: -ends.high, high: -ends.low },
         });
-        let verdict = verdict(worse_by, ends, margin);
+        let verdict = match found.rule {
+            DifferenceRule::TooFew => GateVerdict::Inconclusive,
+            _ => verdict(worse_by, ends, margin),
+        };
         let more_seeds = (verdict == GateVerdict::Inconclusive).then(|| {
             let paired = matches!(found.rule, DifferenceRule::PairedT | DifferenceRule::PairedBootstrap);
             seeds_to_decide(&values.clips, paired, (margin - worse_by).abs())
@@ -282,6 +289,9 @@ impl Sides<'_> {
         })
     }
 }
+
+/// Metrics that a run has only if it lost the body: a better tracker would lack them.
+const ONLY_OF_LOST_RUNS: [&str; 2] = ["time_to_loss_s", "recovery_s"];
 
 /// Values of the clips of a check, and the runs that have none where the baseline has.
 #[derive(Default)]
@@ -419,6 +429,19 @@ mod tests {
     }
 
     #[test]
+    fn one_value_of_six_decides_nothing_and_the_same_change_of_all_six_decides() {
+        let mut rare = runs("a", 0, 0.0, 0.0);
+        let metric = rare.clips.get_mut("walk").unwrap().metrics.get_mut("humaneva_mm").unwrap();
+        metric.per_seed.iter_mut().skip(1).for_each(|value| *value = None);
+        let found = |base: &MeasuredRuns, shift| gate(base, &runs("a", 0, shift, 0.0), &rules("2mm")).unwrap().verdict;
+        assert_eq!(found(&rare, 0.0), GateVerdict::Inconclusive);
+        assert_eq!(
+            [1.0, 3.0].map(|shift| found(&runs("a", 0, 0.0, 0.0), shift)),
+            [GateVerdict::Pass, GateVerdict::Fail]
+        );
+    }
+
+    #[test]
     fn all_six_runs_lost_fail_and_one_of_six_may_be_chance() {
         let with_lost = |lost: usize| {
             let mut runs = runs("a", 0, 0.0, 0.0);
@@ -450,6 +473,7 @@ mod tests {
         let refused = |rules: GateRules| gate(&base, &base, &rules).unwrap_err().to_string();
         assert!(refused(GateRules { budgets: vec![], ..rules("2mm") }).contains("no budget"));
         assert!(refused(GateRules::from_metric("nothing", "2mm".parse().unwrap())).contains("no metric `nothing`"));
+        assert!(refused(GateRules::from_metric("recovery_s", "1".parse().unwrap())).contains("use track_loss"));
         assert!(refused(GateRules::from_metric("energy_gap", "2".parse().unwrap())).contains("a diagnosis"));
         assert!(
             refused(GateRules::from_metric("pa_mpjpe_mm", "2mm".parse().unwrap())).contains("baseline has no value")
