@@ -44,11 +44,12 @@ pub(crate) fn render(study: &Study) -> String {
     let Some(real) = &study.real else { return page };
     write!(
         page,
-        "\n## Real runs\n\nThe default scenario with `{}`: {} repetitions, each with {} seeds of its own for the baseline, \
-         gated at {} of `humaneva_mm`. The wrong limbs are a defect of the tracker: the set is the same, its body is not. \
+        "\n## Real runs\n\nThe default scenario with the clips {} and `{}`: {} repetitions, each with {} seeds of its own for \
+         the baseline, gated at {} of `humaneva_mm`. The wrong limbs are a defect of the tracker: the set is the same, its body is not. \
          Verdicts are of the whole gate (budget, coverage, lost tracks, metrics of the truth).\n\n\
          | tracker | change | PASS | FAIL | INCONCLUSIVE | worse by, mm: mean (least to greatest) | error, mm |\n\
          |---|---|--:|--:|--:|--:|--:|\n",
+        real.clips.join(", "),
         real.overrides.join(" "),
         real.repetitions,
         real.seeds,
