@@ -16,18 +16,18 @@ use crate::report::{sweep_markdown, sweep_page};
 ///
 /// Writes one HTML page that needs no network: settings by error and by cost with their Pareto front, the cheapest that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
-/// interactions, failures, and every cell with a link to its report where it has one. With a name that ends in .md the
-/// same is written as Markdown. Works while the sweep still runs.
+/// interactions, failures, and every cell with a link to its report where it has one. If --out ends in .md the same is
+/// written as Markdown. Works while the sweep still runs.
 ///
-/// Runs have their report.html from the start; --png makes one picture of a run: verdict, main figures, error over
-/// time, chosen frames.
+/// Every run already has a report.html; --png makes one picture of a run: grade, main figures, error over time, chosen
+/// frames.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
                         skiagraph report sweeps/mine --ask\n  \
                         skiagraph report runs/walk --png walk.png")]
 pub(super) struct Arguments {
-    /// Directory of the sweep; with --png of a run
+    /// Directory of the sweep; with --png, of a run
     #[arg(value_name = "SWEEP|RUN")]
     sweep: PathBuf,
 
@@ -44,11 +44,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "X")]
     within: Option<f64>,
 
-    /// Print one JSON object for an optimiser: axes, direction, and what was tried with its means
+    /// Print one JSON object for an optimiser: axes, direction, and the settings tried with their means
     #[arg(long, conflicts_with_all = ["out", "within"])]
     ask: bool,
 
-    /// Rename an existing file that skiagraph did not write to NAME~
+    /// Move an existing file that skiagraph did not write aside, to NAME~
     #[arg(long)]
     force: bool,
 }
