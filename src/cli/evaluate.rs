@@ -14,8 +14,8 @@ use crate::mocap::UpAxis;
 /// Measure a run against the ground truth of its set
 ///
 /// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a file: .npz, .csv,
-/// .trc, .c3d or .bvh. Results of a skiagraph run go into its directory. Results of another program's estimate go beside it,
-/// into NAME-evaluation; files that skiagraph did not write are never changed.
+/// .trc, .c3d or .bvh. Results of a skiagraph run go into its directory. Results of another program's estimate go
+/// beside it, into NAME-evaluation; files that skiagraph did not write are never changed.
 ///
 /// A .csv file has columns pelvis_x, pelvis_y, pelvis_z and so on (and frame), or rows of frame, name, x, y, z. Names
 /// are those of HumanEva's markers or of joints of the set's body; --joint-map maps others: a TOML file of lines
