@@ -58,7 +58,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     other_seeds: bool,
 
-    /// If the gate is inconclusive, run N further seeds of the same tracker on the same set, and decide again
+    /// If the gate is inconclusive, run so many further seeds of the same tracker on the same set, and ask again
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     add_seeds: Option<u32>,
 

@@ -16,18 +16,18 @@ use crate::report::{sweep_markdown, sweep_page};
 ///
 /// Writes one HTML page that needs no network: settings by error and by cost with their Pareto front, the cheapest that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
-/// interactions, failures, and every cell with a link to its report where it has one. If --out ends in .md the same is
-/// written as Markdown. Works while the sweep still runs.
+/// interactions, failures, and every cell with a link to its report where it has one. With a name that ends in .md the
+/// same is written as Markdown. Works while the sweep still runs.
 ///
-/// Every run already has a report.html; --png makes one picture of a run: grade, main figures, error over time, chosen
-/// frames.
+/// Runs have their report.html from the start; --png makes one picture of a run: verdict, main figures, error over
+/// time, chosen frames.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
                         skiagraph report sweeps/mine --ask\n  \
                         skiagraph report runs/walk --png walk.png")]
 pub(super) struct Arguments {
-    /// Directory of the sweep; with --png, of a run
+    /// Directory of the sweep; with --png of a run
     #[arg(value_name = "SWEEP|RUN")]
     sweep: PathBuf,
 
