@@ -33,7 +33,8 @@ const PROTOCOLS_IN_WORDS: &str = "Every motion is tracked under three protocols:
     girths that are up to 10 % wrong.\n\
     * **Lengths known, root tracked**: the same, but with the lengths of the subject's segments.\n";
 
-const METHODS_IN_WORDS: &str = "`graph`, `original` and `switching_*` have 1000 particles and one layer; `graph_annealed` is the graph under 5 \
+const METHODS_IN_WORDS: &str = "`graph`, `original` and `switching_*` have 1000 particles and one layer; `graph_refined` is the graph with \
+    `refinement = {}`: descent on the outline in the latent space; `graph_annealed` is the graph under 5 \
     layers of 200; `apf` is the annealed particle filter with 5 layers of 200 and no learned model beyond its proposal. \
     `nearest_training_pose` and `truth_refitted` know the truth, and `frozen` never moves: they are floors. Errors are HumanEva's (mean \
     distance of 15 markers), mm; intervals are 95 % over seeds. On the \

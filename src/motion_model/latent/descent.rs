@@ -19,9 +19,9 @@ use super::expected::Expected;
 use super::model::{LatentModel, LatentParticle};
 
 /// What one squared standard deviation of the prior costs, squared lengths of an outline's residuals: neighbouring
-/// residuals are off together, so that some tens of them count as one. An estimate by its order of magnitude; no
-/// recording was used to choose it.
-const PRIOR: f64 = 1.0;
+/// residuals are off together, so that some tens of them count as one. Chosen of 1, 4 and 16 on takes that are not
+/// reported (`results/monocular-notes.md`).
+const PRIOR: f64 = 4.0;
 /// Step of the differences by which poses are differentiated, standard deviations: above round-off, below curvature.
 const DIFFERENCE: f64 = 1e-4;
 /// Farthest that one step leads, standard deviations.
