@@ -40,11 +40,12 @@ fn in_words(s: &ContactSummary) -> String {
     );
     if let Some(b) = &s.balance {
         text.push_str(&format!(
-            "\n  balance   zero-moment point {:.1} mm inside the support polygon on average, outside in {:.0} % of the \
+            "\n  balance   zero-moment point {:.1} mm {} the support polygon on average, outside in {:.0} % of the \
             frames\n  forces    \
              {:.2} body weights of residual root wrench on average; joint efforts up to {:.1} N m/kg\n  joints    \
              beyond a limit in {:.0} % of the frames, above the velocity limit in {:.0} %",
-            b.zmp_margin_mm,
+            b.zmp_margin_mm.abs(),
+            if b.zmp_margin_mm < 0.0 { "outside" } else { "inside" },
             100.0 * b.zmp_outside,
             b.residual_wrench_body_weights,
             b.greatest_effort_per_kg,

@@ -19,7 +19,7 @@ use crate::report::write_animation;
 const ANIMATION: &str = "apng";
 
 const ANIMATION_README: &str = "\
-NAME.apng of every camera: its silhouettes, and the true skeleton in green; any browser plays it. For MP4: ffmpeg -i NAME.apng
+NN-NAME.apng of every camera, NN its number: its silhouettes, and the true skeleton in green; any browser plays it. For MP4: ffmpeg -i NN-NAME.apng
 NAME.mp4";
 
 /// What a set is exported to.
@@ -34,7 +34,7 @@ pub enum ExportTo {
 impl ExportTo {
     /// Names of everything that a set can be exported to, each with what is written.
     pub fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
-        let animation = (ANIMATION, "NAME.apng of every camera, silhouettes and skeleton: browsers");
+        let animation = (ANIMATION, "NN-NAME.apng of every camera, silhouettes and skeleton: browsers");
         EXPORT_FORMATS.into_iter().map(|(_, name, what)| (name, what)).chain([animation])
     }
 
@@ -101,5 +101,5 @@ fn animations(set: &BenchmarkSet, folder: &PartialDirectory, watch: &dyn Watch) 
 /// The file of a camera, harmless whatever its name is.
 fn animation_name(index: usize, camera: &str) -> PathBuf {
     let harmless = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    format!("cam{index:02}-{}.apng", camera.chars().map(harmless).collect::<String>()).into()
+    format!("{index:02}-{}.apng", camera.chars().map(harmless).collect::<String>()).into()
 }

@@ -13,7 +13,7 @@ use crate::body::{Humanoid, LANDMARKS, Landmark, Pose};
 use crate::motion_model::MotionModel;
 use crate::rng::{Purpose, stream};
 
-/// How an annealed particle filter's answer is refined ([`Refinement`]).
+/// How an annealed particle filter's answer is refined.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RefinementSettings {

@@ -26,8 +26,7 @@ pub enum Kernel {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
-    /// The weighted mean of `[Skinned APF]` section 6.1; rotations on their manifold, see
-    /// [`crate::body::Humanoid::mean_pose`].
+    /// The weighted mean of `[Skinned APF]` section 6.1; rotations are averaged on their manifold.
     #[default]
     WeightedMean,
     /// The particle of least energy.

@@ -16,7 +16,7 @@ fn formats_go_beside_the_set_or_below_out_and_only_ours_are_replaced() {
         (said["schema"].as_str(), said["exports"][1]["path"].as_str()),
         (Some("skiagraph.export/1"), Some("all/tum"))
     );
-    assert!(room.path("all/apng/cam01-cam01.apng").exists() && room.path("all/tum/root.txt").exists());
+    assert!(room.path("all/apng/01-cam01.apng").exists() && room.path("all/tum/root.txt").exists());
 
     room.write("all/tum/notes.txt", "mine");
     let answer = room.skiagraph(["export", "set", "--to", "tum", "--out", "all/tum"]);

@@ -14,12 +14,12 @@ pub trait CandidateDetector {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Detector {
-    /// [`ShortTermPca`].
+    /// Turning points along the leading direction of a short-term PCA (`[GPDM graph]` section 3.2).
     #[default]
     ShortTermPca,
-    /// [`SpeedMinima`].
+    /// Local minima of the mean speed of the joints: moments of rest.
     SpeedMinima,
-    /// [`EveryFrame`].
+    /// Every frame but the ends.
     EveryFrame,
 }
 

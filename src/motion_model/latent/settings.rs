@@ -66,7 +66,7 @@ pub enum InterTransition {
         rule: JumpRule,
         /// Greatest distance of a jump, rad^2 per anatomical joint.
         threshold: f64,
-        /// Distance at which a jump is 1/e as likely, rad^2 per anatomical joint ([`JumpRule::StayWeighted`]).
+        /// Distance at which a jump is 1/e as likely, rad^2 per anatomical joint (`stay_weighted`).
         width: f64,
         /// Weight of the squared difference of joint velocities (rad/s)^2 beside that of poses, s^2. Poses alone do not
         /// tell a step from its mirror image in time.
@@ -83,7 +83,7 @@ pub enum JumpRule {
     /// Jumping weighs `exp(-distance / width)` per candidate against 1 for staying.
     #[default]
     StayWeighted,
-    /// As [`Self::StayWeighted`], but every weight is divided by the number of candidates of its model: how often
+    /// As `stay_weighted`, but every weight is divided by the number of candidates of its model: how often
     /// particles jump does not grow with the number of candidates.
     StayShared,
 }

@@ -25,7 +25,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::rng::{Purpose, stream};
 
-/// How strongly observations are corrupted, axis by axis; zero leaves them as they are. [`AXES`] has the formulas.
+/// How strongly observations are corrupted, axis by axis; zero leaves them as they are. The formulas
+/// stand in `scenarios/README.md`, and in the code at `AXES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Corruption {
