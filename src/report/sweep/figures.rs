@@ -11,7 +11,7 @@ use crate::report::ReportError;
 use crate::report::displayed::{number, symbol};
 use crate::report::plots::{Colour, Line, LinePlot, ScatterGroup, ScatterPlot, ScatterPoint, Size, Stroke, Svg};
 
-const PLOT: Size = Size { width: 760, height: 420 };
+const PLOT: Size = Size { width: 580, height: 360 };
 /// Heat maps side by side at most; with more the other axes are averaged.
 const MAPS: usize = 9;
 /// Values of an axis of a heat map, and of one that a plot goes along.
@@ -34,7 +34,7 @@ pub(super) struct MapCell {
     pub(super) text: String,
     note: String,
     /// 0 (best) to 100 (worst) of all maps; absent for an empty cell.
-    shade: Option<u32>,
+    pub(super) shade: Option<u32>,
 }
 
 #[derive(Serialize)]
@@ -43,8 +43,13 @@ pub(super) struct ErrorCurve {
     plot: String,
 }
 
-/// Error over cost, with the settings that no other beats.
+/// Error over cost, with the settings that no other beats, as SVG.
 pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<String, ReportError> {
+    scatter_plot(input, cost).svg(PLOT).map(|Svg(svg)| svg)
+}
+
+/// The same as values.
+pub(super) fn scatter_plot(input: &SweepPageInput, cost: CostMeasure) -> ScatterPlot {
     let axis = grouping_axis(input);
     let mut groups: Vec<ScatterGroup> = Vec::new();
     for point in &input.settings {
@@ -59,7 +64,7 @@ pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<Strin
     }
     let front = pareto_front(&input.settings, cost, input.objective);
     let place = |at: usize| Some([cost.of_setting(&input.settings[at])?, input.settings[at].mean?]);
-    let plot = ScatterPlot {
+    ScatterPlot {
         x_label: match cost {
             CostMeasure::Evaluations => "likelihood evaluations a frame".to_owned(),
             CostMeasure::Processor => "processor time a frame, ms".to_owned(),
@@ -67,8 +72,7 @@ pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<Strin
         y_label: labelled(input),
         groups,
         front: front.into_iter().filter_map(place).collect(),
-    };
-    plot.svg(PLOT).map(|Svg(svg)| svg)
+    }
 }
 
 /// The axis that colours tell apart: with few values, none of them numbers if there is such a one.
@@ -190,7 +194,7 @@ pub(super) fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Resu
     let mut curves = Vec::new();
     for axis in 0..input.axes.len() {
         let values = sorted(input, axis);
-        if !(3..=LONGEST).contains(&values.len()) || values.iter().any(|value| value.parse::<f64>().is_err()) {
+        if !(2..=LONGEST).contains(&values.len()) || values.iter().any(|value| value.parse::<f64>().is_err()) {
             continue;
         }
         let few = |other: &usize| *other != axis && (2..=LINES).contains(&labels(input, *other).len());
