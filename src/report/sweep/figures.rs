@@ -11,7 +11,8 @@ use crate::report::ReportError;
 use crate::report::displayed::{number, symbol};
 use crate::report::plots::{Colour, Line, LinePlot, ScatterGroup, ScatterPlot, ScatterPoint, Size, Stroke, Svg};
 
-const PLOT: Size = Size { width: 580, height: 360 };
+/// Of plots on broad pages, and on phones.
+const SIZES: [Size; 2] = [Size { width: 580, height: 350 }, Size { width: 350, height: 300 }];
 /// Heat maps side by side at most; with more the other axes are averaged.
 const MAPS: usize = 9;
 /// Values of an axis of a heat map, and of one that a plot goes along.
@@ -40,12 +41,27 @@ pub(super) struct MapCell {
 #[derive(Serialize)]
 pub(super) struct ErrorCurve {
     axis: String,
-    plot: String,
+    plot: TwoSizes,
+}
+
+/// A plot as SVG for broad pages and for phones.
+#[derive(Serialize)]
+pub(super) struct TwoSizes {
+    wide: String,
+    narrow: String,
+}
+
+impl TwoSizes {
+    fn new(draw: impl Fn(Size) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
+        let [Svg(wide), Svg(narrow)] = [draw(SIZES[0])?, draw(SIZES[1])?];
+        Ok(Self { wide, narrow })
+    }
 }
 
 /// Error over cost, with the settings that no other beats, as SVG.
-pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<String, ReportError> {
-    scatter_plot(input, cost).svg(PLOT).map(|Svg(svg)| svg)
+pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<TwoSizes, ReportError> {
+    let plot = scatter_plot(input, cost);
+    TwoSizes::new(|size| plot.svg(size))
 }
 
 /// The same as values.
@@ -218,8 +234,7 @@ pub(super) fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Resu
             y_from: Some(0.0),
             ..LinePlot::default()
         };
-        let Svg(plot) = plot.svg(Size { width: 560, height: 320 })?;
-        curves.push(ErrorCurve { axis: input.axes[axis].clone(), plot });
+        curves.push(ErrorCurve { axis: input.axes[axis].clone(), plot: TwoSizes::new(|size| plot.svg(size))? });
     }
     Ok(curves)
 }

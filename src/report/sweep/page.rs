@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::analysis::{Choice, CostMeasure, Effect, by_value, cheapest_within, effects, pareto_front};
-use super::figures::{ErrorCurve, Map, curves, maps, scatter};
+use super::figures::{ErrorCurve, Map, TwoSizes, curves, maps, scatter};
 use super::input::{SweepCellState, SweepPageInput, SweepPoint};
 use crate::evaluation::Direction;
 use crate::report::ReportError;
@@ -27,7 +27,7 @@ struct SweepPage<'a> {
     missing: usize,
     seeds: usize,
     choices: Vec<String>,
-    scatters: Vec<String>,
+    scatters: Vec<TwoSizes>,
     maps: Vec<Map>,
     map_axes: Option<[&'a str; 2]>,
     averaged: bool,
