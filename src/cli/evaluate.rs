@@ -22,8 +22,8 @@ use crate::mocap::UpAxis;
 /// "left_knee". Frames that a CSV file with frame numbers leaves out are lost.
 ///
 /// Units and axes are metres, Z up, unless the file or --units and --up declare others; TRC declares its units and is Y
-/// up. With Y up the set's x, y and z are the file's x, -z and y. A body of an impossible size is refused: its units are
-/// wrong.
+/// up. With Y up the set's x, y and z are the file's x, -z and y. A body of an impossible size is refused: its units
+/// are wrong.
 ///
 /// Another program's .npz needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an

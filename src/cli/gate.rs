@@ -59,8 +59,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     other_seeds: bool,
 
-    /// Run the seeds of the baseline that the run lacks, at most N; if the gate is inconclusive then, run N further seeds
-    /// of the same tracker on the same set, and ask again
+    /// Run the seeds of the baseline that the run lacks, at most N; if the gate is inconclusive then, run N further
+    /// seeds of the same tracker on the same set, and ask again
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     add_seeds: Option<u32>,
 

@@ -18,11 +18,11 @@ use crate::body::{LANDMARKS, Markers};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct MarkerList<'a> {
-    held: Held<'a>,
+    held: MarkerStorage<'a>,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Held<'a> {
+enum MarkerStorage<'a> {
     Whole(&'a [Markers]),
     Packed(&'a PackedMarkers),
 }
@@ -31,8 +31,8 @@ impl MarkerList<'_> {
     /// Number of frames.
     pub fn len(&self) -> usize {
         match self.held {
-            Held::Whole(frames) => frames.len(),
-            Held::Packed(packed) => packed.len(),
+            MarkerStorage::Whole(frames) => frames.len(),
+            MarkerStorage::Packed(packed) => packed.len(),
         }
     }
 
@@ -44,8 +44,8 @@ impl MarkerList<'_> {
     /// One marker, metres; `None` where it is missing, and after the last frame.
     pub fn get(&self, frame: usize, landmark: usize) -> Option<Point3<f64>> {
         match self.held {
-            Held::Whole(frames) => *frames.get(frame)?.get(landmark)?,
-            Held::Packed(packed) => packed.get(frame, landmark),
+            MarkerStorage::Whole(frames) => *frames.get(frame)?.get(landmark)?,
+            MarkerStorage::Packed(packed) => packed.get(frame, landmark),
         }
     }
 
@@ -62,7 +62,7 @@ impl MarkerList<'_> {
 
 impl<'a> From<&'a [Markers]> for MarkerList<'a> {
     fn from(frames: &'a [Markers]) -> Self {
-        Self { held: Held::Whole(frames) }
+        Self { held: MarkerStorage::Whole(frames) }
     }
 }
 
@@ -80,7 +80,7 @@ impl<'a, const FRAMES: usize> From<&'a [Markers; FRAMES]> for MarkerList<'a> {
 
 impl<'a> From<&'a PackedMarkers> for MarkerList<'a> {
     fn from(packed: &'a PackedMarkers) -> Self {
-        Self { held: Held::Packed(packed) }
+        Self { held: MarkerStorage::Packed(packed) }
     }
 }
 

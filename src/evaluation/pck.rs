@@ -48,18 +48,18 @@ fn thresholds() -> impl Iterator<Item = f64> {
 
 /// Share of the truth's markers at `frame` that the estimate meets within `threshold_mm`; `None` if the truth has none.
 fn correct(sequence: &Sequence<'_>, frame: usize, threshold_mm: f64) -> Option<f64> {
-    FrameDistances::new(sequence, frame).correct(threshold_mm)
+    MarkerDistances::new(sequence, frame).correct(threshold_mm)
 }
 
 /// Distances of one frame, measured once for all thresholds.
-struct FrameDistances {
+struct MarkerDistances {
     /// Markers of the truth.
     asked: usize,
     /// Of every common marker, millimetres.
     distances_mm: Vec<f64>,
 }
 
-impl FrameDistances {
+impl MarkerDistances {
     fn new(sequence: &Sequence<'_>, frame: usize) -> Self {
         Self { asked: sequence.truth_markers.count(frame), distances_mm: sequence.distances_mm(frame).collect() }
     }
@@ -77,7 +77,7 @@ fn at_threshold(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
     Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| {
-        let distances = FrameDistances::new(sequence, frame);
+        let distances = MarkerDistances::new(sequence, frame);
         mean_of(thresholds().filter_map(|threshold| distances.correct(threshold)))
     })))
 }
@@ -87,7 +87,7 @@ pub(super) fn curve(sequence: &Sequence<'_>) -> Vec<CurvePoint> {
     let mut sums: Vec<(f64, f64)> = thresholds().map(|threshold| (threshold, 0.0)).collect();
     let mut frames = 0_usize;
     for frame in sequence.scored() {
-        let distances = FrameDistances::new(sequence, frame);
+        let distances = MarkerDistances::new(sequence, frame);
         frames += usize::from(distances.asked > 0);
         for (threshold, sum) in &mut sums {
             *sum += distances.correct(*threshold).unwrap_or(0.0);

@@ -50,7 +50,7 @@ struct PicturedMethod {
     summary: Summary,
 }
 
-/// `skiagraph report RUN --png` where RUN compares methods: verdict, errors with intervals, errors over time in one PNG.
+/// Of a run that compares methods: verdict, errors with intervals, errors over time.
 fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     let path = run.join(COMPARISON_FILE);
     let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
@@ -77,8 +77,8 @@ fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     })?)
 }
 
-/// `skiagraph report RUN --png`: verdict, main figures, error over time and chosen frames in one PNG; of a comparison of
-/// methods verdict, errors with intervals and errors over time.
+/// `skiagraph report RUN --png`: verdict, main figures, error over time and chosen frames in one PNG; of a comparison
+/// of methods verdict, errors with intervals and errors over time.
 ///
 /// # Errors
 /// [`ExperimentError`] naming the file that is missing or damaged.

@@ -15,8 +15,8 @@ pub struct Verdict {
     pub line: String,
     /// The criteria with their limits.
     pub criteria: Vec<Criterion>,
-    /// Names of the metrics that are worse than those of a tracker that never moves, in table order; none of the metrics
-    /// that measure the estimate's own motion ([`crate::evaluation::Metric::has_frozen_floor`]).
+    /// Names of the metrics that are worse than those of a tracker that never moves, in table order; none of those that
+    /// measure the estimate's own motion ([`crate::evaluation::Metric::has_frozen_floor`]).
     pub worse_than_frozen: Vec<&'static str>,
     /// Whether the images prefer the estimate or the true pose; `None` if energies are unknown.
     pub cause: Option<String>,

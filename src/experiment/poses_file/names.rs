@@ -26,8 +26,8 @@ pub(super) fn read_map(path: &Path) -> Result<BTreeMap<String, String>, Experime
     })
 }
 
-/// The columns of a file. Without a map a name counts as ours whatever its case and whatever divides its words. A link's
-/// name stands for the joint that carries it, since the names of a BVH file's joints often are those of the bones.
+/// The columns of a file. Without a map a name counts as ours whatever its case and whatever divides its words. A
+/// link's name stands for the joint that carries it: joints of BVH files often have the names of the bones.
 pub(super) fn columns(
     names: &[String],
     map: Option<&BTreeMap<String, String>>,
