@@ -106,15 +106,14 @@ fn scatter(picture: &mut Pixmap, plot: &ScatterPlot, [left, top, width, height]:
     let part = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)) as f32;
     let x = |value: f64| area[0] + area[2] * part(libm::log10(value), x_range);
     let y = |value: f64| area[1] + area[3] * (1.0 - part(value.clamp(y_range[0], y_range[1]), y_range));
-    for tick in 0_u8..=4 {
-        let share = f64::from(tick) / 4.0;
-        let value = y_range[0] + share * (y_range[1] - y_range[0]);
+    for value in round_values(y_range) {
         stroke(picture, &[[area[0], y(value)], [area[0] + area[2], y(value)]], GRID, 1.0, false);
         let digits = if y_range[1] - y_range[0] < 8.0 { 2 } else { 0 };
         draw_text_to(picture, &format!("{value:.digits$}"), [area[0] - 8.0, y(value) - 5.0], 10.0, FAINT);
-        let cost = libm::pow(10.0, x_range[0] + share * (x_range[1] - x_range[0]));
-        let place = [area[0] + area[2] * share as f32, area[1] + area[3] + 8.0];
-        draw_text_about(picture, &short_cost(cost), place, 10.0, FAINT);
+    }
+    for cost in round_costs(x_range) {
+        stroke(picture, &[[x(cost), area[1]], [x(cost), area[1] + area[3]]], GRID, 1.0, false);
+        draw_text_about(picture, &short_cost(cost), [x(cost), area[1] + area[3] + 8.0], 10.0, FAINT);
     }
     let mut legend = left + 14.0;
     for (group, colour) in plot.groups.iter().zip(COLOURS.iter().cycle()) {
@@ -140,10 +139,34 @@ fn scatter(picture: &mut Pixmap, plot: &ScatterPlot, [left, top, width, height]:
     }
 }
 
+/// Round values within a range, about five.
+fn round_values([low, high]: [f64; 2]) -> Vec<f64> {
+    let rough = ((high - low) / 5.0).max(1e-9);
+    let power = libm::pow(10.0, libm::floor(libm::log10(rough)));
+    let step =
+        [1.0, 2.0, 5.0].into_iter().map(|digit| digit * power).find(|step| *step >= rough).unwrap_or(10.0 * power);
+    let first = libm::ceil(low / step);
+    (0_u8..12).map(|count| (first + f64::from(count)) * step).take_while(|value| *value <= high).collect()
+}
+
+/// Round costs whose exponents of ten lie within a range: 1, 2 and 5 times powers of ten, or these alone where there
+/// are many.
+fn round_costs([low, high]: [f64; 2]) -> Vec<f64> {
+    let (first, last) = (libm::floor(low) as i32, libm::ceil(high) as i32);
+    let all = |digits: &[f64]| -> Vec<f64> {
+        let costs =
+            (first..=last).flat_map(|exponent| digits.iter().map(move |d| d * libm::pow(10.0, f64::from(exponent))));
+        costs.filter(|cost| (low..=high).contains(&libm::log10(*cost))).collect()
+    };
+    let fine = all(&[1.0, 2.0, 5.0]);
+    if fine.len() > 8 { all(&[1.0]) } else { fine }
+}
+
 fn short_cost(value: f64) -> String {
     match value {
         value if value >= 1e4 => format!("{:.0}k", value / 1e3),
         value if value >= 10.0 => format!("{value:.0}"),
+        value if value.fract() == 0.0 => format!("{value:.0}"),
         value => format!("{value:.2}"),
     }
 }
@@ -242,5 +265,13 @@ mod tests {
         let means: Vec<f64> = best_settings(&input).iter().filter_map(|point| point.mean).collect();
         assert!(means.is_sorted() && !means.is_empty(), "{means:?}");
         assert_eq!([0.5, 12.3, 25_000.0].map(short_cost), ["0.50", "12", "25k"]);
+    }
+
+    #[test]
+    fn ticks_are_round_and_within_their_range() {
+        assert_eq!(round_values([0.0, 97.0]), [0.0, 20.0, 40.0, 60.0, 80.0]);
+        assert_eq!(round_values([0.0, 1.0]).len(), 6);
+        assert_eq!(round_costs([libm::log10(43.0), libm::log10(1162.0)]), [50.0, 100.0, 200.0, 500.0, 1000.0]);
+        assert_eq!(round_costs([0.5, 5.5]), [10.0, 100.0, 1000.0, 1e4, 1e5]);
     }
 }
