@@ -111,13 +111,12 @@ struct Tally {
 }
 
 impl Tally {
-    fn compare(&mut self, layers: &LayerImages, scene: &RayScene, camera: &PlainCamera) {
+    fn compare(&mut self, layers: &LayerImages, scene: &RayScene<'_>, camera: &PlainCamera) {
         for (y, x) in (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (y, x))).step_by(STEP) {
             let (index, at) = ((y * WIDTH + x) as usize, [f64::from(x) + 0.5, f64::from(y) + 0.5]);
             let hit = scene.cast_pixel(camera, at);
-            let part = hit.as_ref().map_or(0, |hit| hit.part as u32 + 1);
             self.pixels += 1;
-            if part == 0 && layers.depth.part[index] == 0 {
+            if hit.is_none() && layers.depth.part[index] == 0 {
                 continue;
             }
             self.shown += 1;
@@ -128,12 +127,14 @@ impl Tally {
                 self.on_edges += 1;
                 continue;
             }
-            let (Some(hit), true) = (hit, part == layers.depth.part[index]) else {
+            let is_drawn = |(part, _): &&(usize, Point3<f64>)| *part as u32 + 1 == layers.depth.part[index];
+            let same = hit.as_ref().and_then(|hit| Some((hit, hit.parts.iter().find(is_drawn)?)));
+            let Some((hit, (_, next))) = same else {
                 self.other_part += 1;
                 continue;
             };
-            self.surface(layers, index, &hit);
-            if let Some([u, v]) = hit.next.and_then(|next| camera.project(&next)) {
+            self.surface(layers, index, hit);
+            if let Some([u, v]) = camera.project(next) {
                 let [du, dv] = layers.flow[index].map(f64::from);
                 let off = ((u - at[0] - du).powi(2) + (v - at[1] - dv).powi(2)).sqrt();
                 assert!(!off.is_nan(), "no flow at {x}, {y}");
@@ -154,7 +155,7 @@ impl Tally {
     }
 
     /// The share of sixteen rays of a few pixels.
-    fn coverage(&mut self, layers: &LayerImages, scene: &RayScene, camera: &PlainCamera) {
+    fn coverage(&mut self, layers: &LayerImages, scene: &RayScene<'_>, camera: &PlainCamera) {
         let partly = |index: &usize| layers.coverage[*index] > 0.0 && layers.coverage[*index] < 1.0;
         for index in (0..layers.coverage.len()).filter(partly).step_by(23) {
             let (x, y) = ((index as u32 % WIDTH) as f64, (index as u32 / WIDTH) as f64);
@@ -165,7 +166,7 @@ impl Tally {
         }
     }
 
-    fn sights(&mut self, truth: &GroundTruth, camera: &Camera, scene: &RayScene, plain: &PlainCamera) {
+    fn sights(&mut self, truth: &GroundTruth, camera: &Camera, scene: &RayScene<'_>, plain: &PlainCamera) {
         let (actor, frame) = (&truth.actor, &truth.frames[0]);
         let occluders = Occluders::new(actor, &frame.link_frames, &truth.props);
         let lines = occluders.seen_by(camera);
@@ -192,7 +193,7 @@ impl Tally {
 fn is_of_one_surface(a: Option<&Hit>, b: Option<&Hit>) -> bool {
     match (a, b) {
         (None, None) => true,
-        (Some(a), Some(b)) => a.surface == b.surface && a.normal.dot(&b.normal) > 0.98,
+        (Some(a), Some(b)) => a.surfaces.iter().any(|s| b.surfaces.contains(s)) && a.normal.dot(&b.normal) > 0.98,
         _ => false,
     }
 }

@@ -4,7 +4,7 @@
 //! | array | shape | meaning |
 //! |---|---|---|
 //! | `joints_2d`, `markers_2d` | (T, C, J, 2), (T, C, 15, 2) | pixels, lens included, pixel centres at integers; NaN before the near plane |
-//! | `joint_sight`, `marker_sight` | (T, C, J), (T, C, 15) | 0 in view, 1 hidden by the body, 2 hidden by a prop alone, 3 out of view |
+//! | `joint_sight`, `marker_sight` | (T, C, J), (T, C, 15) | 0 in view, 1 hidden by the body, 2 hidden by a prop or a distractor alone, 3 out of view |
 //! | `sight_names` | (4) | the same in words |
 //!
 //! `joint_names`, `marker_names` and `camera_names` are those of `truth.npz`. A joint belongs to the links on both its
@@ -17,7 +17,7 @@ use crate::body::LANDMARKS;
 use crate::camera::CameraRig;
 use crate::npz::{Array, Npz};
 use crate::parallel;
-use crate::scene::{GroundTruth, Occluders, Sight};
+use crate::scene::{GroundTruth, Sight};
 
 pub(super) const PATH: &str = "truth/views.npz";
 /// Words for the sights 0 to 3.
@@ -58,9 +58,9 @@ pub(super) fn to_npz(truth: &GroundTruth, rig: &CameraRig) -> Npz {
 }
 
 fn views_of(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> FrameViews {
+    let occluders = truth.occluders(frame);
     let (actor, frame) = (&truth.actor, &truth.frames[frame]);
     let mut views = FrameViews::default();
-    let occluders = Occluders::new(actor, &frame.link_frames, &truth.props);
     for camera in &rig.cameras {
         let lines = occluders.seen_by(camera);
         let pixel = |point: Option<&Point3<f64>>| match point.and_then(|point| camera.project(point)) {

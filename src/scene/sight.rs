@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
+use super::Distractor;
 use crate::body::{Humanoid, LinkFrames, Prop, Ray, Skin};
 use crate::camera::Camera;
 
@@ -14,20 +15,26 @@ pub enum Sight {
     InView = 0,
     /// In the image, and hidden by the body, whatever else is there.
     SelfOccluded = 1,
-    /// In the image, and hidden by a prop alone.
+    /// In the image, and hidden by a prop or a distractor alone.
     Occluded = 2,
     /// Outside the image, or before the near plane.
     OutOfView = 3,
 }
 
-/// What may stand between a camera and points of a body: the body's surface in one pose, and props.
+/// What may stand between a camera and points of a body: the body's surface in one pose, props, and other people.
 ///
 /// The surface is what cameras see: the solids, or the skin of a body that has one. A solid hides a point if the line
 /// from the point to the camera enters it; a skin, if the line enters the body again through a triangle of a link that
-/// is not the point's own.
+/// is not the point's own. Props and other people hide even what they hold.
 pub struct Occluders<'a> {
-    body: &'a Humanoid,
+    own: PosedBody<'a>,
     props: &'a [Prop],
+    others: Vec<PosedBody<'a>>,
+}
+
+/// A body in one pose.
+struct PosedBody<'a> {
+    body: &'a Humanoid,
     links_from_world: Vec<Isometry3<f64>>,
     /// Vertices of the skin in the world; empty without one.
     vertices: Vec<Point3<f64>>,
@@ -47,17 +54,35 @@ pub struct SightLines<'a> {
 impl<'a> Occluders<'a> {
     /// Of a body with its links at `frames`, among props.
     pub fn new(body: &'a Humanoid, frames: &LinkFrames, props: &'a [Prop]) -> Self {
+        Self { own: PosedBody::new(body, frames), props, others: Vec::new() }
+    }
+
+    /// With other people as they are in a frame.
+    pub(super) fn with_distractors(mut self, distractors: &'a [Distractor], frame: usize) -> Self {
+        let figure = |other: &'a Distractor| Some(PosedBody::new(&other.body, &other.link_frames(frame)?));
+        self.others.extend(distractors.iter().filter_map(figure));
+        self
+    }
+
+    /// As seen by a camera.
+    pub fn seen_by(&'a self, camera: &'a Camera) -> SightLines<'a> {
+        SightLines { occluders: self, camera, centre: camera.centre(), bounds: self.own.bounds(camera) }
+    }
+}
+
+impl<'a> PosedBody<'a> {
+    fn new(body: &'a Humanoid, frames: &LinkFrames) -> Self {
         let mut vertices = Vec::new();
         if let Some(skin) = &body.skin {
             skin.deform_into(frames, &mut vertices);
         }
         let outwards = body.skin.as_ref().is_none_or(|skin| signed_volume(skin, &vertices) >= 0.0);
         let links_from_world = frames.0.iter().map(Isometry3::inverse).collect();
-        Self { body, props, links_from_world, vertices, outwards }
+        Self { body, links_from_world, vertices, outwards }
     }
 
-    /// As seen by a camera.
-    pub fn seen_by(&'a self, camera: &'a Camera) -> SightLines<'a> {
+    /// Bounds of the skin's triangles in a camera's ideal image coordinates.
+    fn bounds(&self, camera: &Camera) -> Vec<[f64; 4]> {
         let projected: Vec<Option<[f64; 2]>> = self
             .vertices
             .iter()
@@ -73,8 +98,7 @@ impl<'a> Occluders<'a> {
             let most = |i: usize| a[i].max(b[i]).max(c[i]);
             [least(0), most(0), least(1), most(1)]
         };
-        let bounds = self.body.skin.iter().flat_map(|skin| skin.triangles()).map(bounds).collect();
-        SightLines { occluders: self, camera, centre: camera.centre(), bounds }
+        self.body.skin.iter().flat_map(|skin| skin.triangles()).map(bounds).collect()
     }
 }
 
@@ -85,13 +109,14 @@ impl SightLines<'_> {
             return Sight::OutOfView;
         }
         let sight = Ray { origin: *point, direction: self.centre - point };
-        let by_body = match &self.occluders.body.skin {
+        let own_figure = &self.occluders.own;
+        let by_body = match &own_figure.body.skin {
             Some(skin) => self.is_behind_skin(skin, &sight, own),
-            None => self.occluders.is_behind_solid(&sight, own),
+            None => own_figure.is_behind_solid(&sight, own),
         };
         match by_body {
             true => Sight::SelfOccluded,
-            false if self.occluders.is_behind_prop(&sight) => Sight::Occluded,
+            false if self.occluders.is_behind_something(&sight) => Sight::Occluded,
             false => Sight::InView,
         }
     }
@@ -105,13 +130,14 @@ impl SightLines<'_> {
                 (*left..=*right).contains(&x) && (*top..=*bottom).contains(&y)
             });
         near.into_iter().any(|(facet, _)| {
-            let corners = skin.triangles()[facet].map(|corner| self.occluders.vertices[corner as usize]);
-            enters(&corners, self.occluders.outwards, sight) && !own.contains(&(skin.part_of(facet) as usize))
+            let figure = &self.occluders.own;
+            let corners = skin.triangles()[facet].map(|corner| figure.vertices[corner as usize]);
+            enters(&corners, figure.outwards, sight) && !own.contains(&(skin.part_of(facet) as usize))
         })
     }
 }
 
-impl Occluders<'_> {
+impl PosedBody<'_> {
     /// Whether the line from a point to the camera enters a solid of another link that does not hold the point.
     fn is_behind_solid(&self, sight: &Ray, own: &[usize]) -> bool {
         let others = self.body.links.iter().zip(&self.links_from_world).enumerate();
@@ -122,9 +148,26 @@ impl Occluders<'_> {
         })
     }
 
-    /// A prop hides even what it holds.
-    fn is_behind_prop(&self, sight: &Ray) -> bool {
-        self.props.iter().any(|prop| prop.solid.ray_entry(sight).is_some_and(|s| s <= 1.0))
+    /// Whether the line from a point to the camera meets the body at all.
+    fn is_met(&self, sight: &Ray) -> bool {
+        if let Some(skin) = &self.body.skin {
+            return skin.triangles().iter().any(|triangle| {
+                let corners = triangle.map(|corner| self.vertices[corner as usize]);
+                enters(&corners, true, sight) || enters(&corners, false, sight)
+            });
+        }
+        self.body.links.iter().zip(&self.links_from_world).any(|(link, link_from_world)| {
+            let sight = sight.transformed(link_from_world);
+            link.solids.iter().any(|solid| solid.ray_entry(&sight).is_some_and(|s| s <= 1.0))
+        })
+    }
+}
+
+impl Occluders<'_> {
+    /// Whether a prop or another person stands between a point and the camera.
+    fn is_behind_something(&self, sight: &Ray) -> bool {
+        let by_prop = self.props.iter().any(|prop| prop.solid.ray_entry(sight).is_some_and(|s| s <= 1.0));
+        by_prop || self.others.iter().any(|other| other.is_met(sight))
     }
 }
 
@@ -228,6 +271,32 @@ mod tests {
     #[test]
     fn a_marker_outside_the_image_is_not_visible() {
         assert!(!visible(Point3::new(0.6, 0.0, 1.0), Landmark::LeftAnkle));
+    }
+
+    #[test]
+    fn somebody_in_the_way_hides_the_actor_as_a_prop_does_and_is_nobody_s_truth() {
+        let rig = CameraRig { cameras: vec![camera_at("only", Point3::new(4.0, 0.0, 1.0))] };
+        let among = |x: f64| {
+            let mut poses = walk(2).poses;
+            poses.iter_mut().for_each(|pose| pose.world_from_root.translation.x += x);
+            let passer_by = Distractor { name: "passer-by".into(), body: person(), poses };
+            GroundTruth::among(person(), &walk(2), &rig, Vec::new(), vec![passer_by]).unwrap()
+        };
+        let alone = GroundTruth::from_motion(person(), &walk(2), &rig).unwrap();
+        let sights = |truth: &GroundTruth| {
+            let occluders = truth.occluders(1);
+            let lines = occluders.seen_by(&rig.cameras[0]);
+            let markers = truth.frames[1].markers.iter().zip(&truth.actor.markers);
+            markers.filter_map(|(m, own)| Some(lines.to(m.as_ref()?, &[own.as_ref()?.link]))).collect::<Vec<_>>()
+        };
+        let (before, behind, without) = (among(1.0), among(-1.0), sights(&alone));
+        assert_eq!(sights(&behind), without, "who stands behind hides nothing");
+        for (hidden, free) in sights(&before).into_iter().zip(without) {
+            assert!(hidden == free || (free, hidden) == (Sight::InView, Sight::Occluded), "{free:?} {hidden:?}");
+        }
+        assert!(sights(&before).iter().filter(|sight| **sight == Sight::Occluded).count() > 3);
+        assert_eq!(before.frames[1].pose, alone.frames[1].pose);
+        assert_ne!(before.frames[1].visible, alone.frames[1].visible);
     }
 
     #[test]

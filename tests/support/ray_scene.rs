@@ -3,23 +3,25 @@
 
 use nalgebra::{Matrix2, Matrix3, Matrix4, Point3, Rotation3, Vector2, Vector3, Vector4};
 use parry3d::query::{Ray, RayCast};
-use parry3d::shape::{FeatureId, TriMesh};
+use parry3d::shape::TriMesh;
 use skiagraph::body::{Humanoid, JointKind, Pose, Prop, SkinParts, Solid};
 use skiagraph::camera::Camera;
 
 /// What a ray meets first.
 pub(crate) struct Hit {
-    /// The link.
-    pub(crate) part: usize,
-    /// The solid of the link, or the triangle of the skin: two rays with the same met one smooth surface.
-    pub(crate) surface: (usize, usize),
+    /// The links whose surface is there; several where solids touch, as thigh and shank do in the ball of a knee. With
+    /// each, where the point of that link is a frame later, world.
+    pub(crate) parts: Vec<(usize, Point3<f64>)>,
+    /// The solids of the links, or the triangle of the skin: two rays with one in common met one smooth surface.
+    pub(crate) surfaces: Vec<(usize, usize)>,
     /// Along the camera's axis, metres.
     pub(crate) depth: f64,
     /// Towards the camera, world.
     pub(crate) normal: Vector3<f64>,
-    /// Where the same point of the surface is a frame later, world.
-    pub(crate) next: Option<Point3<f64>>,
 }
+
+/// Surfaces this near each other are one, metres.
+const TOUCHING_M: f64 = 1e-6;
 
 /// A camera by the numbers that OpenCV's functions take.
 pub(crate) struct PlainCamera {
@@ -210,8 +212,7 @@ impl RaySkin {
         let single = |v: &Vector3<f64>| parry3d::math::Vec3::new(v.x as f32, v.y as f32, v.z as f32);
         let ray = Ray::new(single(start), single(direction));
         let hit = self.mesh.cast_local_ray_and_get_normal(&ray, most as f32, false)?;
-        let FeatureId::Face(face) = hit.feature else { panic!("{:?}", hit.feature) };
-        let triangle = face as usize % self.parts.triangles.len();
+        let triangle = hit.subshape as usize;
         // the length in double precision, from the plane of the triangle
         let [a, b, c] = self.corners(triangle);
         let normal = (b - a).cross(&(c - a));
@@ -277,28 +278,36 @@ impl<'a> RayScene<'a> {
             let [a, b, c] = skin.corners(triangle);
             let normal = (b - a).cross(&(c - a)).normalize();
             let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
-            let next = Some(Point3::from(skin.carried(triangle, &(start + direction * s))));
-            return Some(Hit { part: skin.link(triangle), surface: (0, triangle), depth: near + s, normal, next });
+            let next = Point3::from(skin.carried(triangle, &(start + direction * s)));
+            let (parts, surfaces) = (vec![(skin.link(triangle), next)], vec![(0, triangle)]);
+            return Some(Hit { parts, surfaces, depth: near + s, normal });
         }
-        let mut nearest: Option<(f64, usize, usize)> = None;
+        let (mut nearest, mut met) = (20.0, Vec::new());
         for (link, from_world) in self.links_from_world.iter().enumerate() {
             let (own_start, turn) = (apply(from_world, start), from_world.fixed_view::<3, 3>(0, 0).into_owned());
             let own_direction = turn * direction;
             for (index, solid) in self.body.links[link].solids.iter().enumerate() {
-                let most = nearest.map_or(20.0, |(s, ..)| s);
-                if let Some(s) = enter(solid, &own_start, &own_direction, most).filter(|s| *s < most) {
-                    nearest = Some((s, link, index));
+                if let Some(s) = enter(solid, &own_start, &own_direction, nearest + TOUCHING_M) {
+                    met.push((s, link, index));
+                    nearest = s.min(nearest);
                 }
             }
         }
-        let (s, link, index) = nearest?;
+        met.retain(|(s, ..)| *s <= nearest + TOUCHING_M);
+        met.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (s, link, index) = *met.first()?;
         let in_link = apply(&self.links_from_world[link], &(start + direction * s));
         let solid = &self.body.links[link].solids[index];
         let slope = |axis: Vector3<f64>| distance(solid, &(in_link + axis)) - distance(solid, &(in_link - axis));
         let slopes = Vector3::from_fn(|i, _| slope(Vector3::ith(i, 1e-6)));
         let normal = self.frames[0][link].fixed_view::<3, 3>(0, 0) * slopes.normalize();
-        let next = Some(Point3::from(apply(&self.frames[1][link], &in_link)));
-        Some(Hit { part: link, surface: (link, index), depth: near + s, normal, next })
+        let carried = |link: usize| {
+            let in_link = apply(&self.links_from_world[link], &(start + direction * s));
+            (link, Point3::from(apply(&self.frames[1][link], &in_link)))
+        };
+        let parts = met.iter().map(|(_, link, _)| carried(*link)).collect();
+        let surfaces = met.iter().map(|(_, link, index)| (*link, *index)).collect();
+        Some(Hit { parts, surfaces, depth: near + s, normal })
     }
 
     /// 0 in view, 1 hidden by the body, 2 hidden by a prop alone, 3 out of view.

@@ -6,8 +6,8 @@ use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::manifest::{self, BlindManifest};
 use crate::benchmark_set::start_file::{self, Start};
 use crate::benchmark_set::{
-    SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, exr_layers, props_file, recording_file,
-    spread_file, training_file, truth_file,
+    SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file, exr_layers, props_file,
+    recording_file, spread_file, training_file, truth_file,
 };
 use crate::body::Motion;
 use crate::camera::CameraRig;
@@ -224,7 +224,8 @@ fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<M
         true => props_file::from_json(&files.read(props_file::PATH)?)?,
         false => Vec::new(),
     };
-    let (truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
+    let (mut truth, refitted) = truth_file::from_npz(&npz, actor, props, cameras)?;
+    truth.distractors = distractors_file::read(files)?;
     match files.has(start_file::PATH) && !truth.frames.is_empty() {
         true => Ok((truth, refitted)),
         false => Err(SetError::malformed(truth_file::PATH, "has no frame")),

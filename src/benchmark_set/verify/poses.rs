@@ -127,7 +127,8 @@ fn jump(truth: &GroundTruth, known: &[(LinkFrames, Markers)]) -> Option<String> 
 /// `in_view`, `visible` and the sights of `views.npz` against what body, props and cameras give.
 pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let (truth, rig) = parts.scene()?;
-    let known = GroundTruth::among_props(truth.actor.clone(), &truth.motion(), rig, truth.props.clone());
+    let (props, others) = (truth.props.clone(), truth.distractors.clone());
+    let known = GroundTruth::among(truth.actor.clone(), &truth.motion(), rig, props, others);
     let known = match known {
         Ok(known) => known,
         Err(error) => return Ok((String::new(), vec![Fault::new(PATH, error.to_string())])),
