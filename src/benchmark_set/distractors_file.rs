@@ -1,6 +1,6 @@
 //! `truth/distractors.json` and `truth/distractors.npz`: bodies and motions of people besides the actor; absent without
-//! any. Distractor `k` has the arrays `kk_root` (T, 7) and `kk_angles` (T, n) as in `truth.npz`, for one frame at least,
-//! and stands still after the last; `names` are all their names.
+//! any. Distractor `k` has the arrays `kk_root` (T, 7) and `kk_angles` (T, n) as in `truth.npz`, for one frame at
+//! least, and stands still after the last; `names` are all their names.
 
 use super::files::SetFiles;
 use super::truth_file::{names, push_poses, read_poses};

@@ -9,8 +9,8 @@ use crate::parallel;
 use crate::raster::Mask;
 use crate::scene::{Distractor, GroundTruth, TruthFrame};
 
-/// Clean silhouettes of the actor in every frame, lens distortion included, without what props and distractors hide; the
-/// same bits for any number of threads.
+/// Clean silhouettes of the actor in every frame, lens distortion included, without what props and distractors hide;
+/// the same bits for any number of threads.
 pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
     let observer = Observer::new(truth, rig);
     parallel::map(truth.frames.len(), |frame| observer.observe(frame))

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::MotionSettings;
 
-/// Somebody besides the actor: cameras see them, silhouettes and images show them too, and they hide the actor. Nothing of
-/// them is estimated, and contacts with them are not considered.
+/// Somebody besides the actor: cameras see them, silhouettes and images show them too, and they hide the actor. Nothing
+/// of them is estimated, and contacts with them are not considered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DistractorSettings {

@@ -38,9 +38,10 @@ pub struct TruthFrame {
     pub markers: Markers,
     /// `[camera][marker]`: whether the camera sees the marker inside its image and before the near plane.
     pub in_view: Vec<[bool; LANDMARKS.len()]>,
-    /// `[camera][marker]`: whether the marker is in view and not hidden by the body's surface (its skin, where it
-    /// has one), a prop or a distractor. Markers lie inside the body, so the geometry of a marker's own link and solids that
-    /// contain the marker do not count; all other geometry that the line to the camera enters does ([`Occluders`]).
+    /// `[camera][marker]`: whether the marker is in view and not hidden by the body's surface (its skin, where it has
+    /// one), a prop or a distractor. Markers lie inside the body, so the geometry of a marker's own link and solids
+    /// that contain the marker do not count; all other geometry that the line to the camera enters does
+    /// ([`Occluders`]).
     pub visible: Vec<[bool; LANDMARKS.len()]>,
 }
 

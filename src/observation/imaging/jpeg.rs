@@ -46,7 +46,7 @@ mod tests {
             let image = picture(channels);
             let errors = [95, 60, 10].map(|quality| mean_error(&stored(image.clone(), quality), &image));
             assert!(errors[0] < errors[1] && errors[1] < errors[2], "{errors:?}");
-            assert!(errors[0] < 1.5 && errors[2] < 20.0, "{errors:?}");
+            assert!(errors[0] < 3.0 && errors[2] < 20.0, "{errors:?}");
             assert_eq!(stored(image.clone(), 60).shape(), image.shape());
             assert_eq!(stored(image.clone(), 60), stored(image, 60));
         }

@@ -2,8 +2,9 @@
 //!
 //! Ground z = 0 with slabs, four walls behind the cameras, props, a dressed actor, light from everywhere and from a sun
 //! 45 degrees high; the actor's shadow falls on the ground (not on walls, props or itself). A sensor adds gain, offset
-//! and noise; gain and offset drift between three periods in which the background is recorded alone. Images may be stored as JPEG. Edges are not
-//! blended: a pixel shows what its centre sees. Brightness is computed in f32, the same bits on any number of threads.
+//! and noise; gain and offset drift between three periods in which the background is recorded alone. Images may be
+//! stored as JPEG. Edges are not blended: a pixel shows what its centre sees. Brightness is computed in f32, the same
+//! bits on any number of threads.
 
 mod jpeg;
 mod looks;
