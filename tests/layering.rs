@@ -62,7 +62,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("tar", &["benchmark_set/export"]),
     ("serde_saphyr", &["camera/files"]),
     ("clap", &["cli"]),
-    ("image", &["experiment/pictures.rs"]),
+    ("image", &["experiment/pictures.rs", "observation/imaging/jpeg.rs"]),
     ("tiny_skia", &["report"]),
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),

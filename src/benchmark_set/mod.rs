@@ -26,6 +26,7 @@ mod cameras_file;
 mod contact_facts;
 mod contact_file;
 mod depth_png;
+mod distractors_file;
 mod error;
 mod estimates;
 mod estimates_reader;

@@ -10,8 +10,8 @@ use super::layer_drawing::LayerDrawing;
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, props_file, recording_file,
-    silhouette_png, truth_file, views_file,
+    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, distractors_file, props_file,
+    recording_file, silhouette_png, truth_file, views_file,
 };
 use crate::body::Motion;
 use crate::camera::CameraRig;
@@ -25,6 +25,17 @@ pub const SET_ENTRIES: [&str; 8] =
     [manifest::PATH, README, truth_file::READER_PATH, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
 const README: &str = "README.txt";
+
+/// What `README.txt` says besides in sets with other people.
+const OF_DISTRACTORS: &str = "
+Other people. truth/distractors.json and distractors.npz have the bodies and motions of people besides the actor. Silhouettes show
+them too, wherever they are; everything else below truth/ is the actor's alone, without what they hide (in views.npz: sight 2).
+";
+
+fn readme(truth: &GroundTruth) -> Vec<u8> {
+    let more = if truth.distractors.is_empty() { "" } else { OF_DISTRACTORS };
+    [include_str!("readme.txt"), more].concat().into_bytes()
+}
 
 /// A set in memory or on disk. In both cases all content has passed through its files, so `run` sees bit for bit the
 /// same as a reader of the set on disk.
@@ -102,7 +113,8 @@ impl TruthSet {
             true => props_file::from_json(&files.read(props_file::PATH)?)?,
             false => Vec::new(),
         };
-        let (ground_truth, refitted) = truth_file::from_npz(&npz, actor, props, sequence.cameras)?;
+        let (mut ground_truth, refitted) = truth_file::from_npz(&npz, actor, props, sequence.cameras)?;
+        ground_truth.distractors = distractors_file::read(files)?;
         if ground_truth.frames.len() != sequence.frames {
             let detail = format!("{} frames, set.toml says {}", ground_truth.frames.len(), sequence.frames);
             return Err(SetError::malformed(truth_file::PATH, detail));
@@ -334,7 +346,7 @@ impl SetParts<'_> {
                 manifest::to_toml(&BlindManifest::new(self.name, sequence, self.observed.facts.cloned()))?,
             ),
             (manifest::FACTS_PATH, manifest::facts_to_toml(self.facts)?),
-            (README, include_bytes!("readme.txt").to_vec()),
+            (README, readme(truth)),
             (truth_file::READER_PATH, truth_file::READER.as_bytes().to_vec()),
             (cameras_file::PATH, cameras_file::to_json(self.observed.tracker_rig.unwrap_or(self.rig))?),
             (start_file::PATH, self.start.to_json()?),
@@ -351,6 +363,10 @@ impl SetParts<'_> {
         }
         if self.observed.tracker_rig.is_some() {
             files.insert(cameras_file::TRUTH_PATH.to_string(), cameras_file::to_json(self.rig)?);
+        }
+        if !truth.distractors.is_empty() {
+            let own = distractors_file::to_files(&truth.distractors)?;
+            files.extend(own.map(|(path, bytes)| (path.to_string(), bytes)));
         }
         if !truth.props.is_empty() {
             files.insert(props_file::PATH.to_string(), props_file::to_json(&truth.props)?);

@@ -129,7 +129,8 @@ pub(super) fn from_npz(
         Some(_) => Some(Motion { frames_per_second: fps, poses: read_poses(npz, PATH, "refitted_", None)? }),
         None => None,
     };
-    Ok((GroundTruth { actor, props, frames_per_second: fps, frames }, refitted))
+    let distractors = Vec::new();
+    Ok((GroundTruth { actor, props, distractors, frames_per_second: fps, frames }, refitted))
 }
 
 /// Adds `{prefix}root`, `{prefix}angles` and `{prefix}angle_names`; the poses fill the axes `shape` in C order.

@@ -4,11 +4,12 @@
 //! | array | shape | meaning |
 //! |---|---|---|
 //! | `joints_2d`, `markers_2d` | (T, C, J, 2), (T, C, 15, 2) | pixels, lens included, pixel centres at integers; NaN before the near plane |
-//! | `joint_sight`, `marker_sight` | (T, C, J), (T, C, 15) | 0 in view, 1 hidden by the body, 2 hidden by a prop alone, 3 out of view |
+//! | `joint_sight`, `marker_sight` | (T, C, J), (T, C, 15) | 0 in view, 1 hidden by the body, 2 hidden by a prop or a distractor alone, 3 out of view |
 //! | `sight_names` | (4) | the same in words |
 //!
 //! `joint_names`, `marker_names` and `camera_names` are those of `truth.npz`. A joint belongs to the links on both its
-//! sides, a marker to its own: their solids, and solids that hold the point, do not hide it.
+//! sides, a marker to its own: their geometry, and solids that hold the point, do not hide it. Everything else hides it
+//! that the line from the point to the camera enters; of a body with a skin the skin does, not its solids.
 
 use nalgebra::Point3;
 
@@ -19,7 +20,8 @@ use crate::parallel;
 use crate::scene::{GroundTruth, Sight};
 
 pub(super) const PATH: &str = "truth/views.npz";
-const NAMES: [&str; 4] = ["in_view", "self_occluded", "occluded", "out_of_view"];
+/// Words for the sights 0 to 3.
+pub(super) const NAMES: [&str; 4] = ["in_view", "self_occluded", "occluded", "out_of_view"];
 
 /// Pixels and sights of one frame.
 #[derive(Default)]
@@ -56,17 +58,17 @@ pub(super) fn to_npz(truth: &GroundTruth, rig: &CameraRig) -> Npz {
 }
 
 fn views_of(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> FrameViews {
+    let occluders = truth.occluders(frame);
     let (actor, frame) = (&truth.actor, &truth.frames[frame]);
     let mut views = FrameViews::default();
     for camera in &rig.cameras {
+        let lines = occluders.seen_by(camera);
         let pixel = |point: Option<&Point3<f64>>| match point.and_then(|point| camera.project(point)) {
             // files have pixel centres at integers
             Some(pixel) => [pixel.x - 0.5, pixel.y - 0.5],
             None => [f64::NAN; 2],
         };
-        let sight = |point: &Point3<f64>, own: &[usize]| {
-            Sight::new(point, own, (actor, &frame.link_frames), &truth.props, camera) as i64
-        };
+        let sight = |point: &Point3<f64>, own: &[usize]| lines.to(point, own) as i64;
         for (index, point) in frame.joint_positions.iter().enumerate() {
             views.joints.extend(pixel(Some(point)));
             views.joint_sights.push(sight(point, &[actor.joints[index].parent, index + 1]));

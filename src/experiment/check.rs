@@ -122,6 +122,11 @@ pub fn unusable_files(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Ve
         wrong.extend(clip_file::missing(file, &format!("training.clips[{index}]"), clip, mocap_directory));
     }
     wrong.extend(robot(file, "actor.robot", &scenario.actor.robot).err());
+    for (index, other) in scenario.distractor.iter().enumerate() {
+        let table = format!("distractor[{index}]");
+        wrong.extend(clip_file::missing(file, &format!("{table}.motion"), &other.motion, mocap_directory));
+        wrong.extend(robot(file, &format!("{table}.robot"), &other.robot).err());
+    }
     if scenario.actor.robot != scenario.tracker_body.robot {
         wrong.extend(robot(file, "tracker_body.robot", &scenario.tracker_body.robot).err());
     }

@@ -183,6 +183,7 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
     let ground_truth = GroundTruth {
         actor: whole.actor.clone(),
         props: whole.props.clone(),
+        distractors: whole.distractors.clone(),
         frames_per_second: whole.frames_per_second,
         frames: whole.frames[..count].to_vec(),
     };

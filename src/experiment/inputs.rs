@@ -28,10 +28,13 @@ impl Inputs {
     pub(super) fn from_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Self {
         let scenario = &file.scenario;
         let training = scenario.training.iter().flat_map(|training| &training.clips);
-        let recordings = training.chain([&scenario.motion]).flat_map(|motion| motion.takes("motion"));
+        let others = scenario.distractor.iter().map(|other| &other.motion);
+        let recordings = training.chain([&scenario.motion]).chain(others).flat_map(|motion| motion.takes("motion"));
         let recordings = recordings
             .flat_map(|(_, take)| clip_file::paths_of(&file.folder, Path::new(&take.clip), &take, mocap_directory));
-        let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].map(|robot| file.folder.join(robot));
+        let others = scenario.distractor.iter().map(|other| &other.robot);
+        let robots = [&scenario.actor.robot, &scenario.tracker_body.robot].into_iter().chain(others);
+        let robots = robots.map(|robot| file.folder.join(robot));
         let cameras = scenario.rig.file.iter().map(|settings| file.folder.join(&settings.path));
         let trackers = scenario.trackers();
         let models =

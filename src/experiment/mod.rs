@@ -40,6 +40,7 @@ mod ownership;
 mod part_rotations;
 mod partial_directory;
 mod partial_file;
+mod passers_by;
 mod people;
 mod per_frame;
 mod performance;

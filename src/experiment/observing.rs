@@ -47,7 +47,7 @@ impl<'a> Observing<'a> {
     /// The observation of one frame, which the truth must have.
     pub(super) fn observe(&self, frame: usize) -> Observation {
         match self {
-            Self::Exact(observer) => observer.observe(frame),
+            Self::Exact(observer) => observer.foreground(frame),
             Self::Corrupted(observer) => observer.observe(frame),
             Self::Segmented(observer) => observer.observe(frame),
         }

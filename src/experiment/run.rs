@@ -25,7 +25,7 @@ use super::unfinished;
 use super::watch::{Stage, Watch};
 use super::{ExperimentError, Models, NamedFiles};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetError, SetParts, TruthSet, is_set};
-use crate::observation::Observation;
+use crate::observation::{Observation, ObservationFacts};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
@@ -66,7 +66,9 @@ fn draw_by<T>(
         return Err(refused);
     }
     let settings = &file.scenario.observation;
-    let facts = (!settings.is_exact()).then(|| settings.facts());
+    let others = staged.ground_truth.distractors.len();
+    let facts =
+        (!settings.is_exact() || others > 0).then(|| ObservationFacts { distractors: others, ..settings.facts() });
     watch.begin(Stage::Render, staged.frames());
     let parts = SetParts {
         name: &file.scenario.name,

@@ -47,6 +47,7 @@ fn skin_named(folder: &Path, name: &Path) -> Result<SkinMesh, SkinError> {
 /// The files of a scenario's skins that do not ship.
 pub(super) fn paths_of(file: &ScenarioFile) -> Vec<PathBuf> {
     let scenario = &file.scenario;
-    let skins = [&scenario.actor.skin, &scenario.tracker_body.skin];
-    skins.into_iter().flatten().map(|name| file.folder.join(name)).collect()
+    let others = scenario.distractor.iter().map(|other| &other.skin);
+    let skins = [&scenario.actor.skin, &scenario.tracker_body.skin].into_iter().chain(others);
+    skins.flatten().map(|name| file.folder.join(name)).collect()
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use nalgebra::{Unit, Vector3};
 
 use super::error::scenario_error;
+use super::passers_by::{Passers, passers_by};
 use super::people::{another_adult, of_its_mass};
 use super::performance::{Performance, Recordings};
 use super::performed::{plant_feet_if_asked, refit};
@@ -72,12 +73,14 @@ impl Staged {
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
         let actor_template = dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        check_surface(file, "actor.robot", &actor_template)?;
         if tracker.calibrate && tracker.skin.is_some() {
             let message = "expected false for a tracker's body with a skin, which cannot be calibrated yet, found true";
             return Err(scenario_error(file, "tracker_body.calibrate", message.to_owned()));
         }
         let tracker_template =
             dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
+        check_surface(file, "tracker_body.robot", &tracker_template)?;
         let Performance { retargeted: mut performed, seams } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         let contact = apply_contact(file, &mut performed)?;
@@ -97,7 +100,9 @@ impl Staged {
         };
         let rig = rig(file, &performed.motion)?;
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
-        let ground_truth = GroundTruth::among_props(performed.humanoid, &performed.motion, &rig, props)?;
+        let frames = performed.motion.poses.len();
+        let Passers { distractors, notes: other_notes } = passers_by(file, frames, robot, mocap_directory)?;
+        let ground_truth = GroundTruth::among(performed.humanoid, &performed.motion, &rig, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
         let refitted = match matched {
             true => performed.motion,
@@ -120,6 +125,7 @@ impl Staged {
         if !same_robot {
             notes.extend(tracker_template.notes.iter().map(|note| format!("tracker_body.robot: {note}")));
         }
+        notes.extend(other_notes);
         notes.extend(footless("actor.robot", &ground_truth.actor));
         notes.extend(footless("tracker_body.robot", &body));
         let unseen = ground_truth.unseen_frames(&rig).len();
@@ -143,7 +149,8 @@ impl Staged {
                 matched,
                 mismatch: if matched { String::new() } else { mismatch_in_words(file) },
                 contact,
-                observation_seed: (!scenario_observation.is_exact()).then_some(scenario_observation.seed),
+                observation_seed: (!scenario_observation.is_exact() || !ground_truth.distractors.is_empty())
+                    .then_some(scenario_observation.seed),
                 retargeting: Some(RetargetFacts::new(&performed.report)),
             },
             report: performed.report,
@@ -170,6 +177,16 @@ fn spread(body: &Humanoid, motion: &Motion) -> Result<Training, ExperimentError>
     };
     let (change, change_of_change) = (of(Prediction::None)?, of(Prediction::ConstantVelocity)?);
     Ok(Training::Spread(StepSpread { change, change_of_change }))
+}
+
+/// Refuses a body that no camera can see.
+fn check_surface(file: &ScenarioFile, key: &str, body: &Humanoid) -> Result<(), ExperimentError> {
+    if body.skin.is_some() || body.links.iter().any(|link| !link.solids.is_empty()) {
+        return Ok(());
+    }
+    let message = "expected a body that cameras can see, found no link with geometry: give its links <collision> or \
+                   <visual> elements, or a skin";
+    Err(scenario_error(file, key, message.to_owned()))
 }
 
 /// What to tell the user about a body that cannot stand.

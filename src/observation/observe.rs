@@ -7,10 +7,10 @@ use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SilhouettePainter, Sur
 use crate::camera::CameraRig;
 use crate::parallel;
 use crate::raster::Mask;
-use crate::scene::{GroundTruth, TruthFrame};
+use crate::scene::{Distractor, GroundTruth, TruthFrame};
 
-/// Clean silhouettes of every frame, lens distortion included, without what props hide; the same bits for any number of
-/// threads.
+/// Clean silhouettes of the actor in every frame, lens distortion included, without what props and distractors hide;
+/// the same bits for any number of threads.
 pub fn observe(truth: &GroundTruth, rig: &CameraRig) -> Vec<Observation> {
     let observer = Observer::new(truth, rig);
     parallel::map(truth.frames.len(), |frame| observer.observe(frame))
@@ -41,11 +41,42 @@ impl<'a> Observer<'a> {
         Self { truth, screens, painters, idle: Mutex::default() }
     }
 
-    /// Clean silhouettes of one frame, which the truth must have.
+    /// Clean silhouettes of the actor in one frame, which the truth must have, without what props and distractors hide.
     pub fn observe(&self, frame: usize) -> Observation {
         let TruthFrame { time_s, link_frames, .. } = &self.truth.frames[frame];
-        let silhouettes = self.silhouettes(|_| (&self.truth.actor, link_frames));
+        let (actor, others) = (&self.truth.actor, self.others(frame));
+        let silhouettes = self.through_every_camera(|_, painter, screen| {
+            let mut silhouette = painter.silhouette(actor, link_frames);
+            if screen.is_some() || !others.is_empty() {
+                let own = painter.depth(actor, link_frames);
+                if let Some(screen) = screen {
+                    own.clear_hidden(screen, &mut silhouette);
+                }
+                for (body, frames) in &others {
+                    own.clear_hidden(&painter.depth(body, frames), &mut silhouette);
+                }
+            }
+            silhouette
+        });
         Observation { frame, time_s: *time_s, silhouettes }
+    }
+
+    /// Clean silhouettes of everybody in one frame, which the truth must have: the actor and distractors alike, as
+    /// perfect background subtraction finds them. Without distractors the same as [`Self::observe`].
+    pub fn foreground(&self, frame: usize) -> Observation {
+        let TruthFrame { time_s, link_frames, .. } = &self.truth.frames[frame];
+        let mut silhouettes = self.silhouettes(|_| (&self.truth.actor, link_frames));
+        for (body, frames) in &self.others(frame) {
+            let others = self.silhouettes(|_| (*body, frames));
+            silhouettes.iter_mut().zip(&others).for_each(|(mask, other)| *mask |= other);
+        }
+        Observation { frame, time_s: *time_s, silhouettes }
+    }
+
+    /// The distractors with their links as they are in a frame.
+    pub(super) fn others(&self, frame: usize) -> Vec<(&'a Humanoid, LinkFrames)> {
+        let figure = |other: &'a Distractor| Some((&other.body, other.link_frames(frame)?));
+        self.truth.distractors.iter().filter_map(figure).collect()
     }
 
     /// Number of cameras.
@@ -70,14 +101,18 @@ impl<'a> Observer<'a> {
         })
     }
 
-    /// Depth and link at every pixel of one frame, which the truth must have, without what props hide; one image per
-    /// camera.
+    /// Depth and link at every pixel of one frame, which the truth must have, without what props and distractors hide;
+    /// one image per camera.
     pub fn depths(&self, frame: usize) -> Vec<DepthImage> {
         let link_frames = &self.truth.frames[frame].link_frames;
+        let others = self.others(frame);
         self.through_every_camera(|_, painter, screen| {
             let mut image = painter.depth(&self.truth.actor, link_frames);
             if let Some(screen) = screen {
                 image.hide_behind(screen);
+            }
+            for (body, frames) in &others {
+                image.hide_behind(&painter.depth(body, frames));
             }
             image
         })
@@ -87,6 +122,11 @@ impl<'a> Observer<'a> {
     pub(super) fn surfaces(&self, frame: usize) -> Vec<Vec<SurfacePixel>> {
         let link_frames = &self.truth.frames[frame].link_frames;
         self.through_every_camera(|_, painter, _| painter.surface(&self.truth.actor, link_frames))
+    }
+
+    /// As [`Self::surfaces`], of any body.
+    pub(super) fn surfaces_of(&self, body: &Humanoid, link_frames: &LinkFrames) -> Vec<Vec<SurfacePixel>> {
+        self.through_every_camera(|_, painter, _| painter.surface(body, link_frames))
     }
 
     /// The surface of the props pixel by pixel; one list per camera, all empty without props.
@@ -127,6 +167,35 @@ mod tests {
         let one_by_one: Vec<_> = (0..6).map(|frame| Observer::new(&truth, &rig()).observe(frame)).collect();
         assert_eq!(with_threads(1), one_by_one);
         assert_eq!(with_threads(3), one_by_one);
+    }
+
+    #[test]
+    fn the_foreground_is_the_actor_and_who_else_is_there_and_both_fit_the_depths() {
+        let mut poses = walk(1).poses;
+        poses[0].world_from_root.translation.vector += nalgebra::Vector3::new(0.6, 0.25, 0.0);
+        let passer_by = Distractor { name: "passer-by".into(), body: person(), poses };
+        let alone = GroundTruth::from_motion(person(), &walk(3), &rig()).unwrap();
+        let truth = GroundTruth::among(person(), &walk(3), &rig(), Vec::new(), vec![passer_by.clone()]).unwrap();
+        let other = GroundTruth::from_motion(person(), &passer_by.motion_of(3), &rig()).unwrap();
+        let (observer, of) = (Observer::new(&truth, &rig()), |t| Observer::new(t, &rig()).observe(2).silhouettes);
+        let (actor, everybody) = (observer.observe(2).silhouettes, observer.foreground(2).silhouettes);
+        let mut hidden = 0;
+        for (camera, depth) in observer.depths(2).iter().enumerate() {
+            let (whole, other) = (&of(&alone)[camera], &of(&other)[camera]);
+            let mut both = whole.clone();
+            both |= other;
+            assert_eq!(everybody[camera], both);
+            assert_eq!(actor[camera].count_common(whole), actor[camera].count(), "it is part of the actor");
+            assert_eq!(whole.count() - actor[camera].count(), {
+                let lost =
+                    (0..320 * 240).filter(|i| whole.get(i % 320, i / 320) && !actor[camera].get(i % 320, i / 320));
+                lost.filter(|i| other.get(i % 320, i / 320)).count() as u64
+            });
+            assert!(depth.mask().count().abs_diff(actor[camera].count()) <= 4);
+            hidden += whole.count() - actor[camera].count();
+        }
+        assert!(hidden > 100, "{hidden}");
+        assert_eq!(Observer::new(&alone, &rig()).foreground(2), Observer::new(&alone, &rig()).observe(2));
     }
 
     #[test]

@@ -47,7 +47,7 @@ impl Default for ObservationSettings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SilhouetteSource {
-    /// Exactly what the cameras see of the actor.
+    /// Exactly what stands before the background: the actor, and distractors where there are any.
     #[default]
     Exact,
     /// Cut out of images of the scene.
@@ -62,6 +62,9 @@ pub enum SilhouetteSource {
 pub struct ObservationFacts {
     /// Where silhouettes come from.
     pub silhouette: SilhouetteSource,
+    /// How many people besides the actor the silhouettes may show.
+    #[serde(skip_serializing_if = "is_default")]
+    pub distractors: usize,
     /// Corruption, axis by axis.
     #[serde(skip_serializing_if = "Corruption::is_none")]
     pub corruption: Corruption,
@@ -84,6 +87,7 @@ impl ObservationSettings {
         let segmented = self.silhouette == SilhouetteSource::Segmented;
         ObservationFacts {
             silhouette: self.silhouette,
+            distractors: 0,
             corruption: self.corruption,
             images: segmented.then_some(self.images),
             background: segmented.then_some(self.background),
@@ -99,9 +103,14 @@ impl ObservationFacts {
             SilhouetteSource::Corrupted => "corrupted",
             SilhouetteSource::Segmented => "segmented from images of the scene",
         };
+        let others = match self.distractors {
+            0 => String::new(),
+            1 => ", with another person".to_owned(),
+            count => format!(", with {count} other people"),
+        };
         match self.corruption.is_none() {
-            true => source.to_owned(),
-            false => format!("{source}: {}", self.corruption.in_words()),
+            true => format!("{source}{others}"),
+            false => format!("{source}{others}: {}", self.corruption.in_words()),
         }
     }
 }

@@ -22,6 +22,7 @@
 mod bodies;
 mod camera_file;
 mod complaint;
+mod distractor;
 pub(crate) mod json_tree;
 mod latent;
 mod methods;
@@ -48,6 +49,7 @@ pub use bodies::{
 pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, LineSpan};
+pub use distractor::DistractorSettings;
 pub use latent::{
     GpdmGraphSettings, GpdmSettings, LatentKind, LatentRefinementSettings, LatentTrackerSettings, RootMode,
     SwitchingGpdmSettings,
@@ -112,6 +114,9 @@ pub struct Scenario {
     /// Props: fixed solids in the scene. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub prop: Vec<PropSettings>,
+    /// Other people in the scene. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub distractor: Vec<DistractorSettings>,
     /// The cameras.
     #[serde(default)]
     pub rig: RigSettings,

@@ -2,8 +2,8 @@
 
 use super::range_checks::{RangeCheck, at_most, require, within};
 use super::{
-    ActorSettings, CameraFileSettings, CameraSettings, ContactMode, MotionSettings, PopulationName, PropSettings,
-    RingSettings, Scenario, SexName, ShapeSettings, TrainingUse,
+    ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
+    PropSettings, RingSettings, Scenario, SexName, ShapeSettings, TrainingUse,
 };
 use crate::body::{VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;
@@ -17,6 +17,8 @@ const GREATEST_DISTORTION: f64 = 1e4;
 const MOST_SEEDS: u32 = 100_000;
 const MOST_CLIPS: usize = 1_000;
 const MOST_PROPS: usize = 1_000;
+/// Other people in a scene.
+const MOST_DISTRACTORS: usize = 16;
 const MOST_CAMERAS: usize = 64;
 const MOST_TAKES: usize = 200;
 const MOST_WAYPOINTS: usize = 10_000;
@@ -65,6 +67,10 @@ impl Scenario {
                 "unique names of props",
                 format!("{:?} twice", excerpt(&p.name)),
             )?;
+        }
+        at_most("distractor", self.distractor.len(), MOST_DISTRACTORS, "distractors")?;
+        for (i, d) in self.distractor.iter().enumerate() {
+            distractor(&format!("distractor[{i}]"), d)?;
         }
         if let Some(r) = &self.rig.ring {
             ring(r)?;
@@ -233,11 +239,19 @@ fn observation(o: &ObservationSettings) -> RangeCheck {
         within(&format!("observation.{key}"), value, range)?;
     }
     within("observation.images.background_frames", images.background_frames, 1..=1000)?;
+    within("observation.images.jpeg_quality", images.jpeg_quality.unwrap_or(100), 1..=100)?;
     let cleaning = &o.background.cleaning;
     within("observation.background.cleaning.open_px", cleaning.open_px, 0..=100)?;
     within("observation.background.cleaning.close_px", cleaning.close_px, 0..=100)?;
     within("observation.background.cleaning.least_px", cleaning.least_px, 0..=1_000_000)?;
     Ok(())
+}
+
+fn distractor(table: &str, d: &DistractorSettings) -> RangeCheck {
+    if let Some(own) = &d.name {
+        name(&format!("{table}.name"), own)?;
+    }
+    motion(&format!("{table}.motion"), &d.motion)
 }
 
 fn prop(table: &str, p: &PropSettings) -> RangeCheck {

@@ -25,11 +25,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod distractor;
 #[cfg(test)]
 pub(crate) mod fixture;
 mod sight;
 mod truth;
-mod visibility;
 
-pub use sight::Sight;
+pub use distractor::Distractor;
+pub use sight::{Occluders, Sight, SightLines};
 pub use truth::{GroundTruth, SceneError, TruthFrame};

@@ -2,8 +2,8 @@
 
 use nalgebra::Point3;
 
-use super::visibility;
-use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
+use super::{Distractor, Occluders, Sight};
+use crate::body::{Humanoid, LANDMARKS, LinkFrames, LinkPoint, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
 use crate::input::excerpt;
 use crate::parallel;
@@ -15,6 +15,8 @@ pub struct GroundTruth {
     pub actor: Humanoid,
     /// The props; they belong to the background and hide what is behind them.
     pub props: Vec<Prop>,
+    /// Other people: they hide the actor, and silhouettes show them too. Nothing of them is estimated.
+    pub distractors: Vec<Distractor>,
     /// Frames a second.
     pub frames_per_second: f64,
     /// One entry a frame.
@@ -36,9 +38,10 @@ pub struct TruthFrame {
     pub markers: Markers,
     /// `[camera][marker]`: whether the camera sees the marker inside its image and before the near plane.
     pub in_view: Vec<[bool; LANDMARKS.len()]>,
-    /// `[camera][marker]`: whether the marker is in view and hidden neither by the body nor by a prop. Markers lie
-    /// inside the body, so the geometry of a marker's own link and solids that contain the marker do not count; all
-    /// other geometry between the camera's centre and the marker does.
+    /// `[camera][marker]`: whether the marker is in view and not hidden by the body's surface (its skin, where it has
+    /// one), a prop or a distractor. Markers lie inside the body, so the geometry of a marker's own link and solids
+    /// that contain the marker do not count; all other geometry that the line to the camera enters does
+    /// ([`Occluders`]).
     pub visible: Vec<[bool; LANDMARKS.len()]>,
 }
 
@@ -69,6 +72,14 @@ pub enum SceneError {
         actor: String,
         /// Its degrees of freedom.
         expected: usize,
+    },
+    /// A distractor without a pose, or with poses of another body.
+    #[error("distractor {:?}: expected at least one pose, each with the {degrees} angles of its body", excerpt(name))]
+    WrongDistractor {
+        /// The distractor's name.
+        name: String,
+        /// Its body's degrees of freedom.
+        degrees: usize,
     },
     /// A link's position is not finite.
     #[error(
@@ -114,14 +125,35 @@ impl GroundTruth {
         rig: &CameraRig,
         props: Vec<Prop>,
     ) -> Result<Self, SceneError> {
+        Self::among(actor, motion, rig, props, Vec::new())
+    }
+
+    /// As [`Self::from_motion`], with props and other people.
+    ///
+    /// # Errors
+    /// As [`Self::from_motion`], and [`SceneError::WrongDistractor`].
+    pub fn among(
+        actor: Humanoid,
+        motion: &Motion,
+        rig: &CameraRig,
+        props: Vec<Prop>,
+        distractors: Vec<Distractor>,
+    ) -> Result<Self, SceneError> {
+        for Distractor { name, body, poses } in &distractors {
+            let degrees = body.degrees_of_freedom.len();
+            if poses.is_empty() || poses.iter().any(|pose| pose.joint_angles.len() != degrees) {
+                return Err(SceneError::WrongDistractor { name: name.clone(), degrees });
+            }
+        }
         let frames_per_second = motion.frames_per_second;
         let positive_rate = frames_per_second > 0.0 && frames_per_second.is_finite();
         if motion.poses.is_empty() || !positive_rate {
             return Err(SceneError::EmptyMotion { poses: motion.poses.len(), frames_per_second });
         }
-        let frame = |frame| TruthFrame::new(&actor, &props, frame, frames_per_second, &motion.poses[frame], rig);
+        let others = (props.as_slice(), distractors.as_slice());
+        let frame = |frame| TruthFrame::new(&actor, others, frame, frames_per_second, &motion.poses[frame], rig);
         let frames = parallel::map(motion.poses.len(), frame).into_iter().collect::<Result<Vec<_>, _>>()?;
-        let truth = Self { actor, props, frames_per_second, frames };
+        let truth = Self { actor, props, distractors, frames_per_second, frames };
         if truth.unseen_frames(rig).len() == truth.frames.len() {
             let start = motion.poses[0].world_from_root.translation.vector.into();
             return Err(SceneError::OutOfView { frames: truth.frames.len(), start });
@@ -136,6 +168,12 @@ impl GroundTruth {
         (0..self.frames.len()).filter(|&frame| unseen(&self.frames[frame])).collect()
     }
 
+    /// What may hide points of the actor in a frame, which the truth must have.
+    pub fn occluders(&self, frame: usize) -> Occluders<'_> {
+        let occluders = Occluders::new(&self.actor, &self.frames[frame].link_frames, &self.props);
+        occluders.with_distractors(&self.distractors, frame)
+    }
+
     /// The actor's poses.
     pub fn motion(&self) -> Motion {
         let poses = self.frames.iter().map(|frame| frame.pose.clone()).collect();
@@ -146,7 +184,7 @@ impl GroundTruth {
 impl TruthFrame {
     fn new(
         actor: &Humanoid,
-        props: &[Prop],
+        (props, distractors): (&[Prop], &[Distractor]),
         frame: usize,
         frames_per_second: f64,
         pose: &Pose,
@@ -167,10 +205,13 @@ impl TruthFrame {
         let markers = actor.markers(&link_frames);
         let in_view: Vec<_> =
             rig.cameras.iter().map(|camera| markers.map(|m| m.is_some_and(|m| camera.sees(&m)))).collect();
-        let mut visible = in_view.clone();
-        for (camera, visible) in rig.cameras.iter().zip(&mut visible) {
-            visibility::clear_hidden(actor, &link_frames, props, &markers, camera, visible);
-        }
+        let occluders = Occluders::new(actor, &link_frames, props).with_distractors(distractors, frame);
+        let visible = rig.cameras.iter().map(|camera| {
+            let lines = occluders.seen_by(camera);
+            let is_seen = |(marker, own): (&Point3<f64>, LinkPoint)| lines.to(marker, &[own.link]) == Sight::InView;
+            std::array::from_fn(|i| markers[i].as_ref().zip(actor.markers[i]).is_some_and(is_seen))
+        });
+        let visible = visible.collect();
         Ok(Self {
             time_s: frame as f64 / frames_per_second,
             pose: pose.clone(),

@@ -282,3 +282,95 @@ fn an_interrupted_run_leaves_nothing_and_says_130() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(room.entries().is_empty(), "{:?}", room.entries());
 }
+
+#[test]
+fn cameras_of_unknown_models_and_more_than_memory_holds_are_refused() {
+    let room = Sandbox::new();
+    let camera = "[[rig.camera]]\nsize_px = [80, 60]\nmatrix = [[70.0, 0.0, 40.0], [0.0, 70.0, 30.0], [0.0, 0.0, 1.0]]\n\
+                  rotation = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]\ntranslation_m = [0.0, 1.0, 4.0]\n";
+    for (line, words) in [
+        ("model = \"fisheye\"", ["rig.camera[0]", "unknown key `model`"]),
+        ("distortion = [0.1, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0]", ["distortion", "5"]),
+    ] {
+        room.write("tiny.toml", format!("{TINY}{camera}{line}\n"));
+        assert_refused(&room, &[], &words);
+    }
+    room.write("tiny.toml", TINY);
+    assert_refused(
+        &room,
+        &["rig.ring.count=64", "rig.ring.size_px=[8192, 8192]"],
+        &["64 cameras with 4294967296 pixels", "at most 999 cameras and 150000000 pixels"],
+    );
+}
+
+#[test]
+fn subjects_of_no_area_are_refused() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    // a dot far away, smaller than a pixel
+    assert_refused(
+        &room,
+        &["rig.ring.radius_m=1000", "rig.ring.size_px=[8, 6]"],
+        &["sees the subject", "no pixel of it"],
+    );
+    // a robot without any geometry
+    let robot = fs::read_to_string(shipped("robots/tracker25.urdf")).unwrap();
+    let mut bare = robot.clone();
+    for element in ["visual", "collision"] {
+        while let Some(from) = bare.find(&format!("<{element}")) {
+            let end = format!("</{element}>");
+            let to = from + bare[from..].find(&end).unwrap() + end.len();
+            bare.replace_range(from..to, "");
+        }
+    }
+    assert_ne!(robot, bare);
+    room.write("bare.urdf", bare);
+    assert_refused(&room, &["actor.robot=bare.urdf"], &["actor.robot", "no link with geometry", "or a skin"]);
+    assert_refused(&room, &["tracker_body.robot=bare.urdf"], &["tracker_body.robot", "no link with geometry"]);
+}
+
+#[test]
+fn sets_of_a_newer_format_edited_and_partial_ones_are_refused_by_every_reader() {
+    use sha2::{Digest, Sha256};
+    let readers = |room: &Sandbox| {
+        ["track set --tracker frozen --out other", "evaluate set run", "export set --to npz --out npz", "inspect set"]
+            .map(|command| (command, room.skiagraph(command.split(' '))))
+    };
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --quiet --out set");
+    room.succeed("track set --tracker frozen --quiet --out run");
+    let (manifest, listing) = (room.read("set/set.toml"), room.read("set/files.sha256"));
+    let before = room.entries();
+
+    // another format, with keys that this version does not know and good hashes
+    let newer = String::from_utf8(manifest.clone()).unwrap().replace("skiagraph.set/1", "skiagraph.set/2");
+    let newer = newer.replace("frames_per_second", "rate_hz");
+    let hash = |bytes: &[u8]| Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+    let listed = String::from_utf8(listing.clone()).unwrap().replace(&hash(&manifest), &hash(newer.as_bytes()));
+    room.write("set/set.toml", &newer);
+    room.write("set/files.sha256", listed);
+    for (command, answer) in readers(&room) {
+        assert_eq!(answer.code, 2, "{command}: {}", answer.stderr);
+        assert!(
+            answer.stderr.contains("use the version of skiagraph that made the set"),
+            "{command}: {}",
+            answer.stderr
+        );
+    }
+    // edited
+    room.write("set/set.toml", String::from_utf8(manifest.clone()).unwrap().replace("tiny", "tidy"));
+    room.write("set/files.sha256", &listing);
+    for (command, answer) in readers(&room) {
+        assert_eq!(answer.code, 2, "{command}: {}", answer.stderr);
+        assert!(answer.stderr.contains("set.toml"), "{command}: {}", answer.stderr);
+    }
+    // a part of it alone
+    room.write("set/set.toml", &manifest);
+    fs::remove_file(room.path("set/observations/cam01/silhouette/000001.png")).unwrap();
+    for (command, answer) in readers(&room).into_iter().take(3) {
+        assert_eq!(answer.code, 2, "{command}: {}", answer.stderr);
+        assert!(answer.stderr.contains("observations/cam01/silhouette/000001.png"), "{command}: {}", answer.stderr);
+    }
+    assert_eq!(room.entries(), before);
+}

@@ -7,6 +7,7 @@ mod check;
 mod compare;
 mod contact;
 mod corruption;
+mod distractors;
 mod export;
 mod gate;
 mod inspect;

@@ -114,7 +114,9 @@ impl Identities {
         let trackers = scenario.trackers();
         let models: Vec<&str> = trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).collect();
         let robots = [&scenario.actor.robot, &scenario.tracker_body.robot];
-        let named = serde_json::to_string(&(&scenario.motion, &scenario.training, robots, models)).unwrap_or_default();
+        let named =
+            serde_json::to_string(&(&scenario.motion, &scenario.training, &scenario.distractor, robots, models))
+                .unwrap_or_default();
         if let Some(known) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&named) {
             return Ok(known.clone());
         }

@@ -22,7 +22,7 @@ pub struct CorruptionAxis {
 }
 
 /// Every axis, in the order in which they are applied.
-pub const AXES: [CorruptionAxis; 15] = [
+pub const AXES: [CorruptionAxis; 16] = [
     CorruptionAxis {
         name: "desynchronisation_ms",
         unit: "ms",
@@ -32,6 +32,16 @@ pub const AXES: [CorruptionAxis; 15] = [
         greatest: 10_000.0,
         of_masks: true,
         strength: |c| c.desynchronisation_ms,
+    },
+    CorruptionAxis {
+        name: "line_delay_us",
+        unit: "us",
+        formula: "rolling shutter: row y of every image, from 0 at the top, shows the scene at t + s y (and o_c); between \
+                  poses as above",
+        levels: [5.0, 10.0, 20.0, 50.0, 100.0],
+        greatest: 10_000.0,
+        of_masks: true,
+        strength: |c| c.line_delay_us,
     },
     CorruptionAxis {
         name: "dropped_frames",

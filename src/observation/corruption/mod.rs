@@ -54,6 +54,9 @@ pub struct Corruption {
     /// Standard deviation of the cameras' time offsets, milliseconds. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub desynchronisation_ms: f64,
+    /// Delay of every row of an image after the row above it, microseconds: a rolling shutter. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub line_delay_us: f64,
     /// Standard deviation of the error of each coordinate of the cameras' positions, millimetres. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub calibration_mm: f64,

@@ -23,6 +23,11 @@ pub(super) fn offset_s(corruption: &Corruption, seed: u64, camera: usize) -> f64
     }
 }
 
+/// How much later than the first row of an image a row is seen, seconds.
+pub(super) fn row_delay_s(corruption: &Corruption, row: usize) -> f64 {
+    1e-6 * corruption.line_delay_us * row as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,9 +2,11 @@
 //!
 //! Ground z = 0 with slabs, four walls behind the cameras, props, a dressed actor, light from everywhere and from a sun
 //! 45 degrees high; the actor's shadow falls on the ground (not on walls, props or itself). A sensor adds gain, offset
-//! and noise; gain and offset drift between three periods in which the background is recorded alone. Edges are not
-//! blended: a pixel shows what its centre sees. Brightness is computed in f32, the same bits on any number of threads.
+//! and noise; gain and offset drift between three periods in which the background is recorded alone. Images may be
+//! stored as JPEG. Edges are not blended: a pixel shows what its centre sees. Brightness is computed in f32, the same
+//! bits on any number of threads.
 
+mod jpeg;
 mod looks;
 mod segmented;
 mod sensor;
@@ -19,11 +21,11 @@ use rand::RngExt;
 
 use crate::body::SurfacePixel;
 use crate::camera::{Camera, CameraRig};
-use crate::observation::light::{GroundPixels, Sun};
+use crate::observation::light::{CastShadow, GroundPixels, Sun};
 use crate::observation::{Image, Observer};
 use crate::parallel;
 use crate::rng::{Purpose, stream};
-use crate::scene::GroundTruth;
+use crate::scene::{Distractor, GroundTruth};
 use looks::{Clothing, Rgb};
 use sensor::{Exposure, Sensor};
 use settings::PERIODS;
@@ -38,6 +40,8 @@ pub struct SceneCamera<'a> {
     settings: ImageSettings,
     backdrops: Vec<Backdrop>,
     clothing: Clothing,
+    /// What distractors wear.
+    other_clothing: Vec<Clothing>,
     sensor: Sensor,
     sun: Sun,
 }
@@ -87,7 +91,13 @@ impl<'a> SceneCamera<'a> {
             backdrops.iter_mut().for_each(|backdrop| backdrop.planes = vec![grey_of(&backdrop.planes)]);
         }
         let clothing = Clothing::new(&truth.actor, settings, seed);
-        Self { truth, observer, settings: *settings, backdrops, clothing, sensor: Sensor::new(settings, seed), sun }
+        // each wears something else, the actor what they wear alone
+        let other = |(index, other): (u64, &Distractor)| {
+            Clothing::new(&other.body, settings, seed.wrapping_add(1_000_003 * (index + 1)))
+        };
+        let other_clothing = (0..).zip(&truth.distractors).map(other).collect();
+        let sensor = Sensor::new(settings, seed);
+        Self { truth, observer, settings: *settings, backdrops, clothing, other_clothing, sensor, sun }
     }
 
     /// Number of periods in which the background is recorded.
@@ -98,7 +108,8 @@ impl<'a> SceneCamera<'a> {
     /// An image of a camera's background alone.
     pub fn background(&self, camera: usize, period: usize, number: usize) -> Image {
         let Backdrop { width, height, planes, .. } = &self.backdrops[camera];
-        self.sensor.expose(*width, *height, planes, camera, Exposure::Background(period.min(PERIODS - 1), number))
+        let exposure = Exposure::Background(period.min(PERIODS - 1), number);
+        self.stored(self.sensor.expose(*width, *height, planes, camera, exposure))
     }
 
     /// The images of one frame, which the truth must have, camera by camera.
@@ -106,13 +117,24 @@ impl<'a> SceneCamera<'a> {
         let exposure = Exposure::Frame(frame, self.truth.frames.len());
         let each = self.brightness(frame).into_iter().zip(&self.backdrops).enumerate();
         each.map(|(camera, (planes, backdrop))| {
-            self.sensor.expose(backdrop.width, backdrop.height, &planes, camera, exposure)
+            self.stored(self.sensor.expose(backdrop.width, backdrop.height, &planes, camera, exposure))
         })
         .collect()
     }
 
+    /// As the camera stores an image.
+    fn stored(&self, image: Image) -> Image {
+        match self.settings.jpeg_quality {
+            None => image,
+            Some(quality) => jpeg::stored(image, quality),
+        }
+    }
+
     /// Brightness before the sensor in one frame, grey values from 0 to 255, camera by camera and plane by plane.
     pub(super) fn brightness(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
+        if !self.truth.distractors.is_empty() {
+            return self.brightness_of_several(frame);
+        }
         let link_frames = &self.truth.frames[frame].link_frames;
         let shadow = self.settings.shadow.then(|| self.sun.shadow_of(&self.truth.actor, link_frames));
         let surfaces = self.observer.surfaces(frame);
@@ -125,20 +147,60 @@ impl<'a> SceneCamera<'a> {
                 backdrop.ground.each_shaded(shadow, |index| planes.iter_mut().for_each(|plane| plane[index] *= share));
             }
             for pixel in &surface {
-                self.paint(pixel, backdrop, &mut planes);
+                self.paint(pixel, backdrop, &self.clothing, &mut planes);
             }
             planes
         })
         .collect()
     }
 
-    fn paint(&self, pixel: &SurfacePixel, backdrop: &Backdrop, planes: &mut [Vec<f32>]) {
+    /// As [`Self::brightness`] of the actor and distractors: the nearest is seen, and the sun is kept off once.
+    fn brightness_of_several(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
+        let others = self.observer.others(frame);
+        let link_frames = &self.truth.frames[frame].link_frames;
+        let shadows: Vec<CastShadow<'_>> = match self.settings.shadow {
+            true => std::iter::once((&self.truth.actor, link_frames))
+                .chain(others.iter().map(|(body, frames)| (*body, frames)))
+                .map(|(body, frames)| self.sun.shadow_of(body, frames))
+                .collect(),
+            false => Vec::new(),
+        };
+        let mut figures = vec![(self.observer.surfaces(frame), &self.clothing)];
+        let surfaces = others.iter().map(|(body, frames)| self.observer.surfaces_of(body, frames));
+        figures.extend(surfaces.zip(&self.other_clothing));
+        let lit = looks::light(&Vector3::z(), &self.sun.towards(), true);
+        let share = looks::light(&Vector3::z(), &self.sun.towards(), false) / lit;
+        let each = self.backdrops.iter().enumerate();
+        each.map(|(camera, backdrop)| {
+            let mut planes = backdrop.planes.clone();
+            let pixels = backdrop.width as usize * backdrop.height as usize;
+            let mut shaded = vec![false; pixels];
+            shadows.iter().for_each(|shadow| backdrop.ground.each_shaded(shadow, |index| shaded[index] = true));
+            for index in (0..pixels).filter(|index| shaded[*index]) {
+                planes.iter_mut().for_each(|plane| plane[index] *= share);
+            }
+            let mut nearest = vec![f32::INFINITY; pixels];
+            for (surfaces, clothing) in &figures {
+                for pixel in &surfaces[camera] {
+                    let depth = &mut nearest[pixel.y as usize * backdrop.width as usize + pixel.x as usize];
+                    if (pixel.depth as f32) < *depth {
+                        *depth = pixel.depth as f32;
+                        self.paint(pixel, backdrop, clothing, &mut planes);
+                    }
+                }
+            }
+            planes
+        })
+        .collect()
+    }
+
+    fn paint(&self, pixel: &SurfacePixel, backdrop: &Backdrop, clothing: &Clothing, planes: &mut [Vec<f32>]) {
         let index = pixel.y as usize * backdrop.width as usize + pixel.x as usize;
         if backdrop.screen.get(index).is_some_and(|screen| *screen < pixel.depth as f32) {
             return;
         }
         let light = looks::light(&pixel.normal_in_world, &self.sun.towards(), true);
-        let colour = self.clothing.at(pixel.part, &pixel.point_in_link).map(|c| (c * light).clamp(0.0, 255.0));
+        let colour = clothing.at(pixel.part, &pixel.point_in_link).map(|c| (c * light).clamp(0.0, 255.0));
         match planes {
             [grey] => grey[index] = grey_value(colour),
             _ => planes.iter_mut().zip(colour).for_each(|(plane, value)| plane[index] = value),

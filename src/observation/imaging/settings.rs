@@ -22,6 +22,10 @@ pub struct ImageSettings {
     pub gain_drift: f64,
     /// Greatest drift of the offset between those periods, grey values. Default: 3.
     pub offset_drift: f64,
+    /// Quality, 1 to 100, at which the camera stores its images as JPEG before anybody sees them: it leaves blocks of 8
+    /// by 8 pixels and ringing at edges. Colour is not subsampled. Default: not compressed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jpeg_quality: Option<u8>,
     /// Images of the background in each of the three periods. Default: 20.
     pub background_frames: u32,
 }
@@ -36,6 +40,7 @@ impl Default for ImageSettings {
             shot_noise: 0.02,
             gain_drift: 0.02,
             offset_drift: 3.0,
+            jpeg_quality: None,
             background_frames: 20,
         }
     }

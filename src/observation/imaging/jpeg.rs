@@ -1,0 +1,54 @@
+//! Images as a camera that stores JPEG gives them; one of two uses of the crate `image`.
+
+use std::io::Cursor;
+
+use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
+use image::{DynamicImage, ExtendedColorType};
+
+use crate::observation::Image;
+
+/// The image, encoded at a quality of 1 to 100 without subsampling of colour, and decoded.
+pub(super) fn stored(image: Image, quality: u8) -> Image {
+    // only sides beyond 65,535 pixels, four times those of a camera, cannot be encoded
+    through_file(&image, quality).unwrap_or(image)
+}
+
+fn through_file(image: &Image, quality: u8) -> Option<Image> {
+    let (width, height, channels) = image.shape();
+    let kind = if channels == 1 { ExtendedColorType::L8 } else { ExtendedColorType::Rgb8 };
+    let mut bytes = Vec::new();
+    let mut encoder = JpegEncoder::new_with_quality(&mut bytes, quality);
+    encoder.encode(&image.interleaved(), width, height, kind).ok()?;
+    let decoded = DynamicImage::from_decoder(JpegDecoder::new(Cursor::new(bytes)).ok()?).ok()?;
+    let values = if channels == 1 { decoded.into_luma8().into_raw() } else { decoded.into_rgb8().into_raw() };
+    Image::from_interleaved(width, height, channels, &values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A smooth slope with an edge in it.
+    fn picture(channels: usize) -> Image {
+        let at = |x: usize, y: usize, c: usize| if x > 21 { 200 - c * 30 } else { 40 + x + y + 20 * c };
+        let values = (0..30 * 40).flat_map(|i| (0..channels).map(move |c| at(i % 40, i / 40, c) as u8));
+        Image::from_interleaved(40, 30, channels, &values.collect::<Vec<_>>()).unwrap()
+    }
+
+    fn mean_error(a: &Image, b: &Image) -> f64 {
+        let (a, b) = (a.interleaved(), b.interleaved());
+        a.iter().zip(&b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / a.len() as f64
+    }
+
+    #[test]
+    fn images_keep_their_shape_and_lose_the_more_the_lower_the_quality() {
+        for channels in [1, 3] {
+            let image = picture(channels);
+            let errors = [95, 60, 10].map(|quality| mean_error(&stored(image.clone(), quality), &image));
+            assert!(errors[0] < errors[1] && errors[1] < errors[2], "{errors:?}");
+            assert!(errors[0] < 3.0 && errors[2] < 20.0, "{errors:?}");
+            assert_eq!(stored(image.clone(), 60).shape(), image.shape());
+            assert_eq!(stored(image.clone(), 60), stored(image, 60));
+        }
+    }
+}
