@@ -333,8 +333,13 @@ fn subjects_of_no_area_are_refused() {
 fn sets_of_a_newer_format_edited_and_partial_ones_are_refused_by_every_reader() {
     use sha2::{Digest, Sha256};
     let readers = |room: &Sandbox| {
-        ["track set --tracker frozen --out other", "evaluate set run", "export set --to npz --out npz", "inspect set"]
-            .map(|command| (command, room.skiagraph(command.split(' '))))
+        [
+            "track set --tracker frozen --out other",
+            "evaluate set run",
+            "export set --to coco --out other",
+            "inspect set",
+        ]
+        .map(|command| (command, room.skiagraph(command.split(' '))))
     };
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
