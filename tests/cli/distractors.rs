@@ -14,8 +14,8 @@ fn somebody_else_is_in_silhouettes_and_hides_the_actor_and_the_set_is_sound() {
     room.write("alone.toml", TINY);
     let layers = "seeds = 2\nlayers = [\"depth\", \"parts\", \"coverage\", \"colour\"]\n";
     room.write("two.toml", TINY.replace("seeds = 2\n", layers) + PASSER_BY);
-    room.succeed("render alone.toml --quiet --out alone");
-    let answer = room.succeed("render two.toml --out two");
+    room.succeed("render alone.toml motion.start_m=[0,0] --quiet --out alone");
+    let answer = room.succeed("render two.toml motion.start_m=[0,0] --out two");
     assert!(answer.stderr.contains("`passer-by` stands still after"), "{}", answer.stderr);
     let answer = room.succeed("verify two");
     assert!(answer.stdout.contains("two is sound: 11 checks, no fault"), "{}", answer.stdout);
@@ -46,7 +46,7 @@ fn somebody_else_is_in_silhouettes_and_hides_the_actor_and_the_set_is_sound() {
     assert_eq!(answer.code, 1);
     assert!(answer.stdout.contains("FAULT hashes"), "{}", answer.stdout);
 
-    room.succeed("run two.toml --quiet --out run");
+    room.succeed("run two.toml motion.start_m=[0,0] --quiet --out run");
     let record: serde_json::Value = serde_json::from_slice(&room.read("run/run.json")).unwrap();
     let iou = record["segmentation"]["iou"].as_f64().unwrap();
     assert!(iou < 0.8, "silhouettes are not the actor's alone: {iou}");

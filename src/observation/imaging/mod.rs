@@ -290,6 +290,7 @@ mod tests {
         gain_drift: 0.0,
         offset_drift: 0.0,
         background_frames: 2,
+        jpeg_quality: None,
     };
 
     #[test]
