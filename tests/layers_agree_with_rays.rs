@@ -74,7 +74,7 @@ fn camera(index: u64, body: &Point3<f64>, random: &mut ChaCha8Rng) -> Camera {
 
 /// A solid between body and camera, in every fourth view.
 fn props(index: u64, body: &Point3<f64>, camera: &Camera, random: &mut ChaCha8Rng) -> Vec<Prop> {
-    if index % 4 != 0 {
+    if !index.is_multiple_of(4) {
         return Vec::new();
     }
     let beside = Vector3::from_fn(|_, _| random.random_range(-0.3..0.3));

@@ -259,6 +259,9 @@ impl CalibrationProblem<'_> {
     }
 }
 
+/// A skin's vertices, world, and those of every variant.
+type VariedSkin = (Vec<Point3<f64>>, Vec<Vec<Point3<f64>>>);
+
 /// How every number of the shape moves what is seen of the body in one pose.
 struct ShapeDerivatives<'a> {
     base: &'a Variant,
@@ -268,8 +271,8 @@ struct ShapeDerivatives<'a> {
     differences: Vec<f64>,
     /// `[link][solid]`: the numbers that move it.
     moving: Vec<Vec<Vec<usize>>>,
-    /// Of a body with a skin its vertices, world, and those of every variant.
-    skins: Option<(Vec<Point3<f64>>, Vec<Vec<Point3<f64>>>)>,
+    /// Of a body with a skin.
+    skins: Option<VariedSkin>,
 }
 
 impl<'a> ShapeDerivatives<'a> {
