@@ -31,8 +31,8 @@ pub struct LayerImages {
     /// Outward unit normal of the surface in the world; zero where there is no body.
     pub normals: Vec<[f32; 3]>,
     /// Where the surface point that a pixel's centre sees is seen in the next frame, less where it is seen now, pixels
-    /// (x right, y down; lens included), whether or not it is hidden then; a point of a skin moves with the skin. NaN where there is no body, in the last
-    /// frame, and where the point is then before the near plane.
+    /// (x right, y down; lens included), whether or not it is hidden then; a point of a skin moves with the skin. NaN
+    /// where there is no body, in the last frame, and where the point is then before the near plane.
     pub flow: Vec<[f32; 2]>,
     /// Share of 4 x 4 samples of a pixel that see the body, samples at the centres of its sixteenths.
     pub coverage: Vec<f32>,

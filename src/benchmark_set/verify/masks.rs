@@ -24,7 +24,7 @@ const SPOILED_SHARE: f64 = 0.005;
 pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
     let (truth, rig) = parts.scene()?;
     let (facts, seed) = parts.observed();
-    let observing = Observing::new(truth, rig, &facts, seed)?;
+    let observing = SetObserver::new(truth, rig, &facts, seed)?;
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
     let exact = facts.silhouette == SilhouetteSource::Exact;
     let share = if exact { 0.0 } else { SPOILED_SHARE };
@@ -44,13 +44,13 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
 }
 
 /// Observes again as the set says that it was observed.
-enum Observing<'a> {
+enum SetObserver<'a> {
     Exact(Box<Observer<'a>>),
     Corrupted(Box<CorruptedObserver<'a>>),
     Segmented(Box<SegmentedObserver<'a>>),
 }
 
-impl<'a> Observing<'a> {
+impl<'a> SetObserver<'a> {
     fn new(truth: &'a GroundTruth, rig: &CameraRig, facts: &ObservationFacts, seed: u64) -> Result<Self, String> {
         Ok(match facts.silhouette {
             SilhouetteSource::Exact => Self::Exact(Box::new(Observer::new(truth, rig))),
@@ -78,7 +78,7 @@ impl<'a> Observing<'a> {
 struct Redrawn<'a> {
     files: &'a SetFiles,
     rig: &'a CameraRig,
-    observing: &'a Observing<'a>,
+    observing: &'a SetObserver<'a>,
     number: usize,
     frames: usize,
     /// Share of a silhouette that may differ.
