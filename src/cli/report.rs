@@ -9,7 +9,7 @@ use clap::Args;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::experiment::sweep::{PLAN_FILE, PlannedSweep, ask, page_input};
-use crate::experiment::{Destination, ExperimentError, put_file, run_picture};
+use crate::experiment::{Destination, ExperimentError, REPORT_FILE, put_file, run_picture};
 use crate::report::{sweep_markdown, sweep_page, sweep_picture};
 
 /// Report on a sweep: error against cost, what to choose, what matters, failures; or a picture of a run or sweep
@@ -65,6 +65,14 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         volume.written(path);
         output::print(&path.display().to_string())?;
         return Ok(ExitCode::SUCCESS);
+    }
+    let page = arguments.sweep.join(REPORT_FILE);
+    if page.is_file() && !arguments.sweep.join(PLAN_FILE).is_file() {
+        let detail = format!(
+            "expected a sweep, found a run: its page is {}, and --png FILE makes a picture of it",
+            page.display()
+        );
+        return Err(ExperimentError::Argument { argument: "SWEEP", detail }.into());
     }
     let sweep = PlannedSweep::open(&arguments.sweep)?;
     if arguments.ask {

@@ -312,7 +312,7 @@ fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> Experim
         GraphError::ShorterThanClip { motion, frames, clip } => ExperimentError::Malformed {
             path: of(motion),
             detail: format!(
-                "{frames} frames, fewer than one clip of {clip}: give a longer recording or a smaller --clip-length"
+                "{frames} frames, fewer than the {clip} that are needed at least: give a longer recording or a smaller --clip-length"
             ),
         },
         other => ExperimentError::from(other).about(of(0)),

@@ -118,7 +118,7 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub distractor: Vec<DistractorSettings>,
     /// The cameras.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "rig::with_cameras")]
     pub rig: RigSettings,
     /// The observations that trackers are given. Default: exact silhouettes.
     #[serde(default, skip_serializing_if = "is_default")]

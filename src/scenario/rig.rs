@@ -1,7 +1,7 @@
 //! `[rig]`: the cameras, as a ring or one by one.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::CameraFileSettings;
 
@@ -69,6 +69,13 @@ pub struct CameraSettings {
     pub distortion: [f64; 5],
 }
 
+/// The rig as it is written; the default ring where no camera is.
+pub(super) fn with_cameras<'de, D: Deserializer<'de>>(written: D) -> Result<RigSettings, D::Error> {
+    let rig = RigSettings::deserialize(written)?;
+    let is_without = rig.ring.is_none() && rig.file.is_empty() && rig.camera.is_empty();
+    Ok(if is_without { RigSettings { ring: RigSettings::default().ring, ..rig } } else { rig })
+}
+
 impl Default for RigSettings {
     fn default() -> Self {
         Self { ring: Some(RingSettings::default()), file: Vec::new(), camera: Vec::new(), leave_out: Vec::new() }
@@ -95,5 +102,26 @@ impl RigSettings {
     pub fn count(&self) -> usize {
         let all = self.ring.as_ref().map_or(0, |r| r.count as usize) + self.file.len() + self.camera.len();
         all.saturating_sub(self.leave_out.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use crate::scenario::ScenarioFile;
+
+    #[test]
+    fn a_rig_without_cameras_has_the_ring_of_four_and_one_with_cameras_has_no_more() {
+        let count = |rig: &str| {
+            let text =
+                format!("schema = \"skiagraph.scenario/1\"\nname = \"a\"\n[motion]\nclip = \"embedded:walk\"\n{rig}");
+            ScenarioFile::parse(&text, "text", PathBuf::new(), &[]).unwrap().scenario.rig.count()
+        };
+        assert_eq!(count(""), 4);
+        assert_eq!(count("[rig]\n"), 4);
+        assert_eq!(count("[rig]\nleave_out = [\"cam01\"]\n"), 3);
+        assert_eq!(count("[rig.ring]\ncount = 2\n"), 2);
+        assert_eq!(count("[[rig.file]]\npath = \"cameras.xml\"\n"), 1);
     }
 }

@@ -65,6 +65,7 @@ pub(super) fn read_poses(
         "trc" => parse_trc(&text()?).map_err(malformed)?,
         "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
         "bvh" => from_bvh(path, declared)?,
+        _ if !path.exists() => return Err(malformed("there is no such file or folder".to_owned())),
         other => {
             let detail = format!("expected a file that ends in .npz, .csv, .trc, .c3d or .bvh, found {other:?}");
             return Err(malformed(detail));

@@ -147,9 +147,12 @@ fn facts(sweep: &PlannedSweep) -> Result<Vec<(String, String)>, ExperimentError>
 /// # Errors
 /// [`ExperimentError`] where the plan cannot be read.
 pub fn ask(sweep: &PlannedSweep) -> Result<Value, ExperimentError> {
-    let summary = SweepSummary::new(sweep)?;
-    let axes = sweep.definition()?.axes().map_err(crate::scenario::ScenarioError::from)?;
-    let axes: Map<String, Value> = axes.into_iter().map(|(key, axis)| (key, range(&axis))).collect();
+    let definition = sweep.definition()?;
+    let over = &definition.sweep.average_over;
+    let summary = SweepSummary::new(sweep)?.averaged_over(over);
+    let axes = definition.axes().map_err(crate::scenario::ScenarioError::from)?.into_iter();
+    let axes: Map<String, Value> =
+        axes.filter(|(key, _)| !over.contains(key)).map(|(key, axis)| (key, range(&axis))).collect();
     let tried = |setting: &SettingSummary| {
         json!({
             "params": setting.axes,

@@ -34,6 +34,8 @@ const GAIN: f64 = 0.9;
 /// motion between frames of 60 Hz.
 const PULL: f64 = 0.005;
 const PULL_RATE_HZ: f64 = 60.0;
+/// A length of the residuals, per cent of an image's height.
+const PERCENT_OF_HEIGHT: f64 = 100.0 / 240.0;
 
 /// Why a calibrated body was kept or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -178,9 +180,9 @@ impl CalibrationReport {
     pub fn in_words(&self) -> String {
         let costs = self.cost.map(|[before, after]| {
             format!(
-                "outlines are off by {:.2} lengths with the body as given, {:.2} calibrated",
-                before.sqrt(),
-                after.sqrt()
+                "outlines are off by {:.2} % of the image's height with the body as given, {:.2} % calibrated",
+                before.sqrt() * PERCENT_OF_HEIGHT,
+                after.sqrt() * PERCENT_OF_HEIGHT
             )
         });
         let energies = self.energy.map(|[before, after]| format!("energy {before:.4} and {after:.4}"));
