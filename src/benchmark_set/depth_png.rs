@@ -13,11 +13,12 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 
 /// The PNG of a depth image.
 pub(super) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError> {
-    let millimetres = |depth: &f32| match depth.is_finite() {
-        true => (f64::from(*depth) * 1000.0).round().clamp(1.0, 65_535.0) as u16,
-        false => 0,
-    };
-    let pixels: Vec<u8> = image.depth.iter().flat_map(|depth| millimetres(depth).to_be_bytes()).collect();
+    let mut pixels = vec![0; 2 * image.depth.len()];
+    let shown = pixels.as_chunks_mut::<2>().0.iter_mut().zip(&image.depth).filter(|(_, depth)| depth.is_finite());
+    for (pixel, depth) in shown {
+        let millimetres = (f64::from(*depth) * 1000.0).round().clamp(1.0, 65_535.0) as u16;
+        *pixel = millimetres.to_be_bytes();
+    }
     grey_png::encode(file, [image.width, image.height], png::BitDepth::Sixteen, &pixels)
 }
 
