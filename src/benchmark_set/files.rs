@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::SetError;
+use super::listing::{LISTING, Stop, files_below, listing_line, listing_parts, unless};
 use super::set_writer::SetWriter;
 use crate::input::{self, hex_sha256, hex_sha256_of, limits};
 use crate::parallel;
 
-pub(super) const LISTING: &str = "files.sha256";
 /// Optional images computed from the truth; not part of the set's identity.
 pub(super) const LAYERS: &str = "truth/layers/";
 
@@ -24,9 +24,6 @@ pub(super) const SHARDS: &str = "truth/shards/";
 
 /// What Python leaves beside `read_truth.py` when that is imported; no fault of a set.
 const PYTHON_CACHE: &str = "__pycache__/";
-
-/// Whether the caller wants to stop; checked before every file.
-pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Named bytes and their digests.
 #[derive(Clone, Debug)]
@@ -234,11 +231,6 @@ pub(super) fn holds_only_listed(directory: &Path) -> bool {
     files_below(directory, "").is_ok_and(|found| found.iter().all(listed))
 }
 
-/// An error if the caller wants to stop.
-pub(super) fn unless(stop: Stop<'_>) -> Result<(), SetError> {
-    if stop() { Err(SetError::Stopped) } else { Ok(()) }
-}
-
 fn is_shard(path: &str) -> bool {
     path.starts_with(SHARDS) && path.ends_with(".tar")
 }
@@ -252,43 +244,6 @@ fn limit_of(path: &str) -> u64 {
         Some("exr") => limits::LAYER,
         _ => limits::ARRAYS,
     }
-}
-
-/// A line of a listing.
-pub(super) fn listing_line((path, digest): (&String, &String)) -> String {
-    format!("{digest}  {path}\n")
-}
-
-/// SHA-256 and path of a line of a listing; `None` if it is none.
-pub(super) fn listing_parts(line: &str) -> Option<(&str, &str)> {
-    line.split_once("  ").filter(|(digest, path)| is_digest(digest) && stays_inside(path))
-}
-
-fn is_digest(text: &str) -> bool {
-    text.len() == 64 && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
-}
-
-/// Whether a path from a file leads nowhere but below the set.
-fn stays_inside(path: &str) -> bool {
-    !path.is_empty() && !path.contains('\\') && path.split('/').all(|part| !["", ".", ".."].contains(&part))
-}
-
-/// All files below a directory, in order of their names.
-pub(super) fn files_below(directory: &Path, prefix: &str) -> Result<Vec<String>, SetError> {
-    let mut found = Vec::new();
-    let entries = fs::read_dir(directory).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
-    let mut entries = entries.map_err(SetError::io(directory, "list"))?;
-    entries.sort_by_key(fs::DirEntry::file_name);
-    for entry in entries {
-        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-        // a link to a directory is not followed: it could lead anywhere or form a cycle
-        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            found.extend(files_below(&entry.path(), &format!("{name}/"))?);
-        } else {
-            found.push(name);
-        }
-    }
-    Ok(found)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::SetError;
-use super::files::{Stop, files_below, listing_line, listing_parts, unless};
+use super::listing::{Stop, files_below, listing_line, listing_parts, unless};
 use crate::input::{self, hex_sha256_of, limits};
 use crate::parallel;
 

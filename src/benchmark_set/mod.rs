@@ -31,6 +31,7 @@ mod estimates;
 mod estimates_reader;
 mod export;
 mod exr_layers;
+mod file_content;
 mod files;
 #[cfg(test)]
 mod fixture;
@@ -41,6 +42,7 @@ mod journal;
 mod json;
 mod layer_drawing;
 mod leaks;
+mod listing;
 mod manifest;
 mod props_file;
 mod recording_file;

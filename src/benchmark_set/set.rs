@@ -5,8 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::files::{self, LISTING, SetFiles};
+use super::file_content::FileContent;
+use super::files::{self, SetFiles};
 use super::layer_drawing::LayerDrawing;
+use super::listing::LISTING;
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -276,33 +278,6 @@ impl SetParts<'_> {
             return Err(SetError::inconsistent(detail));
         }
         Ok(())
-    }
-}
-
-/// What a file holds, before it is bytes.
-pub(super) enum FileContent {
-    Bytes(Vec<u8>),
-    Arrays(Npz),
-}
-
-impl FileContent {
-    /// All bytes in order, in parts.
-    pub(super) fn write_to(
-        &self,
-        path: &str,
-        put: &mut dyn FnMut(&[u8]) -> Result<(), SetError>,
-    ) -> Result<(), SetError> {
-        match self {
-            Self::Bytes(bytes) => put(bytes),
-            Self::Arrays(arrays) => arrays.write_to(path, put),
-        }
-    }
-
-    fn into_bytes(self, path: &str) -> Result<Vec<u8>, SetError> {
-        match self {
-            Self::Bytes(bytes) => Ok(bytes),
-            Self::Arrays(arrays) => Ok(arrays.to_bytes(path)?),
-        }
     }
 }
 

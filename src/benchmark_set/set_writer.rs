@@ -9,9 +9,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::prelude::*;
 
 use super::SetError;
-use super::files::{LISTING, Stop, listing_line, unless};
+use super::file_content::FileContent;
 use super::journal::Journal;
-use super::set::FileContent;
+use super::listing::{LISTING, Stop, listing_line, unless};
 use crate::input::{HashingWriter, hex_sha256};
 
 /// From so many files on, the whole file system is synchronised at once: one by one takes milliseconds a file.

@@ -10,9 +10,9 @@ use std::path::Path;
 
 use super::blind::silhouette_path;
 use super::export::{ShardWriter, sample_facts, sample_key};
+use super::file_content::FileContent;
 use super::files::SHARDS;
 use super::layer_drawing::layer_paths;
-use super::set::FileContent;
 use super::set_writer::SetWriter;
 use super::{Layer, SetError, SetParts};
 use crate::input::HashingWriter;
