@@ -10,7 +10,7 @@ use super::{CommandError, output};
 use crate::evaluation::{METRICS, MeasuredRuns, mean, seeds_in_words};
 use crate::experiment::{BASELINES, Baseline};
 
-/// Save, list and show baselines, against which skiagraph gate holds runs
+/// Save, list and show the baselines that skiagraph gate compares runs with
 ///
 /// A baseline is a small file to be committed: the values of every metric per clip and seed, with set hashes,
 /// protocols, settings and versions.
@@ -28,10 +28,10 @@ pub(super) struct Arguments {
 
 #[derive(Subcommand, Debug)]
 enum BaselineAction {
-    /// Save measured runs as a baseline; one of that name is replaced
+    /// Save measured runs as a baseline; an existing one of that name is replaced
     #[command(after_help = "Examples:\n  skiagraph baseline save walk runs/walk\n  skiagraph baseline save all runs")]
     Save {
-        /// Name of the baseline: letters, digits, -, _ and .
+        /// Name of the baseline: letters, digits, dots, - and _
         #[arg(value_name = "NAME")]
         name: String,
         /// Directory of a run, or of runs (one per clip), with at least 5 seeds

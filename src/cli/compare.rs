@@ -13,11 +13,11 @@ use crate::report::{comparison_markdown, comparison_text, difference_page};
 /// Compare measured runs: every metric's difference with its 95 % interval
 ///
 /// RUN is the directory of a run, or a directory of runs (one clip each, or several seeds of one). All are compared
-/// with the first. A single directory that holds several runs gives one side each: the methods of a comparison.
+/// with the first. If there is a single RUN, the runs in it are compared with each other: the methods of a scenario.
 ///
 /// Runs are paired by clip and seed where both sides have the same seeds. Intervals are over clip x seed, never over
 /// frames: Student's or Welch's t below ten seeds, a BCa bootstrap from ten on, none below three. p values are adjusted
-/// for the number of metrics (Holm). Lost tracks are a rate of their own.
+/// for the number of metrics (Holm). The share of runs that lose the body is compared by itself.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph compare runs/main runs/mine\n  \
                         skiagraph compare runs/200 runs/400 runs/800 --html particles.html\n  \
@@ -49,7 +49,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
 
-    /// Rename an existing FILE that skiagraph did not write to FILE~
+    /// Move an existing FILE that skiagraph did not write aside, to FILE~
     #[arg(long)]
     force: bool,
 }

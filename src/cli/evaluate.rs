@@ -51,7 +51,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, value_name = "AXIS")]
     up: Option<UpArgument>,
 
-    /// TOML file of joint names, lines as "theirs" = "ours"
+    /// TOML file that maps joint names, a line each: "theirs" = "ours"
     #[arg(long, value_name = "FILE")]
     joint_map: Option<PathBuf>,
 
@@ -59,7 +59,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Rename existing files that skiagraph did not write to NAME~
+    /// Move existing files that skiagraph did not write aside, to NAME~
     #[arg(long)]
     force: bool,
 

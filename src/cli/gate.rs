@@ -20,8 +20,8 @@ use crate::report::GateReport;
 /// inconclusive in between; then the gate says how many more seeds would decide it. The unit is the run (clip x seed),
 /// never the frame. Run and baseline need at least 5 seeds; 10 are usual. Runs of the baseline's own seeds are paired.
 ///
-/// Metrics of the truth must not change at all. Coverage must not fall by more than 0.01, and not more runs may lose
-/// the body than chance explains, since errors leave out what has no estimate. A gate.toml holds budgets of several
+/// Metrics of the truth must not change at all. Errors leave out what has no estimate; therefore coverage must not fall
+/// by more than 0.01, and no more runs may lose the body than chance explains. A gate.toml holds budgets of several
 /// metrics and clips; scenarios/README.md lists its keys.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph gate runs/walk --baseline walk --margin 2mm\n  \
@@ -74,7 +74,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", requires = "add_seeds")]
     mocap_dir: Option<PathBuf>,
 
-    /// Exit code of an inconclusive gate: 3, or that of pass or fail
+    /// Exit code of an inconclusive gate: 3, or the one of pass (0) or fail (1)
     #[arg(long, value_name = "AS", value_enum, default_value_t = InconclusiveAs::Itself)]
     inconclusive: InconclusiveAs,
 
@@ -94,7 +94,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     markdown: bool,
 
-    /// Rename an existing JUnit FILE that skiagraph did not write to FILE~
+    /// Move an existing JUnit FILE that skiagraph did not write aside, to FILE~
     #[arg(long)]
     force: bool,
 }

@@ -10,7 +10,7 @@ use super::volume::Volume;
 use super::{CommandError, inspect_contacts, inspect_scenario, output};
 use crate::experiment::{Destination, ExperimentError, Inspected, inspect, is_skin_file};
 
-/// Describe a model, a recording, a robot, a skin or a benchmark set
+/// Describe a model, a recording, a robot, a skin, a scenario's motion or a benchmark set
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph inspect walk.model --out walk.html\n  \
                         skiagraph inspect graph.model --against single.model --out graph.html\n  \
@@ -18,7 +18,7 @@ use crate::experiment::{Destination, ExperimentError, Inspected, inspect, is_ski
                         skiagraph inspect figure.glb --out skin.png\n  \
                         skiagraph inspect sets/walk\n  \
                         skiagraph inspect embedded:walk --contacts --out walk.svg\n  \
-                        skiagraph inspect scenarios/long_walk.toml --out strip.png")]
+                        skiagraph inspect scenarios/editing/long_walk.toml --out strip.png")]
 pub(super) struct Arguments {
     /// A model of skiagraph train; a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, embedded:NAME); a
     /// robot (.urdf, or a built-in one); a skin (.glb, .gltf, .toml, or a built-in one); a scenario (.toml), for the
@@ -52,7 +52,7 @@ pub(super) struct Arguments {
     /// Length of the recording's unit in metres, if the format does not define it and it cannot be guessed
     #[arg(long, value_name = "M")]
     pub(super) metres_per_unit: Option<f64>,
-    /// Rename an existing file at --out that skiagraph did not write to NAME~
+    /// Move an existing file at --out that skiagraph did not write aside, to NAME~
     #[arg(long, requires = "out")]
     force: bool,
 

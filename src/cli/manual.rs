@@ -18,7 +18,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Rename existing files that skiagraph did not write to NAME~
+    /// Move existing files that skiagraph did not write aside, to NAME~
     #[arg(long)]
     force: bool,
 }

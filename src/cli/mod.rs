@@ -45,7 +45,7 @@ use crate::scenario::ScenarioError;
 #[command(
     name = "skiagraph",
     version,
-    about = "Generates exact ground truth for evaluating markerless human motion trackers",
+    about = "Makes exact synthetic ground truth for markerless human motion trackers, and measures them against it",
     after_help = EXIT_CODES,
     arg_required_else_help = true,
     propagate_version = true

@@ -9,7 +9,7 @@ use crate::experiment::Destination;
 /// How a command treats existing files.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct OutputArguments {
-    /// Replace an existing set; rename other existing files that skiagraph did not write to NAME~
+    /// Replace an existing set; move anything else that skiagraph did not write aside, to NAME~
     #[arg(long)]
     force: bool,
 

@@ -44,11 +44,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "X")]
     within: Option<f64>,
 
-    /// Print one JSON object for an optimiser: axes, direction, and what was tried with its means
+    /// Print one JSON object for an optimiser: axes, direction, and the settings tried with their means
     #[arg(long, conflicts_with_all = ["out", "within"])]
     ask: bool,
 
-    /// Rename an existing file that skiagraph did not write to NAME~
+    /// Move an existing file that skiagraph did not write aside, to NAME~
     #[arg(long)]
     force: bool,
 }

@@ -22,8 +22,9 @@ use crate::observation::{BackgroundSettings, Cleaning, OnlineSettings};
                         skiagraph segment --background empty/ --frames grey/ --risk 1e4 --out masks/\n  \
                         skiagraph segment --method online --background empty/ --frames walk/ --out masks/")]
 pub(super) struct Arguments {
-    /// Directory with images of the background alone, at least one per component, better 20; once per period of the
-    /// background, or once in all and then cut into --components periods of equal length, in the order of names
+    /// Directory with images of the background alone, at least one per component, better 20. Give it once per period of
+    /// the background; if given once, its images are cut, in the order of names, into --components periods of equal
+    /// length
     #[arg(long, value_name = "DIR", required = true)]
     background: Vec<PathBuf>,
 
@@ -35,11 +36,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Frozen mixture with one Gaussian per period and pixel, or Stauffer and Grimson's, which learns from every image
+    /// mixture: learned once, one Gaussian per period and pixel; online: Stauffer and Grimson's mixture, which learns
+    /// from every image
     #[arg(long, value_enum, default_value_t = Method::Mixture)]
     method: Method,
 
-    /// Components of the mixture, if one directory holds the whole background
+    /// Components of the mixture, if a single directory holds the whole background
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=16))]
     components: u16,
 

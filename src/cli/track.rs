@@ -17,7 +17,7 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Run one tracker on a set, without access to the ground truth
 ///
-/// Reads the set's cameras, observations and start pose. Only oracle trackers read the ground truth.
+/// Reads the set's cameras, observations and start pose. Only references such as oracle read the ground truth.
 ///
 /// With --exec any program tracks: it reads JSON lines from standard input and answers on standard output
 /// (docs/protocol.md). It gets a folder with the blind side of the set, and is started once per seed. A
@@ -46,7 +46,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "COMMAND")]
     exec: Option<String>,
 
-    /// Ask the program for five frames and say whether it follows the protocol; writes nothing
+    /// Ask the program for five frames and say whether it follows the protocol (exit code 1 if not); writes nothing
     #[arg(long, requires = "exec")]
     dry_run: bool,
 
@@ -77,7 +77,7 @@ pub(super) struct Arguments {
     /// Calibrate the tracker's body on the first frames, or do not [default: what the set says]
     ///
     /// Lengths, girths, places of joints and one inflation of all radii are solved together with the poses of the first
-    /// 20 frames, a fifteenth of a second apart. A gate decides whether the body that was found is kept.
+    /// 20 frames, a fifteenth of a second apart. The body that was found is kept only if it fits clearly better.
     #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
     calibrate: Option<bool>,
 

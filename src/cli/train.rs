@@ -26,8 +26,8 @@ const JOINTS_OF_GPDM_GRAPH_PAPER: f64 = 13.0;
                         skiagraph train scenario.toml --model gpdm-graph --out graph.model\n  \
                         skiagraph inspect walk.model --out walk.html")]
 pub(super) struct Arguments {
-    /// A scenario (.toml): its [training] clips are learned on its tracker's body; or clips (.bvh, .amc, DeepMimic
-    /// .txt or .json, embedded:NAME)
+    /// A scenario (.toml): its [training] clips are learned on its tracker's body; or clips (.bvh, .amc, .c3d,
+    /// .trc, DeepMimic .txt or .json, embedded:NAME)
     #[arg(value_name = "SCENARIO|CLIP", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -67,7 +67,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TH", default_value_t = 1.0)]
     threshold: f64,
 
-    /// Number of frames by which a segment grows [default: 0.5 s]
+    /// Number of frames by which a segment grows [default: those of 0.5 s]
     #[arg(long, value_name = "N")]
     clip_length: Option<u32>,
 
@@ -75,7 +75,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
 
-    /// Rename an existing file that is not a model to NAME~
+    /// Move an existing file that is not a model aside, to NAME~
     #[arg(long)]
     force: bool,
 

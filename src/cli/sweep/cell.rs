@@ -12,7 +12,7 @@ use super::progress::SweepProgress;
 use crate::experiment::ExperimentError;
 use crate::experiment::sweep::{CellOptions, PlannedSweep, RunOptions, Status, run_cell, run_some, shard};
 
-/// Run one cell of a sweep, or one shard of it: what a cluster's engine calls
+/// Run one cell of a sweep, or one shard of it: what the jobs of a cluster call
 ///
 /// Safe to repeat and to kill: a cell that has a result is not run again, and a result is whole or absent. A tracker
 /// that loses the body is a result (exit code 0), and so is a setting that cannot be run. Exit code 75: try again; 2:
@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", required_unless_present = "shard", conflicts_with = "shard")]
     index: Option<usize>,
 
-    /// Part K of M, from 1: neighbouring cells with about the same work
+    /// Shard K of M, from 1: neighbouring cells; shards have about the same work
     #[arg(long, value_name = "K/M")]
     shard: Option<ListPart>,
 

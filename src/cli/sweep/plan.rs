@@ -34,7 +34,7 @@ pub(super) fn check(arguments: &CheckArguments, _: Volume) -> Result<ExitCode, C
     arguments.definition.check(jobs, arguments.json)
 }
 
-/// Freeze a sweep: write its cells into a directory
+/// Plan a sweep: write its cells into a directory
 #[derive(Args, Debug)]
 #[command(
     after_help = "Examples:\n  skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \

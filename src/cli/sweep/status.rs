@@ -10,7 +10,7 @@ use crate::experiment::sweep::{PlannedSweep, sweep_status};
 
 /// Say which cells of a sweep have results
 ///
-/// Counts result files and nothing else: what an engine or a clock says does not matter.
+/// Counts result files and nothing else, whatever the cluster's queue says.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep status sweeps/mine\n  \
                         sbatch --array=$(skiagraph sweep status sweeps/mine --missing) cell.sh\n  \

@@ -11,8 +11,7 @@ use crate::experiment::sweep::{Engine, PlannedSweep, SubmitOptions, submit};
 /// Submit a sweep to a cluster: Slurm's job arrays, or HyperQueue
 ///
 /// Writes DIR/submit/shard.sh and close.sh and submits them: an array with one task a shard, and with Slurm a job that
-/// depends on it, which submits again what is missing and gathers. Shards are made to take 5 to 30 minutes each, by a
-/// timed sample.
+/// waits for it, submits again what is missing, and gathers. A timed sample sizes the shards: 5 to 30 minutes each.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep submit sweeps/mine --engine slurm --dry-run\n  \
                         skiagraph sweep submit sweeps/mine --engine slurm -- --partition=cpu --mem=2G\n  \
