@@ -45,15 +45,15 @@ impl UnfinishedSet {
         let directory = PartialDirectory::begin_in(around.join("set"), to.path, ResultKind::Set, to.force)?;
         let there = match around.symlink_metadata() {
             Ok(_) => found_in(&around)?,
-            Err(_) => Found::Nothing,
+            Err(_) => FoundProgress::Nothing,
         };
         match there {
-            Found::Settings(there) => match difference(&there, settings) {
+            FoundProgress::Settings(there) => match difference(&there, settings) {
                 Some(_) if to.force => remove(&around)?,
                 Some(difference) => return Err(ExperimentError::OtherUnfinished { partial: around, difference }),
                 None => {}
             },
-            Found::Nothing => remove(&around)?,
+            FoundProgress::Nothing => remove(&around)?,
         }
         let this = Self { directory: Some(directory), around, is_kept: AtomicBool::new(false) };
         if this.around.join("set").is_dir() {
@@ -157,14 +157,14 @@ pub(super) fn settings_of(scenario: &str, shards: Option<usize>) -> Result<toml:
     Ok(settings)
 }
 
-enum Found {
+enum FoundProgress {
     /// Nothing that could be gone on with.
     Nothing,
     Settings(toml::Table),
 }
 
 /// What is in a folder of the name of ours.
-fn found_in(around: &Path) -> Result<Found, ExperimentError> {
+fn found_in(around: &Path) -> Result<FoundProgress, ExperimentError> {
     let not_ours = || ExperimentError::Occupied { path: around.to_owned() };
     if around.is_symlink() || !around.is_dir() {
         return Err(not_ours());
@@ -179,11 +179,11 @@ fn found_in(around: &Path) -> Result<Found, ExperimentError> {
     let table = text.parse::<toml::Table>().ok();
     let table = table.filter(|table| table.get("schema").and_then(toml::Value::as_str) == Some(SCHEMA));
     match table {
-        Some(_) if !around.join("set").is_dir() => Ok(Found::Nothing),
-        Some(settings) => Ok(Found::Settings(settings)),
+        Some(_) if !around.join("set").is_dir() => Ok(FoundProgress::Nothing),
+        Some(settings) => Ok(FoundProgress::Settings(settings)),
         // killed before anything was drawn
-        None if names.iter().all(|name| name == SETTINGS) && (text.is_empty() || HEAD.starts_with(&text)) => {
-            Ok(Found::Nothing)
+        None if names.iter().all(|name| name == SETTINGS) && (HEAD.starts_with(&text) || text.starts_with(HEAD)) => {
+            Ok(FoundProgress::Nothing)
         }
         None => Err(not_ours()),
     }
