@@ -189,7 +189,7 @@ impl SetFiles {
     }
 
     /// Whether a listed file is as it was written. Shards are larger than memory may be, and read piece by piece.
-    fn check(&self, path: &String) -> Result<(), SetError> {
+    fn check(&self, path: &str) -> Result<(), SetError> {
         let FileStore::Directory(directory) = &self.place else { return self.read(path).map(|_| ()) };
         if !is_shard(path) {
             return self.read(path).map(|_| ());
@@ -198,14 +198,14 @@ impl SetFiles {
         let found = match File::open(&full).and_then(hex_sha256_of) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
                 let shards = self.digests.keys().filter(|path| is_shard(path)).count();
-                return Err(SetError::MissingShard { file: path.clone(), shards });
+                return Err(SetError::MissingShard { file: path.to_owned(), shards });
             }
             found => found.map_err(SetError::io(&full, "read"))?,
         };
         let listed = &self.digests[path];
         match found == *listed {
             true => Ok(()),
-            false => Err(SetError::Tampered { file: path.clone(), listed: listed.clone(), found }),
+            false => Err(SetError::Tampered { file: path.to_owned(), listed: listed.clone(), found }),
         }
     }
 
