@@ -69,8 +69,6 @@ impl UnfinishedSet {
         let path = self.around.join(SETTINGS);
         let text = toml::to_string(settings)
             .map_err(|e| ExperimentError::Malformed { path: path.clone(), detail: e.to_string() })?;
-        // removed by another process of the same name otherwise
-        remove(&self.around)?;
         fs::create_dir(&self.around).map_err(output(&self.around, "create the directory"))?;
         write_synced(&path, (HEAD.to_owned() + &text).as_bytes()).map_err(output(&path, "write"))?;
         let folder = self.folder();

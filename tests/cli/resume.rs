@@ -70,7 +70,7 @@ fn a_drawing_that_is_killed_at_many_moments_ends_with_the_bytes_of_an_undisturbe
 #[test]
 fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
     let room = room();
-    let long = "render tiny.toml motion.last_frame=39 motion.loop_to_s=20 --out set";
+    let long = "render tiny.toml motion.last_frame=39 motion.loop_to_s=40 --out set";
     let mut child = Command::new(cargo_bin("skiagraph"))
         .args(long.split(' '))
         .current_dir(room.path("."))
