@@ -62,8 +62,8 @@ impl LayerDrawing<'_> {
         LayerObserver::new(self.truth, self.rig, camera, wanted)
     }
 
-    /// Images of some frames, one camera after another; each image is drawn, written and dropped, so memory does not grow with their number.
-    /// Images that are there stay. `tick` is told of every camera and frame that is done.
+    /// Images of some frames, one camera after another. Each image is drawn, written and dropped, so memory does not
+    /// grow with their number. Images that are there stay. `tick` is told of every camera and frame that is done.
     pub(super) fn write(
         &self,
         writer: &SetWriter<'_>,
