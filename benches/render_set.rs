@@ -2,7 +2,7 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, Layer, Observed, SetParts, Start, Training, TruthFacts};
+use skiagraph::benchmark_set::{BenchmarkSet, Layer, Observed, SetDrawing, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Motion, shipped, shipped_skin};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::observation::Observer;
@@ -51,8 +51,7 @@ fn stage(what: &str) -> Option<Stage> {
 }
 
 impl Stage {
-    fn set(&self) -> Option<BenchmarkSet> {
-        let observer = Observer::new(&self.truth, &self.rig);
+    fn with_parts<T>(&self, make: impl FnOnce(&SetParts<'_>, &Observer<'_>) -> T) -> T {
         let parts = SetParts {
             name: "bench",
             rig: &self.rig,
@@ -63,7 +62,11 @@ impl Stage {
             recordings: &[],
             observed: Observed::default(),
         };
-        BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).ok()
+        make(&parts, &Observer::new(&self.truth, &self.rig))
+    }
+
+    fn set(&self) -> Option<BenchmarkSet> {
+        self.with_parts(|parts, observer| BenchmarkSet::assemble(parts, |frame| observer.observe(frame)).ok())
     }
 }
 
@@ -88,6 +91,30 @@ fn observe(bencher: Bencher<'_, '_>, what: &str) {
 fn assemble(bencher: Bencher<'_, '_>, what: &str) {
     let Some(stage) = stage(what) else { return };
     bencher.counter(camera_frames()).bench(|| black_box(stage.set()));
+}
+
+/// A set drawn straight to disk, frame by frame, with hashes, journal and synchronisation: what `skiagraph render` does
+/// after staging.
+#[divan::bench(args = ["masks", "masks through a lens", "depth, parts", "colour", "all layers"], sample_count = 10)]
+fn stream(bencher: Bencher<'_, '_>, what: &str) {
+    let Some(stage) = stage(if what.contains("lens") { lens() } else { Distortion::default() }) else { return };
+    let all = [Layer::Depth, Layer::Parts, Layer::Normals, Layer::Flow, Layer::Coverage, Layer::Colour];
+    let layers = match what {
+        "depth, parts" => &all[..2],
+        "colour" => &all[5..],
+        "all layers" => &all[..],
+        _ => &[],
+    };
+    bencher.counter(camera_frames()).with_inputs(|| tempfile::tempdir().ok()).bench_local_values(|directory| {
+        let directory = directory?;
+        let (folder, journal) = (directory.path().join("set"), directory.path().join("journal"));
+        std::fs::create_dir(&folder).ok()?;
+        stage.with_parts(|parts, observer| {
+            let drawing = SetDrawing { layers, journal: Some(&journal), ..SetDrawing::default() };
+            BenchmarkSet::draw_into(&folder, parts, &drawing, |frame| observer.observe(frame)).ok()
+        })?;
+        Some(directory)
+    });
 }
 
 /// Writing a set to disk, with every file synchronised.

@@ -10,7 +10,9 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
 use skiagraph::body::shipped;
 use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
+use skiagraph::experiment::{Destination, RenderOptions, Unwatched, render_with};
 use skiagraph::mocap::{ReadOptions, read};
+use skiagraph::scenario::ScenarioFile;
 
 #[path = "support/made_up_set.rs"]
 mod made_up_set;
@@ -51,9 +53,13 @@ fn exported(format: ExportFormat) -> tempfile::TempDir {
 /// Exports, and reads with the format's own reader; skipped and counted where that is not installed.
 fn read_back(format: ExportFormat) {
     let out = exported(format);
+    read_back_from(format, out.path(), SET.1.path());
+}
+
+fn read_back_from(format: ExportFormat, out: &Path, set: &Path) {
     let Some(python) = support::python_with_numpy() else { return };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/read_exports.py");
-    let answer = Command::new(python).arg(script).arg(format.name()).args([out.path(), SET.1.path()]).output().unwrap();
+    let answer = Command::new(python).arg(script).arg(format.name()).args([out, set]).output().unwrap();
     let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     if answer.status.code() == Some(77) {
         return support::skip(&format!("no reader of {}: {}", format.name(), said(&answer.stdout).trim()));
@@ -86,6 +92,18 @@ read_back_by! {
     evo_reads_tum: Tum,
     numpy_reads_humaneva: HumanEva,
     opencv_reads_bodytrack: Bodytrack,
+}
+
+#[test]
+fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
+    let room = tempfile::tempdir().unwrap();
+    let set = room.path().join("set");
+    let small =
+        ["motion.last_frame=5", "rig.ring.count=3", "rig.ring.size_px=[80, 60]", "layers=[\"depth\", \"parts\"]"];
+    let file = ScenarioFile::built_in(&small.map(str::to_owned)).unwrap();
+    let options = RenderOptions { shards: Some(2), ..RenderOptions::default() };
+    render_with(&file, None, Destination { path: &set, force: false }, &options, &Unwatched).unwrap();
+    read_back_from(ExportFormat::WebDataset, &set.join("truth/shards"), &set);
 }
 
 #[test]

@@ -67,7 +67,15 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("faer", &["motion_model"]),
     ("pulp", &["simd"]),
     ("sha2", &["input"]),
-    ("rustix", &["experiment/place.rs", "experiment/external/program.rs", "experiment/sweep/processor_time.rs"]),
+    (
+        "rustix",
+        &[
+            "benchmark_set/set_writer.rs",
+            "experiment/place.rs",
+            "experiment/external/program.rs",
+            "experiment/sweep/processor_time.rs",
+        ],
+    ),
     (
         "std::fs",
         &[

@@ -14,7 +14,9 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 
 /// The PNG of a depth image.
 pub(super) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError> {
-    let pixels: Vec<u8> = image.depth.iter().flat_map(|depth| millimetres(*depth).to_be_bytes()).collect();
+    let mut pixels = vec![0; 2 * image.depth.len()];
+    let shown = pixels.as_chunks_mut::<2>().0.iter_mut().zip(&image.depth).filter(|(_, depth)| depth.is_finite());
+    shown.for_each(|(pixel, depth)| *pixel = millimetres(*depth).to_be_bytes());
     grey_png::encode(file, [image.width, image.height], png::BitDepth::Sixteen, &pixels)
 }
 

@@ -49,6 +49,18 @@ pub enum SetError {
         /// Path inside the set.
         file: String,
     },
+    /// A shard is gone.
+    #[error(
+        "{}: this shard is missing, of {shards} that the set lists; get it again, or render the set again with --shards \
+        {shards}",
+        plain(file)
+    )]
+    MissingShard {
+        /// Path inside the set.
+        file: String,
+        /// Number of shards in the listing.
+        shards: usize,
+    },
     /// A file does not have the expected content.
     #[error("{}: {}", plain(file), plain(detail))]
     Malformed {
@@ -56,6 +68,12 @@ pub enum SetError {
         file: String,
         /// What was expected and what was found.
         detail: String,
+    },
+    /// A file of a set that is drawn on was written with other content before.
+    #[error("{} differs from the file of that name that was written before the interruption", plain(file))]
+    Differs {
+        /// Path inside the set.
+        file: String,
     },
     /// The caller stopped the work.
     #[error("stopped before the set was complete")]
@@ -81,6 +99,7 @@ impl SetError {
             Self::Malformed { file, detail } => Self::Malformed { file: of_set(file), detail },
             Self::Tampered { file, listed, found } => Self::Tampered { file: of_set(file), listed, found },
             Self::Unlisted { file } => Self::Unlisted { file: of_set(file) },
+            Self::MissingShard { file, shards } => Self::MissingShard { file: of_set(file), shards },
             other => other,
         }
     }

@@ -204,6 +204,12 @@ pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetErr
     Ok(channels.map(|channel| channel.name.to_string()).collect())
 }
 
+/// Where the first value of a row is that is wanted, and where the last one ends.
+fn ends<T>(row: &[T], is_wanted: impl Fn(&T) -> bool) -> Option<(usize, usize)> {
+    let first = row.iter().position(&is_wanted)?;
+    Some((first, row.iter().rposition(is_wanted)? + 1))
+}
+
 /// The smallest rectangle around the figure; one pixel if it is empty, because EXR has no empty window.
 struct DataWindow {
     left: usize,
@@ -216,21 +222,20 @@ struct DataWindow {
 impl DataWindow {
     fn new(images: &LayerImages, layers: &[Layer]) -> Self {
         let image = &images.depth;
-        let image_width = image.width as usize;
-        let (mut left, mut right, mut top, mut bottom) = (image_width, 0, image.height as usize, 0);
-        let (colour, coverage) = (layers.contains(&Layer::Colour), layers.contains(&Layer::Coverage));
-        let shows = |index: &usize| {
-            colour
-                || image.part[*index] > 0
-                || (coverage && images.coverage.get(*index).is_some_and(|share| *share > 0.0))
-        };
-        for y in 0..image.height as usize {
-            let mut row = y * image_width..(y + 1) * image_width;
-            let Some(first) = row.clone().find(shows).map(|index| index - row.start) else { continue };
-            let start = row.start;
-            let last = row.rfind(shows).map_or(first, |index| index - start);
-            (left, right) = (left.min(first), right.max(last + 1));
-            (top, bottom) = (top.min(y), y + 1);
+        let (image_width, image_height) = (image.width as usize, image.height as usize);
+        if layers.contains(&Layer::Colour) {
+            return Self { left: 0, top: 0, width: image_width, height: image_height, image_width };
+        }
+        let coverage = if layers.contains(&Layer::Coverage) { &images.coverage[..] } else { &[] };
+        let (mut left, mut right, mut top, mut bottom) = (image_width, 0, image_height, 0);
+        for y in 0..image_height {
+            let row = y * image_width..(y + 1) * image_width;
+            let of_parts = ends(&image.part[row.clone()], |part| *part > 0);
+            let of_shares = coverage.get(row).and_then(|shares| ends(shares, |share| *share > 0.0));
+            for (first, end) in [of_parts, of_shares].into_iter().flatten() {
+                (left, right) = (left.min(first), right.max(end));
+                (top, bottom) = (top.min(y), y + 1);
+            }
         }
         if left >= right {
             return Self { left: 0, top: 0, width: 1, height: 1, image_width };
@@ -239,8 +244,11 @@ impl DataWindow {
     }
 
     fn crop<T: Copy>(&self, pixels: &[T]) -> Vec<T> {
-        let rows = pixels.chunks(self.image_width).skip(self.top).take(self.height);
-        rows.flat_map(|row| row.iter().skip(self.left).take(self.width).copied()).collect()
+        let mut cropped = Vec::with_capacity(self.width * self.height);
+        for row in pixels.chunks(self.image_width).skip(self.top).take(self.height) {
+            cropped.extend_from_slice(&row[self.left..self.left + self.width]);
+        }
+        cropped
     }
 }
 

@@ -6,28 +6,24 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
 use super::SetError;
-use crate::input::{self, hex_sha256, limits};
+use super::listing::{LISTING, Stop, files_below, listing_line, listing_parts, unless};
+use super::set_writer::SetWriter;
+use crate::input::{self, hex_sha256, hex_sha256_of, limits};
 use crate::parallel;
 
-pub(super) const LISTING: &str = "files.sha256";
 /// Optional images computed from the truth; not part of the set's identity.
 pub(super) const LAYERS: &str = "truth/layers/";
 
+/// Optional tar shards of silhouettes and truth; not part of the set's identity either.
+pub(super) const SHARDS: &str = "truth/shards/";
+
 /// What Python leaves beside `read_truth.py` when that is imported; no fault of a set.
 const PYTHON_CACHE: &str = "__pycache__/";
-
-/// Whether the caller wants to stop; checked before every file.
-pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
-
-/// Takes the path and bytes of one file more, from any thread.
-pub(super) type FileSink<'a> = &'a (dyn Fn(String, &[u8]) -> Result<(), SetError> + Sync);
 
 /// Named bytes and their digests.
 #[derive(Clone, Debug)]
@@ -65,10 +61,8 @@ impl SetFiles {
         };
         let mut digests = BTreeMap::new();
         for (index, line) in listing.lines().enumerate() {
-            let (digest, path) =
-                line.split_once("  ").filter(|(digest, path)| is_digest(digest) && stays_inside(path)).ok_or_else(
-                    || not_a_set(format!("{LISTING}:{}: expected a SHA-256, two spaces and a path", index + 1)),
-                )?;
+            let expected = || not_a_set(format!("{LISTING}:{}: expected a SHA-256, two spaces and a path", index + 1));
+            let (digest, path) = listing_parts(line).ok_or_else(expected)?;
             digests.insert(path.to_string(), digest.to_string());
         }
         Ok(Self { digests, place: FileStore::Directory(directory.to_path_buf()) })
@@ -155,43 +149,28 @@ impl SetFiles {
         }
     }
 
-    /// SHA-256 of the listing (without layers): the identity of a set.
+    /// SHA-256 of the listing (without layers and shards): the identity of a set.
     pub(super) fn set_hash(&self) -> String {
-        let lines: String =
-            self.digests.iter().filter(|(path, _)| !path.starts_with(LAYERS)).map(listing_line).collect();
+        let repeats = |path: &str| path.starts_with(LAYERS) || path.starts_with(SHARDS);
+        let lines: String = self.digests.iter().filter(|(path, _)| !repeats(path)).map(listing_line).collect();
         hex_sha256(lines.as_bytes())
     }
 
-    /// Writes every file below `folder`, then those that `more` gives to its sink, and the listing.
+    /// Writes every file below `folder`, then those that `more` gives to the writer, and the listing.
     pub(super) fn write(
         &self,
         folder: &Path,
         stop: Stop<'_>,
-        more: impl FnOnce(FileSink<'_>) -> Result<(), SetError>,
+        more: impl FnOnce(&SetWriter<'_>) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
+        let writer = SetWriter::new(folder, stop);
         let paths: Vec<&String> = self.digests.keys().collect();
         paths.par_iter().try_for_each(|path| {
             unless(stop)?;
-            write_new(folder, path, &self.read(path)?)
+            writer.put(path, &self.read(path)?)
         })?;
-        let digests = Mutex::new(self.digests.clone());
-        more(&|path, bytes| {
-            unless(stop)?;
-            write_new(folder, &path, bytes)?;
-            let digest = hex_sha256(bytes);
-            digests.lock().unwrap_or_else(PoisonError::into_inner).insert(path, digest);
-            Ok(())
-        })?;
-        let digests = digests.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // syncing after all writes lets one journal commit serve many files
-        let paths: Vec<&String> = digests.keys().collect();
-        paths.par_iter().try_for_each(|path| {
-            unless(stop)?;
-            sync(&folder.join(path))
-        })?;
-        let listing: String = digests.iter().map(listing_line).collect();
-        write_new(folder, LISTING, listing.as_bytes())?;
-        sync(&folder.join(LISTING))
+        more(&writer)?;
+        writer.finish()
     }
 
     /// Paths of the listed files, in alphabetical order.
@@ -209,10 +188,31 @@ impl SetFiles {
         self.faults()?.into_iter().next().map_or(Ok(()), Err)
     }
 
+    /// Whether a listed file is as it was written. Shards are larger than memory may be, and read piece by piece.
+    fn check(&self, path: &str) -> Result<(), SetError> {
+        let FileStore::Directory(directory) = &self.place else { return self.read(path).map(|_| ()) };
+        if !is_shard(path) {
+            return self.read(path).map(|_| ());
+        }
+        let full = directory.join(path);
+        let found = match File::open(&full).and_then(hex_sha256_of) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                let shards = self.digests.keys().filter(|path| is_shard(path)).count();
+                return Err(SetError::MissingShard { file: path.to_owned(), shards });
+            }
+            found => found.map_err(SetError::io(&full, "read"))?,
+        };
+        let listed = &self.digests[path];
+        match found == *listed {
+            true => Ok(()),
+            false => Err(SetError::Tampered { file: path.to_owned(), listed: listed.clone(), found }),
+        }
+    }
+
     /// Every listed file that is missing or changed, in alphabetical order, then every file that is not listed.
     pub(super) fn faults(&self) -> Result<Vec<SetError>, SetError> {
         let paths: Vec<&String> = self.digests.keys().collect();
-        let faults = parallel::map(paths.len(), |path| self.read(paths[path]).err());
+        let faults = parallel::map(paths.len(), |path| self.check(paths[path]).err());
         let mut faults: Vec<SetError> = faults.into_iter().flatten().collect();
         if let FileStore::Directory(directory) = &self.place {
             let unlisted =
@@ -231,8 +231,8 @@ pub(super) fn holds_only_listed(directory: &Path) -> bool {
     files_below(directory, "").is_ok_and(|found| found.iter().all(listed))
 }
 
-fn unless(stop: Stop<'_>) -> Result<(), SetError> {
-    if stop() { Err(SetError::Stopped) } else { Ok(()) }
+fn is_shard(path: &str) -> bool {
+    path.starts_with(SHARDS) && path.ends_with(".tar")
 }
 
 /// The greatest size of a file of a set.
@@ -246,52 +246,10 @@ fn limit_of(path: &str) -> u64 {
     }
 }
 
-fn listing_line((path, digest): (&String, &String)) -> String {
-    format!("{digest}  {path}\n")
-}
-
-fn is_digest(text: &str) -> bool {
-    text.len() == 64 && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
-}
-
-/// Whether a path from a file leads nowhere but below the set.
-fn stays_inside(path: &str) -> bool {
-    !path.is_empty() && !path.contains('\\') && path.split('/').all(|part| !["", ".", ".."].contains(&part))
-}
-
-/// Writes a file that must not be there yet.
-fn write_new(folder: &Path, path: &str, bytes: &[u8]) -> Result<(), SetError> {
-    let path = folder.join(path);
-    let parent = path.parent().unwrap_or(folder);
-    fs::create_dir_all(parent).map_err(SetError::io(parent, "create the directory"))?;
-    File::create_new(&path).and_then(|mut file| file.write_all(bytes)).map_err(SetError::io(&path, "write"))
-}
-
-fn sync(path: &Path) -> Result<(), SetError> {
-    File::open(path).and_then(|file| file.sync_all()).map_err(SetError::io(path, "write"))
-}
-
-/// All files below a directory, in order of their names.
-pub(super) fn files_below(directory: &Path, prefix: &str) -> Result<Vec<String>, SetError> {
-    let mut found = Vec::new();
-    let entries = fs::read_dir(directory).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
-    let mut entries = entries.map_err(SetError::io(directory, "list"))?;
-    entries.sort_by_key(fs::DirEntry::file_name);
-    for entry in entries {
-        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-        // a link to a directory is not followed: it could lead anywhere or form a cycle
-        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            found.extend(files_below(&entry.path(), &format!("{name}/"))?);
-        } else {
-            found.push(name);
-        }
-    }
-    Ok(found)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
 
     fn sample() -> SetFiles {
         let files = [("a.txt", "one"), ("deep/er/b.bin", "two"), ("empty", "")];
@@ -360,7 +318,7 @@ mod tests {
     fn layers_do_not_change_what_identifies_a_set() {
         let directory = tempfile::tempdir().unwrap();
         let layer = format!("{LAYERS}cam00/000000.exr");
-        sample().write(directory.path(), &|| false, |sink| sink(layer.clone(), b"layer")).unwrap();
+        sample().write(directory.path(), &|| false, |writer| writer.put(&layer, b"layer")).unwrap();
         let files = SetFiles::open(directory.path()).unwrap();
         files.verify().unwrap();
         assert_eq!(&*files.read(&layer).unwrap(), b"layer");

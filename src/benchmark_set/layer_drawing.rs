@@ -1,6 +1,8 @@
 //! The truth images of a set, drawn while they are written.
 
-use super::files::{FileSink, Stop};
+use std::ops::Range;
+
+use super::set_writer::SetWriter;
 use super::{Layer, SetError, depth_png, exr_layers};
 use crate::camera::{Camera, CameraRig};
 use crate::observation::{ImageSettings, LayerImages, LayerObserver, WantedLayers};
@@ -60,24 +62,54 @@ impl LayerDrawing<'_> {
         LayerObserver::new(self.truth, self.rig, camera, wanted)
     }
 
-    /// One camera after another; each image is drawn, written and dropped, so memory does not grow with their number.
-    pub(super) fn write(&self, stop: Stop<'_>, sink: FileSink<'_>) -> Result<(), SetError> {
-        let frames = self.truth.frames.len();
+    /// Images of some frames, one camera after another. Each image is drawn, written and dropped, so memory does not
+    /// grow with their number. Images that are there stay. `tick` is told of every camera and frame that is done.
+    pub(super) fn write(
+        &self,
+        writer: &SetWriter<'_>,
+        frames: Range<usize>,
+        tick: &(dyn Fn() + Sync),
+    ) -> Result<(), SetError> {
         for (index, camera) in self.rig.cameras.iter().enumerate() {
             let observer = self.observer(index);
             let workers = workers(camera, self.layers);
             let work = |worker| {
-                for frame in (worker..frames).step_by(workers).take_while(|_| !stop()) {
-                    for (path, bytes) in layer_files(index, frame, &observer.look(frame), self.layers)? {
-                        sink(path, &bytes)?;
-                    }
-                }
-                if stop() { Err(SetError::Stopped) } else { Ok(()) }
+                frames.clone().skip(worker).step_by(workers).try_for_each(|frame| {
+                    writer.unless_stopped()?;
+                    self.write_one(writer, &observer, index, frame)?;
+                    tick();
+                    Ok::<(), SetError>(())
+                })
             };
             parallel::map(workers, work).into_iter().collect::<Result<(), _>>()?;
         }
         Ok(())
     }
+
+    fn write_one(
+        &self,
+        writer: &SetWriter<'_>,
+        observer: &LayerObserver<'_>,
+        camera: usize,
+        frame: usize,
+    ) -> Result<(), SetError> {
+        if layer_paths(camera, frame, self.layers).iter().all(|path| writer.has(path)) {
+            return Ok(());
+        }
+        for (path, bytes) in layer_files(camera, frame, &observer.look(frame), self.layers)? {
+            if !writer.has(&path) {
+                writer.put(&path, &bytes)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where the files of one camera and frame lie.
+pub(super) fn layer_paths(camera: usize, frame: usize, layers: &[Layer]) -> Vec<String> {
+    let png = layers.contains(&Layer::Depth).then(|| depth_png::path(camera, frame));
+    let exr = (!layers.is_empty()).then(|| exr_layers::path(camera, frame));
+    exr.into_iter().chain(png).collect()
 }
 
 /// The files of one camera and frame.

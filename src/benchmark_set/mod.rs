@@ -32,21 +32,27 @@ mod estimates;
 mod estimates_reader;
 mod export;
 mod exr_layers;
+mod file_content;
 mod files;
 #[cfg(test)]
 mod fixture;
 #[doc(hidden)]
 pub mod fuzzing;
 mod grey_png;
+mod journal;
 mod json;
 mod layer_drawing;
 mod leaks;
+mod listing;
 mod manifest;
 mod props_file;
 mod recording_file;
 mod retarget_facts;
 mod rigid;
 mod set;
+mod set_drawing;
+mod set_writer;
+mod shards;
 mod silhouette_png;
 mod spread_file;
 mod start_file;
@@ -70,6 +76,7 @@ pub use recording_file::{
 };
 pub use retarget_facts::RetargetFacts;
 pub use set::{BenchmarkSet, Observed, SET_ENTRIES, SetParts, TruthSet, holds_only_a_set, is_set, verify_hashes};
+pub use set_drawing::SetDrawing;
 pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;
 pub use start_file::Start;

@@ -5,8 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::files::{self, LISTING, SetFiles};
+use super::file_content::FileContent;
+use super::files::{self, SetFiles};
 use super::layer_drawing::LayerDrawing;
+use super::listing::LISTING;
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -162,41 +164,6 @@ impl BenchmarkSet {
         Self::from_files(SetFiles::in_memory(files, stop)?)
     }
 
-    /// Draws a set straight into `folder`, where none of its files may be yet: a frame is observed, written and
-    /// forgotten, so that memory does not grow with the images. The same bytes as those of [`Self::write_unless`] after
-    /// [`Self::assemble`]; truth images of `layers` with them.
-    ///
-    /// # Errors
-    /// As [`Self::assemble_unless`] and [`Self::write`].
-    pub fn draw_into(
-        folder: &Path,
-        parts: &SetParts<'_>,
-        layers: &[Layer],
-        stop: &(dyn Fn() -> bool + Sync),
-        observe: impl Fn(usize) -> Observation + Sync,
-    ) -> Result<(), SetError> {
-        parts.check()?;
-        let files = SetFiles::in_memory(parts.files_beside_observations()?, stop)?;
-        files.write(folder, stop, |sink| {
-            let of_frame = |frame| {
-                if stop() {
-                    return Err(SetError::Stopped);
-                }
-                let drawn = silhouette_files(parts.rig, frame, &observe(frame))?;
-                drawn.into_iter().try_for_each(|(path, bytes)| sink(path, &bytes))
-            };
-            parallel::map(parts.ground_truth.frames.len(), of_frame).into_iter().collect::<Result<(), _>>()?;
-            let drawing = LayerDrawing {
-                truth: parts.ground_truth,
-                rig: parts.rig,
-                images: parts.observed.facts.and_then(|facts| facts.images).unwrap_or_default(),
-                seed: parts.facts.observation_seed.unwrap_or(1).into(),
-                layers,
-            };
-            if layers.is_empty() { Ok(()) } else { drawing.write(stop, sink) }
-        })
-    }
-
     /// Opens a whole set on disk.
     ///
     /// # Errors
@@ -262,9 +229,9 @@ impl BenchmarkSet {
         layers: &[Layer],
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), SetError> {
-        self.blind.files().write(folder, stop, |sink| match layers.is_empty() {
+        self.blind.files().write(folder, stop, |writer| match layers.is_empty() {
             true => Ok(()),
-            false => self.layer_drawing(layers).write(stop, sink),
+            false => self.layer_drawing(layers).write(writer, 0..self.blind.frame_count, &|| {}),
         })
     }
 
@@ -299,7 +266,7 @@ pub fn verify_hashes(directory: &Path) -> Result<(), SetError> {
 }
 
 impl SetParts<'_> {
-    fn check(&self) -> Result<(), SetError> {
+    pub(super) fn check(&self) -> Result<(), SetError> {
         let (truth, cameras) = (self.ground_truth, &self.rig.cameras);
         let frames = truth.frames.len();
         if !(1..=manifest::MOST_FRAMES).contains(&frames) {
@@ -329,57 +296,67 @@ impl SetParts<'_> {
 impl SetParts<'_> {
     /// All files but the silhouettes.
     fn files_beside_observations(&self) -> Result<BTreeMap<String, Vec<u8>>, SetError> {
+        let mut files = BTreeMap::new();
+        self.each_file_beside_observations(&mut |path, content| {
+            files.insert(path.to_owned(), content.into_bytes(path)?);
+            Ok(())
+        })?;
+        Ok(files)
+    }
+
+    /// Every file but the silhouettes. Each is made, taken and forgotten: together they may be larger than memory.
+    pub(super) fn each_file_beside_observations(
+        &self,
+        take: &mut dyn FnMut(&str, FileContent) -> Result<(), SetError>,
+    ) -> Result<(), SetError> {
         let truth = self.ground_truth;
+        let bytes = FileContent::Bytes;
+        take(manifest::PATH, bytes(self.manifest()?))?;
+        take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
+        take(README, bytes(readme(truth)))?;
+        take(truth_file::READER_PATH, bytes(truth_file::READER.as_bytes().to_vec()))?;
+        take(cameras_file::PATH, bytes(cameras_file::to_json(self.observed.tracker_rig.unwrap_or(self.rig))?))?;
+        take(start_file::PATH, bytes(self.start.to_json()?))?;
+        let (training_path, training) = self.start.training_file()?;
+        take(training_path, bytes(training))?;
+        take(start_file::BODY_PATH, bytes(body_file::to_json(start_file::BODY_PATH, &self.start.body)?))?;
+        take(truth_file::ACTOR_PATH, bytes(body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?))?;
+        if !self.recordings.is_empty() {
+            take(recording_file::PATH, bytes(recording_file::to_npz(recording_file::PATH, self.recordings)?))?;
+        }
+        if self.observed.tracker_rig.is_some() {
+            take(cameras_file::TRUTH_PATH, bytes(cameras_file::to_json(self.rig)?))?;
+        }
+        if !truth.distractors.is_empty() {
+            for (path, own) in distractors_file::to_files(&truth.distractors)? {
+                take(path, bytes(own))?;
+            }
+        }
+        if !truth.props.is_empty() {
+            take(props_file::PATH, bytes(props_file::to_json(&truth.props)?))?;
+        }
+        let refitted = self.refitted.map(|motion| (&self.start.body, motion));
+        take(truth_file::PATH, FileContent::Arrays(truth_file::to_npz(truth, refitted, self.rig)))?;
+        take(views_file::PATH, FileContent::Arrays(views_file::to_npz(truth, self.rig)))?;
+        match contact_file::to_npz(truth) {
+            Some(contact) => take(contact_file::PATH, FileContent::Arrays(contact)),
+            None => Ok(()),
+        }
+    }
+
+    fn manifest(&self) -> Result<Vec<u8>, SetError> {
         let sequence = SequenceFacts {
-            frames: truth.frames.len(),
-            frames_per_second: truth.frames_per_second,
+            frames: self.ground_truth.frames.len(),
+            frames_per_second: self.ground_truth.frames_per_second,
             cameras: self.rig.cameras.len(),
             forward: self.start.pose.forward(),
         };
-        let (training_path, training) = self.start.training_file()?;
-        let refitted = self.refitted.map(|motion| (&self.start.body, motion));
-        let npz = truth_file::to_npz(truth, refitted, self.rig);
-        let mut files = BTreeMap::new();
-        for (path, bytes) in [
-            (
-                manifest::PATH,
-                manifest::to_toml(&BlindManifest::new(self.name, sequence, self.observed.facts.cloned()))?,
-            ),
-            (manifest::FACTS_PATH, manifest::facts_to_toml(self.facts)?),
-            (README, readme(truth)),
-            (truth_file::READER_PATH, truth_file::READER.as_bytes().to_vec()),
-            (cameras_file::PATH, cameras_file::to_json(self.observed.tracker_rig.unwrap_or(self.rig))?),
-            (start_file::PATH, self.start.to_json()?),
-            (training_path, training),
-            (start_file::BODY_PATH, body_file::to_json(start_file::BODY_PATH, &self.start.body)?),
-            (truth_file::PATH, npz.to_bytes(truth_file::PATH)?),
-            (truth_file::ACTOR_PATH, body_file::to_json(truth_file::ACTOR_PATH, &truth.actor)?),
-        ] {
-            files.insert(path.to_string(), bytes);
-        }
-        if !self.recordings.is_empty() {
-            let bytes = recording_file::to_npz(recording_file::PATH, self.recordings)?;
-            files.insert(recording_file::PATH.to_string(), bytes);
-        }
-        if self.observed.tracker_rig.is_some() {
-            files.insert(cameras_file::TRUTH_PATH.to_string(), cameras_file::to_json(self.rig)?);
-        }
-        if !truth.distractors.is_empty() {
-            let own = distractors_file::to_files(&truth.distractors)?;
-            files.extend(own.map(|(path, bytes)| (path.to_string(), bytes)));
-        }
-        if !truth.props.is_empty() {
-            files.insert(props_file::PATH.to_string(), props_file::to_json(&truth.props)?);
-        }
-        files.insert(views_file::PATH.to_string(), views_file::to_npz(truth, self.rig).to_bytes(views_file::PATH)?);
-        if let Some(contact) = contact_file::to_npz(truth) {
-            files.insert(contact_file::PATH.to_string(), contact.to_bytes(contact_file::PATH)?);
-        }
-        Ok(files)
+        manifest::to_toml(&BlindManifest::new(self.name, sequence, self.observed.facts.cloned()))
     }
 }
 
-fn silhouette_files(
+/// The silhouettes of one frame, with their paths.
+pub(super) fn silhouette_files(
     rig: &CameraRig,
     frame: usize,
     observation: &Observation,

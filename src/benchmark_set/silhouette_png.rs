@@ -4,12 +4,28 @@ use super::{SetError, grey_png};
 use crate::input::foreign;
 use crate::raster::Mask;
 
+/// The greys of eight pixels of a mask, the lowest bit first.
+const GREYS: [[u8; 8]; 256] = {
+    let mut greys = [[0; 8]; 256];
+    let mut index = 0;
+    while index < 256 * 8 {
+        if index / 8 >> (index % 8) & 1 == 1 {
+            greys[index / 8][index % 8] = 255;
+        }
+        index += 1;
+    }
+    greys
+};
+
 /// The PNG of a mask.
 pub(super) fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
-    let mut pixels = Vec::with_capacity(mask.width() as usize * mask.height() as usize);
-    for y in 0..mask.height() {
-        let row = mask.row(y);
-        pixels.extend((0..mask.width() as usize).map(|x| if row[x / 64] >> (x % 64) & 1 == 1 { 255 } else { 0_u8 }));
+    let mut pixels = vec![0; mask.width() as usize * mask.height() as usize];
+    for (y, row) in (0..mask.height()).zip(pixels.chunks_mut(mask.width().max(1) as usize)) {
+        for (word, pixels) in mask.row(y).iter().zip(row.chunks_mut(64)).filter(|(word, _)| **word != 0) {
+            for (byte, pixels) in word.to_le_bytes().into_iter().zip(pixels.chunks_mut(8)) {
+                pixels.copy_from_slice(&GREYS[usize::from(byte)][..pixels.len()]);
+            }
+        }
     }
     grey_png::encode(file, [mask.width(), mask.height()], png::BitDepth::Eight, &pixels)
 }

@@ -23,7 +23,10 @@ pub(super) const PATH: &str = "truth/views.npz";
 /// Words for the sights 0 to 3.
 pub(super) const NAMES: [&str; 4] = ["in_view", "self_occluded", "occluded", "out_of_view"];
 
-/// Pixels and sights of one frame.
+/// Frames that are looked at together.
+const FRAMES_AT_A_TIME: usize = 256;
+
+/// Pixels and sights of one frame, or of many one after another.
 #[derive(Default)]
 struct FrameViews {
     joints: Vec<f64>,
@@ -32,25 +35,40 @@ struct FrameViews {
     marker_sights: Vec<i64>,
 }
 
+impl FrameViews {
+    /// Room for so many views of bodies with that many joints.
+    fn of_size(views: usize, joints: usize) -> Self {
+        Self {
+            joints: Vec::with_capacity(views * joints * 2),
+            joint_sights: Vec::with_capacity(views * joints),
+            markers: Vec::with_capacity(views * LANDMARKS.len() * 2),
+            marker_sights: Vec::with_capacity(views * LANDMARKS.len()),
+        }
+    }
+}
+
 /// The arrays, seen through the true cameras.
 pub(super) fn to_npz(truth: &GroundTruth, rig: &CameraRig) -> Npz {
-    let frames = parallel::map(truth.frames.len(), |frame| views_of(truth, rig, frame));
-    let (count, cameras, joints) = (frames.len(), rig.cameras.len(), truth.actor.joints.len());
-    let pixels = |points: usize, of: fn(&FrameViews) -> &Vec<f64>| {
-        Array::new(
-            &[count, cameras, points, 2],
-            frames.iter().flat_map(|f| of(f).iter().copied()).collect::<Vec<f64>>(),
-        )
-    };
-    let sights = |points: usize, of: fn(&FrameViews) -> &Vec<i64>| {
-        Array::new(&[count, cameras, points], frames.iter().flat_map(|f| of(f).iter().copied()).collect::<Vec<i64>>())
-    };
+    let (count, cameras, joints) = (truth.frames.len(), rig.cameras.len(), truth.actor.joints.len());
+    let mut all = FrameViews::of_size(count * cameras, joints);
+    // frames by the hundred: all of them twice would be most of what a long set takes
+    for first in (0..count).step_by(FRAMES_AT_A_TIME) {
+        let here = FRAMES_AT_A_TIME.min(count - first);
+        for views in parallel::map(here, |frame| views_of(truth, rig, first + frame)) {
+            all.joints.extend(views.joints);
+            all.joint_sights.extend(views.joint_sights);
+            all.markers.extend(views.markers);
+            all.marker_sights.extend(views.marker_sights);
+        }
+    }
+    let pixels = |points: usize, values: Vec<f64>| Array::new(&[count, cameras, points, 2], values);
+    let sights = |points: usize, values: Vec<i64>| Array::new(&[count, cameras, points], values);
     Npz::from_iter([
-        ("joints_2d", pixels(joints, |f| &f.joints)),
-        ("joint_sight", sights(joints, |f| &f.joint_sights)),
+        ("joints_2d", pixels(joints, all.joints)),
+        ("joint_sight", sights(joints, all.joint_sights)),
         ("joint_names", Array::names(truth.actor.joints.iter().map(|j| j.name.as_str()))),
-        ("markers_2d", pixels(LANDMARKS.len(), |f| &f.markers)),
-        ("marker_sight", sights(LANDMARKS.len(), |f| &f.marker_sights)),
+        ("markers_2d", pixels(LANDMARKS.len(), all.markers)),
+        ("marker_sight", sights(LANDMARKS.len(), all.marker_sights)),
         ("marker_names", Array::names(LANDMARKS.map(|l| l.name()))),
         ("sight_names", Array::names(NAMES)),
         ("camera_names", Array::names(rig.cameras.iter().map(|c| c.name.as_str()))),

@@ -26,7 +26,7 @@ impl Solid {
     /// Both in the link's frame. A mesh is the two-sided surface of its triangles and has no inside.
     pub fn ray_entry(&self, ray: &Ray) -> Option<f64> {
         match self {
-            Self::TaperedCapsule(capsule) => tapered_capsule_entry(capsule, ray),
+            Self::TaperedCapsule(capsule) => CapsuleForRays::new(capsule).entry(ray),
             Self::Box { link_from_box, half_extents } => {
                 let ray = ray.transformed(&link_from_box.inverse());
                 let slabs = (0..3).map(|i| slab(ray.origin[i], ray.direction[i], half_extents[i]));
@@ -96,51 +96,69 @@ fn ball_entry(centre: &Point3<f64>, radius: f64, ray: &Ray) -> Option<f64> {
     )])
 }
 
+/// A tapered capsule that many rays are asked for.
+///
 /// The solid is the union of its two spheres and of the part of the tangent cone between its circles of contact.
 ///
 /// With `u` the unit axis from `a` to `b`, `L` its length, `k = (radius_b - radius_a) / L` and `c^2 = 1 - k^2`, a point
 /// at height `y` along `u` and distance `rho` from it lies on the tangent cone when `c rho = radius_a + k y`; the
 /// sphere that touches the cone there has its centre at height `(y + k radius_a) / c^2`, which must lie in `0..=L`.
-fn tapered_capsule_entry(capsule: &TaperedCapsule, ray: &Ray) -> Option<f64> {
-    let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
-    let length = (b - a).norm();
-    if length <= (radius_b - radius_a).abs() {
-        let (centre, radius) = if radius_a >= radius_b { (a, radius_a) } else { (b, radius_b) };
-        return ball_entry(&centre, radius, ray);
-    }
-    if contains(capsule, &ray.origin) {
-        return Some(0.0);
-    }
-    let axis = (b - a) / length;
-    let k = (radius_b - radius_a) / length;
-    let c2 = 1.0 - k * k;
-    let o = ray.origin - a;
-    let (height, climb) = (o.dot(&axis), ray.direction.dot(&axis));
-    let (across_o, across_d) = (o - axis * height, ray.direction - axis * climb);
-    let radius = radius_a + k * height;
-    let quadratic = c2 * across_d.norm_squared() - k * k * climb * climb;
-    let half_linear = c2 * across_o.dot(&across_d) - k * climb * radius;
-    let constant = c2 * across_o.norm_squared() - radius * radius;
-    let on_cone = |s: &f64| *s >= 0.0 && (0.0..=length * c2).contains(&(height + s * climb + k * radius_a));
-    let cone = if quadratic == 0.0 {
-        Some([-constant / (2.0 * half_linear); 2])
-    } else {
-        roots(quadratic, half_linear, constant)
-    };
-    let cone = cone.into_iter().flatten().filter(on_cone);
-    cone.chain(ball_entry(&a, radius_a, ray)).chain(ball_entry(&b, radius_b, ray)).reduce(f64::min)
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CapsuleForRays {
+    capsule: TaperedCapsule,
+    length: f64,
+    axis: Vector3<f64>,
+    k: f64,
+    c2: f64,
+    c: f64,
 }
 
-/// Whether the point lies in the convex hull of two spheres neither of which contains the other.
-fn contains(capsule: &TaperedCapsule, point: &Point3<f64>) -> bool {
-    let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
-    let length = (b - a).norm();
-    let axis = (b - a) / length;
-    let k = (radius_b - radius_a) / length;
-    let height = (point - a).dot(&axis);
-    let rho = (point - a - axis * height).norm();
-    let centre = (height + rho * k / (1.0 - k * k).sqrt()).clamp(0.0, length);
-    (point - (a + axis * centre)).norm() <= radius_a + k * centre
+impl CapsuleForRays {
+    pub(super) fn new(capsule: &TaperedCapsule) -> Self {
+        let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
+        let length = (b - a).norm();
+        let k = (radius_b - radius_a) / length;
+        let c2 = 1.0 - k * k;
+        Self { capsule: *capsule, length, axis: (b - a) / length, k, c2, c: c2.sqrt() }
+    }
+
+    /// As [`Solid::ray_entry`].
+    #[inline]
+    pub(super) fn entry(&self, ray: &Ray) -> Option<f64> {
+        let Self { capsule: TaperedCapsule { a, b, radius_a, radius_b }, length, axis, k, c2, .. } = *self;
+        if length <= (radius_b - radius_a).abs() {
+            let (centre, radius) = if radius_a >= radius_b { (a, radius_a) } else { (b, radius_b) };
+            return ball_entry(&centre, radius, ray);
+        }
+        if self.contains(&ray.origin) {
+            return Some(0.0);
+        }
+        let o = ray.origin - a;
+        let (height, climb) = (o.dot(&axis), ray.direction.dot(&axis));
+        let (across_o, across_d) = (o - axis * height, ray.direction - axis * climb);
+        let radius = radius_a + k * height;
+        let quadratic = c2 * across_d.norm_squared() - k * k * climb * climb;
+        let half_linear = c2 * across_o.dot(&across_d) - k * climb * radius;
+        let constant = c2 * across_o.norm_squared() - radius * radius;
+        let on_cone = |s: &f64| *s >= 0.0 && (0.0..=length * c2).contains(&(height + s * climb + k * radius_a));
+        let cone = if quadratic == 0.0 {
+            Some([-constant / (2.0 * half_linear); 2])
+        } else {
+            roots(quadratic, half_linear, constant)
+        };
+        let cone = cone.into_iter().flatten().filter(on_cone);
+        cone.chain(ball_entry(&a, radius_a, ray)).chain(ball_entry(&b, radius_b, ray)).reduce(f64::min)
+    }
+
+    /// Whether the point lies in the convex hull of two spheres neither of which contains the other.
+    #[inline]
+    fn contains(&self, point: &Point3<f64>) -> bool {
+        let TaperedCapsule { a, radius_a, .. } = self.capsule;
+        let height = (point - a).dot(&self.axis);
+        let rho = (point - a - self.axis * height).norm();
+        let centre = (height + rho * self.k / self.c).clamp(0.0, self.length);
+        (point - (a + self.axis * centre)).norm() <= radius_a + self.k * centre
+    }
 }
 
 /// `[Möller 1997]`, both faces.

@@ -44,9 +44,15 @@ fn quoted(word: &str) -> String {
     }
 }
 
+/// What is counted.
+fn unit(stage: Stage) -> &'static str {
+    if stage == Stage::Layers { "images" } else { "frames" }
+}
+
 fn name(stage: Stage) -> &'static str {
     match stage {
         Stage::Render => "rendering",
+        Stage::Layers => "drawing layers",
         Stage::Calibrate => "calibrating",
         Stage::Track => "tracking",
         Stage::Evaluate => "measuring",
@@ -61,7 +67,8 @@ impl ProgressState {
     fn end_stage(&mut self, volume: Volume) {
         self.bar.finish_and_clear();
         if let Some((stage, frames, since)) = self.stage.take().filter(|_| volume.verbose) {
-            note_on_stderr(&format!("{}: {frames} frames in {:.2} s", name(stage), since.elapsed().as_secs_f64()));
+            let (name, unit, seconds) = (name(stage), unit(stage), since.elapsed().as_secs_f64());
+            note_on_stderr(&format!("{name}: {frames} {unit} in {seconds:.2} s"));
         }
     }
 }
@@ -72,8 +79,8 @@ impl Watch for Progress {
         state.end_stage(self.volume);
         state.stage = Some((stage, frames, Instant::now()));
         if self.visible {
-            let template = "{prefix:>9} {wide_bar} {pos}/{len} frames, {eta} left {msg}";
-            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            let template = format!("{{prefix:>9}} {{wide_bar}} {{pos}}/{{len}} {}, {{eta}} left {{msg}}", unit(stage));
+            let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
             state.bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::stderr())
                 .with_style(style)
                 .with_prefix(name(stage));

@@ -12,16 +12,21 @@ use super::progress::Progress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::benchmark_set::{BenchmarkSet, is_set};
-use crate::experiment::{ExperimentError, render_apart};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, is_set};
+use crate::experiment::{ExperimentError, LadderProgress, RenderOptions, render_with};
 use crate::observation::{AXES, CorruptionAxis};
 use crate::scenario::ScenarioFile;
 
 /// Make a benchmark set on disk
+///
+/// Frames are drawn, written and forgotten: memory does not grow with the images. If that is interrupted (Ctrl-C, a killed process, a full disk), what is
+/// whole stays in SET.partial, and the same command goes on with it: the set has the bytes of an undisturbed one.
+/// Other settings are refused there; --force begins anew.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
                         skiagraph render scenarios/walk.toml --out public/walk --truth secret/walk\n  \
+                        skiagraph render scenarios/walk.toml layers='[\"depth\"]' --shards 8 --out sets/training\n  \
                         skiagraph render scenarios/walk.toml observation.silhouette=corrupted boundary_px=2 --out sets/rough\n  \
                         skiagraph render scenarios/walk.toml --ladder boundary_px --levels 0,1,2,4 --out sets/ladder")]
 pub(super) struct Arguments {
@@ -35,6 +40,11 @@ pub(super) struct Arguments {
     /// Keep the truth apart: write the complete set here, for skiagraph evaluate, and --out without its truth
     #[arg(long, value_name = "DIR", conflicts_with = "ladder")]
     truth: Option<PathBuf>,
+
+    /// Also write the set as N tar shards for WebDataset, SET/truth/shards/NNNNNN.tar: a sample a frame and camera with its
+    /// mask, camera, joints, markers and truth images
+    #[arg(long, value_name = "N")]
+    shards: Option<usize>,
 
     /// Make one set per level of a corruption, SET/AXIS-LEVEL
     #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(AXES.map(|axis| axis.name)))]
@@ -51,7 +61,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     match arguments.ladder.as_deref().and_then(CorruptionAxis::named) {
         None => {
-            let made = one_set(arguments, &arguments.scenario.open()?, &arguments.out, volume)?;
+            let (_, made) = one_set(arguments, &arguments.scenario.open()?, &arguments.out, volume)?;
             if arguments.output.json {
                 output::print_json(&made)?;
             }
@@ -73,13 +83,26 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
         Ok((file, arguments.out.join(format!("{}-{level}", axis.name))))
     };
     let sets = levels.iter().map(of_level).collect::<Result<Vec<_>, ExperimentError>>()?;
-    for (_, place) in &sets {
-        if is_set(place) && !arguments.output.destination(place).force {
+    let mut progress = LadderProgress::read(&arguments.out, axis.name);
+    for (file, place) in &sets {
+        let is_others = is_set(place) && !progress.has(file, arguments.shards, place)?;
+        if is_others && !arguments.output.destination(place).force {
             return Err(ExperimentError::SetThere { path: place.clone() }.into());
         }
     }
-    let made =
-        sets.iter().map(|(file, place)| one_set(arguments, file, place, volume)).collect::<Result<Vec<_>, _>>()?;
+    let mut made = Vec::with_capacity(sets.len());
+    for (file, place) in &sets {
+        if progress.has(file, arguments.shards, place)? {
+            let note = format!("{}: was made before the interruption", place.display());
+            volume.notes(std::slice::from_ref(&note));
+            made.push(told(arguments, place, &BlindSet::read(place).map_err(ExperimentError::from)?, &[note])?);
+            continue;
+        }
+        let (blind, said) = one_set(arguments, file, place, volume)?;
+        progress.add(file, arguments.shards, &blind.set_hash)?;
+        made.push(said);
+    }
+    progress.finish()?;
     if arguments.output.json {
         let (name, unit) = (axis.name, axis.unit);
         let ladder = serde_json::json!({ "schema": "skiagraph.ladder/1", "axis": name, "unit": unit, "levels": levels, "sets": made });
@@ -89,15 +112,27 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
 }
 
 /// Makes a set and tells of it: in words at once, or as the object that is returned.
-fn one_set(arguments: &Arguments, file: &ScenarioFile, place: &Path, volume: Volume) -> Result<Value, CommandError> {
+fn one_set(
+    arguments: &Arguments,
+    file: &ScenarioFile,
+    place: &Path,
+    volume: Volume,
+) -> Result<(BlindSet, Value), CommandError> {
     let progress = Progress::new(volume);
     let to = arguments.output.destination(place);
+    let options = RenderOptions { whole: arguments.truth.as_deref(), shards: arguments.shards };
     let (BenchmarkSet { blind, .. }, notes) =
-        render_apart(file, arguments.scenario.mocap_directory().as_deref(), to, arguments.truth.as_deref(), &progress)
+        render_with(file, arguments.scenario.mocap_directory().as_deref(), to, &options, &progress)
             .map_err(|e| e.about(&file.origin))?;
     drop(progress);
     volume.notes(&notes);
     volume.written(place);
+    let said = told(arguments, place, &blind, &notes)?;
+    Ok((blind, said))
+}
+
+/// A set in words, printed, and as an object.
+fn told(arguments: &Arguments, place: &Path, blind: &BlindSet, notes: &[String]) -> Result<Value, CommandError> {
     let (place, frames, cameras) = (place.display(), blind.frame_count, blind.rig.cameras.len());
     if !arguments.output.json {
         output::print(&format!("{place}: {frames} frames of {cameras} cameras, hash {}", blind.set_hash))?;

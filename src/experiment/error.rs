@@ -261,11 +261,32 @@ pub enum ExperimentError {
     /// The user interrupted the command.
     #[error("interrupted; nothing was written")]
     Interrupted,
-    /// The user interrupted a training.
+    /// The user interrupted work that can be resumed: a training, a sweep, a set that is drawn.
     #[error("interrupted; progress is saved in {}: run the same command to resume", plain(partial.display()))]
-    TrainingInterrupted {
-        /// The file with the progress.
+    ProgressSaved {
+        /// The file or directory with the progress.
         partial: PathBuf,
+    },
+    /// A set could not be drawn to its end, for a reason that may pass.
+    #[error("{source}; progress is saved in {}: run the same command to resume", plain(partial.display()))]
+    Unfinished {
+        /// The directory with the progress.
+        partial: PathBuf,
+        /// The reason.
+        source: Box<ExperimentError>,
+    },
+    /// Another set was begun at a place.
+    #[error(
+        "{}: a set was begun here and interrupted, which differs ({}); repeat that command to resume it, or remove it \
+        with --force",
+        plain(partial.display()),
+        plain(difference)
+    )]
+    OtherUnfinished {
+        /// The directory with the progress.
+        partial: PathBuf,
+        /// The first difference.
+        difference: String,
     },
 }
 
@@ -281,8 +302,14 @@ impl ExperimentError {
             {
                 75
             }
+            Self::Set(SetError::Io { source, .. })
+                if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) =>
+            {
+                75
+            }
+            Self::Unfinished { source, .. } => source.exit_code(),
             Self::SweepIncomplete { .. } => 1,
-            Self::Interrupted | Self::TrainingInterrupted { .. } => 130,
+            Self::Interrupted | Self::ProgressSaved { .. } => 130,
             _ => 2,
         }
     }
@@ -313,7 +340,8 @@ impl ExperimentError {
             Self::OtherPlan { .. } | Self::SweepIncomplete { .. } => true,
             Self::Engine { .. } | Self::Queued { .. } => true,
             Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
-            Self::With { .. } | Self::Interrupted | Self::TrainingInterrupted { .. } => true,
+            Self::With { .. } | Self::Interrupted | Self::ProgressSaved { .. } => true,
+            Self::Unfinished { .. } | Self::OtherUnfinished { .. } => true,
         }
     }
 }

@@ -26,6 +26,7 @@ mod external;
 mod gating;
 mod inputs;
 mod inspect;
+mod ladder;
 mod learning;
 mod measuring;
 mod model_file;
@@ -67,6 +68,7 @@ mod tracker_factory;
 mod tracking;
 mod training;
 mod unfinished;
+mod unfinished_set;
 mod verification;
 mod watch;
 
@@ -88,6 +90,7 @@ pub use inspect::{
     FitSummary, GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
     SkinSummary, StanceSummary, WorstContact, inspect, inspect_contacts, inspect_scenario, is_skin_file,
 };
+pub use ladder::LadderProgress;
 pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
@@ -98,7 +101,7 @@ pub use partial_file::put_file;
 pub use poses_file::PosesDeclared;
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
 pub use run::{
-    Evaluated, RunOutcome, check_program, draw, evaluate_run, render, render_apart, run, track_set,
+    Evaluated, RenderOptions, RunOutcome, check_program, draw, evaluate_run, render, render_with, run, track_set,
     track_set_calibrating, track_set_with_program,
 };
 pub use run_picture::run_picture;

@@ -190,7 +190,7 @@ impl LearnedFrom {
 ///
 /// # Errors
 /// [`ExperimentError`] where the motions cannot be learned or the file cannot be written;
-/// [`ExperimentError::TrainingInterrupted`] where `watch` wanted no more.
+/// [`ExperimentError::ProgressSaved`] where `watch` wanted no more.
 pub fn train(
     input: &TrainingInput,
     settings: &GraphSettings,
@@ -299,7 +299,7 @@ fn in_words(input: &TrainingInput, error: GraphError, partial: &Path) -> Experim
     let of = |motion: usize| PathBuf::from(input.learned_from.get(motion).map_or("training", |from| &from.clip));
     match error {
         GraphError::Model { source: GpdmError::Interrupted, .. } => {
-            ExperimentError::TrainingInterrupted { partial: partial.to_owned() }
+            ExperimentError::ProgressSaved { partial: partial.to_owned() }
         }
         GraphError::Model { range, source } => ExperimentError::Malformed {
             path: of(range.motion),

@@ -17,6 +17,8 @@ pub(crate) struct PartialDirectory {
     kind: ResultKind,
     folder: PathBuf,
     place: LockedPlace,
+    /// Whether the folder is another's to remove.
+    is_anothers: bool,
 }
 
 impl PartialDirectory {
@@ -27,6 +29,28 @@ impl PartialDirectory {
     /// [`ExperimentError::Occupied`] if something else is there, [`ExperimentError::Busy`] while another process writes
     /// there, [`ExperimentError::Output`] if nothing can be written.
     pub(crate) fn begin(target: &Path, kind: ResultKind, force: bool) -> Result<Self, ExperimentError> {
+        let place = Self::claim(target, kind, force)?;
+        let folder = place.beside("partial");
+        fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
+        unfinished::begin(&folder);
+        Ok(Self { kind, folder, place, is_anothers: false })
+    }
+
+    /// As [`Self::begin`], in `folder`, on the same file system: the caller makes it afterwards and removes what is
+    /// left of it.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub(super) fn begin_in(
+        folder: PathBuf,
+        target: &Path,
+        kind: ResultKind,
+        force: bool,
+    ) -> Result<Self, ExperimentError> {
+        Ok(Self { kind, folder, place: Self::claim(target, kind, force)?, is_anothers: true })
+    }
+
+    fn claim(target: &Path, kind: ResultKind, force: bool) -> Result<LockedPlace, ExperimentError> {
         let occupied = target.symlink_metadata().is_ok() && !is_ours(target, kind);
         if target.file_name().is_none() || (occupied && !force) {
             return Err(ExperimentError::Occupied { path: target.to_owned() });
@@ -35,11 +59,7 @@ impl PartialDirectory {
             // report before the work if it cannot be moved aside
             backup_of(target)?;
         }
-        let place = LockedPlace::take(target)?;
-        let folder = place.beside("partial");
-        fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
-        unfinished::begin(&folder);
-        Ok(Self { kind, folder, place })
+        LockedPlace::take(target)
     }
 
     /// Where to write meanwhile.
@@ -95,6 +115,9 @@ impl PartialDirectory {
 
 impl Drop for PartialDirectory {
     fn drop(&mut self) {
+        if self.is_anothers {
+            return;
+        }
         // After `finish` nothing is there any more; before, there is nobody left to tell.
         unfinished::remove(&self.folder).ok();
         unfinished::end(&self.folder);

@@ -71,7 +71,7 @@ pub fn abandon() -> String {
     register.made.iter().for_each(|directory| drop(fs::remove_dir(directory)));
     let there = |path: &Option<PathBuf>| path.clone().filter(|path| path.exists());
     let said = match (there(&register.kept), there(&register.finished)) {
-        (Some(partial), _) => ExperimentError::TrainingInterrupted { partial }.to_string(),
+        (Some(partial), _) => ExperimentError::ProgressSaved { partial }.to_string(),
         (None, Some(path)) => format!("interrupted; {} was already written", path.display()),
         (None, None) => ExperimentError::Interrupted.to_string(),
     };

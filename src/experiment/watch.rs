@@ -7,6 +7,8 @@ use super::ExperimentError;
 pub enum Stage {
     /// Frames are drawn.
     Render,
+    /// Truth images are drawn: one a camera and frame.
+    Layers,
     /// A motion model is learned from frames.
     Learn,
     /// The first frames are tracked, to calibrate the tracker's body.

@@ -1,6 +1,6 @@
 //! SHA-256, by which files are known.
 
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 
 use sha2::{Digest, Sha256};
 
@@ -20,8 +20,38 @@ pub(crate) fn hex_sha256_of(mut from: impl Read) -> io::Result<String> {
     }
 }
 
+/// Passes on what is written, and knows its SHA-256.
+pub(crate) struct HashingWriter<W> {
+    to: W,
+    digest: Sha256,
+}
+
+impl<W: Write> HashingWriter<W> {
+    pub(crate) fn new(to: W) -> Self {
+        Self { to, digest: Sha256::new() }
+    }
+
+    /// Where it was written to, and the SHA-256 of all of it in small hexadecimal digits.
+    pub(crate) fn finish(self) -> (W, String) {
+        (self.to, hex(&self.digest.finalize()))
+    }
+}
+
+impl<W: Write> Write for HashingWriter<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.to.write(bytes)?;
+        self.digest.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}
+
 fn hex(digest: &[u8]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    const DIGITS: [char; 16] = ['0', '1', '2', '3', '4', '5', '6', '7', '8', '9', 'a', 'b', 'c', 'd', 'e', 'f'];
+    digest.iter().flat_map(|byte| [DIGITS[usize::from(byte >> 4)], DIGITS[usize::from(byte & 15)]]).collect()
 }
 
 #[cfg(test)]
@@ -36,5 +66,8 @@ mod tests {
         assert_eq!(hex_sha256_of(b"abc".as_slice()).unwrap(), abc);
         let long = vec![7; 200_000];
         assert_eq!(hex_sha256_of(long.as_slice()).unwrap(), hex_sha256(&long));
+        let mut through = HashingWriter::new(Vec::new());
+        long.chunks(999).for_each(|part| through.write_all(part).unwrap());
+        assert_eq!(through.finish(), (long.clone(), hex_sha256(&long)));
     }
 }

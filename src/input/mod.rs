@@ -9,6 +9,6 @@ mod file;
 pub(crate) mod limits;
 mod quote;
 
-pub(crate) use digest::{hex_sha256, hex_sha256_of};
+pub(crate) use digest::{HashingWriter, hex_sha256, hex_sha256_of};
 pub(crate) use file::{open, read, read_to_string};
 pub(crate) use quote::{excerpt, foreign, harmless, plain};

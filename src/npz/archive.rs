@@ -66,18 +66,34 @@ impl Npz {
     /// # Errors
     /// [`NpzError`] when values do not fill their shape or an array takes 4 GiB or more.
     pub fn to_bytes(&self, file: &str) -> Result<Vec<u8>, NpzError> {
-        let too_large = |name: &str| NpzError::new(file, format!("{name}: more than 4 GiB do not fit in an .npz"));
         let mut bytes = Vec::new();
-        let mut directory = Vec::new();
+        self.write_to(file, &mut |part| {
+            bytes.extend(part);
+            Ok(())
+        })?;
+        Ok(bytes)
+    }
+
+    /// The bytes of the archive, array after array: one array is in memory as bytes at a time.
+    ///
+    /// # Errors
+    /// As [`Self::to_bytes`], and what `put` refuses.
+    pub(crate) fn write_to<E: From<NpzError>>(
+        &self,
+        file: &str,
+        put: &mut dyn FnMut(&[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let too_large = |name: &str| NpzError::new(file, format!("{name}: more than 4 GiB do not fit in an .npz"));
+        let (mut written, mut directory) = (0, Vec::new());
         for (name, array) in &self.arrays {
             let npy = array.to_npy().map_err(|e| NpzError::new(file, format!("{name}: {e}")))?;
-            let offset = u32::try_from(bytes.len()).map_err(|_| too_large(name))?;
+            let offset = u32::try_from(written).map_err(|_| too_large(name))?;
             let size = u32::try_from(npy.len()).map_err(|_| too_large(name))?;
             let entry = entry_fields(name, crc32fast::hash(&npy), size).ok_or_else(|| too_large(name))?;
-            bytes.extend(LOCAL.to_le_bytes());
-            bytes.extend(&entry);
-            bytes.extend(format!("{name}.npy").as_bytes());
-            bytes.extend(&npy);
+            let head = [&LOCAL.to_le_bytes(), &entry[..], name.as_bytes(), b".npy"].concat();
+            put(&head)?;
+            put(&npy)?;
+            written += head.len() + npy.len();
             directory.extend(CENTRAL.to_le_bytes());
             directory.extend(20_u16.to_le_bytes()); // made by: MS-DOS attributes, version 2.0
             directory.extend(&entry);
@@ -86,17 +102,16 @@ impl Npz {
             directory.extend(format!("{name}.npy").as_bytes());
         }
         let count = u16::try_from(self.arrays.len()).map_err(|_| NpzError::new(file, "more than 65535 arrays"))?;
-        let start = u32::try_from(bytes.len()).map_err(|_| too_large("all arrays"))?;
+        let start = u32::try_from(written).map_err(|_| too_large("all arrays"))?;
         let length = u32::try_from(directory.len()).map_err(|_| too_large("the directory"))?;
-        bytes.extend(directory);
-        bytes.extend(END.to_le_bytes());
-        bytes.extend([0; 4]);
-        bytes.extend(count.to_le_bytes());
-        bytes.extend(count.to_le_bytes());
-        bytes.extend(length.to_le_bytes());
-        bytes.extend(start.to_le_bytes());
-        bytes.extend([0; 2]);
-        Ok(bytes)
+        directory.extend(END.to_le_bytes());
+        directory.extend([0; 4]);
+        directory.extend(count.to_le_bytes());
+        directory.extend(count.to_le_bytes());
+        directory.extend(length.to_le_bytes());
+        directory.extend(start.to_le_bytes());
+        directory.extend([0; 2]);
+        put(&directory)
     }
 
     /// The arrays of an archive. `file` is its name in errors.

@@ -15,6 +15,7 @@ mod options;
 mod poses;
 mod program;
 mod props;
+mod resume;
 mod robots;
 mod same_numbers;
 mod sandbox;

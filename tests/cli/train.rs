@@ -134,7 +134,7 @@ fn an_interrupted_training_goes_on_where_it_stopped_and_one_of_other_settings_do
     let (at_once, heard) = learn("at_once.model", &settings, usize::MAX);
     assert!(at_once.unwrap().model.graph.segments.len() > 1 && heard.is_empty(), "{heard:?}");
     let stopped = learn("walk.model", &settings, 1).0.unwrap_err();
-    assert!(matches!(stopped, ExperimentError::TrainingInterrupted { .. }) && stopped.exit_code() == 130, "{stopped}");
+    assert!(matches!(stopped, ExperimentError::ProgressSaved { .. }) && stopped.exit_code() == 130, "{stopped}");
     assert!(!room.path("walk.model").exists() && room.path("walk.model.partial").exists());
     fs::copy(room.path("walk.model.partial"), room.path("other.model.partial")).unwrap();
     let (learned, heard) = learn("walk.model", &settings, usize::MAX);

@@ -15,6 +15,7 @@ mod humaneva;
 mod npz;
 mod opencv;
 mod rle;
+mod samples;
 mod trc;
 mod tum;
 mod webdataset;
@@ -22,6 +23,7 @@ mod webdataset;
 use std::path::Path;
 
 use self::folder::Folder;
+pub(super) use self::samples::{ShardWriter, facts as sample_facts, key as sample_key};
 use super::{BenchmarkSet, SetError};
 
 /// A format that sets are exported to.

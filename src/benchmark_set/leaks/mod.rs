@@ -14,7 +14,8 @@ use std::path::Path;
 
 use self::numbers::{NumberSequence, sequences};
 use self::secret::{Secret, secrets};
-use super::files::{LISTING, SetFiles, files_below};
+use super::files::SetFiles;
+use super::listing::{LISTING, files_below};
 use super::{SetError, TruthSet, body_file, start_file};
 
 /// A pose of the test in a file that trackers may read.

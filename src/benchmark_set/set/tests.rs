@@ -1,4 +1,5 @@
 use super::*;
+use crate::benchmark_set::SetDrawing;
 use crate::benchmark_set::fixture::small_set;
 use std::fs;
 
@@ -10,7 +11,8 @@ fn a_set_drawn_straight_to_disk_is_that_which_was_assembled_and_written() {
     crate::benchmark_set::fixture::set_of(&motion).unwrap().write_with_layers(assembled.path(), &layers).unwrap();
     let drawn = tempfile::tempdir().unwrap();
     crate::benchmark_set::fixture::with_parts(&motion, |parts, observer| {
-        BenchmarkSet::draw_into(drawn.path(), parts, &layers, &|| false, |frame| observer.observe(frame))
+        let drawing = SetDrawing { layers: &layers, ..SetDrawing::default() };
+        BenchmarkSet::draw_into(drawn.path(), parts, &drawing, |frame| observer.observe(frame))
     })
     .unwrap();
     // The listing has the digest of every file.
@@ -25,7 +27,8 @@ fn a_drawing_that_is_stopped_is_no_set() {
     let seen = std::sync::atomic::AtomicUsize::new(0);
     let stopped = crate::benchmark_set::fixture::with_parts(&crate::body::fixture::walk(9), |parts, observer| {
         let stop = || seen.load(std::sync::atomic::Ordering::SeqCst) > 2;
-        BenchmarkSet::draw_into(drawn.path(), parts, &[], &stop, |frame| {
+        let drawing = SetDrawing { stop: &stop, ..SetDrawing::default() };
+        BenchmarkSet::draw_into(drawn.path(), parts, &drawing, |frame| {
             seen.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
             observer.observe(frame)
         })

@@ -180,6 +180,12 @@ impl From<SetError> for Fault {
             SetError::Unlisted { file } => {
                 Self { file, detail: "is not one of the set's files: files.sha256 does not list it".to_owned() }
             }
+            SetError::MissingShard { file, shards } => Self {
+                file,
+                detail: format!(
+                    "is missing, of {shards} shards that the set lists; get it again, or render the set again"
+                ),
+            },
             other => Self { file: String::new(), detail: other.to_string() },
         }
     }

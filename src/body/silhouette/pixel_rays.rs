@@ -3,9 +3,10 @@
 use nalgebra::{Point2, Point3, Vector3};
 
 use crate::camera::Camera;
+use crate::raster::{Mask, RayStrip, STRIP_RAYS, TaperedCapsule, rays_that_meet};
 
-/// Side of a tile, pixels.
-const TILE: u32 = 16;
+/// Side of a tile, pixels: a row of a tile is a strip.
+const TILE: u32 = STRIP_RAYS as u32;
 
 /// A rectangle in ideal image coordinates (x / z, y / z).
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +47,7 @@ impl IdealRectangle {
     }
 
     /// The smallest rectangle around rays; those without direction (NaN) add nothing.
-    fn around<'a>(rays: impl Iterator<Item = &'a [f64; 2]>) -> Self {
+    fn around(rays: impl Iterator<Item = [f64; 2]>) -> Self {
         let nowhere = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         rays.fold(nowhere, |view, ray| Self {
             low: [view.low[0].min(ray[0]), view.low[1].min(ray[1])],
@@ -59,8 +60,12 @@ impl IdealRectangle {
 pub(super) struct PixelRays {
     width: u32,
     height: u32,
-    /// Row by row; NaN where the lens shows nothing.
-    rays: Vec<[f64; 2]>,
+    /// Strips in a row of the image.
+    strips_a_row: usize,
+    /// Row by row; NaN where the lens shows nothing, and beyond the right edge.
+    strips: Vec<RayStrip>,
+    /// What each strip sees.
+    views: Vec<IdealRectangle>,
     tiles: Vec<Tile>,
 }
 
@@ -80,14 +85,20 @@ pub(super) struct Tiles<'a> {
 impl PixelRays {
     pub(super) fn new(camera: &Camera) -> Self {
         let (width, height) = (camera.pinhole.width, camera.pinhole.height);
-        let mut rays = Vec::with_capacity(width as usize * height as usize);
+        let strips_a_row = width.div_ceil(TILE) as usize;
+        let mut strips = vec![[[f64::NAN; STRIP_RAYS]; 2]; strips_a_row * height as usize];
         for y in 0..height {
             for x in 0..width {
                 let (u, v) = camera.pinhole.normalised(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-                rays.push(camera.distortion.undistort(u, v).map_or([f64::NAN; 2], |(u, v)| [u, v]));
+                if let Some((u, v)) = camera.distortion.undistort(u, v) {
+                    let [us, vs] = &mut strips[y as usize * strips_a_row + (x / TILE) as usize];
+                    (us[(x % TILE) as usize], vs[(x % TILE) as usize]) = (u, v);
+                }
             }
         }
-        let mut whole = Self { width, height, rays, tiles: Vec::new() };
+        let rays_of = |[us, vs]: &RayStrip| std::array::from_fn::<_, STRIP_RAYS, _>(|i| [us[i], vs[i]]);
+        let views = strips.iter().map(|strip| IdealRectangle::around(rays_of(strip).into_iter())).collect();
+        let mut whole = Self { width, height, strips_a_row, strips, views, tiles: Vec::new() };
         for top in (0..height).step_by(TILE as usize) {
             for left in (0..width).step_by(TILE as usize) {
                 let view = IdealRectangle::around(whole.pixels(left, top).map(|(_, _, ray)| ray));
@@ -99,7 +110,8 @@ impl PixelRays {
 
     /// The ray of one pixel, NaN where the lens shows nothing.
     pub(super) fn ray(&self, x: u32, y: u32) -> [f64; 2] {
-        self.rays[y as usize * self.width as usize + x as usize]
+        let [us, vs] = &self.strips[y as usize * self.strips_a_row + (x / TILE) as usize];
+        [us[(x % TILE) as usize], vs[(x % TILE) as usize]]
     }
 
     /// The tiles that overlap `view`.
@@ -107,11 +119,29 @@ impl PixelRays {
         Tiles { rays: self, chosen: self.tiles.iter().filter(|t| t.view.meets(view)).collect() }
     }
 
-    fn pixels(&self, left: u32, top: u32) -> impl Iterator<Item = (u32, u32, &[f64; 2])> {
+    /// Sets the pixels of a mask of the camera's size that see `capsule` at or beyond z = `near`, which are in `view`.
+    pub(super) fn paint_capsule(&self, capsule: &TaperedCapsule, view: &IdealRectangle, near: f64, mask: &mut Mask) {
+        let tiles = self.tiles.iter().filter(|tile| tile.view.meets(view));
+        let strips = tiles.flat_map(|tile| {
+            let strip = move |y: u32| (y, tile.left, y as usize * self.strips_a_row + (tile.left / TILE) as usize);
+            (tile.top..(tile.top + TILE).min(self.height)).map(strip)
+        });
+        let is_full = |mask: &Mask, x: u32, y: u32| mask.row(y)[x as usize / 64] >> (x % 64) & 0xffff == 0xffff;
+        let strips = strips.filter(|(y, x, index)| self.views[*index].meets(view) && !is_full(mask, *x, *y));
+        let strips: Vec<_> = strips.collect();
+        let chosen: Vec<u32> = strips.iter().map(|(_, _, index)| *index as u32).collect();
+        let mut found = Vec::new();
+        rays_that_meet(capsule, near, &self.strips, &chosen, &mut found);
+        for ((y, x, _), bits) in strips.into_iter().zip(found) {
+            mask.row_mut(y)[x as usize / 64] |= u64::from(bits) << (x % 64);
+        }
+    }
+
+    fn pixels(&self, left: u32, top: u32) -> impl Iterator<Item = (u32, u32, [f64; 2])> {
         (top..(top + TILE).min(self.height)).flat_map(move |y| {
-            let row = y as usize * self.width as usize;
+            let [us, vs] = &self.strips[y as usize * self.strips_a_row + (left / TILE) as usize];
             let columns = left..(left + TILE).min(self.width);
-            columns.map(move |x| (x, y, &self.rays[row + x as usize]))
+            columns.zip(us.iter().zip(vs)).map(move |(x, (u, v))| (x, y, [*u, *v]))
         })
     }
 }
@@ -120,7 +150,7 @@ impl Tiles<'_> {
     /// Calls `visit` with every pixel of these tiles that looks into `view`, and its ray (z = 1).
     pub(super) fn each_pixel(&self, view: &IdealRectangle, mut visit: impl FnMut(u32, u32, &Vector3<f64>)) {
         for tile in self.chosen.iter().filter(|t| t.view.meets(view)) {
-            for (x, y, &[u, v]) in self.rays.pixels(tile.left, tile.top) {
+            for (x, y, [u, v]) in self.rays.pixels(tile.left, tile.top) {
                 if view.meets(&IdealRectangle { low: [u, v], high: [u, v] }) {
                     visit(x, y, &Vector3::new(u, v, 1.0));
                 }

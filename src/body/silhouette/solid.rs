@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::pixel_rays::{PixelRays, Reach};
+use crate::body::ray::CapsuleForRays;
 use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 
@@ -24,11 +25,16 @@ pub(super) fn each_depth(
     let link_from_camera = camera_from_link.inverse();
     // one product of a matrix a pixel in place of two by quaternions
     let (turn, centre) = (link_from_camera.rotation.to_rotation_matrix(), link_from_camera.translation.vector);
+    let capsule = match solid {
+        Solid::TaperedCapsule(capsule) => Some(CapsuleForRays::new(capsule)),
+        _ => None,
+    };
     rays.tiles(&view).each_pixel(&view, |x, y, direction| {
         // The direction's z is 1: lengths along the ray count in depth.
         let direction = turn * direction;
         let ray = Ray { origin: Point3::from(centre + direction * near), direction };
-        if let Some(beyond) = solid.ray_entry(&ray) {
+        let entry = capsule.as_ref().map_or_else(|| solid.ray_entry(&ray), |capsule| capsule.entry(&ray));
+        if let Some(beyond) = entry {
             visit(x, y, near + beyond, 0);
         }
     });
@@ -40,8 +46,9 @@ pub(super) fn paint(solid: &Solid, camera_from_link: &Isometry3<f64>, rays: &Pix
         Solid::TaperedCapsule(capsule) => {
             let capsule = capsule.transformed(camera_from_link);
             // The solid is convex: the ray meets its part beyond the near plane iff it leaves it there.
-            let seen = |ray: &Vector3<f64>| capsule.exit_along(ray).is_some_and(|depth| depth >= near);
-            paint_where(&reach_of(solid, camera_from_link), rays, near, mask, seen);
+            if let Some(view) = reach_of_capsule(&capsule).view(near) {
+                rays.paint_capsule(&capsule, &view, near, mask);
+            }
         }
         _ => each_depth(solid, camera_from_link, rays, near, &mut |x, y, _, _| mask.set(x, y, true)),
     }
@@ -75,15 +82,6 @@ fn reach_of_capsule(capsule: &TaperedCapsule) -> Reach {
     Reach::around(
         ends.iter().flat_map(|(centre, radius)| [centre - Vector3::repeat(*radius), centre + Vector3::repeat(*radius)]),
     )
-}
-
-fn paint_where(reach: &Reach, rays: &PixelRays, near: f64, mask: &mut Mask, seen: impl Fn(&Vector3<f64>) -> bool) {
-    let Some(view) = reach.view(near) else { return };
-    rays.tiles(&view).each_pixel(&view, |x, y, ray| {
-        if seen(ray) {
-            mask.set(x, y, true);
-        }
-    });
 }
 
 /// The surface of a mesh (vertices in the camera's frame), with the number of the triangle; if the near plane cuts a

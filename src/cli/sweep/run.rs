@@ -143,7 +143,7 @@ fn told(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
 /// An interruption leaves more here than elsewhere: finished cells are kept.
 fn resumable(error: ExperimentError, root: &Path) -> ExperimentError {
     match error {
-        ExperimentError::Interrupted => ExperimentError::TrainingInterrupted { partial: root.to_owned() },
+        ExperimentError::Interrupted => ExperimentError::ProgressSaved { partial: root.to_owned() },
         error => error,
     }
 }

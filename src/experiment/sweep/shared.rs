@@ -93,6 +93,8 @@ fn on_disk(
             Ok((set, _)) => return Ok(set),
             // another process renders it, or has just done so
             Err(ExperimentError::Busy { .. } | ExperimentError::SetThere { .. }) => std::thread::sleep(PATIENCE),
+            // the set goes on where it stopped, and so does the sweep
+            Err(ExperimentError::ProgressSaved { .. }) => return Err(ExperimentError::Interrupted),
             Err(error) => return Err(error),
         }
     }

@@ -1,0 +1,94 @@
+//! Which sets of a ladder are made: a file beside them while the ladder is unfinished, so that the same command goes on.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::ExperimentError;
+use super::error::output;
+use super::place::write_synced;
+use super::run::scenario_text;
+use super::unfinished_set::settings_of;
+use crate::benchmark_set::BlindSet;
+use crate::input::{self, hex_sha256, limits};
+use crate::scenario::ScenarioFile;
+
+const SCHEMA: &str = "skiagraph.ladder-progress/1";
+
+/// The sets of an unfinished ladder that are made.
+#[derive(Debug)]
+pub struct LadderProgress {
+    path: PathBuf,
+    record: ProgressRecord,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct ProgressRecord {
+    schema: String,
+    #[serde(default)]
+    made: Vec<MadeSet>,
+}
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct MadeSet {
+    /// Of scenario and options.
+    settings_sha256: String,
+    set_hash: String,
+}
+
+impl LadderProgress {
+    /// The progress of the ladder of an axis in `folder`; none where there is no file of ours.
+    pub fn read(folder: &Path, axis: &str) -> Self {
+        let path = folder.join(format!("{axis}.partial"));
+        let text = input::read_to_string(&path, limits::SETTINGS).unwrap_or_default();
+        let record = toml::from_str(&text).ok().filter(|record: &ProgressRecord| record.schema == SCHEMA);
+        let none = ProgressRecord { schema: SCHEMA.to_owned(), made: Vec::new() };
+        Self { path, record: record.unwrap_or(none) }
+    }
+
+    /// Whether `place` holds the set of these settings that this ladder made.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if the scenario cannot be written down.
+    pub fn has(&self, file: &ScenarioFile, shards: Option<usize>, place: &Path) -> Result<bool, ExperimentError> {
+        let settings = digest(file, shards)?;
+        let made = self.record.made.iter().find(|made| made.settings_sha256 == settings);
+        let there = || BlindSet::read(place).ok().map(|set| set.set_hash);
+        Ok(made.is_some_and(|made| there().as_ref() == Some(&made.set_hash)))
+    }
+
+    /// A set is made.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Output`] if that cannot be written; [`ExperimentError::Occupied`] where something else is.
+    pub fn add(&mut self, file: &ScenarioFile, shards: Option<usize>, set_hash: &str) -> Result<(), ExperimentError> {
+        let made = MadeSet { settings_sha256: digest(file, shards)?, set_hash: set_hash.to_owned() };
+        let is_ours = || input::read_to_string(&self.path, limits::SETTINGS).is_ok_and(|text| text.contains(SCHEMA));
+        if self.path.symlink_metadata().is_ok() && !is_ours() {
+            return Err(ExperimentError::Occupied { path: self.path.clone() });
+        }
+        self.record.made.push(made);
+        let malformed =
+            |e: toml::ser::Error| ExperimentError::Malformed { path: self.path.clone(), detail: e.to_string() };
+        let text = toml::to_string(&self.record).map_err(malformed)?;
+        let meanwhile = self.path.with_extension("partial.writing");
+        let written = write_synced(&meanwhile, text.as_bytes()).and_then(|()| fs::rename(&meanwhile, &self.path));
+        written.map_err(output(&self.path, "write"))
+    }
+
+    /// The ladder is complete.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Output`] if the file cannot be removed.
+    pub fn finish(self) -> Result<(), ExperimentError> {
+        if self.record.made.is_empty() {
+            return Ok(());
+        }
+        fs::remove_file(&self.path).map_err(output(&self.path, "remove"))
+    }
+}
+
+fn digest(file: &ScenarioFile, shards: Option<usize>) -> Result<String, ExperimentError> {
+    Ok(hex_sha256(settings_of(&scenario_text(&file.scenario)?, shards)?.to_string().as_bytes()))
+}

@@ -1,0 +1,138 @@
+//! Sets whose drawing is interrupted: the same command goes on, and the bytes are those of an undisturbed one.
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use assert_cmd::cargo::cargo_bin;
+
+use crate::sandbox::{Sandbox, TINY};
+
+const RENDER: &str = "render tiny.toml motion.last_frame=39 layers=[\"depth\"] --shards 5 --out";
+
+fn room() -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room
+}
+
+/// Starts a command and kills it; whether it still ran.
+fn run_and_kill(room: &Sandbox, arguments: &str, after: Duration) -> bool {
+    let mut child = Command::new(cargo_bin("skiagraph"))
+        .args(arguments.split(' '))
+        .current_dir(room.path("."))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(after);
+    let running = child.try_wait().unwrap().is_none();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    running
+}
+
+/// The journal's number of lines; 0 where there is none.
+fn whole_files(room: &Sandbox) -> usize {
+    fs::read_to_string(room.path("set.partial/finished.sha256")).map_or(0, |text| text.lines().count())
+}
+
+#[test]
+fn a_drawing_that_is_killed_at_many_moments_ends_with_the_bytes_of_an_undisturbed_one() {
+    let room = room();
+    room.succeed(&format!("{RENDER} whole -q"));
+    let (mut moment, mut killed, mut amid) = (17_u64, 0, 0);
+    for _ in 0..14 {
+        moment = moment * 37 % 101;
+        killed += usize::from(run_and_kill(&room, &format!("{RENDER} set -q"), Duration::from_millis(20 + 3 * moment)));
+        if room.path("set").exists() {
+            // it was faster than its killer
+            assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));
+            fs::remove_dir_all(room.path("set")).unwrap();
+        }
+        amid += usize::from(whole_files(&room) > 13);
+        // as a machine that lost its power leaves it
+        if amid % 3 == 2 {
+            let file = room.path("set.partial/set/observations/cam00/silhouette/000001.png");
+            if file.exists() {
+                fs::write(&file, "cut").unwrap();
+            }
+        }
+    }
+    assert!(killed >= 3, "of 14 commands only {killed} were killed before their end");
+    room.succeed(&format!("{RENDER} set -q"));
+    assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));
+    room.succeed("verify set");
+    assert_eq!(room.entries(), ["set", "tiny.toml", "whole"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_says_what_is_kept_and_other_settings_are_refused_by_their_key() {
+    let room = room();
+    let long = "render tiny.toml motion.last_frame=39 motion.loop_to_s=40 --out set";
+    let mut child = Command::new(cargo_bin("skiagraph"))
+        .args(long.split(' '))
+        .current_dir(room.path("."))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while whole_files(&room) < 50 {
+        assert!(child.try_wait().unwrap().is_none(), "it was too fast");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert!(said.contains("interrupted; progress is saved in set.partial: run the same command to resume"), "{said}");
+    assert_eq!(room.entries(), ["set.partial", "tiny.toml"]);
+    let not_yet = room.skiagraph(["verify", "set.partial/set"]);
+    assert!(not_yet.code == 2 && not_yet.stderr.contains("is not a complete benchmark set"), "{}", not_yet.stderr);
+    let other = room.skiagraph(format!("{long} rig.ring.count=3").split(' '));
+    assert_eq!(other.code, 2, "{}", other.stderr);
+    assert!(other.stderr.contains("rig.ring.count: there 2, here 3"), "{}", other.stderr);
+    let sharded = room.skiagraph(format!("{long} --shards 2").split(' '));
+    assert!(sharded.stderr.contains("--shards: there nothing, here 2"), "{}", sharded.stderr);
+    let resumed = room.succeed(long);
+    assert!(resumed.stderr.contains("note: resumed: "), "{}", resumed.stderr);
+    room.succeed(&format!("{} whole -q", long.strip_suffix(" set").unwrap()));
+    assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));
+    assert_eq!(room.entries(), ["set", "tiny.toml", "whole"]);
+}
+
+#[test]
+fn a_ladder_goes_on_after_the_sets_that_are_made() {
+    let room = room();
+    let ladder = "render tiny.toml --ladder holes --levels 0.1,0.2 --out ladder";
+    room.succeed(&format!("{ladder} -q"));
+    let whole = [0.1, 0.2].map(|level| room.read(&format!("ladder/holes-{level}/files.sha256")));
+    // the second level can be written only once somebody's file is out of the way
+    fs::remove_dir_all(room.path("ladder")).unwrap();
+    fs::create_dir_all(room.path("ladder/holes-0.2.partial")).unwrap();
+    room.write("ladder/holes-0.2.partial/thesis.tex", "years of work");
+    let stopped = room.skiagraph(ladder.split(' '));
+    assert!(stopped.code == 2 && stopped.stderr.contains("holes-0.2.partial"), "{}", stopped.stderr);
+    fs::remove_dir_all(room.path("ladder/holes-0.2.partial")).unwrap();
+    let again = room.succeed(ladder);
+    assert!(again.stderr.contains("holes-0.1: was made before the interruption"), "{}", again.stderr);
+    assert_eq!([0.1, 0.2].map(|level| room.read(&format!("ladder/holes-{level}/files.sha256"))), whole);
+    assert!(!room.path("ladder/holes.partial").exists());
+    assert_eq!(room.skiagraph(ladder.split(' ')).code, 2, "a complete ladder is replaced only with --force");
+}
+
+#[test]
+fn shards_more_than_frames_are_refused_and_a_missing_one_is_named() {
+    let room = room();
+    let many = room.skiagraph("render tiny.toml --shards 9 --out set".split(' '));
+    assert!(many.code == 2 && many.stderr.contains("--shards: expected 1 to 4 shards"), "{}", many.stderr);
+    assert_eq!(room.entries(), ["tiny.toml"]);
+    room.succeed("render tiny.toml --shards 2 --out set -q");
+    fs::remove_file(room.path("set/truth/shards/000001.tar")).unwrap();
+    let said = room.skiagraph(["verify", "set"]);
+    assert_eq!(said.code, 1);
+    let text = said.stdout + &said.stderr;
+    assert_eq!(text.matches("000001.tar").count(), 1, "{text}");
+    assert!(text.contains("is missing, of 2 shards that the set lists"), "{text}");
+}
