@@ -167,10 +167,13 @@ mod tests {
         let (vertices, triangles, ring_of) = turned(&profile, 160);
         let cut = profile.iter().position(|[_, height]| (height - 0.2).abs() < 1e-9).unwrap();
         // a triangle goes with two of its corners: the edge of the cut lies on the ring or half a ring beside it
-        let body = dressed(vertices, triangles, |vertex| if ring_of[vertex] <= cut { 1 } else { 2 });
+        let bare = shipped("tracker25").unwrap();
+        let [lower, upper] = ["left_thigh", "right_thigh"].map(|name| bare.find_link(name).unwrap());
+        let link_of = |vertex: usize| if ring_of[vertex] <= cut { lower } else { upper };
+        let body = dressed(vertices, triangles, |vertex| link_of(vertex) as u32);
         let found = body.with_masses_of_skin();
         let skin = body.skin.as_ref().unwrap();
-        let [low, high] = [1, 2].map(|link| found.links[link].inertia.clone().unwrap());
+        let [low, high] = [lower, upper].map(|link| found.links[link].inertia.clone().unwrap());
         let solid = |cylinder: f64| {
             let (round, end) = (PI * radius * radius * cylinder, 2.0 / 3.0 * PI * radius.powi(3));
             // the centre of a half ball is 3/8 of the radius beyond its plane
@@ -179,13 +182,13 @@ mod tests {
         };
         let ((low_volume, low_centre), (high_volume, high_centre)) = (solid(0.6), solid(0.2));
         assert!((low.mass / high.mass / (low_volume / high_volume) - 1.0).abs() < 0.03, "{} {}", low.mass, high.mass);
-        for (link, inertia, height) in [(1, &low, 0.2 - low_centre), (2, &high, 0.2 + high_centre)] {
+        for (link, inertia, height) in [(lower, &low, 0.2 - low_centre), (upper, &high, 0.2 + high_centre)] {
             let at = skin.bind()[link] * inertia.centre_of_mass;
             assert!((at - Point3::new(0.0, 0.0, height)).norm() < 0.005, "{at} {height}");
         }
         // both together are the capsule
-        let whole = (low.mass * (skin.bind()[1] * low.centre_of_mass).coords
-            + high.mass * (skin.bind()[2] * high.centre_of_mass).coords)
+        let whole = (low.mass * (skin.bind()[lower] * low.centre_of_mass).coords
+            + high.mass * (skin.bind()[upper] * high.centre_of_mass).coords)
             / (low.mass + high.mass);
         assert!(whole.norm() < 1e-9, "{whole}");
     }

@@ -92,6 +92,7 @@ fn is_beyond(marker: &Point3<f64>, solid: &Solid) -> bool {
 mod tests {
     use super::*;
     use crate::body::{shipped, shipped_skin};
+    use crate::tracker::fixture::March;
 
     #[test]
     fn hands_and_feet_without_joints_count_little() {
@@ -115,7 +116,7 @@ mod tests {
     fn of_a_skin_the_vertices_beyond_wrists_and_ankles_without_joints_count_little() {
         for (name, some) in [("tracker25", true), ("actor", false)] {
             let body = shipped(name).unwrap();
-            let bind = body.link_frames(&body.zero_pose());
+            let bind = body.link_frames(&March::standing(&body));
             let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();
             let importance = of_vertices(&body, &skin);
             let light = || (0..importance.len()).filter(|vertex| importance[*vertex] < 1.0);
