@@ -97,7 +97,7 @@ fn assemble(bencher: Bencher<'_, '_>, what: &str) {
 /// after staging.
 #[divan::bench(args = ["masks", "masks through a lens", "depth, parts", "colour", "all layers"], sample_count = 10)]
 fn stream(bencher: Bencher<'_, '_>, what: &str) {
-    let Some(stage) = stage(if what.contains("lens") { lens() } else { Distortion::default() }) else { return };
+    let Some(stage) = stage(what) else { return };
     let all = [Layer::Depth, Layer::Parts, Layer::Normals, Layer::Flow, Layer::Coverage, Layer::Colour];
     let layers = match what {
         "depth, parts" => &all[..2],

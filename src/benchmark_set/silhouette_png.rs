@@ -9,7 +9,7 @@ const GREYS: [[u8; 8]; 256] = {
     let mut greys = [[0; 8]; 256];
     let mut index = 0;
     while index < 256 * 8 {
-        if index / 8 >> (index % 8) & 1 == 1 {
+        if ((index / 8) >> (index % 8)) & 1 == 1 {
             greys[index / 8][index % 8] = 255;
         }
         index += 1;

@@ -102,8 +102,8 @@ impl Quadratics {
         let root = (half * half - leading * self.cone_constant).sqrt();
         let (t, other) = ((half - root) / leading, (half + root) / leading);
         let (s, other_s) = (slope * t + self.start, slope * other + self.start);
-        let on_cone = (s >= 0.0) & (s <= 1.0) & (t >= self.near);
-        let on_other = (other_s >= 0.0) & (other_s <= 1.0) & (other >= self.near);
+        let on_cone = (0.0..=1.0).contains(&s) & (t >= self.near);
+        let on_other = (0.0..=1.0).contains(&other_s) & (other >= self.near);
         (exit_a >= self.near) | (exit_b >= self.near) | ((on_cone | on_other) & self.has_cone)
     }
 }
