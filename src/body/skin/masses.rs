@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::segment_solids::{Moments, moments_of_links};
+use super::segment_solids::{SegmentMoments, moments_of_links};
 use crate::body::{Humanoid, Inertia, Link};
 
 /// Parts below this are no segments, cubic metres: a link that carries no more keeps what it has.
@@ -63,7 +63,7 @@ struct SegmentSolid {
 
 impl SegmentSolid {
     /// `None` of what is no solid: nothing, or a surface that is folded through itself.
-    fn new(moments: &Moments, about: &Point3<f64>) -> Option<Self> {
+    fn new(moments: &SegmentMoments, about: &Point3<f64>) -> Option<Self> {
         if moments.volume < LEAST_VOLUME {
             return None;
         }

@@ -8,7 +8,7 @@ use super::Skin;
 
 /// Volume, and first and second moments about a common point, of what lies inside a closed surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Moments {
+pub(super) struct SegmentMoments {
     /// Cubic metres.
     pub(super) volume: f64,
     /// Integral of the place, m^4.
@@ -17,7 +17,7 @@ pub(super) struct Moments {
     pub(super) second: Matrix3<f64>,
 }
 
-impl Moments {
+impl SegmentMoments {
     fn none() -> Self {
         Self { volume: 0.0, first: Vector3::zeros(), second: Matrix3::zeros() }
     }
@@ -44,11 +44,11 @@ impl Moments {
 /// along every loop of such edges by a cone to the loop's middle, seen from one side by the one link and from the other
 /// side by the other, so that nothing is lost or counted twice. Where three links meet, the loops that hang together
 /// have one middle. Holes are closed in the same way.
-pub(super) fn moments_of_links(skin: &Skin, links: usize) -> (Vec<Moments>, Point3<f64>) {
+pub(super) fn moments_of_links(skin: &Skin, links: usize) -> (Vec<SegmentMoments>, Point3<f64>) {
     let count = skin.vertices.len().max(1) as f64;
     let about = Point3::from(skin.vertices.iter().map(|vertex| vertex.coords).sum::<Vector3<f64>>() / count);
     let place = |vertex: u32| skin.vertices[vertex as usize] - about;
-    let mut moments = vec![Moments::none(); links];
+    let mut moments = vec![SegmentMoments::none(); links];
     for (number, corners) in skin.triangles.iter().enumerate() {
         moments[skin.part_of(number) as usize].add(corners.map(place));
     }
