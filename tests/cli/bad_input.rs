@@ -290,7 +290,7 @@ fn cameras_of_unknown_models_and_more_than_memory_holds_are_refused() {
                   rotation = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]\ntranslation_m = [0.0, 1.0, 4.0]\n";
     for (line, words) in [
         ("model = \"fisheye\"", ["rig.camera[0].model", "unknown key"]),
-        ("distortion = [0.1, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0]", ["distortion", "5"]),
+        ("distortion = [0.1, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0]", ["distortion", "length 8"]),
     ] {
         room.write("tiny.toml", format!("{TINY}{camera}{line}\n"));
         assert_refused(&room, &[], &words);

@@ -28,8 +28,8 @@ pub struct ClipValues {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DifferenceRule {
-    /// No run differs from its pair, or all pairs of a clip by the same, or no seed from another on either side: nothing
-    /// varies.
+    /// No run differs from its pair, or all pairs of a clip by the same, or no seed from another on either side:
+    /// nothing varies.
     Exact,
     /// Student's t on the differences of pairs.
     PairedT,
