@@ -7,12 +7,15 @@ use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, ReadChannels, ReadLayers, WritableImage};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use skiagraph::benchmark_set::{CHECKS, Layer, Thoroughness, Verification, verify};
-use skiagraph::body::shipped;
+use skiagraph::body::{Motion, shipped};
+use skiagraph::camera::Camera;
 use skiagraph::npz::{Array, Npz, Values};
+use skiagraph::observation::ObservationSettings;
 
 #[path = "support/made_up_set.rs"]
 mod made_up_set;
@@ -28,19 +31,52 @@ static SET: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     directory
 });
 
-/// The body walks on, turns a little and swings every joint, no two alike.
+/// Smaller, with all layers.
+static LAYERS: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+    let directory = tempfile::tempdir().unwrap();
+    let set = made_up_set::assemble("with layers", cameras([64, 48]), &motion());
+    let layers = [Layer::Depth, Layer::Parts, Layer::Normals, Layer::Flow, Layer::Coverage, Layer::Colour];
+    set.write_with_layers(directory.path(), &layers).unwrap();
+    directory
+});
+
+fn observed(settings: &str) -> tempfile::TempDir {
+    let directory = tempfile::tempdir().unwrap();
+    let settings: ObservationSettings = toml::from_str(settings).unwrap();
+    let set = made_up_set::assemble_observed("observed", cameras([WIDTH, HEIGHT]), &motion(), &settings);
+    set.write_with_layers(directory.path(), &[]).unwrap();
+    directory
+}
+
+/// Silhouettes that are cut out of images.
+static SEGMENTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+    observed("silhouette = \"segmented\"\nseed = 4\nimages = { clothing_contrast = 100.0, background_frames = 5 }")
+});
+
+/// Silhouettes that are spoiled.
+static CORRUPTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+    observed("silhouette = \"corrupted\"\nseed = 5\ncorruption = { boundary_px = 1.5, holes = 0.05 }")
+});
+
 fn render(directory: &Path) {
-    let camera = |name, eye, distortion| made_up_set::camera(name, eye, distortion, [WIDTH, HEIGHT]);
+    let set = made_up_set::assemble("for faults", cameras([WIDTH, HEIGHT]), &motion());
+    set.write_with_layers(directory, &[Layer::Depth, Layer::Parts]).unwrap();
+}
+
+fn cameras(size: [u32; 2]) -> Vec<Camera> {
+    let camera = |name, eye, distortion| made_up_set::camera(name, eye, distortion, size);
     let front = camera("front", [3.0, 0.8, 1.3], [0.0; 5]);
-    let lens = camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01]);
+    vec![front, camera("lens", [-1.0, 2.8, 1.6], [-0.18, 0.06, 0.002, -0.001, -0.01])]
+}
+
+/// The body walks on, turns a little and swings every joint, no two alike.
+fn motion() -> Motion {
     let root = |frame: usize| {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3 + 0.05 * frame as f64);
         Isometry3::from_parts(Translation3::new(0.06 * frame as f64, 0.1, 0.97), turn)
     };
     let angle = |frame: usize, i: usize| 0.15 * (f64::from(i as u32 * 7) + 0.35 * frame as f64).sin();
-    let motion = made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 30.0, root, angle);
-    let set = made_up_set::assemble("for faults", vec![front, lens], &motion);
-    set.write_with_layers(directory, &[Layer::Depth, Layer::Parts]).unwrap();
+    made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 30.0, root, angle)
 }
 
 /// A copy of the set, to be spoiled.
@@ -48,9 +84,39 @@ struct Copy(tempfile::TempDir);
 
 impl Copy {
     fn new() -> Self {
+        Self::of(&SET)
+    }
+
+    fn of(set: &tempfile::TempDir) -> Self {
         let directory = tempfile::tempdir().unwrap();
-        copy(SET.path(), directory.path());
+        copy(set.path(), directory.path());
         Self(directory)
+    }
+
+    /// Changes the channels of a truth image.
+    fn layers(&self, camera: usize, frame: usize, change: impl FnOnce(&mut [AnyChannel<FlatSamples>])) -> String {
+        let file = format!("truth/layers/cam{camera:02}/{frame:06}.exr");
+        let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
+        let mut image = read.all_attributes().from_buffered(std::io::Cursor::new(self.read(&file))).unwrap();
+        let mut channels: Vec<_> = image.layer_data[0].channel_data.list.drain(..).collect();
+        change(&mut channels);
+        image.layer_data[0].channel_data = AnyChannels::sort(channels.into_iter().collect());
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image.write().to_buffered(&mut bytes).unwrap();
+        self.write(&file, &bytes.into_inner());
+        file
+    }
+
+    /// Changes the numbers of all channels whose names begin so.
+    fn floats(&self, camera: usize, frame: usize, prefix: &str, change: impl Fn(f32) -> f32) -> String {
+        self.layers(camera, frame, |channels| {
+            let chosen: Vec<_> = channels.iter_mut().filter(|c| c.name.to_string().starts_with(prefix)).collect();
+            assert!(!chosen.is_empty());
+            for channel in chosen {
+                let FlatSamples::F32(values) = &mut channel.sample_data else { panic!() };
+                values.iter_mut().for_each(|value| *value = change(*value));
+            }
+        })
     }
 
     fn read(&self, file: &str) -> Vec<u8> {
@@ -114,6 +180,24 @@ impl Copy {
         encoder.set_color(png::ColorType::Grayscale);
         encoder.write_header().unwrap().write_image_data(&new).unwrap();
         self.write(&file, &encoded);
+    }
+
+    /// Changes the pixels of a 16-bit image.
+    fn repaint_wide(&self, file: &str, pixel: impl Fn(u16) -> u16) {
+        let bytes = self.read(file);
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        let (width, height) = (reader.info().width, reader.info().height);
+        let mut old = vec![0; 2 * (width * height) as usize];
+        reader.next_frame(&mut old).unwrap();
+        let new = old.as_chunks::<2>().0.iter().flat_map(|b| pixel(u16::from_be_bytes(*b)).to_be_bytes());
+        let new: Vec<u8> = new.collect();
+        assert_ne!(old, new);
+        let mut encoded = Vec::new();
+        let mut encoder = png::Encoder::new(&mut encoded, width, height);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        encoder.write_header().unwrap().write_image_data(&new).unwrap();
+        self.write(file, &encoded);
     }
 
     fn swap(&self, a: &str, b: &str) {
@@ -572,7 +656,6 @@ fn silhouettes_of_exchanged_cameras_are_found() {
 #[test]
 fn part_numbers_that_are_one_off_and_depth_in_millimetres_are_found() {
     let layers = |set: &Copy, file: &str, change: &dyn Fn(&mut exr::prelude::FlatSamples)| {
-        use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
         let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
         let mut image = read.all_attributes().from_buffered(std::io::Cursor::new(set.read(file))).unwrap();
         image.layer_data[0].channel_data.list.iter_mut().for_each(|channel| change(&mut channel.sample_data));
@@ -580,7 +663,6 @@ fn part_numbers_that_are_one_off_and_depth_in_millimetres_are_found() {
         image.write().to_buffered(&mut bytes).unwrap();
         set.write(file, &bytes.into_inner());
     };
-    use exr::prelude::FlatSamples;
     let set = Copy::new();
     let [parts, depth] = ["truth/layers/cam00/000001.exr", "truth/layers/cam01/000002.exr"];
     layers(&set, parts, &|samples| {
@@ -597,6 +679,145 @@ fn part_numbers_that_are_one_off_and_depth_in_millimetres_are_found() {
     set.found("layers", depth, &["depth.Z", "millimetres"]);
     set.swap("truth/layers/cam00/000003.exr", "truth/layers/cam01/000003.exr");
     set.found_in_spite_of_good_hashes("layers", "truth/layers/cam00/000003.exr", &["another part"]);
+}
+
+#[test]
+fn sets_with_all_layers_and_with_segmented_and_spoiled_silhouettes_are_sound_as_they_are_written() {
+    for (set, words) in [(&LAYERS, "10 images redrawn"), (&SEGMENTED, "segmented"), (&CORRUPTED, "boundary_px 1.5")] {
+        let found = Copy::of(set).verified();
+        assert!(found.is_sound(), "{:#?}", found.faults().collect::<Vec<_>>());
+        assert!(found.checks.iter().any(|check| check.looked_at.contains(words)), "{words}: {:#?}", found.checks);
+    }
+}
+
+#[test]
+fn normals_that_point_inwards_and_normals_in_the_camera_s_axes_are_found() {
+    let set = Copy::of(&LAYERS);
+    let inwards = set.floats(0, 1, "normal", |c| -c);
+    let turned = set.layers(1, 2, |channels| {
+        let text = Copy::of(&LAYERS).read("cameras.json");
+        let json: Value = serde_json::from_slice(&text).unwrap();
+        let r = |i: usize, j: usize| number(&json["cameras"][1]["R"][i][j]) as f32;
+        let names = ["normal.X", "normal.Y", "normal.Z"];
+        let at = names.map(|name| channels.iter().position(|c| c.name.to_string() == name).unwrap());
+        let old = at.map(|i| match &channels[i].sample_data {
+            FlatSamples::F32(values) => values.clone(),
+            _ => panic!(),
+        });
+        for (row, index) in at.into_iter().enumerate() {
+            let new = (0..old[0].len()).map(|i| (0..3).map(|j| r(row, j) * old[j][i]).sum()).collect();
+            channels[index].sample_data = FlatSamples::F32(new);
+        }
+    });
+    set.found_in_spite_of_good_hashes("layers", &inwards, &["normal", "inwards"]);
+    set.found("layers", &turned, &["normal", "camera's axes"]);
+}
+
+#[test]
+fn flow_of_the_opposite_sign_and_with_its_axes_exchanged_is_found() {
+    let set = Copy::of(&LAYERS);
+    let opposite = set.floats(0, 1, "forward", |c| -c);
+    let upwards = set.floats(1, 3, "forward.v", |c| -c);
+    let exchanged = set.layers(1, 1, |channels| {
+        for channel in channels {
+            let other = match channel.name.to_string().as_str() {
+                "forward.u" => "forward.v",
+                "forward.v" => "forward.u",
+                _ => continue,
+            };
+            channel.name = other.into();
+        }
+    });
+    set.found_in_spite_of_good_hashes("layers", &opposite, &["forward", "opposite sign"]);
+    set.found("layers", &upwards, &["forward", "upwards"]);
+    set.found("layers", &exchanged, &["forward", "exchanged"]);
+}
+
+#[test]
+fn coverage_that_is_the_mask_or_of_the_background_is_found() {
+    let set = Copy::of(&LAYERS);
+    let mask = set.floats(0, 2, "A", f32::round);
+    let background = set.floats(1, 2, "A", |share| 1.0 - share);
+    set.found_in_spite_of_good_hashes("layers", &mask, &["A:", "not anti-aliased"]);
+    set.found("layers", &background, &["A:", "background"]);
+}
+
+#[test]
+fn brightness_with_red_and_blue_exchanged_and_up_to_255_is_found() {
+    let set = Copy::of(&LAYERS);
+    let exchanged = set.layers(0, 2, |channels| {
+        for channel in channels {
+            let other = match channel.name.to_string().as_str() {
+                "R" => "B",
+                "B" => "R",
+                _ => continue,
+            };
+            channel.name = other.into();
+        }
+    });
+    let wide = set.layers(1, 2, |channels| {
+        for channel in channels.iter_mut().filter(|c| ["R", "G", "B"].contains(&c.name.to_string().as_str())) {
+            let FlatSamples::F32(values) = &mut channel.sample_data else { panic!() };
+            values.iter_mut().for_each(|value| *value *= 255.0);
+        }
+    });
+    set.found_in_spite_of_good_hashes("layers", &exchanged, &["red and blue are exchanged"]);
+    set.found("layers", &wide, &["255"]);
+}
+
+#[test]
+fn a_layer_that_one_image_lacks_is_found() {
+    let set = Copy::of(&LAYERS);
+    let lacking = set.layers(0, 2, |channels| {
+        channels.iter_mut().filter(|c| c.name.to_string() == "A").for_each(|c| c.name = "B2".into());
+    });
+    set.found_in_spite_of_good_hashes("layers", &lacking, &["A: has no such channel"]);
+}
+
+#[test]
+fn depth_images_with_exchanged_bytes_of_another_frame_and_that_are_missing_are_found() {
+    let depth = |camera: usize, frame: usize| format!("truth/layers/cam{camera:02}/{frame:06}-depth.png");
+    let set = Copy::of(&LAYERS);
+    set.repaint_wide(&depth(0, 1), u16::swap_bytes);
+    set.repaint_wide(&depth(1, 1), |mm| mm / 10);
+    fs::remove_file(set.0.path().join(depth(1, 3))).unwrap();
+    set.swap(&depth(0, 2), &depth(0, 3));
+    set.found_in_spite_of_good_hashes("layers", &depth(0, 1), &["bytes are exchanged"]);
+    set.found("layers", &depth(1, 1), &["other millimetres"]);
+    set.found("layers", &depth(0, 2), &["other millimetres"]);
+    set.found("formats", &depth(1, 3), &["is missing"]);
+}
+
+#[test]
+fn sights_that_were_edited_are_found() {
+    for (array, name) in [("joint_sight", "it says"), ("marker_sight", "the ray says")] {
+        let set = Copy::of(&LAYERS);
+        set.array("truth/views.npz", array, |values| {
+            let Values::I64(mut sights) = values else { panic!() };
+            let seen = sights.iter().position(|sight| *sight == 0).unwrap();
+            sights[seen] = 1;
+            Values::I64(sights)
+        });
+        set.found_in_spite_of_good_hashes("visibility", "truth/views.npz", &[array, "self_occluded", name]);
+    }
+}
+
+#[test]
+fn segmented_and_spoiled_silhouettes_of_another_frame_or_mirrored_are_found() {
+    for base in [&SEGMENTED, &CORRUPTED] {
+        let set = Copy::of(base);
+        set.write(&Copy::mask(0, 1), &set.read(&Copy::mask(0, 4)));
+        set.repaint(1, 2, |old, x, y| old(WIDTH - 1 - x, y));
+        set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 1), &["frame 1"]);
+        set.found("silhouettes", &Copy::mask(1, 2), &["mirrored"]);
+    }
+}
+
+#[test]
+fn another_strength_than_silhouettes_were_spoiled_with_is_found() {
+    let set = Copy::of(&CORRUPTED);
+    set.text("set.toml", |text| text.replace("holes = 0.05", "holes = 0.3"));
+    set.found_in_spite_of_good_hashes("silhouettes", &Copy::mask(0, 1), &["pixels differ"]);
 }
 
 // ---- the blindfold ---------------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ use super::SetError;
 use super::files::LAYERS;
 use super::grey_png;
 use crate::body::DepthImage;
+use crate::input::foreign;
 
 /// Where the depth of a camera and frame lies.
 pub(super) fn path(camera: usize, frame: usize) -> String {
@@ -13,12 +14,38 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 
 /// The PNG of a depth image.
 pub(super) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError> {
-    let millimetres = |depth: &f32| match depth.is_finite() {
-        true => (f64::from(*depth) * 1000.0).round().clamp(1.0, 65_535.0) as u16,
-        false => 0,
-    };
-    let pixels: Vec<u8> = image.depth.iter().flat_map(|depth| millimetres(depth).to_be_bytes()).collect();
+    let pixels: Vec<u8> = image.depth.iter().flat_map(|depth| millimetres(*depth).to_be_bytes()).collect();
     grey_png::encode(file, [image.width, image.height], png::BitDepth::Sixteen, &pixels)
+}
+
+/// What stands for a depth in metres.
+pub(super) fn millimetres(depth: f32) -> u16 {
+    match depth.is_finite() {
+        true => (f64::from(depth) * 1000.0).round().clamp(1.0, 65_535.0) as u16,
+        false => 0,
+    }
+}
+
+/// Whether a path is that of a depth image.
+pub(super) fn is_depth(path: &str) -> bool {
+    path.starts_with(LAYERS) && path.ends_with("-depth.png")
+}
+
+/// The millimetres of a file of that size.
+pub(super) fn decode(file: &str, bytes: &[u8], [width, height]: [u32; 2]) -> Result<Vec<u16>, SetError> {
+    let malformed = |detail: String| SetError::malformed(file, detail);
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(|e| malformed(foreign(e)))?;
+    let (info, (color, depth)) = (reader.info(), reader.output_color_type());
+    if (info.width, info.height) != (width, height) {
+        let (w, h) = (info.width, info.height);
+        return Err(malformed(format!("{w} x {h} pixels, its camera has {width} x {height}")));
+    }
+    if (color, depth) != (png::ColorType::Grayscale, png::BitDepth::Sixteen) {
+        return Err(malformed("expected 16-bit grey pixels".to_owned()));
+    }
+    let mut pixels = vec![0; 2 * width as usize * height as usize];
+    reader.next_frame(&mut pixels).map_err(|e| malformed(foreign(e)))?;
+    Ok(pixels.as_chunks::<2>().0.iter().map(|bytes| u16::from_be_bytes(*bytes)).collect())
 }
 
 #[cfg(test)]
@@ -30,6 +57,8 @@ mod tests {
         let depth = vec![f32::INFINITY, 1.5, 2.0004, 0.0001, 65.6, 1000.0];
         let image = DepthImage { width: 3, height: 2, depth, part: vec![0, 1, 1, 1, 1, 1] };
         let bytes = encode("x", &image).unwrap();
+        assert_eq!(decode("x", &bytes, [3, 2]).unwrap(), [0, 1500, 2000, 1, 65_535, 65_535]);
+        assert!(decode("x", &bytes, [2, 3]).unwrap_err().to_string().contains("its camera has 2 x 3"));
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; 12];
         let info = reader.next_frame(&mut pixels).unwrap();

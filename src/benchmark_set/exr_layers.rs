@@ -12,6 +12,7 @@
 //! All are 32 bits. The data window is the bounding box of what shows the body, with colour the whole image; the
 //! display window is the image. Outside the data window there is no geometry.
 
+use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use exr::prelude::{
@@ -92,7 +93,7 @@ pub(super) fn is_layer(path: &str) -> bool {
     path.starts_with(LAYERS) && path.ends_with(".exr")
 }
 
-/// Depth and parts of a whole image, row by row from the top, as far as its file has them.
+/// The channels of a whole image, row by row from the top, as far as its file has them.
 pub(super) struct LayerImage {
     pub(super) width: u32,
     pub(super) height: u32,
@@ -100,6 +101,30 @@ pub(super) struct LayerImage {
     pub(super) depth: Option<Vec<f32>>,
     /// 0 outside the data window.
     pub(super) part: Option<Vec<u32>>,
+    /// The other channels of [`FLOATS`] by name; outside the data window what stands there.
+    floats: BTreeMap<&'static str, Vec<f32>>,
+}
+
+/// Channels of 32-bit floats besides depth, and their value where there is no geometry.
+const FLOATS: [(&str, f32); 10] = [
+    ("normal.X", 0.0),
+    ("normal.Y", 0.0),
+    ("normal.Z", 0.0),
+    ("forward.u", f32::NAN),
+    ("forward.v", f32::NAN),
+    ("A", 0.0),
+    ("R", 0.0),
+    ("G", 0.0),
+    ("B", 0.0),
+    ("Y", 0.0),
+];
+
+impl LayerImage {
+    /// Several channels that belong together; `None` unless all are there.
+    pub(super) fn floats<const N: usize>(&self, names: [&str; N]) -> Option<[&[f32]; N]> {
+        let found = names.map(|name| self.floats.get(name).map(Vec::as_slice));
+        found.iter().all(Option::is_some).then(|| found.map(Option::unwrap_or_default))
+    }
 }
 
 /// Reads what [`encode`] wrote; other channels are left out.
@@ -125,7 +150,8 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
         let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
         (x < size.width() && y < size.height()).then_some(y * size.width() + x)
     };
-    let mut image = LayerImage { width: size.width() as u32, height: size.height() as u32, depth: None, part: None };
+    let (width, height) = (size.width() as u32, size.height() as u32);
+    let mut image = LayerImage { width, height, depth: None, part: None, floats: BTreeMap::new() };
     for channel in &layer.channel_data.list {
         let pixels = size.width() * size.height();
         let places = (0..window.height()).flat_map(|y| (0..window.width()).map(move |x| (x, y)));
@@ -143,7 +169,15 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
             ("depth.Z" | "id.part", _) => {
                 return Err(malformed(format!("{}: expected 32-bit numbers", channel.name)));
             }
-            _ => {}
+            (name, samples) => {
+                let Some((name, outside)) = FLOATS.into_iter().find(|(known, _)| *known == name) else { continue };
+                let FlatSamples::F32(values) = samples else {
+                    return Err(malformed(format!("{name}: expected 32-bit floating-point numbers")));
+                };
+                let mut whole = vec![outside; pixels];
+                places.zip(values).for_each(|((x, y), v)| inside(x, y).iter().for_each(|i| whole[*i] = *v));
+                image.floats.insert(name, whole);
+            }
         }
     }
     Ok(image)

@@ -8,7 +8,8 @@
 //! | `sight_names` | (4) | the same in words |
 //!
 //! `joint_names`, `marker_names` and `camera_names` are those of `truth.npz`. A joint belongs to the links on both its
-//! sides, a marker to its own: their solids, and solids that hold the point, do not hide it.
+//! sides, a marker to its own: their geometry, and solids that hold the point, do not hide it. Everything else hides it
+//! that the line from the point to the camera enters; of a body with a skin the skin does, not its solids.
 
 use nalgebra::Point3;
 
@@ -16,10 +17,11 @@ use crate::body::LANDMARKS;
 use crate::camera::CameraRig;
 use crate::npz::{Array, Npz};
 use crate::parallel;
-use crate::scene::{GroundTruth, Sight};
+use crate::scene::{GroundTruth, Occluders, Sight};
 
 pub(super) const PATH: &str = "truth/views.npz";
-const NAMES: [&str; 4] = ["in_view", "self_occluded", "occluded", "out_of_view"];
+/// Words for the sights 0 to 3.
+pub(super) const NAMES: [&str; 4] = ["in_view", "self_occluded", "occluded", "out_of_view"];
 
 /// Pixels and sights of one frame.
 #[derive(Default)]
@@ -58,15 +60,15 @@ pub(super) fn to_npz(truth: &GroundTruth, rig: &CameraRig) -> Npz {
 fn views_of(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> FrameViews {
     let (actor, frame) = (&truth.actor, &truth.frames[frame]);
     let mut views = FrameViews::default();
+    let occluders = Occluders::new(actor, &frame.link_frames, &truth.props);
     for camera in &rig.cameras {
+        let lines = occluders.seen_by(camera);
         let pixel = |point: Option<&Point3<f64>>| match point.and_then(|point| camera.project(point)) {
             // files have pixel centres at integers
             Some(pixel) => [pixel.x - 0.5, pixel.y - 0.5],
             None => [f64::NAN; 2],
         };
-        let sight = |point: &Point3<f64>, own: &[usize]| {
-            Sight::new(point, own, (actor, &frame.link_frames), &truth.props, camera) as i64
-        };
+        let sight = |point: &Point3<f64>, own: &[usize]| lines.to(point, own) as i64;
         for (index, point) in frame.joint_positions.iter().enumerate() {
             views.joints.extend(pixel(Some(point)));
             views.joint_sights.push(sight(point, &[actor.joints[index].parent, index + 1]));

@@ -58,7 +58,7 @@ pub use prop::Prop;
 pub use ray::Ray;
 pub use shape::{BodyShape, LinkShape};
 pub use shipped::{SHIPPED_ROBOTS, shipped};
-pub use silhouette::{DepthImage, SilhouettePainter, SurfacePixel, capsules_in_camera, draw_silhouette};
+pub use silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera, draw_silhouette};
 pub use skin::{
     Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, shipped_skin, skin_from_gltf,
 };

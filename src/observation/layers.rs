@@ -1,7 +1,9 @@
 //! Exact images of every frame beside the masks: depth, parts, normals, flow, coverage, brightness.
 
+use nalgebra::Point3;
+
 use super::{ImageSettings, Observer, SceneCamera};
-use crate::body::{DepthImage, SurfacePixel};
+use crate::body::{DepthImage, LinkFrames, SurfacePixel};
 use crate::camera::{Camera, CameraRig};
 use crate::scene::GroundTruth;
 
@@ -29,8 +31,8 @@ pub struct LayerImages {
     /// Outward unit normal of the surface in the world; zero where there is no body.
     pub normals: Vec<[f32; 3]>,
     /// Where the surface point that a pixel's centre sees is seen in the next frame, less where it is seen now, pixels
-    /// (x right, y down; lens included), whether or not it is hidden then. NaN where there is no body, in the last
-    /// frame, and where the point is then before the near plane.
+    /// (x right, y down; lens included), whether or not it is hidden then; a point of a skin moves with the skin. NaN
+    /// where there is no body, in the last frame, and where the point is then before the near plane.
     pub flow: Vec<[f32; 2]>,
     /// Share of 4 x 4 samples of a pixel that see the body, samples at the centres of its sixteenths.
     pub coverage: Vec<f32>,
@@ -88,8 +90,10 @@ impl<'a> LayerObserver<'a> {
         }
         if self.wanted.flow {
             layers.flow = vec![[f32::NAN; 2]; pixels];
+            let next = self.next(frame);
             for (index, pixel) in &shown {
-                layers.flow[*index] = self.flow(pixel, frame).unwrap_or([f32::NAN; 2]);
+                let flow = next.as_ref().and_then(|next| self.flow(pixel, next));
+                layers.flow[*index] = flow.unwrap_or([f32::NAN; 2]);
             }
         }
         if let Some(fine) = &self.fine {
@@ -103,11 +107,30 @@ impl<'a> LayerObserver<'a> {
         layers
     }
 
-    fn flow(&self, pixel: &SurfacePixel, frame: usize) -> Option<[f32; 2]> {
+    /// The body a frame later.
+    fn next(&self, frame: usize) -> Option<NextFrame<'a>> {
         let next = self.truth.frames.get(frame + 1)?;
-        let then = self.camera.project(&(next.link_frames[pixel.part] * pixel.point_in_link))?;
+        let mut vertices = Vec::new();
+        if let Some(skin) = &self.truth.actor.skin {
+            skin.deform_into(&next.link_frames, &mut vertices);
+        }
+        Some(NextFrame { link_frames: &next.link_frames, vertices })
+    }
+
+    fn flow(&self, pixel: &SurfacePixel, next: &NextFrame<'_>) -> Option<[f32; 2]> {
+        let point = match (pixel.on_skin, &self.truth.actor.skin) {
+            (Some(on_skin), Some(skin)) => on_skin.at(skin, &next.vertices)?,
+            _ => next.link_frames[pixel.part] * pixel.point_in_link,
+        };
+        let then = self.camera.project(&point)?;
         Some([(then.x - f64::from(pixel.x) - 0.5) as f32, (then.y - f64::from(pixel.y) - 0.5) as f32])
     }
+}
+
+/// Where a frame has the links, and the vertices of a skin in the world.
+struct NextFrame<'a> {
+    link_frames: &'a LinkFrames,
+    vertices: Vec<Point3<f64>>,
 }
 
 impl From<DepthImage> for LayerImages {

@@ -29,7 +29,6 @@
 pub(crate) mod fixture;
 mod sight;
 mod truth;
-mod visibility;
 
-pub use sight::Sight;
+pub use sight::{Occluders, Sight, SightLines};
 pub use truth::{GroundTruth, SceneError, TruthFrame};

@@ -1,12 +1,12 @@
 //! How a camera sees a joint or marker.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::body::{Humanoid, LinkFrames, Prop, Ray};
+use crate::body::{Humanoid, LinkFrames, Prop, Ray, Skin};
 use crate::camera::Camera;
 
-/// How a camera sees a point of the body. Points lie inside the body: the solids of a point's own links and solids that
-/// hold the point do not hide it.
+/// How a camera sees a point of the body. Points lie inside the body: the geometry of a point's own links and solids
+/// that hold the point do not hide it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Sight {
@@ -20,42 +20,146 @@ pub enum Sight {
     OutOfView = 3,
 }
 
-impl Sight {
-    /// How `camera` sees `point`, which belongs to the links `own` of the body.
-    pub fn new(
-        point: &Point3<f64>,
-        own: &[usize],
-        (body, frames): (&Humanoid, &LinkFrames),
-        props: &[Prop],
-        camera: &Camera,
-    ) -> Self {
-        if !camera.sees(point) {
-            return Self::OutOfView;
+/// What may stand between a camera and points of a body: the body's surface in one pose, and props.
+///
+/// The surface is what cameras see: the solids, or the skin of a body that has one. A solid hides a point if the line
+/// from the point to the camera enters it; a skin, if the line enters the body again through a triangle of a link that
+/// is not the point's own.
+pub struct Occluders<'a> {
+    body: &'a Humanoid,
+    props: &'a [Prop],
+    links_from_world: Vec<Isometry3<f64>>,
+    /// Vertices of the skin in the world; empty without one.
+    vertices: Vec<Point3<f64>>,
+    /// Whether the triangles of the skin are counterclockwise from outside.
+    outwards: bool,
+}
+
+/// A camera among occluders.
+pub struct SightLines<'a> {
+    occluders: &'a Occluders<'a>,
+    camera: &'a Camera,
+    centre: Point3<f64>,
+    /// Bounds in ideal image coordinates of the skin's triangles: least and greatest x and y.
+    bounds: Vec<[f64; 4]>,
+}
+
+impl<'a> Occluders<'a> {
+    /// Of a body with its links at `frames`, among props.
+    pub fn new(body: &'a Humanoid, frames: &LinkFrames, props: &'a [Prop]) -> Self {
+        let mut vertices = Vec::new();
+        if let Some(skin) = &body.skin {
+            skin.deform_into(frames, &mut vertices);
         }
-        let sight = Ray { origin: *point, direction: camera.centre() - point };
-        let others = body.links.iter().zip(&frames.0).enumerate().filter(|(link, _)| !own.contains(link));
-        let by_body = others.into_iter().any(|(_, (link, frame)): (usize, (_, &Isometry3<f64>))| {
-            let sight = sight.transformed(&frame.inverse());
-            // an entry at 0 is a solid that holds the point, one beyond 1 lies behind the camera
-            link.solids.iter().any(|solid| solid.ray_entry(&sight).is_some_and(|s| s > 0.0 && s <= 1.0))
-        });
-        let by_prop = || props.iter().any(|prop| prop.solid.ray_entry(&sight).is_some_and(|s| s <= 1.0));
+        let outwards = body.skin.as_ref().is_none_or(|skin| signed_volume(skin, &vertices) >= 0.0);
+        let links_from_world = frames.0.iter().map(Isometry3::inverse).collect();
+        Self { body, props, links_from_world, vertices, outwards }
+    }
+
+    /// As seen by a camera.
+    pub fn seen_by(&'a self, camera: &'a Camera) -> SightLines<'a> {
+        let projected: Vec<Option<[f64; 2]>> = self
+            .vertices
+            .iter()
+            .map(|vertex| camera.camera_from_world * vertex)
+            .map(|p| (p.z > 1e-6).then(|| [p.x / p.z, p.y / p.z]))
+            .collect();
+        let everywhere = [f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY];
+        let bounds = |triangle: &[u32; 3]| {
+            let [Some(a), Some(b), Some(c)] = triangle.map(|corner| projected[corner as usize]) else {
+                return everywhere;
+            };
+            let least = |i: usize| a[i].min(b[i]).min(c[i]);
+            let most = |i: usize| a[i].max(b[i]).max(c[i]);
+            [least(0), most(0), least(1), most(1)]
+        };
+        let bounds = self.body.skin.iter().flat_map(|skin| skin.triangles()).map(bounds).collect();
+        SightLines { occluders: self, camera, centre: camera.centre(), bounds }
+    }
+}
+
+impl SightLines<'_> {
+    /// How the camera sees `point`, which belongs to the links `own` of the body.
+    pub fn to(&self, point: &Point3<f64>, own: &[usize]) -> Sight {
+        if !self.camera.sees(point) {
+            return Sight::OutOfView;
+        }
+        let sight = Ray { origin: *point, direction: self.centre - point };
+        let by_body = match &self.occluders.body.skin {
+            Some(skin) => self.is_behind_skin(skin, &sight, own),
+            None => self.occluders.is_behind_solid(&sight, own),
+        };
         match by_body {
-            true => Self::SelfOccluded,
-            false if by_prop() => Self::Occluded,
-            false => Self::InView,
+            true => Sight::SelfOccluded,
+            false if self.occluders.is_behind_prop(&sight) => Sight::Occluded,
+            false => Sight::InView,
         }
     }
+
+    /// Whether the line from a point to the camera enters the skin through a triangle of another link.
+    fn is_behind_skin(&self, skin: &Skin, sight: &Ray, own: &[usize]) -> bool {
+        let seen = self.camera.camera_from_world * sight.origin;
+        let (x, y) = (seen.x / seen.z, seen.y / seen.z);
+        let near =
+            self.bounds.iter().enumerate().filter(|(_, [left, right, top, bottom])| {
+                (*left..=*right).contains(&x) && (*top..=*bottom).contains(&y)
+            });
+        near.into_iter().any(|(facet, _)| {
+            let corners = skin.triangles()[facet].map(|corner| self.occluders.vertices[corner as usize]);
+            enters(&corners, self.occluders.outwards, sight) && !own.contains(&(skin.part_of(facet) as usize))
+        })
+    }
+}
+
+impl Occluders<'_> {
+    /// Whether the line from a point to the camera enters a solid of another link that does not hold the point.
+    fn is_behind_solid(&self, sight: &Ray, own: &[usize]) -> bool {
+        let others = self.body.links.iter().zip(&self.links_from_world).enumerate();
+        others.filter(|(link, _)| !own.contains(link)).any(|(_, (link, link_from_world))| {
+            let sight = sight.transformed(link_from_world);
+            // an entry at 0 is a solid that holds the point, one beyond 1 lies behind the camera
+            link.solids.iter().any(|solid| solid.ray_entry(&sight).is_some_and(|s| s > 0.0 && s <= 1.0))
+        })
+    }
+
+    /// A prop hides even what it holds.
+    fn is_behind_prop(&self, sight: &Ray) -> bool {
+        self.props.iter().any(|prop| prop.solid.ray_entry(sight).is_some_and(|s| s <= 1.0))
+    }
+}
+
+/// Six times the volume inside a skin, negative where its triangles are clockwise from outside.
+fn signed_volume(skin: &Skin, vertices: &[Point3<f64>]) -> f64 {
+    let about = vertices.first().map_or(Vector3::zeros(), |v| v.coords);
+    let corner = |index: u32| vertices[index as usize].coords - about;
+    skin.triangles().iter().map(|[a, b, c]| corner(*a).cross(&corner(*b)).dot(&corner(*c))).sum()
+}
+
+/// Whether the ray crosses a triangle from outside to inside between its origin and the end of its direction
+/// (`[Möller 1997]`).
+fn enters([a, b, c]: &[Point3<f64>; 3], outwards: bool, ray: &Ray) -> bool {
+    let (p, q) = (b - a, c - a);
+    let across = ray.direction.cross(&q);
+    // the determinant is minus the product of direction and normal: positive where the ray meets the front
+    let determinant = p.dot(&across);
+    if determinant == 0.0 || (determinant > 0.0) != outwards {
+        return false;
+    }
+    let from = ray.origin - a;
+    let turned = from.cross(&p);
+    let (u, v, s) = (from.dot(&across), ray.direction.dot(&turned), q.dot(&turned));
+    let [u, v, s] = [u, v, s].map(|value| value / determinant);
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && s > 0.0 && s <= 1.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::LANDMARKS;
-    use crate::body::Solid;
     use crate::body::fixture::{person, walk};
+    use crate::body::{LANDMARKS, Landmark, Solid};
+    use crate::camera::CameraRig;
     use crate::scene::GroundTruth;
-    use crate::scene::fixture::rig;
+    use crate::scene::fixture::{camera_at, rig};
 
     #[test]
     fn a_marker_is_in_view_iff_the_truth_calls_it_visible_and_the_other_reasons_are_told_apart() {
@@ -64,23 +168,75 @@ mod tests {
         let truth = GroundTruth::among_props(person(), &walk(30), &rig(), props).unwrap();
         let mut counts = [0; 4];
         for frame in &truth.frames {
+            let occluders = Occluders::new(&truth.actor, &frame.link_frames, &truth.props);
+            let alone = Occluders::new(&truth.actor, &frame.link_frames, &[]);
             for (index, camera) in rig().cameras.iter().enumerate() {
                 for (marker, _) in LANDMARKS.iter().enumerate() {
                     let (Some(point), Some(own)) = (frame.markers[marker], truth.actor.markers[marker]) else {
                         continue;
                     };
-                    let scene = (&truth.actor, &frame.link_frames);
-                    let sight = Sight::new(&point, &[own.link], scene, &truth.props, camera);
+                    let sight = occluders.seen_by(camera).to(&point, &[own.link]);
                     assert_eq!(sight == Sight::InView, frame.visible[index][marker]);
                     assert_eq!(sight == Sight::OutOfView, !frame.in_view[index][marker]);
                     counts[sight as usize] += 1;
                     if sight == Sight::Occluded {
-                        let without = Sight::new(&point, &[own.link], scene, &[], camera);
+                        let without = alone.seen_by(camera).to(&point, &[own.link]);
                         assert_eq!(without, Sight::InView, "it is the prop's fault");
                     }
                 }
             }
         }
         assert!(counts[0] > 0 && counts[1] > 0 && counts[2] > 0, "{counts:?}");
+    }
+
+    fn visible(from: Point3<f64>, landmark: Landmark) -> bool {
+        let rig = CameraRig { cameras: vec![camera_at("only", from)] };
+        let truth = GroundTruth::from_motion(person(), &walk(1), &rig).unwrap();
+        truth.frames[0].visible[0][landmark as usize]
+    }
+
+    #[test]
+    fn the_torso_hides_the_far_hand_and_nothing_hides_the_near_one() {
+        let (left, right) = (Point3::new(0.0, 4.0, 1.0), Point3::new(0.0, -4.0, 1.0));
+        assert!(visible(left, Landmark::LeftWrist) && !visible(left, Landmark::RightWrist));
+        assert!(visible(right, Landmark::RightWrist) && !visible(right, Landmark::LeftWrist));
+        let front = Point3::new(4.0, 0.0, 1.0);
+        assert!(visible(front, Landmark::LeftWrist) && visible(front, Landmark::RightWrist));
+    }
+
+    #[test]
+    fn a_solid_around_a_marker_does_not_hide_it() {
+        // the elbow lies inside upper arm and forearm alike
+        assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
+        assert!(visible(Point3::new(-4.0, 0.0, 1.0), Landmark::LeftElbow));
+    }
+
+    #[test]
+    fn a_prop_around_a_marker_hides_it_and_one_behind_it_does_not() {
+        let rig = CameraRig { cameras: vec![camera_at("only", Point3::new(4.0, 0.0, 1.0))] };
+        let among = |x: f64| {
+            let solid =
+                Solid::Box { link_from_box: Isometry3::translation(x, 0.0, 1.0), half_extents: [1.0, 1.0, 1.5] };
+            let props = vec![Prop { name: "box".into(), solid }];
+            let truth = GroundTruth::among_props(person(), &walk(1), &rig, props).unwrap();
+            truth.frames[0].visible[0][Landmark::LeftElbow as usize]
+        };
+        assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
+        assert!(!among(0.0) && among(-3.0));
+    }
+
+    #[test]
+    fn a_marker_outside_the_image_is_not_visible() {
+        assert!(!visible(Point3::new(0.6, 0.0, 1.0), Landmark::LeftAnkle));
+    }
+
+    #[test]
+    fn a_ray_enters_a_triangle_from_its_front_alone() {
+        let corners = [Point3::new(0.0, 0.0, 0.0), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)];
+        let ray = |z: f64, to: f64| Ray { origin: Point3::new(0.2, 0.2, z), direction: Vector3::new(0.0, 0.0, to) };
+        assert!(enters(&corners, true, &ray(1.0, -2.0)), "its normal is +Z");
+        assert!(!enters(&corners, true, &ray(-1.0, 2.0)) && enters(&corners, false, &ray(-1.0, 2.0)));
+        assert!(!enters(&corners, true, &ray(1.0, -0.9)), "it ends before the triangle");
+        assert!(!enters(&corners, true, &ray(-0.1, -2.0)), "the triangle lies behind its start");
     }
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::Point3;
 
-use super::visibility;
-use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
+use super::{Occluders, Sight};
+use crate::body::{Humanoid, LANDMARKS, LinkFrames, LinkPoint, Markers, Motion, Pose, Prop};
 use crate::camera::CameraRig;
 use crate::input::excerpt;
 use crate::parallel;
@@ -36,9 +36,9 @@ pub struct TruthFrame {
     pub markers: Markers,
     /// `[camera][marker]`: whether the camera sees the marker inside its image and before the near plane.
     pub in_view: Vec<[bool; LANDMARKS.len()]>,
-    /// `[camera][marker]`: whether the marker is in view and hidden neither by the body nor by a prop. Markers lie
-    /// inside the body, so the geometry of a marker's own link and solids that contain the marker do not count; all
-    /// other geometry between the camera's centre and the marker does.
+    /// `[camera][marker]`: whether the marker is in view and hidden neither by the body's surface (its skin, where it
+    /// has one) nor by a prop. Markers lie inside the body, so the geometry of a marker's own link and solids that
+    /// contain the marker do not count; all other geometry that the line to the camera enters does ([`Occluders`]).
     pub visible: Vec<[bool; LANDMARKS.len()]>,
 }
 
@@ -167,10 +167,13 @@ impl TruthFrame {
         let markers = actor.markers(&link_frames);
         let in_view: Vec<_> =
             rig.cameras.iter().map(|camera| markers.map(|m| m.is_some_and(|m| camera.sees(&m)))).collect();
-        let mut visible = in_view.clone();
-        for (camera, visible) in rig.cameras.iter().zip(&mut visible) {
-            visibility::clear_hidden(actor, &link_frames, props, &markers, camera, visible);
-        }
+        let occluders = Occluders::new(actor, &link_frames, props);
+        let visible = rig.cameras.iter().map(|camera| {
+            let lines = occluders.seen_by(camera);
+            let is_seen = |(marker, own): (&Point3<f64>, LinkPoint)| lines.to(marker, &[own.link]) == Sight::InView;
+            std::array::from_fn(|i| markers[i].as_ref().zip(actor.markers[i]).is_some_and(is_seen))
+        });
+        let visible = visible.collect();
         Ok(Self {
             time_s: frame as f64 / frames_per_second,
             pose: pose.clone(),

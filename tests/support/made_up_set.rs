@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, Observed, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Humanoid, Motion, shipped};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
-use skiagraph::observation::Observer;
+use skiagraph::observation::{CorruptedObserver, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource};
 use skiagraph::scene::GroundTruth;
 
 /// A camera `[name, eye, distortion]` of `size` pixels that looks at the actor's belly.
@@ -33,12 +33,29 @@ pub(crate) fn motion(
 
 /// The set of that motion of the actor, seen exactly by these cameras; the tracker has the actor's body.
 pub(crate) fn assemble(name: &str, cameras: Vec<Camera>, motion: &Motion) -> BenchmarkSet {
+    assemble_observed(name, cameras, motion, &ObservationSettings::default())
+}
+
+/// As [`assemble`], with silhouettes as these settings want them.
+pub(crate) fn assemble_observed(
+    name: &str,
+    cameras: Vec<Camera>,
+    motion: &Motion,
+    settings: &ObservationSettings,
+) -> BenchmarkSet {
     let actor = shipped("actor").unwrap();
     let rig = CameraRig { cameras };
     let truth = GroundTruth::from_motion(actor.clone(), motion, &rig).unwrap();
     let training = Training::none(&actor);
     let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
-    let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
+    let (exact, seed) = (settings.is_exact(), u64::from(settings.seed));
+    let facts = TruthFacts {
+        motion: "made up".into(),
+        matched: true,
+        observation_seed: (!exact).then_some(settings.seed),
+        ..TruthFacts::default()
+    };
+    let observed = settings.facts();
     let parts = SetParts {
         name,
         rig: &rig,
@@ -47,8 +64,20 @@ pub(crate) fn assemble(name: &str, cameras: Vec<Camera>, motion: &Motion) -> Ben
         refitted: Some(motion),
         facts: &facts,
         recordings: &[],
-        observed: Observed::default(),
+        observed: Observed { facts: (!exact).then_some(&observed), tracker_rig: None },
     };
-    let observer = Observer::new(&truth, &rig);
-    BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
+    match settings.silhouette {
+        SilhouetteSource::Exact => {
+            let observer = Observer::new(&truth, &rig);
+            BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
+        }
+        SilhouetteSource::Corrupted => {
+            let observer = CorruptedObserver::new(&truth, &rig, settings.corruption, seed);
+            BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
+        }
+        SilhouetteSource::Segmented => {
+            let observer = SegmentedObserver::new(&truth, &rig, &settings.images, &settings.background, seed).unwrap();
+            BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
+        }
+    }
 }

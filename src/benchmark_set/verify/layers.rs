@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 
 use super::parts::ReadParts;
-use super::{Fault, Outcome, Thoroughness};
+use super::{Fault, Outcome, Thoroughness, surface};
 use crate::benchmark_set::SetError;
+use crate::benchmark_set::depth_png;
 use crate::benchmark_set::exr_layers::{self, LayerImage};
 use crate::benchmark_set::files::SetFiles;
 use crate::body::{DepthImage, Humanoid};
-use crate::camera::{Camera, CameraRig};
-use crate::observation::Observer;
+use crate::camera::Camera;
+use crate::observation::{LayerObserver, WantedLayers};
 use crate::parallel;
 use crate::scene::{GroundTruth, TruthFrame};
 
@@ -30,25 +31,26 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
     let mut faults = Vec::new();
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
     for (index, camera) in rig.cameras.iter().enumerate() {
-        let alone = CameraRig { cameras: vec![camera.clone()] };
-        let observer = Observer::new(truth, &alone);
+        let observer = LayerObserver::new(truth, rig, index, wanted(files, parts, index, &numbers));
         let of_frame = |at: usize| {
             let (number, mut faults) = (numbers[at], Vec::new());
             if (how.stop)() {
                 return faults;
             }
+            let expected = observer.look(number);
             let path = exr_layers::path(index, number);
             let image = files.read(&path).and_then(|bytes| exr_layers::decode(&path, &bytes));
             match image {
-                Ok(image) => faults.extend(
-                    Seen { truth, frame: number, camera, image }
-                        .faults(observer.depths(number).first())
-                        .into_iter()
-                        .map(|detail| Fault::new(&path, detail)),
-                ),
+                Ok(image) => {
+                    let seen = Seen { truth, frame: number, camera, image: &image };
+                    let own = seen.faults(&expected.depth);
+                    let wrong = if own.is_empty() { surface::faults(&image, &expected, camera) } else { Vec::new() };
+                    faults.extend(own.into_iter().chain(wrong).map(|detail| Fault::new(&path, detail)));
+                }
                 Err(SetError::Tampered { .. } | SetError::NotASet { .. } | SetError::Io { .. }) => {}
                 Err(error) => faults.push(error.into()),
             }
+            faults.extend(depth_png_fault(files, index, number, &expected.depth));
             faults
         };
         faults.extend(parallel::map(numbers.len(), of_frame).concat());
@@ -56,17 +58,55 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
     Ok((format!("{} images redrawn", numbers.len() * rig.cameras.len()), faults))
 }
 
+/// What has to be drawn to check the images of a camera: the layers that any of them has.
+fn wanted(files: &SetFiles, parts: &ReadParts, camera: usize, numbers: &[usize]) -> WantedLayers {
+    let mut wanted = WantedLayers::default();
+    // all images of a set have the same layers; another one is found because its channels are not those of the first
+    let first = numbers.iter().map(|number| exr_layers::path(camera, *number));
+    let image = first.filter_map(|path| exr_layers::decode(&path, &files.read(&path).ok()?).ok()).next();
+    let Some(image) = image else { return wanted };
+    wanted.normals = image.floats(surface::NORMALS).is_some();
+    wanted.flow = image.floats(surface::FLOW).is_some();
+    wanted.coverage = image.floats(surface::COVERAGE).is_some();
+    let colour = image.floats(surface::COLOUR).is_some() || image.floats(surface::GREY).is_some();
+    wanted.colour = colour.then(|| parts.images());
+    wanted
+}
+
+/// The depth in millimetres, where the set has it.
+fn depth_png_fault(files: &SetFiles, camera: usize, number: usize, expected: &DepthImage) -> Option<Fault> {
+    let path = depth_png::path(camera, number);
+    if !files.has(&path) {
+        return None;
+    }
+    let found = files.read(&path).and_then(|b| depth_png::decode(&path, &b, [expected.width, expected.height]));
+    let found = match found {
+        Ok(found) => found,
+        Err(SetError::Tampered { .. } | SetError::NotASet { .. } | SetError::Io { .. }) => return None,
+        Err(error) => return Some(error.into()),
+    };
+    let off = |(found, expected): &(&u16, u16)| found.abs_diff(*expected) > 1 || (**found == 0) != (*expected == 0);
+    let pairs = || found.iter().zip(expected.depth.iter().map(|depth| depth_png::millimetres(*depth)));
+    let wrong = pairs().filter(off).count();
+    let swapped = || pairs().filter(|(found, expected)| found.swap_bytes() != *expected).count() <= TOLERANCE_PX;
+    let why = if wrong > TOLERANCE_PX && swapped() { "; their bytes are exchanged" } else { "" };
+    let pixels = found.len();
+    (wrong > TOLERANCE_PX).then(|| {
+        let detail = format!("{wrong} of {pixels} pixels have other millimetres than the body's depth is there{why}");
+        Fault::new(&path, detail)
+    })
+}
+
 /// The truth images of a camera in a frame.
 struct Seen<'a> {
     truth: &'a GroundTruth,
     frame: usize,
     camera: &'a Camera,
-    image: LayerImage,
+    image: &'a LayerImage,
 }
 
 impl Seen<'_> {
-    fn faults(&self, expected: Option<&DepthImage>) -> Vec<String> {
-        let Some(expected) = expected else { return Vec::new() };
+    fn faults(&self, expected: &DepthImage) -> Vec<String> {
         let mut faults = Vec::new();
         let pixels = expected.part.len();
         if (self.image.width, self.image.height) != (expected.width, expected.height) {

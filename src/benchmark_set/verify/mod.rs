@@ -19,6 +19,7 @@ mod masks;
 mod parts;
 mod poses;
 mod projection;
+mod surface;
 
 use std::path::Path;
 
@@ -39,12 +40,12 @@ pub const CHECKS: [(&str, &str); 11] = [
     ),
     ("poses", "link frames, joints and markers follow from root and angles, frame by frame, and nothing jumps"),
     ("projection", "markers projected by OpenCV's formula are where in_view says, and lie in the silhouettes"),
-    ("visibility", "in_view and visible are what body, props and cameras give"),
-    ("silhouettes", "every silhouette is what its camera sees of the body in its frame"),
+    ("visibility", "in_view, visible and the sights of views.npz are what body, props and cameras give"),
     (
-        "layers",
-        "truth images hold the depth (along z, metres) and the part of every pixel, and fit joints and silhouettes",
+        "silhouettes",
+        "every silhouette is what its camera sees of the body in its frame, or what segmentation or corruption makes of it",
     ),
+    ("layers", "truth images hold depth (along z, metres), part, normal, flow, coverage and brightness of every pixel"),
     ("contact", "contact.npz is what the poses give"),
     ("blindfold", "no file outside truth/ tells a pose of the test"),
 ];
@@ -142,7 +143,7 @@ pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, S
     add(body::check(&parts))?;
     add(poses::check(&parts))?;
     add(projection::check(&files, &parts))?;
-    add(poses::check_visibility(&parts))?;
+    add(poses::check_visibility(&files, &parts))?;
     add(masks::check(&files, &parts, how))?;
     add(layers::check(&files, &parts, how))?;
     add(contacts::check(&files, &parts))?;

@@ -6,13 +6,13 @@ use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::manifest::{self, BlindManifest};
 use crate::benchmark_set::start_file::{self, Start};
 use crate::benchmark_set::{
-    SetError, body_file, cameras_file, contact_file, exr_layers, props_file, recording_file, spread_file,
-    training_file, truth_file,
+    SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, exr_layers, props_file, recording_file,
+    spread_file, training_file, truth_file,
 };
 use crate::body::Motion;
 use crate::camera::CameraRig;
 use crate::npz::Npz;
-use crate::observation::SilhouetteSource;
+use crate::observation::{ImageSettings, ObservationFacts, SilhouetteSource};
 use crate::scene::GroundTruth;
 
 /// What a set consists of; `None` for a part that cannot be read.
@@ -25,6 +25,8 @@ pub(super) struct ReadParts {
     pub(super) start: Option<Start>,
     pub(super) truth: Option<GroundTruth>,
     pub(super) refitted: Option<Motion>,
+    /// What is known beyond the numbers.
+    facts: Option<TruthFacts>,
 }
 
 impl ReadParts {
@@ -39,7 +41,7 @@ impl ReadParts {
         let manifest = files.read(manifest::PATH).and_then(|b| BlindManifest::from_toml(&b)).map_err(&mut keep).ok();
         let rig = files.read(cameras_file::PATH).and_then(|b| cameras_file::from_json(&b)).map_err(&mut keep).ok();
         let start = Start::from_files(files).map_err(&mut keep).ok();
-        manifest::truth_facts(files).map_err(&mut keep).ok();
+        let facts = manifest::truth_facts(files).map_err(&mut keep).ok();
         if files.has(recording_file::PATH) {
             files
                 .read(recording_file::PATH)
@@ -55,7 +57,7 @@ impl ReadParts {
             cameras_file::from_file(cameras_file::TRUTH_PATH, &bytes)
         });
         let true_rig = true_rig.and_then(|rig| rig.map_err(&mut keep).ok());
-        let parts = Self { manifest, rig, true_rig, start, truth, refitted: refitted.flatten() };
+        let parts = Self { manifest, rig, true_rig, start, truth, refitted: refitted.flatten(), facts };
         faults.extend(parts.disagreements());
         faults.extend(parts.names(files));
         faults.extend(parts.missing(files));
@@ -81,10 +83,17 @@ impl ReadParts {
         }
     }
 
-    /// Whether the set says that its silhouettes are not exact.
-    pub(super) fn masks_are_spoiled(&self) -> bool {
-        let facts = self.manifest.as_ref().and_then(|manifest| manifest.observation.as_ref());
-        facts.is_some_and(|facts| facts.silhouette != SilhouetteSource::Exact)
+    /// How the set says that its observations were made, and the seed of what was drawn for them.
+    pub(super) fn observed(&self) -> (ObservationFacts, u64) {
+        let facts = self.manifest.as_ref().and_then(|manifest| manifest.observation.clone());
+        let seed = self.facts.as_ref().and_then(|facts| facts.observation_seed).unwrap_or(1);
+        (facts.unwrap_or_default(), seed.into())
+    }
+
+    /// How images of the scene look, and the seed of what is random in them.
+    pub(super) fn images(&self) -> (ImageSettings, u64) {
+        let (facts, seed) = self.observed();
+        (facts.images.unwrap_or_default(), seed)
     }
 
     /// Why silhouettes and the given cameras need not fit the truth, where the set says so.
@@ -169,9 +178,13 @@ impl ReadParts {
         if files.paths().any(exr_layers::is_layer) {
             faults.extend(every(exr_layers::path).filter(lacks).map(|path| Fault::new(&path, detail)));
         }
+        if files.paths().any(depth_png::is_depth) {
+            faults.extend(every(depth_png::path).filter(lacks).map(|path| Fault::new(&path, detail)));
+        }
         let beyond = files.paths().filter(|path| {
-            let pictures =
-                (path.starts_with("observations/") && path.contains("/silhouette/")) || exr_layers::is_layer(path);
+            let pictures = (path.starts_with("observations/") && path.contains("/silhouette/"))
+                || exr_layers::is_layer(path)
+                || depth_png::is_depth(path);
             pictures && !in_range(path, sequence.cameras, sequence.frames)
         });
         let detail = format!("belongs to none of the {} cameras and {} frames", sequence.cameras, sequence.frames);
@@ -199,7 +212,8 @@ impl ReadParts {
 /// Whether camera and frame in the name of a picture are among those of the set.
 fn in_range(path: &str, cameras: usize, frames: usize) -> bool {
     let camera = path.split('/').find_map(|part| part.strip_prefix("cam")).and_then(|digits| digits.parse().ok());
-    let frame = path.rsplit('/').next().and_then(|name| name.split('.').next()).and_then(|digits| digits.parse().ok());
+    let name = path.rsplit('/').next();
+    let frame = name.and_then(|name| name.split(['.', '-']).next()).and_then(|digits| digits.parse().ok());
     camera.is_some_and(|camera: usize| camera < cameras) && frame.is_some_and(|frame: usize| frame < frames)
 }
 

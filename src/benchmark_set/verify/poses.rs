@@ -5,9 +5,12 @@ use nalgebra::Point3;
 use super::explanation::{Frame, explain};
 use super::parts::ReadParts;
 use super::{Fault, Outcome};
+use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::truth_file::PATH;
+use crate::benchmark_set::views_file;
 use crate::body::{LANDMARKS, LinkFrames, Markers};
 use crate::camera::{Camera, CameraRig};
+use crate::npz::{Npz, Values};
 use crate::parallel;
 use crate::scene::{GroundTruth, TruthFrame};
 
@@ -121,8 +124,8 @@ fn jump(truth: &GroundTruth, known: &[(LinkFrames, Markers)]) -> Option<String> 
     })
 }
 
-/// `in_view` and `visible` against what body, props and cameras give.
-pub(super) fn check_visibility(parts: &ReadParts) -> Outcome {
+/// `in_view`, `visible` and the sights of `views.npz` against what body, props and cameras give.
+pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let (truth, rig) = parts.scene()?;
     let known = GroundTruth::among_props(truth.actor.clone(), &truth.motion(), rig, truth.props.clone());
     let known = match known {
@@ -145,8 +148,62 @@ pub(super) fn check_visibility(parts: &ReadParts) -> Outcome {
         }
     }
     faults.extend(seen_but_not_in_view(truth, rig));
+    faults.extend(wrong_sights(files, &known, rig));
     let flags = 2 * truth.frames.len() * rig.cameras.len() * LANDMARKS.len();
     Ok((format!("{flags} flags"), faults))
+}
+
+/// Sights of joints and markers, those on the very border of the image left out.
+fn wrong_sights(files: &SetFiles, known: &GroundTruth, rig: &CameraRig) -> Vec<Fault> {
+    if !files.has(views_file::PATH) {
+        return Vec::new();
+    }
+    let read = files.read(views_file::PATH).ok().and_then(|bytes| Npz::from_bytes(views_file::PATH, &bytes).ok());
+    // what cannot be read is named by the check of projections
+    let Some(found) = read else { return Vec::new() };
+    let expected = views_file::to_npz(known, rig);
+    let wrong = |array: &str, points: &dyn Fn(&TruthFrame, usize) -> Option<Point3<f64>>, names: &[String]| {
+        let (found, expected) = (sights_of(&found, array)?, sights_of(&expected, array)?);
+        if found.len() != expected.len() {
+            return Some(format!("{array}: has {} sights in place of {}", found.len(), expected.len()));
+        }
+        let place = |index: usize| {
+            let (point, view) = (index % names.len(), index / names.len());
+            (view / rig.cameras.len(), view % rig.cameras.len(), point)
+        };
+        let differs = |index: &usize| {
+            let (frame, camera, point) = place(*index);
+            let on_border =
+                || points(&known.frames[frame], point).is_some_and(|p| is_on_border(&rig.cameras[camera], &p));
+            found[*index] != expected[*index] && !on_border()
+        };
+        let all: Vec<usize> = (0..found.len()).filter(differs).collect();
+        let (frame, camera, point) = place(*all.first()?);
+        let word =
+            |sight: i64| usize::try_from(sight).ok().and_then(|s| views_file::NAMES.get(s)).unwrap_or(&"unknown");
+        Some(format!(
+            "{array}: {} of {} sights are wrong, first {} of camera {:?} in frame {frame}: it says {}, the ray says {}",
+            all.len(),
+            found.len(),
+            names[point],
+            rig.cameras[camera].name,
+            word(found[all[0]]),
+            word(expected[all[0]])
+        ))
+    };
+    let joints: Vec<String> = known.actor.joints.iter().map(|joint| joint.name.clone()).collect();
+    let markers = LANDMARKS.map(|landmark| landmark.name().to_owned());
+    let of_joints = wrong("joint_sight", &|frame, joint| frame.joint_positions.get(joint).copied(), &joints);
+    let of_markers = wrong("marker_sight", &|frame, marker| frame.markers[marker], &markers);
+    of_joints.into_iter().chain(of_markers).map(|detail| Fault::new(views_file::PATH, detail)).collect()
+}
+
+/// The sights of an array; none where it is missing or holds anything else.
+fn sights_of(npz: &Npz, array: &str) -> Option<Vec<i64>> {
+    match npz.get(array).map(|array| &array.values) {
+        Some(Values::I64(sights)) => Some(sights.clone()),
+        _ => None,
+    }
 }
 
 type Pick = fn(&TruthFrame) -> &Vec<[bool; LANDMARKS.len()]>;

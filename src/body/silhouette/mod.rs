@@ -19,7 +19,7 @@ use crate::camera::Camera;
 use crate::raster::{CapsulePainter, Mask, MeshScratch, TaperedCapsule};
 pub use depth::DepthImage;
 use pixel_rays::PixelRays;
-pub use surface::SurfacePixel;
+pub use surface::{SkinPoint, SurfacePixel};
 
 /// Writes every tapered capsule of the body into `capsules` (cleared first), in the camera's frame, metres: the input
 /// of [`CapsulePainter`] and of trackers' energies. Other solids are left out.

@@ -20,6 +20,34 @@ pub struct SurfacePixel {
     pub point_in_link: Point3<f64>,
     /// Outward normal in the world, towards the camera.
     pub normal_in_world: Unit<Vector3<f64>>,
+    /// Of a body with a skin, where on the skin the point is: it moves with the skin, not with one link.
+    pub on_skin: Option<SkinPoint>,
+}
+
+/// A point on a skin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkinPoint {
+    /// Its triangle.
+    pub triangle: u32,
+    /// Its barycentric coordinates: shares of the triangle's corners.
+    pub shares: [f64; 3],
+}
+
+impl SkinPoint {
+    /// The point of the plane of triangle `[a, b, c]` that is nearest to `p`.
+    fn new(triangle: u32, [a, b, c]: &[Point3<f64>; 3], p: &Point3<f64>) -> Self {
+        let normal = (b - a).cross(&(c - a));
+        let share = |q: &Point3<f64>, r: &Point3<f64>| (q - p).cross(&(r - p)).dot(&normal) / normal.norm_squared();
+        let (first, second) = (share(b, c), share(c, a));
+        Self { triangle, shares: [first, second, 1.0 - first - second] }
+    }
+
+    /// Where it is when the vertices of `skin` are at `vertices`.
+    pub fn at(&self, skin: &Skin, vertices: &[Point3<f64>]) -> Option<Point3<f64>> {
+        let corners = skin.triangles().get(self.triangle as usize)?;
+        let term = |(corner, share): (&u32, f64)| Some(vertices.get(*corner as usize)?.coords * share);
+        corners.iter().zip(self.shares).map(term).sum::<Option<Vector3<f64>>>().map(Point3::from)
+    }
 }
 
 /// What a pixel saw last.
@@ -70,12 +98,15 @@ impl SilhouettePainter {
             let (x, y, part) = ((index % width) as u32, (index / width) as u32, pixel.part as usize);
             let [u, v] = rays.ray(x, y);
             let in_camera = Point3::new(u, v, 1.0) * pixel.depth;
-            let [a, b, c] = skin.triangles()[pixel.facet as usize].map(|corner| vertices[corner as usize]);
+            let corners = skin.triangles()[pixel.facet as usize].map(|corner| vertices[corner as usize]);
+            let on_skin = Some(SkinPoint::new(pixel.facet, &corners, &in_camera));
+            let [a, b, c] = corners;
             let normal = Unit::new_normalize((b - a).cross(&(c - a)));
             // a mesh is seen from either side
             let normal = if normal.dot(&in_camera.coords) > 0.0 { -normal } else { normal };
             let point_in_link = frames[part].inverse() * (world_from_camera * in_camera);
-            SurfacePixel { x, y, part, depth: pixel.depth, point_in_link, normal_in_world: world_from_camera * normal }
+            let normal_in_world = world_from_camera * normal;
+            SurfacePixel { x, y, part, depth: pixel.depth, point_in_link, normal_in_world, on_skin }
         })
         .collect()
     }
@@ -110,7 +141,7 @@ impl SilhouettePainter {
             let away = (camera_from_world * normal).dot(&in_camera.coords) > 0.0;
             // a mesh is seen from either side
             let normal_in_world = if away { -normal } else { normal };
-            SurfacePixel { x, y, part, depth: pixel.depth, point_in_link, normal_in_world }
+            SurfacePixel { x, y, part, depth: pixel.depth, point_in_link, normal_in_world, on_skin: None }
         })
         .collect()
     }
