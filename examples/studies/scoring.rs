@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use nalgebra::Vector3;
 use skiagraph::body::{Markers, shipped};
-use skiagraph::evaluation::{Sequence, evaluate};
+use skiagraph::evaluation::{PackedMarkers, Sequence, evaluate};
 
 /// A body that walks in place for ever, and an estimate whose error wanders by centimetres.
 pub(crate) fn study() -> Result<(), Box<dyn Error>> {
@@ -21,8 +21,8 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
             place.map(|place| place + Vector3::new(sway, error * libm::cos(0.9 * time + marker), 0.1 * sway))
         })
     };
-    let truth: Vec<Markers> = (0..frames).map(|frame| moved(frame, 0.0)).collect();
-    let estimate: Vec<Markers> = (0..frames).map(|frame| moved(frame, 0.02)).collect();
+    let truth: PackedMarkers = (0..frames).map(|frame| moved(frame, 0.0)).collect();
+    let estimate: PackedMarkers = (0..frames).map(|frame| moved(frame, 0.02)).collect();
     let (given, begin) = (peak_mib(), Instant::now());
     let evaluation = evaluate(&Sequence::from_markers(60.0, &truth, &estimate))?;
     println!(

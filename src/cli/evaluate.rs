@@ -14,13 +14,16 @@ use crate::mocap::UpAxis;
 /// Measure a run against the ground truth of its set
 ///
 /// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a file: .npz, .csv,
-/// .trc or .bvh. Results of a skiagraph run go into its directory. Results of another program's estimate go beside it,
-/// into NAME-evaluation; files that skiagraph did not write are never changed.
+/// .trc, .c3d or .bvh. Results of a skiagraph run go into its directory. Results of another program's estimate go
+/// beside it, into NAME-evaluation; files that skiagraph did not write are never changed.
 ///
 /// CSV has columns as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are HumanEva's
-/// markers or joints of the set's body, or are mapped by --joint-map: a TOML file with lines as "LKnee" = "left_knee".
+/// markers, joints or links of the set's body, or are mapped by --joint-map: a TOML file with lines as "LKnee" =
+/// "left_knee". Frames that a CSV file with frame numbers leaves out are lost.
+///
 /// Units and axes are metres, Z up, unless the file or --units and --up declare others; TRC declares its units and is Y
-/// up. A body of an impossible size is refused: its units are wrong.
+/// up. With Y up the set's x, y and z are the file's x, -z and y. A body of an impossible size is refused: its units
+/// are wrong.
 ///
 /// Another program's .npz needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an

@@ -10,7 +10,8 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::evaluation::{GateRules, GateVerdict, Margin};
 use crate::experiment::{
-    BASELINES, Baseline, Destination, ExperimentError, GATE_FILE, MoreOf, add_seeds, gate_run, put_file, read_rules,
+    BASELINES, Baseline, Destination, ExperimentError, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, gate_run,
+    put_file, read_rules,
 };
 use crate::report::GateReport;
 
@@ -58,7 +59,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     other_seeds: bool,
 
-    /// If the gate is inconclusive, run so many further seeds of the same tracker on the same set, and ask again
+    /// Run the seeds of the baseline that the run lacks, at most N; if the gate is inconclusive then, run N further
+    /// seeds of the same tracker on the same set, and ask again
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     add_seeds: Option<u32>,
 
@@ -110,15 +112,21 @@ enum InconclusiveAs {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let rules = arguments.rules()?;
     let baseline = Baseline::read(&arguments.baseline, &arguments.baselines)?;
+    let environment = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
+    let from = MoreOf {
+        sets: &arguments.set,
+        scenario_folder: arguments.scenario_dir.as_deref(),
+        mocap_directory: arguments.mocap_dir.as_deref().or(environment.as_deref()),
+    };
+    if let Some(most) = arguments.add_seeds {
+        let progress = Progress::new(volume);
+        let written = add_missing_seeds(&arguments.run, &baseline, &rules, most, from, &progress)?;
+        drop(progress);
+        written.iter().for_each(|folder| volume.written(folder));
+    }
     let mut outcome = gate_run(&arguments.run, &baseline, &rules)?;
     if let Some(count) = arguments.add_seeds.filter(|_| outcome.verdict == GateVerdict::Inconclusive) {
         let progress = Progress::new(volume);
-        let environment = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
-        let from = MoreOf {
-            sets: &arguments.set,
-            scenario_folder: arguments.scenario_dir.as_deref(),
-            mocap_directory: arguments.mocap_dir.as_deref().or(environment.as_deref()),
-        };
         let written = add_seeds(&arguments.run, count, from, &progress)?;
         drop(progress);
         written.iter().for_each(|folder| volume.written(folder));

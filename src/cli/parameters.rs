@@ -9,7 +9,7 @@ use crate::experiment::ExperimentError;
 use crate::input::{self, foreign, limits};
 use crate::scenario::as_toml;
 
-/// The overrides of a JSON object in a file, or on standard input for `-`.
+/// The overrides of a JSON object in a file, on standard input for `-`, or given itself.
 ///
 /// # Errors
 /// [`ExperimentError`] where it cannot be read or is no JSON object.
@@ -17,6 +17,8 @@ pub(super) fn read(path: &Path) -> Result<Vec<String>, ExperimentError> {
     let bytes = if path == Path::new("-") {
         let mut bytes = Vec::new();
         std::io::stdin().take(limits::SETTINGS).read_to_end(&mut bytes).map(|_| bytes)
+    } else if let Some(text) = path.to_str().filter(|text| text.trim_start().starts_with('{') && !path.exists()) {
+        Ok(text.as_bytes().to_vec())
     } else {
         input::read(path, limits::SETTINGS)
     };
@@ -38,6 +40,12 @@ fn overrides(bytes: &[u8]) -> Result<Vec<String>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_object_may_be_given_itself() {
+        assert_eq!(read(Path::new("{\"particles\": 50}")).unwrap(), ["particles=50"]);
+        assert!(read(Path::new("{nonsense")).is_err() && read(Path::new("no_such_file.json")).is_err());
+    }
 
     #[test]
     fn an_object_is_as_many_overrides() {

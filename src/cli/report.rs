@@ -8,31 +8,33 @@ use clap::Args;
 
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::sweep::{PlannedSweep, ask, page_input};
+use crate::experiment::sweep::{PLAN_FILE, PlannedSweep, ask, page_input};
 use crate::experiment::{Destination, ExperimentError, put_file, run_picture};
-use crate::report::{sweep_markdown, sweep_page};
+use crate::report::{sweep_markdown, sweep_page, sweep_picture};
 
-/// Report on a sweep: error against cost, what to choose, what matters, failures; or a picture of a run
+/// Report on a sweep: error against cost, what to choose, what matters, failures; or a picture of a run or sweep
 ///
 /// Writes one HTML page that needs no network: settings by error and by cost with their Pareto front, the cheapest that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
 /// interactions, failures, and every cell with a link to its report where it has one. With a name that ends in .md the
 /// same is written as Markdown. Works while the sweep still runs.
 ///
-/// Runs have their report.html from the start; --png makes one picture of a run: verdict, main figures, error over
-/// time, chosen frames.
+/// Runs have their report.html from the start. --png makes one picture: of a run its verdict, main figures, error over
+/// time and chosen frames; of a run with several methods their errors with intervals and over time; of a sweep what to
+/// choose, error against cost, heat maps and the best settings.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
                         skiagraph report sweeps/mine --ask\n  \
-                        skiagraph report runs/walk --png walk.png")]
+                        skiagraph report runs/walk --png walk.png\n  \
+                        skiagraph report sweeps/mine --png mine.png")]
 pub(super) struct Arguments {
     /// Directory of the sweep; with --png of a run
     #[arg(value_name = "SWEEP|RUN")]
     sweep: PathBuf,
 
-    /// Make a picture of a run instead, 1200 pixels wide
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "within", "ask"])]
+    /// Make a picture instead, 1200 pixels wide
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "ask"])]
     png: Option<PathBuf>,
 
     /// File of the page, .html or .md [default: SWEEP/report.html, whose links lead to the reports of cells]
@@ -54,8 +56,12 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
+        let detail = format!("expected a number from 0, found {within}");
+        return Err(ExperimentError::Argument { argument: "--within", detail }.into());
+    }
     if let Some(path) = &arguments.png {
-        put_file(Destination { path, force: arguments.force }, &run_picture(&arguments.sweep)?)?;
+        put_file(Destination { path, force: arguments.force }, &picture(arguments)?)?;
         volume.written(path);
         output::print(&path.display().to_string())?;
         return Ok(ExitCode::SUCCESS);
@@ -64,10 +70,6 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if arguments.ask {
         output::print_json(&ask(&sweep)?)?;
         return Ok(ExitCode::SUCCESS);
-    }
-    if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
-        let detail = format!("expected a number from 0, found {within}");
-        return Err(ExperimentError::Argument { argument: "--within", detail }.into());
     }
     let path = arguments.out.clone().unwrap_or_else(|| arguments.sweep.join("report.html"));
     let input = page_input(&sweep, arguments.within)?;
@@ -80,4 +82,13 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     volume.written(&path);
     output::print(&format!("{}: {} settings", path.display(), input.settings.len()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Of a sweep where there is a plan, else of a run.
+fn picture(arguments: &Arguments) -> Result<Vec<u8>, CommandError> {
+    if !arguments.sweep.join(PLAN_FILE).is_file() {
+        return Ok(run_picture(&arguments.sweep)?);
+    }
+    let sweep = PlannedSweep::open(&arguments.sweep)?;
+    Ok(sweep_picture(&page_input(&sweep, arguments.within)?).map_err(ExperimentError::from)?)
 }

@@ -1,7 +1,8 @@
 //! The summary table of a run.
 
-use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary};
+use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, find_metric};
 use crate::experiment::{MethodComparison, MethodRecord, RunRecord};
+use crate::report::aliases;
 
 /// Whether a metric is in the table; `--json` and the report have all. Coverage has a column of its own.
 fn is_shown(name: &str) -> bool {
@@ -23,7 +24,10 @@ pub(super) fn table(record: &RunRecord) -> String {
         format!("  {:<37} {:>9}   {:^20}  {:>8}  {:>9}", "", "mean", "95 % interval", "coverage", "frozen"),
     ];
     let is_worse = |name: &str| record.verdict.worse_than_frozen.contains(&name);
-    for metric in METRICS.iter().filter(|metric| is_shown(metric.name)) {
+    let same: Vec<(&str, &str)> =
+        aliases(&record.summary).into_iter().filter(|(shown, alias)| is_shown(shown) && is_shown(alias)).collect();
+    let is_alias = |name: &str| same.iter().any(|(_, alias)| *alias == name);
+    for metric in METRICS.iter().filter(|metric| is_shown(metric.name) && !is_alias(metric.name)) {
         if let Some(summary) = record.summary.metrics.get(metric.name) {
             let title = match metric.unit.symbol() {
                 "" => metric.title.to_owned(),
@@ -35,6 +39,8 @@ pub(super) fn table(record: &RunRecord) -> String {
             lines.push(format!("  {title:<37} {mean:>9} {mark} {:^20}  {coverage:>8}  {frozen:>9}", interval(summary)));
         }
     }
+    let title = |name: &str| find_metric(name).map_or_else(|| name.to_owned(), |metric| metric.title.to_owned());
+    lines.extend(same.iter().map(|(shown, alias)| format!("  {}: equal to {} here", title(alias), title(shown))));
     let absent = MAIN_METRICS
         .iter()
         .filter(|name| is_shown(name))

@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::Sequence;
-use super::statistics::mean;
 use crate::body::Landmark;
 
 /// Knee and ankle of each leg, in the order of the feet of contact truth: left, right.
@@ -32,7 +31,10 @@ pub struct BreakdownGroup {
 struct Errors {
     by: &'static str,
     group: String,
-    all: Vec<f64>,
+    /// Sum of its markers' errors, millimetres.
+    sum_mm: f64,
+    /// How many there are.
+    count: usize,
 }
 
 /// Every group that has a marker, as far as contacts and cameras are known.
@@ -42,9 +44,10 @@ pub(super) fn breakdown(sequence: &Sequence<'_>) -> Vec<BreakdownGroup> {
 }
 
 fn as_groups(kind: Vec<Errors>) -> Vec<BreakdownGroup> {
-    let total: usize = kind.iter().map(|group| group.all.len()).sum();
+    let total: usize = kind.iter().map(|group| group.count).sum();
     let group = |errors: Errors| {
-        let (mean_mm, share) = (mean(&errors.all)?, errors.all.len() as f64 / total as f64);
+        let count = Some(errors.count).filter(|count| *count > 0)? as f64;
+        let (mean_mm, share) = (errors.sum_mm / count, count / total as f64);
         Some(BreakdownGroup { by: errors.by.to_owned(), group: errors.group, mean_mm, share })
     };
     kind.into_iter().filter_map(group).collect()
@@ -69,8 +72,7 @@ fn by_speed(sequence: &Sequence<'_>) -> Vec<Errors> {
     ];
     sort_into(sequence, "speed", &groups, |frame, landmark| {
         let (before, after) = (frame.checked_sub(1)?, frame + 1);
-        let [from, to] =
-            [before, after].map(|frame| sequence.truth_markers.get(frame).and_then(|markers| markers[landmark]));
+        let [from, to] = [before, after].map(|frame| sequence.truth_markers.get(frame, landmark));
         let speed = 0.5 * (to? - from?).norm() * sequence.frames_per_second;
         Some(SPEEDS.iter().filter(|limit| speed > **limit).count())
     })
@@ -98,11 +100,14 @@ fn sort_into(
     names: &[String],
     index: impl Fn(usize, usize) -> Option<usize>,
 ) -> Vec<Errors> {
-    let mut groups: Vec<Errors> = names.iter().map(|name| Errors { by, group: name.clone(), all: vec![] }).collect();
+    let empty = |name: &String| Errors { by, group: name.clone(), sum_mm: 0.0, count: 0 };
+    let mut groups: Vec<Errors> = names.iter().map(empty).collect();
     for frame in sequence.scored() {
         for (landmark, truth, estimate) in sequence.pairs(frame) {
-            let group = index(frame, landmark).and_then(|index| groups.get_mut(index));
-            group.into_iter().for_each(|group| group.all.push(1000.0 * (estimate - truth).norm()));
+            if let Some(group) = index(frame, landmark).and_then(|index| groups.get_mut(index)) {
+                group.sum_mm += 1000.0 * (estimate - truth).norm();
+                group.count += 1;
+            }
         }
     }
     groups

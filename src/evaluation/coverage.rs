@@ -34,7 +34,7 @@ pub(super) fn share(sequence: &Sequence<'_>) -> f64 {
 }
 
 fn asked(sequence: &Sequence<'_>, frame: usize) -> usize {
-    sequence.truth_markers[frame].iter().flatten().count()
+    sequence.truth_markers.count(frame)
 }
 
 fn coverage(sequence: &Sequence<'_>) -> Option<Measurement> {

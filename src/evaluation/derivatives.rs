@@ -5,11 +5,9 @@
 
 use nalgebra::Vector3;
 
-use crate::body::Markers;
-
-use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
+use super::{MarkerList, Sequence};
 
 /// Error of the first difference.
 pub(super) const VELOCITY: Metric = Metric {
@@ -78,7 +76,7 @@ fn error_of_difference(sequence: &Sequence<'_>, stencil: &[f64], scale: f64) -> 
 /// `sum_k stencil[k] x[frame - k]` of one marker, metres; `None` where that touches a missing or left-out frame.
 fn difference(
     sequence: &Sequence<'_>,
-    markers: &[Markers],
+    markers: MarkerList<'_>,
     stencil: &[f64],
     frame: usize,
     marker: usize,
@@ -86,7 +84,7 @@ fn difference(
     let mut sum = Vector3::zeros();
     for (back, weight) in stencil.iter().enumerate() {
         let at = frame.checked_sub(back).filter(|at| *at >= sequence.first_scored)?;
-        sum += *weight * markers[at][marker]?.coords;
+        sum += *weight * markers.get(at, marker)?.coords;
     }
     Some(sum)
 }
@@ -94,6 +92,7 @@ fn difference(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Markers;
     use crate::evaluation::fixture::{evaluate_markers, standing, translated};
 
     /// The figure moved along x by `x(frame)` metres.

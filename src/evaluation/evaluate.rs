@@ -127,17 +127,15 @@ fn span(sequence: &Sequence<'_>) -> String {
 }
 
 fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
-    let mut errors = vec![vec![]; LANDMARKS.len()];
-    for frame in sequence.scored() {
-        for (landmark, truth, estimate) in sequence.pairs(frame) {
-            errors[landmark].push(1000.0 * (estimate - truth).norm());
-        }
-    }
-    let of_joint = |(landmark, errors): (crate::body::Landmark, Vec<f64>)| {
+    let (truth, estimate) = (sequence.truth_markers, sequence.estimate_markers);
+    let of_joint = |(index, landmark): (usize, crate::body::Landmark)| {
+        let distance = |frame| Some(1000.0 * (estimate.get(frame, index)? - truth.get(frame, index)?).norm());
+        // one joint after the other: all errors of a long sequence together would fill the memory
+        let errors: Vec<f64> = sequence.scored().filter_map(distance).collect();
         let (mean, spread) = (super::mean(&errors)?, FrameSpread::from_values(&errors)?);
         Some(JointError { joint: landmark.name().to_owned(), mean, spread, frames: errors.len() })
     };
-    LANDMARKS.into_iter().zip(errors).filter_map(of_joint).collect()
+    LANDMARKS.into_iter().enumerate().filter_map(of_joint).collect()
 }
 
 #[cfg(test)]

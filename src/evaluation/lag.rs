@@ -3,6 +3,7 @@
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
+use crate::body::LANDMARKS;
 
 /// The longest lag looked for, seconds.
 const LONGEST_LAG_S: f64 = 0.25;
@@ -70,9 +71,10 @@ fn best_shift(sequence: &Sequence<'_>) -> Option<(i64, f64)> {
 
 /// Mean distance between the truth at `frame` and the estimate `shift` frames later, millimetres.
 fn shifted_error_mm(sequence: &Sequence<'_>, frame: usize, shift: i64) -> Option<f64> {
-    let estimates = sequence.estimate_markers.get(frame.checked_add_signed(shift as isize)?)?;
-    let pairs = sequence.truth_markers[frame].iter().zip(estimates);
-    mean_of(pairs.filter_map(|(truth, estimate)| Some(1000.0 * ((*estimate)? - (*truth)?).norm())))
+    let (truth, estimate) = (sequence.truth_markers, sequence.estimate_markers);
+    let shifted = frame.checked_add_signed(shift as isize)?;
+    let distance = |landmark| Some(1000.0 * (estimate.get(shifted, landmark)? - truth.get(frame, landmark)?).norm());
+    mean_of((0..LANDMARKS.len()).filter_map(distance))
 }
 
 #[cfg(test)]

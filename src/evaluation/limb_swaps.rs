@@ -27,8 +27,8 @@ const ARMS: Limbs = [[Landmark::LeftElbow, Landmark::RightElbow], [Landmark::Lef
 
 fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
     let swapped = |frame: usize| {
-        let (truth, estimate) = (&sequence.truth_markers[frame], &sequence.estimate_markers[frame]);
-        let judged = [LEGS, ARMS].iter().filter_map(|limbs| is_swapped(truth, estimate, limbs));
+        let (truth, estimate) = (sequence.truth_markers.frame(frame), sequence.estimate_markers.frame(frame));
+        let judged = [LEGS, ARMS].iter().filter_map(|limbs| is_swapped(&truth, &estimate, limbs));
         judged.reduce(|one, other| one || other).map(|swapped| f64::from(u8::from(swapped)))
     };
     Some(Measurement::PerFrame(sequence.per_scored_frame(swapped)))

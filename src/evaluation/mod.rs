@@ -45,6 +45,7 @@ mod interval;
 mod interval_words;
 mod lag;
 mod limb_swaps;
+mod marker_list;
 mod metric;
 mod mpjae;
 mod mpjpe;
@@ -82,6 +83,7 @@ pub use gate::{
     MetricMargin, MoreSeeds, gate, seeds_to_decide,
 };
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
+pub use marker_list::{MarkerList, PackedMarkers};
 pub use metric::{Direction, Measurement, Metric, Unit};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;

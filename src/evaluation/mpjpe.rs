@@ -42,7 +42,7 @@ fn root_relative(sequence: &Sequence<'_>) -> Option<Measurement> {
 /// Distances after both skeletons are moved to their own pelvis: landmark index, millimetres; `None` without a pelvis.
 pub(super) fn pelvis_relative_mm(sequence: &Sequence<'_>, frame: usize) -> Option<impl Iterator<Item = (usize, f64)>> {
     let pelvis = Landmark::Pelvis as usize;
-    let offset = sequence.estimate_markers[frame][pelvis]? - sequence.truth_markers[frame][pelvis]?;
+    let offset = sequence.estimate_markers.get(frame, pelvis)? - sequence.truth_markers.get(frame, pelvis)?;
     Some(
         sequence
             .pairs(frame)
@@ -52,11 +52,15 @@ pub(super) fn pelvis_relative_mm(sequence: &Sequence<'_>, frame: usize) -> Optio
 
 /// Means per frame, and the mean over all `distances` of all scored frames.
 pub(super) fn pooled(sequence: &Sequence<'_>, distances: impl Fn(usize) -> Vec<f64>) -> Option<Measurement> {
-    let by_frame: Vec<Vec<f64>> =
-        (0..sequence.frames()).map(|f| if f < sequence.first_scored { vec![] } else { distances(f) }).collect();
-    let mean = mean_of(by_frame.iter().flatten().copied())?;
-    let per_frame = by_frame.iter().map(|frame| mean_of(frame.iter().copied())).collect();
-    Some(Measurement::Pooled { per_frame, mean })
+    let (mut sum, mut count) = (0.0, 0_usize);
+    let per_frame = (0..sequence.frames()).map(|frame| {
+        let of_frame = if frame < sequence.first_scored { vec![] } else { distances(frame) };
+        of_frame.iter().for_each(|distance| sum += distance);
+        count += of_frame.len();
+        mean_of(of_frame.into_iter())
+    });
+    let per_frame = per_frame.collect();
+    (count > 0).then(|| Measurement::Pooled { per_frame, mean: sum / count as f64 })
 }
 
 #[cfg(test)]

@@ -48,9 +48,27 @@ fn thresholds() -> impl Iterator<Item = f64> {
 
 /// Share of the truth's markers at `frame` that the estimate meets within `threshold_mm`; `None` if the truth has none.
 fn correct(sequence: &Sequence<'_>, frame: usize, threshold_mm: f64) -> Option<f64> {
-    let asked = sequence.truth_markers[frame].iter().flatten().count();
-    let met = sequence.distances_mm(frame).filter(|distance| *distance <= threshold_mm).count();
-    (asked > 0).then(|| met as f64 / asked as f64)
+    MarkerDistances::new(sequence, frame).correct(threshold_mm)
+}
+
+/// Distances of one frame, measured once for all thresholds.
+struct MarkerDistances {
+    /// Markers of the truth.
+    asked: usize,
+    /// Of every common marker, millimetres.
+    distances_mm: Vec<f64>,
+}
+
+impl MarkerDistances {
+    fn new(sequence: &Sequence<'_>, frame: usize) -> Self {
+        Self { asked: sequence.truth_markers.count(frame), distances_mm: sequence.distances_mm(frame).collect() }
+    }
+
+    /// Share of the truth's markers at most so far away; `None` where the truth has none.
+    fn correct(&self, threshold_mm: f64) -> Option<f64> {
+        let met = self.distances_mm.iter().filter(|distance| **distance <= threshold_mm).count();
+        (self.asked > 0).then(|| met as f64 / self.asked as f64)
+    }
 }
 
 fn at_threshold(sequence: &Sequence<'_>) -> Option<Measurement> {
@@ -58,18 +76,25 @@ fn at_threshold(sequence: &Sequence<'_>) -> Option<Measurement> {
 }
 
 fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
-    Some(Measurement::PerFrame(
-        sequence.per_scored_frame(|frame| mean_of(thresholds().filter_map(|t| correct(sequence, frame, t)))),
-    ))
+    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| {
+        let distances = MarkerDistances::new(sequence, frame);
+        mean_of(thresholds().filter_map(|threshold| distances.correct(threshold)))
+    })))
 }
 
 /// The curve whose area [`AUC`] is: mean over scored frames at every threshold.
 pub(super) fn curve(sequence: &Sequence<'_>) -> Vec<CurvePoint> {
-    let at = |threshold_mm| {
-        let fraction = mean_of(sequence.scored().filter_map(|frame| correct(sequence, frame, threshold_mm)))?;
-        Some(CurvePoint { threshold_mm, fraction })
-    };
-    thresholds().filter_map(at).collect()
+    let mut sums: Vec<(f64, f64)> = thresholds().map(|threshold| (threshold, 0.0)).collect();
+    let mut frames = 0_usize;
+    for frame in sequence.scored() {
+        let distances = MarkerDistances::new(sequence, frame);
+        frames += usize::from(distances.asked > 0);
+        for (threshold, sum) in &mut sums {
+            *sum += distances.correct(*threshold).unwrap_or(0.0);
+        }
+    }
+    let point = |(threshold_mm, sum)| CurvePoint { threshold_mm, fraction: sum / frames as f64 };
+    if frames == 0 { vec![] } else { sums.into_iter().map(point).collect() }
 }
 
 #[cfg(test)]

@@ -58,13 +58,13 @@ fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
 /// Mean over frames of the mean over joints of `score(distance)`; 0 for a joint that the estimate lacks.
 fn per_frame(sequence: &Sequence<'_>, score: impl Fn(f64) -> f64) -> Option<Measurement> {
     let measured = sequence.per_scored_frame(|frame| {
-        let (truth, estimate) = (&sequence.truth_markers[frame], &sequence.estimate_markers[frame]);
+        let (truth, estimate) = (sequence.truth_markers.frame(frame), sequence.estimate_markers.frame(frame));
         let middle = |markers: &crate::body::Markers| {
             let [left, right] = [Landmark::LeftHip, Landmark::RightHip].map(|hip| markers[hip as usize]);
             Some(nalgebra::center(&left?, &right?))
         };
-        let of_truth = middle(truth)?;
-        let of_estimate = middle(estimate);
+        let of_truth = middle(&truth)?;
+        let of_estimate = middle(&estimate);
         mean_of(LANDMARKS.iter().filter(|landmark| landmark.is_on_limb()).filter_map(|joint| {
             let place = truth[*joint as usize]?;
             let found = of_estimate.zip(estimate[*joint as usize]);

@@ -58,9 +58,9 @@ pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<PerCameraError> {
     };
     let camera = |(index, camera): (usize, &crate::camera::Camera)| {
         let seen = sequence.scored().flat_map(|frame| {
-            let truth = &sequence.truth_markers[frame];
+            let truth = sequence.truth_markers.frame(frame);
             truth
-                .iter()
+                .into_iter()
                 .zip(views.visible[frame][index])
                 .filter_map(|(marker, seen)| marker.map(|_| f64::from(u8::from(seen))))
         });

@@ -25,7 +25,7 @@ fn normalised(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 fn of_frame(sequence: &Sequence<'_>, frame: usize) -> Option<Vec<f64>> {
     let pelvis = Landmark::Pelvis as usize;
-    let (from, to) = (sequence.estimate_markers[frame][pelvis]?, sequence.truth_markers[frame][pelvis]?);
+    let (from, to) = (sequence.estimate_markers.get(frame, pelvis)?, sequence.truth_markers.get(frame, pelvis)?);
     let pairs: Vec<_> = sequence.pairs(frame).map(|(_, truth, estimate)| (estimate - from, truth - to)).collect();
     let square: f64 = pairs.iter().map(|(estimate, _)| estimate.norm_squared()).sum();
     let scale = pairs.iter().map(|(estimate, truth)| estimate.dot(truth)).sum::<f64>() / square;

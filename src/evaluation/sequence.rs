@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{Point3, UnitQuaternion};
 
-use crate::body::{LANDMARKS, MarkerCovariances, Markers};
+use super::MarkerList;
+use crate::body::{LANDMARKS, MarkerCovariances};
 use crate::camera::Camera;
 use crate::contact::GroundContacts;
 use crate::physics::Dynamics;
@@ -18,9 +19,9 @@ pub struct Sequence<'a> {
     /// 0, so this is 1 unless no start pose was given.
     pub first_scored: usize,
     /// HumanEva's markers on the actor, metres.
-    pub truth_markers: &'a [Markers],
+    pub truth_markers: MarkerList<'a>,
     /// The same markers as estimated, metres; a frame without an estimate is all `None`.
-    pub estimate_markers: &'a [Markers],
+    pub estimate_markers: MarkerList<'a>,
     /// Rotations of the root link, where known.
     pub roots: Option<RootRotations<'a>>,
     /// `[frame][view]`: overlap of the estimate's silhouette with the observed one
@@ -176,12 +177,16 @@ pub enum EvaluationError {
 
 impl<'a> Sequence<'a> {
     /// A sequence of which only marker positions are known; frame 0 is left out.
-    pub fn from_markers(frames_per_second: f64, truth: &'a [Markers], estimate: &'a [Markers]) -> Self {
+    pub fn from_markers(
+        frames_per_second: f64,
+        truth: impl Into<MarkerList<'a>>,
+        estimate: impl Into<MarkerList<'a>>,
+    ) -> Self {
         Self {
             frames_per_second,
             first_scored: 1,
-            truth_markers: truth,
-            estimate_markers: estimate,
+            truth_markers: truth.into(),
+            estimate_markers: estimate.into(),
             roots: None,
             view_overlaps: None,
             view_boundaries: None,
@@ -205,13 +210,14 @@ impl<'a> Sequence<'a> {
 
     /// Markers that both truth and estimate have at `frame`: landmark index, truth, estimate; metres.
     pub fn pairs(&self, frame: usize) -> impl Iterator<Item = (usize, Point3<f64>, Point3<f64>)> {
-        let both = self.truth_markers[frame].iter().zip(&self.estimate_markers[frame]);
-        both.enumerate().filter_map(|(landmark, (truth, estimate))| Some((landmark, (*truth)?, (*estimate)?)))
+        let (truth, estimate) = (self.truth_markers, self.estimate_markers);
+        let pair = move |landmark| Some((landmark, truth.get(frame, landmark)?, estimate.get(frame, landmark)?));
+        (0..LANDMARKS.len()).filter_map(pair)
     }
 
     /// Whether `frame` has no estimate.
     pub fn is_lost(&self, frame: usize) -> bool {
-        self.estimate_markers[frame].iter().all(Option::is_none)
+        (0..LANDMARKS.len()).all(|landmark| self.estimate_markers.get(frame, landmark).is_none())
     }
 
     /// Distance of every common marker at `frame`, millimetres.
@@ -237,7 +243,7 @@ impl<'a> Sequence<'a> {
         let in_common = self.scored().any(|frame| self.pairs(frame).next().is_some());
         // a tracker that lost every frame can be measured; one with other markers cannot
         let lost = self.scored().all(|frame| self.is_lost(frame));
-        let asked = self.scored().any(|frame| self.truth_markers[frame].iter().any(Option::is_some));
+        let asked = self.scored().any(|frame| self.truth_markers.count(frame) > 0);
         if in_common || (lost && asked) { Ok(()) } else { Err(EvaluationError::NothingInCommon) }
     }
 
@@ -276,8 +282,8 @@ impl<'a> Sequence<'a> {
         for frame in 0..self.frames() {
             let broken = |what: String| Err(EvaluationError::NotFinite { frame, what });
             for (who, markers) in [("true", self.truth_markers), ("estimated", self.estimate_markers)] {
-                for (marker, landmark) in markers[frame].iter().zip(crate::body::LANDMARKS) {
-                    if marker.is_some_and(|p| !p.iter().all(|x| x.is_finite())) {
+                for (index, landmark) in LANDMARKS.iter().enumerate() {
+                    if markers.get(frame, index).is_some_and(|p| !p.iter().all(|x| x.is_finite())) {
                         return broken(format!("the {who} {}", landmark.name()));
                     }
                 }
@@ -295,6 +301,7 @@ impl<'a> Sequence<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Markers;
 
     fn still(frames: usize) -> Vec<Markers> {
         vec![[Some(Point3::origin()); 15]; frames]

@@ -97,8 +97,8 @@ pub enum ExperimentError {
         "the oracle needs ground truth for the tracker's body, and this set has none; make the set with skiagraph render"
     )]
     OracleNeedsTruth,
-    /// The run was not made from the set.
-    #[error("{} was not made from {}: {detail}", plain(run.display()), plain(set.display()))]
+    /// The run does not fit the set.
+    #[error("{} does not fit {}: {detail}", plain(run.display()), plain(set.display()))]
     AnotherSet {
         /// The run.
         run: PathBuf,

@@ -191,8 +191,8 @@ impl SeedEstimate<'_> {
         let evaluation = evaluate(&Sequence {
             frames_per_second: rate,
             first_scored: 1,
-            truth_markers: &truth_markers,
-            estimate_markers: &self.sequence.markers,
+            truth_markers: (&truth_markers).into(),
+            estimate_markers: (&self.sequence.markers).into(),
             roots: roots.as_ref().map(|estimate| RootRotations { truth: &truth_roots, estimate }),
             view_overlaps: self.sequence.poses().map(|_| self.agreements.overlaps.as_slice()),
             view_boundaries: self.sequence.poses().map(|_| self.agreements.boundaries.as_slice()),

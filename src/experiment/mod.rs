@@ -92,7 +92,7 @@ pub use learning::Models;
 pub use measuring::{Measures, SeedMeasures};
 pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
 pub use model_training::{ClipOptions, Trained, TrainingInput, train};
-pub use more_seeds::{MoreOf, add_seeds};
+pub use more_seeds::{MoreOf, add_missing_seeds, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use poses_file::PosesDeclared;

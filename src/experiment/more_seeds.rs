@@ -10,9 +10,9 @@ use super::run::{SCENARIO_FILE, draw, measure, write_all};
 use super::run_reading::{MORE_SEEDS, run_folders};
 use super::tracking::{TRACK_FILE, TrackRecord, Tracked, track};
 use super::watch::Watch;
-use super::{ExperimentError, Models, read_runs};
+use super::{Baseline, ExperimentError, Models, read_runs};
 use crate::benchmark_set::BenchmarkSet;
-use crate::evaluation::MeasuredClip;
+use crate::evaluation::{FEWEST_SEEDS, GateRules, MeasuredClip};
 use crate::input::{self, limits};
 use crate::scenario::{ScenarioFile, json_tree};
 
@@ -25,6 +25,53 @@ pub struct MoreOf<'a> {
     pub scenario_folder: Option<&'a Path>,
     /// Directory that is searched for clips.
     pub mocap_directory: Option<&'a Path>,
+}
+
+/// Tracks and measures the seeds that a gate asks for and the runs at a path lack, at most so many of every run: the
+/// baseline's own, or any where others are accepted and there are too few. Runs on other sets than the baseline's are
+/// left alone: the gate refuses them.
+///
+/// # Errors
+/// As of [`add_seeds`].
+pub fn add_missing_seeds(
+    path: &Path,
+    baseline: &Baseline,
+    rules: &GateRules,
+    most: u32,
+    from: MoreOf<'_>,
+    watch: &dyn Watch,
+) -> Result<Vec<PathBuf>, ExperimentError> {
+    let mut written = Vec::new();
+    for folder in &run_folders(path) {
+        for (name, clip) in &read_runs(folder)?.clips {
+            let Some(base) = baseline.runs.clips.get(name).filter(|base| base.set_hash == clip.set_hash) else {
+                continue;
+            };
+            let mut seeds = missing_seeds(base, clip, rules);
+            seeds.truncate(most as usize);
+            if !seeds.is_empty() {
+                written.push(add_to(folder, clip, &seeds, from, watch)?);
+            }
+        }
+    }
+    Ok(written)
+}
+
+/// The seeds that a run lacks for a gate, in ascending order.
+fn missing_seeds(base: &MeasuredClip, run: &MeasuredClip, rules: &GateRules) -> Vec<u64> {
+    if rules.other_seeds {
+        let lacking = rules.seeds.max(FEWEST_SEEDS).saturating_sub(run.seeds.len());
+        return further_seeds(run, lacking as u64);
+    }
+    let mut seeds: Vec<u64> = base.seeds.iter().filter(|seed| !run.seeds.contains(seed)).copied().collect();
+    seeds.sort_unstable();
+    seeds
+}
+
+/// So many seeds after the last one of a run.
+fn further_seeds(clip: &MeasuredClip, count: u64) -> Vec<u64> {
+    let first = clip.seeds.iter().max().map_or(0, |last| last.saturating_add(1));
+    (first..first.saturating_add(count)).collect()
 }
 
 /// Tracks and measures so many further seeds of every run at a path, into a folder `seeds-FIRST-LAST` in the run's own.
@@ -42,7 +89,7 @@ pub fn add_seeds(
     for folder in &folders {
         let runs = read_runs(folder)?;
         for clip in runs.clips.values() {
-            written.push(add_to(folder, clip, count, from, watch)?);
+            written.push(add_to(folder, clip, &further_seeds(clip, u64::from(count)), from, watch)?);
         }
     }
     Ok(written)
@@ -51,18 +98,16 @@ pub fn add_seeds(
 fn add_to(
     folder: &Path,
     clip: &MeasuredClip,
-    count: u32,
+    seeds: &[u64],
     from: MoreOf<'_>,
     watch: &dyn Watch,
 ) -> Result<PathBuf, ExperimentError> {
-    let first = clip.seeds.iter().max().map_or(0, |last| last + 1);
-    let seeds: Vec<u64> = (first..first + u64::from(count)).collect();
-    let last = first + u64::from(count).saturating_sub(1);
+    let [first, last] = [seeds.first(), seeds.last()].map(|seed| seed.copied().unwrap_or_default());
     let place = folder.join(format!("{MORE_SEEDS}{first}-{last}"));
     let record = recorded(folder)?;
     let directory = PartialDirectory::begin(&place, ResultKind::Run, false)?;
     let (set, mut models) = set_of(folder, clip, from, watch)?;
-    let tracked = track(&set.blind, &record.tracker, &seeds, set.truth.refitted.as_ref(), &mut models, watch)?;
+    let tracked = track(&set.blind, &record.tracker, seeds, set.truth.refitted.as_ref(), &mut models, watch)?;
     write_all(&directory, &tracked.files(&set.blind)?)?;
     // as elsewhere: the files on disk are measured
     let tracked = Tracked::read(directory.folder(), &set.blind.start.body)?;
@@ -122,4 +167,25 @@ fn set_of(
     }
     let models = Models::new(&file, &set.truth.recordings);
     Ok((set, models))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clip(seeds: &[u64]) -> MeasuredClip {
+        MeasuredClip { seeds: seeds.to_vec(), ..MeasuredClip::default() }
+    }
+
+    #[test]
+    fn the_seeds_of_the_baseline_are_missing_or_as_many_as_a_gate_needs() {
+        let mut rules = GateRules::from_metric("humaneva_mm", "2mm".parse().unwrap());
+        assert_eq!(missing_seeds(&clip(&[0, 1, 2, 3, 4]), &clip(&[3, 0, 9]), &rules), [1, 2, 4]);
+        assert!(missing_seeds(&clip(&[0, 1]), &clip(&[0, 1, 2]), &rules).is_empty());
+        rules.other_seeds = true;
+        assert_eq!(missing_seeds(&clip(&[0, 1, 2, 3, 4]), &clip(&[10, 11, 12]), &rules), [13, 14]);
+        assert!(missing_seeds(&clip(&[0]), &clip(&[5, 6, 7, 8, 9]), &rules).is_empty());
+        assert_eq!(further_seeds(&clip(&[]), 2), [0, 1]);
+        assert!(further_seeds(&clip(&[u64::MAX]), 2).is_empty());
+    }
 }

@@ -1,4 +1,4 @@
-//! A picture of a measured run, from the files that it left.
+//! A picture of a measured run or of a comparison of methods, from the files that they left.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::error::read_file;
-use super::{CONTACT_SHEET_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
+use super::{COMPARISON_FILE, CONTACT_SHEET_FILE, ExperimentError, PER_FRAME_FILE, RUN_FILE};
 use crate::evaluation::Summary;
 use crate::input::limits;
-use crate::report::{SummaryPicture, summary_picture};
+use crate::report::{ComparedMethod, ComparisonInput, SummaryPicture, comparison_picture, summary_picture};
 use crate::scenario::json_tree;
 
 #[derive(Deserialize)]
@@ -31,11 +31,61 @@ struct PicturedVerdict {
     line: String,
 }
 
-/// `skiagraph report RUN --png`: verdict, main figures, error over time and chosen frames in one PNG.
+#[derive(Deserialize)]
+struct PicturedComparison {
+    schema: String,
+    scenario: String,
+    seeds: Vec<u64>,
+    frames: usize,
+    matched: bool,
+    methods: BTreeMap<String, PicturedMethod>,
+}
+
+#[derive(Deserialize)]
+struct PicturedMethod {
+    tracker: String,
+    #[serde(default)]
+    frozen: BTreeMap<String, f64>,
+    #[serde(flatten)]
+    summary: Summary,
+}
+
+/// Of a run that compares methods: verdict, errors with intervals, errors over time.
+fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
+    let path = run.join(COMPARISON_FILE);
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
+    let stored: PicturedComparison = json_tree::value_of_file(&read_file(&path, limits::JSON)?).map_err(malformed)?;
+    if stored.schema != "skiagraph.comparison/1" {
+        return Err(malformed(format!("expected schema skiagraph.comparison/1, found {:?}", stored.schema)));
+    }
+    let mut methods = Vec::new();
+    for (name, method) in stored.methods {
+        // the name is a folder's: no path leads elsewhere
+        if Path::new(&name).file_name().is_none_or(|file| file != name.as_str()) {
+            return Err(malformed(format!("expected the name of a folder as a method's name, found {name:?}")));
+        }
+        let errors = errors_of(&run.join(&name).join(PER_FRAME_FILE), &stored.seeds)?;
+        let PicturedMethod { tracker, frozen, summary } = method;
+        methods.push(ComparedMethod { name, tracker, summary, frozen, errors });
+    }
+    Ok(comparison_picture(&ComparisonInput {
+        title: &stored.scenario,
+        frames: stored.frames,
+        seeds: stored.seeds.len(),
+        matched: stored.matched,
+        methods: &methods,
+    })?)
+}
+
+/// `skiagraph report RUN --png`: verdict, main figures, error over time and chosen frames in one PNG; of a comparison
+/// of methods verdict, errors with intervals and errors over time.
 ///
 /// # Errors
 /// [`ExperimentError`] naming the file that is missing or damaged.
 pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
+    if run.join(COMPARISON_FILE).is_file() {
+        return methods_picture(run);
+    }
     let path = run.join(RUN_FILE);
     let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
     let bytes = read_file(&path, limits::JSON)?;

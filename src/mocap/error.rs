@@ -82,7 +82,7 @@ pub enum MocapError {
     #[error(
         "{file}: expected a body that is 1.2 to 2.3 m tall in a usual unit (mm, cm, dm, m, inch, foot or CMU's \
         inch/0.45), found one of {length:.4} units; give the length of the file's unit (`metres_per_unit` in a \
-        scenario, --metres-per-unit on the command line)"
+        scenario, --metres-per-unit on the command line, --units of evaluate)"
     )]
     UnknownUnit {
         /// The file.

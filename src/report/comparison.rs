@@ -125,7 +125,7 @@ pub fn comparison_page(input: &ComparisonInput<'_>) -> Result<String, ReportErro
 }
 
 /// Mean error, mm; infinite where there is none, so that it comes last.
-fn error_of(method: &ComparedMethod) -> f64 {
+pub(super) fn error_of(method: &ComparedMethod) -> f64 {
     method.summary.metrics.get("humaneva_mm").map_or(f64::INFINITY, |error| error.mean)
 }
 
@@ -144,8 +144,8 @@ fn bands<'a>(methods: &[&'a ComparedMethod]) -> Vec<MethodRow<'a>> {
     methods.iter().map(|method| MethodRow { band: error(method).map(band), ..MethodRow::new(method) }).collect()
 }
 
-/// Which method is best, and whether it is surely better than the next.
-fn verdict(methods: &[&ComparedMethod]) -> String {
+/// In words: which method is best, and whether it is surely better than the next.
+pub(super) fn verdict(methods: &[&ComparedMethod]) -> String {
     let measured: Vec<&&ComparedMethod> = methods.iter().filter(|method| error_of(method).is_finite()).collect();
     let [best, rest @ ..] = measured.as_slice() else { return "No method has an error that could be measured.".into() };
     let alone = format!("{} has the least mean marker error, {:.1} mm", best.name, error_of(best));

@@ -54,6 +54,16 @@ fn strokes(letter: char) -> &'static str {
         '(' => "30 11 15 36",
         ')' => "10 31 35 16",
         '+' => "13 33|22 24",
+        '=' => "12 32|14 34",
+        '<' => "31 13 35",
+        '>' => "11 33 15",
+        '"' => "10 12|30 32",
+        '\'' => "20 22",
+        ';' => "21 22|25 17",
+        '&' => "46 11 20 31 04 05 16 26 43",
+        '±' => "12 32|21 23|15 35",
+        '²' => "10 20 21 13 33",
+        '³' => "10 30 21 32 13",
         '°' => "10 20 21 11 10",
         '%' => "06 40|00 10 11 01 00|35 45 46 36 35",
         _ => "",
@@ -102,7 +112,7 @@ mod tests {
 
     #[test]
     fn every_capital_and_figure_has_strokes_inside_its_grid() {
-        for letter in ('A'..='Z').chain('0'..='9').chain(".-_:/%".chars()) {
+        for letter in ('A'..='Z').chain('0'..='9').chain(".-_:/%=<>".chars()) {
             let points: Vec<_> = strokes(letter).split('|').flat_map(|s| s.split(' ')).map(grid_point).collect();
             assert!(points.len() > 1, "{letter} has no stroke");
             assert!(points.iter().all(|p| p.is_some_and(|[x, y]| x <= 4.0 && y <= 6.0)), "{letter} leaves its grid");

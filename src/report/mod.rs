@@ -19,12 +19,14 @@ mod base64;
 mod body_sheet;
 mod cell;
 mod comparison;
+mod comparison_picture;
 mod contact_chart;
 mod contact_sheet;
 mod difference_page;
 mod difference_rows;
 mod difference_text;
 mod displayed;
+mod drawing;
 mod figures;
 #[cfg(test)]
 mod fixture;
@@ -52,6 +54,7 @@ pub use animation::write_animation;
 pub use body_sheet::BodySheet;
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
+pub use comparison_picture::comparison_picture;
 pub use contact_chart::{ContactChart, FootCourse};
 pub use contact_sheet::contact_sheet;
 pub use difference_page::difference_page;
@@ -72,7 +75,7 @@ pub use playback::{PackedView, Playback, PlaybackPlan};
 pub use summary_picture::{SummaryPicture, summary_picture};
 pub use sweep::{
     Choice, CostMeasure, Effect, EverySetting, SweepCellState, SweepPageInput, SweepPoint, cheapest_within, difference,
-    effects, pareto_front, sweep_markdown, sweep_page,
+    effects, pareto_front, sweep_markdown, sweep_page, sweep_picture,
 };
 pub use verdict::{Verdict, verdict};
 

@@ -397,7 +397,7 @@ mod tests {
         for words in ["at most 50 mm", "at most 100 mm", "at most 150 mm", "2 seeds: no interval", "Limited by"] {
             assert!(html.contains(words), "{words}");
         }
-        assert!(html.contains("class=\"worse\""), "jitter is worse than that of what stands still");
+        assert!(html.contains("class=\"worse\""), "half of the clip a metre away is worse than standing still");
         assert!(!page(&Story { frozen: false, ..Story::default() }).contains("class=\"worse\""));
     }
 

@@ -1,25 +1,16 @@
 //! A run in one picture: verdict, main figures, error over time, chosen frames. For messages and slides.
 
-use png::{BitDepth, ColorType, Encoder};
-use tiny_skia::{
-    Color, FillRule, FilterQuality, Paint, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, StrokeDash, Transform,
-};
+use tiny_skia::{FilterQuality, Pixmap, PixmapPaint, Transform};
 
-use super::GENERATOR;
 use super::ReportError;
 use super::cell::{colour, new_picture};
 use super::displayed::{number, symbol};
+use super::drawing::{
+    CARD, FAINT, FLOOR, GRID, INK, LINE, MARGIN, PAPER, WIDTH, encoded, fill, fill_outline, fitting, stroke, wrapped,
+};
 use super::lettering::{draw_text, text_width};
 use crate::evaluation::{MetricSummary, Summary, quantile};
 
-const WIDTH: u32 = 1200;
-const MARGIN: f32 = 28.0;
-const PAPER: [u8; 3] = [0x0d, 0x13, 0x19];
-const CARD: [u8; 3] = [0x17, 0x20, 0x29];
-const INK: [u8; 3] = [0xe8, 0xed, 0xf2];
-const FAINT: [u8; 3] = [0x9f, 0xad, 0xbb];
-const LINE: [u8; 3] = [0x5a, 0xb4, 0xf0];
-const FLOOR: [u8; 3] = [0x8d, 0x9b, 0xa9];
 const TILE_HEIGHT: f32 = 96.0;
 const PLOT_HEIGHT: f32 = 250.0;
 
@@ -81,21 +72,6 @@ pub fn summary_picture(input: &SummaryPicture<'_>) -> Result<Vec<u8>, ReportErro
     encoded(&picture)
 }
 
-/// With the mark by which this program recognises its own files.
-fn encoded(picture: &Pixmap) -> Result<Vec<u8>, ReportError> {
-    let failed = |e: png::EncodingError| ReportError::Png(e.to_string());
-    let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, picture.width(), picture.height());
-    encoder.set_color(ColorType::Rgb);
-    encoder.set_depth(BitDepth::Eight);
-    encoder.add_text_chunk("Software".to_owned(), GENERATOR.to_owned()).map_err(failed)?;
-    let rgb: Vec<u8> = picture.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(&rgb).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    Ok(bytes)
-}
-
 fn tiles(picture: &mut Pixmap, summary: &Summary, top: f32, room: f32) {
     let present: Vec<(&MetricSummary, &str)> =
         TILES.iter().filter_map(|(name, title)| Some((summary.metrics.get(*name)?, *title))).collect();
@@ -133,7 +109,7 @@ fn plot(picture: &mut Pixmap, input: &SummaryPicture<'_>, [left, top, width, hei
     let y = |value: f64| area[1] + area[3] * (1.0 - (value / above) as f32);
     for tick in 0_u8..=4 {
         let value = f64::from(tick) / 4.0 * above;
-        stroke(picture, &[[area[0], y(value)], [area[0] + area[2], y(value)]], [0x2b, 0x36, 0x41], 1.0, false);
+        stroke(picture, &[[area[0], y(value)], [area[0] + area[2], y(value)]], GRID, 1.0, false);
         let words = format!("{value:.0}");
         let place = [area[0] - 8.0 - text_width(&words, 10.0), y(value) - 5.0];
         draw_text(picture, &words, place, 10.0, FAINT);
@@ -156,61 +132,6 @@ fn plot(picture: &mut Pixmap, input: &SummaryPicture<'_>, [left, top, width, hei
     }
     let median: Vec<[f32; 2]> = all.iter().filter_map(|(f, v)| Some([x(*f), y(quantile(v, 0.5)?)])).collect();
     stroke(picture, &median, LINE, 2.4, false);
-}
-
-/// Lines of at most `room` pixels.
-fn wrapped(text: &str, height: f32, room: f32) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut().filter(|line| text_width(&format!("{line} {word}"), height) <= room) {
-            Some(line) => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            None => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
-fn fitting(text: &str, height: f32, room: f32) -> f32 {
-    height * room / text_width(text, height).max(room)
-}
-
-fn paint([red, green, blue]: [u8; 3], alpha: u8) -> Paint<'static> {
-    let mut paint = Paint { anti_alias: true, ..Paint::default() };
-    paint.set_color(Color::from_rgba8(red, green, blue, alpha));
-    paint
-}
-
-fn fill(picture: &mut Pixmap, [left, top, width, height]: [f32; 4], colour: [u8; 3], alpha: u8) {
-    if let Some(rect) = Rect::from_xywh(left, top, width, height) {
-        picture.fill_rect(rect, &paint(colour, alpha), Transform::identity(), None);
-    }
-}
-
-fn path(points: &[[f32; 2]]) -> PathBuilder {
-    let mut path = PathBuilder::new();
-    for (index, [x, y]) in points.iter().enumerate() {
-        if index == 0 { path.move_to(*x, *y) } else { path.line_to(*x, *y) }
-    }
-    path
-}
-
-fn stroke(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], width: f32, dashed: bool) {
-    let dash = if dashed { StrokeDash::new(vec![6.0, 4.0], 0.0) } else { None };
-    if let Some(path) = path(points).finish() {
-        let stroke = Stroke { width, dash, ..Stroke::default() };
-        picture.stroke_path(&path, &paint(colour, 255), &stroke, Transform::identity(), None);
-    }
-}
-
-fn fill_outline(picture: &mut Pixmap, points: &[[f32; 2]], colour: [u8; 3], alpha: u8) {
-    let mut path = path(points);
-    path.close();
-    if let Some(path) = path.finish() {
-        picture.fill_path(&path, &paint(colour, alpha), FillRule::Winding, Transform::identity(), None);
-    }
 }
 
 #[cfg(test)]

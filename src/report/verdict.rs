@@ -15,7 +15,8 @@ pub struct Verdict {
     pub line: String,
     /// The criteria with their limits.
     pub criteria: Vec<Criterion>,
-    /// Names of the metrics that are worse than those of a tracker that never moves, in table order.
+    /// Names of the metrics that are worse than those of a tracker that never moves, in table order; none of those that
+    /// measure the estimate's own motion ([`crate::evaluation::Metric::has_frozen_floor`]).
     pub worse_than_frozen: Vec<&'static str>,
     /// Whether the images prefer the estimate or the true pose; `None` if energies are unknown.
     pub cause: Option<String>,
@@ -51,7 +52,8 @@ fn held_back_by(grade: Grade, criteria: &[Criterion]) -> String {
 fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<&'static str> {
     let Some(frozen) = input.frozen else { return vec![] };
     let is_worse = |name: &str| Some((input.summary.metrics.get(name)?.mean, frozen.metrics.get(name)?.mean));
-    let worse = METRICS.iter().filter(|m| is_worse(m.name).is_some_and(|(value, floor)| m.is_worse(value, floor)));
+    let compared = METRICS.iter().filter(|metric| metric.has_frozen_floor());
+    let worse = compared.filter(|m| is_worse(m.name).is_some_and(|(value, floor)| m.is_worse(value, floor)));
     worse.map(|metric| metric.name).collect()
 }
 
@@ -124,7 +126,7 @@ mod tests {
     fn what_is_worse_than_never_moving_is_named_and_the_floor_itself_is_not() {
         let of_good = told(&Story::default(), verdict).worse_than_frozen;
         assert!(!of_good.contains(&"humaneva_mm"), "{of_good:?}");
-        assert!(of_good.contains(&"jitter_m_per_s3"), "what stands still does not shake: {of_good:?}");
+        assert!(!of_good.contains(&"jitter_m_per_s3"), "what stands still does not shake: no floor: {of_good:?}");
         let of_bad = told(&Story { beside_m: 9.0, ..Story::default() }, verdict);
         assert!(of_bad.worse_than_frozen.contains(&"humaneva_mm") && of_bad.grade == Grade::Lost);
         assert!(told(&Story { frozen: false, ..Story::default() }, verdict).worse_than_frozen.is_empty());

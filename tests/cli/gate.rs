@@ -84,6 +84,22 @@ fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
 }
 
 #[test]
+fn seeds_of_the_baseline_that_a_run_lacks_are_run_before_the_gate_judges() {
+    let room = room();
+    room.succeed("run tiny.toml --seeds 3 --out three");
+    let refused = room.skiagraph("gate three --baseline tiny --margin 0mm".split(' '));
+    assert!(refused.code == 2 && refused.stderr.contains("3 seed(s)"), "{}", refused.stderr);
+    for _ in 0..2 {
+        let passed = room.succeed("gate three --baseline tiny --margin 0mm --add-seeds 5");
+        assert!(passed.stdout.starts_with("PASS") && passed.stdout.contains("no run varies"), "{}", passed.stdout);
+        let folders =
+            std::fs::read_dir(room.path("three")).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_dir());
+        assert_eq!(folders.count(), 1, "only what was missing is run, once");
+        assert!(room.path("three/seeds-3-4/run.json").exists());
+    }
+}
+
+#[test]
 fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
     let room = room();
     assert!(room.succeed("baseline list").stdout.contains("tiny (seeds 0 to 4), annealed_particle_filter"));

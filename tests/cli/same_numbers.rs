@@ -137,5 +137,5 @@ fn a_run_of_another_set_is_refused() {
     room.succeed("track set --tracker frozen --out run");
     let answer = room.skiagraph(["evaluate", "other", "run"]);
     assert_eq!(answer.code, 2);
-    assert!(answer.stderr.contains("run was not made from other"), "{}", answer.stderr);
+    assert!(answer.stderr.contains("run does not fit other"), "{}", answer.stderr);
 }

@@ -132,6 +132,8 @@ fn methods_stand_side_by_side_and_each_is_a_whole_run() {
     }
     let page = String::from_utf8(room.read("all/comparison.html")).unwrap();
     assert!(methods.keys().all(|name| page.contains(&format!("{name}/report.html"))));
+    room.succeed("report all --png all.png");
+    assert!(room.read("all.png").starts_with(b"\x89PNG"));
     room.succeed(&format!("render {scenario} --out set"));
     room.succeed("track set --tracker gpdm_graph particles=50 model.training.rounds=2 --out alone");
     room.succeed("evaluate set alone");

@@ -143,6 +143,18 @@ fn processes_share_a_motion_model_that_is_learned_once() {
 }
 
 #[test]
+fn a_sweep_has_a_picture_and_says_the_command_that_makes_it_again() {
+    let room = room();
+    room.succeed(&format!("sweep tiny.toml {GRID} --keep particles>2 --out s"));
+    room.succeed("report s --png s.png");
+    assert!(room.read("s.png").starts_with(b"\x89PNG"));
+    room.succeed("report s --out s.md");
+    let text = String::from_utf8(room.read("s.md")).unwrap();
+    let command = "skiagraph sweep tiny.toml particles=6,12 rig.ring.count=1,2 --keep 'particles>2' --out sweeps/";
+    assert!(text.contains(command), "{text}");
+}
+
+#[test]
 fn a_cell_may_leave_the_report_of_a_run() {
     let room = room();
     room.succeed(&format!("sweep plan tiny.toml {GRID} --out s"));

@@ -3,6 +3,7 @@
 use super::super::output::counted;
 use super::super::summary::number;
 use super::super::volume::duration;
+use crate::evaluation::FEWEST_RUNS;
 use crate::experiment::sweep::{SettingSummary, SweepCost, SweepSummary};
 
 /// Failed cells that are told.
@@ -45,8 +46,9 @@ pub(super) fn ranking(summary: &SweepSummary, most: usize) -> String {
         lines.push(format!("  and {} more", counted(ranked.len() - most, "setting")));
     }
     lines.push(format!(
-        "\n  means over {}; evaluations and processor time are those of a frame; lost: seeds that lost the body",
-        counted(summary.seeds.len(), "seed")
+        "\n  means over {}{}; evaluations and processor time are those of a frame; lost: seeds that lost the body",
+        counted(summary.seeds.len(), "seed"),
+        if summary.seeds.len() < FEWEST_RUNS { ", no interval below 3" } else { "" }
     ));
     lines.join("\n")
 }

@@ -15,7 +15,7 @@ pub struct MeasuredRuns {
 }
 
 /// All seeds of one clip.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredClip {
     /// Hash of the set's files.
     pub set_hash: String,

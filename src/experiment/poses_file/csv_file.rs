@@ -7,7 +7,8 @@ use crate::input::excerpt;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-pub(super) fn parse(text: &str) -> Result<PointFile, String> {
+/// The points, and whether frames have numbers of their own.
+pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let headers: Vec<String> = reader
         .headers()
@@ -17,11 +18,12 @@ pub(super) fn parse(text: &str) -> Result<PointFile, String> {
         .collect();
     let at = |name: &str| headers.iter().position(|header| header.eq_ignore_ascii_case(name));
     let name_column = ["name", "marker", "joint"].into_iter().find_map(at);
-    match (name_column, AXES.map(at), at("frame")) {
+    let points = match (name_column, AXES.map(at), at("frame")) {
         (Some(name), [Some(x), Some(y), Some(z)], Some(frame)) => rows(&mut reader, name, frame, [x, y, z]),
         (Some(_), ..) => Err("line 1: a table with a row a point needs the columns frame, name, x, y and z".to_owned()),
         _ => wide(&mut reader, &headers, at("frame")),
-    }
+    };
+    Ok((points?, at("frame").is_some()))
 }
 
 /// An error of the table with its line.
@@ -151,7 +153,7 @@ mod tests {
 
     #[test]
     fn a_column_a_coordinate_and_a_row_a_point_say_the_same() {
-        let wide =
+        let (wide, is_numbered) =
             parse("frame,time,pelvis_x,pelvis_y,pelvis_z,head_X,head_Y,head_Z\n0,0,1,2,3,4,5,6\n2,0.2,,,,7,8,9\n")
                 .unwrap();
         assert_eq!(wide.names, ["pelvis", "head"]);
@@ -160,7 +162,8 @@ mod tests {
             wide.frames,
             [vec![Some([1.0, 2.0, 3.0]), Some([4.0, 5.0, 6.0])], gap, vec![None, Some([7.0, 8.0, 9.0])]]
         );
-        let rows = parse("frame,name,x,y,z\n0,pelvis,1,2,3\n0,head,4,5,6\n2,head,7,8,9\n").unwrap();
+        let (rows, _) = parse("frame,name,x,y,z\n0,pelvis,1,2,3\n0,head,4,5,6\n2,head,7,8,9\n").unwrap();
+        assert!(is_numbered && !parse("p_x,p_y,p_z\n1,2,3\n").unwrap().1);
         assert_eq!((rows.names, rows.frames), (wide.names, wide.frames));
     }
 

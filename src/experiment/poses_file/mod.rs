@@ -55,7 +55,13 @@ pub(super) fn read_poses(
                 --units, --up and --joint-map";
             return Err(malformed(detail.to_owned()));
         }
-        "csv" => csv_file::parse(&text()?).map_err(malformed)?,
+        "csv" => {
+            let (mut points, is_numbered) = csv_file::parse(&text()?).map_err(malformed)?;
+            if is_numbered {
+                points.extend_to(set.blind.frame_count);
+            }
+            points
+        }
         "trc" => parse_trc(&text()?).map_err(malformed)?,
         "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
         "bvh" => from_bvh(path, declared)?,
@@ -84,6 +90,19 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
 }
 
 impl PointFile {
+    /// Frames after the last one of a file that numbers its frames have no estimate, as have those between.
+    fn extend_to(&mut self, frames: usize) {
+        let found = self.frames.len();
+        if (1..frames).contains(&found) {
+            self.frames.resize(frames, vec![None; self.names.len()]);
+            self.notes.push(format!(
+                "the file's last frame is {}; frames {found} to {} are lost",
+                found - 1,
+                frames - 1
+            ));
+        }
+    }
+
     fn into_estimates(
         self,
         path: &Path,

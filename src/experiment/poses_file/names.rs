@@ -26,7 +26,8 @@ pub(super) fn read_map(path: &Path) -> Result<BTreeMap<String, String>, Experime
     })
 }
 
-/// The columns of a file. Without a map a name counts as ours whatever its case and whatever divides its words.
+/// The columns of a file. Without a map a name counts as ours whatever its case and whatever divides its words. A
+/// link's name stands for the joint that carries it: joints of BVH files often have the names of the bones.
 pub(super) fn columns(
     names: &[String],
     map: Option<&BTreeMap<String, String>>,
@@ -34,6 +35,9 @@ pub(super) fn columns(
 ) -> Result<NamedColumns, String> {
     let markers = LANDMARKS.map(|landmark| landmark.name());
     let joints: Vec<&str> = body.joints.iter().map(|joint| joint.name.as_str()).collect();
+    // the root link has no joint, and every other link the joint before it
+    let links: Vec<(&str, &str)> =
+        body.links.iter().skip(1).map(|link| link.name.as_str()).zip(joints.iter().copied()).collect();
     let mut found = NamedColumns::default();
     let mut left_out = Vec::new();
     if let Some((theirs, _)) = map.into_iter().flatten().find(|(theirs, _)| !names.contains(theirs)) {
@@ -53,12 +57,13 @@ pub(super) fn columns(
             continue;
         };
         let is = |known: &&&str| plain(known) == plain(ours);
-        let (kind, known) = match (markers.iter().find(is), joints.iter().find(is)) {
+        let of_link = || links.iter().find(|(link, _)| plain(link) == plain(ours)).map(|(_, joint)| joint);
+        let (kind, known) = match (markers.iter().find(is), joints.iter().find(is).or_else(of_link)) {
             (Some(marker), _) => (&mut found.markers, *marker),
             (None, Some(joint)) => (&mut found.joints, *joint),
             (None, None) if map.is_some() => {
                 return Err(format!(
-                    "the joint map gives {:?}, which is neither a marker nor a joint here",
+                    "the joint map gives {:?}, which is neither a marker nor a joint nor a link here",
                     excerpt(ours)
                 ));
             }
@@ -96,6 +101,7 @@ fn listed(names: &[String]) -> String {
 mod tests {
     use super::*;
     use crate::body::fixture::person;
+    use crate::body::shipped;
 
     fn names(names: &[&str]) -> Vec<String> {
         names.iter().map(|name| (*name).to_owned()).collect()
@@ -110,6 +116,17 @@ mod tests {
         let none = columns(&names(&["a", "b"]), None, &person()).unwrap_err();
         assert!(none.contains("a, b") && none.contains("--joint-map"), "{none}");
         let twice = columns(&names(&["pelvis", "PELVIS"]), None, &person()).unwrap_err();
+        assert!(twice.contains("two columns"), "{twice}");
+    }
+
+    #[test]
+    fn a_link_stands_for_the_joint_that_carries_it() {
+        let body = shipped("tracker25").unwrap();
+        let (joint, link) = (&body.joints[4].name, &body.links[5].name);
+        assert_ne!(joint, link);
+        let found = columns(&names(&[link.as_str()]), None, &body).unwrap();
+        assert_eq!(found.joints, [(0, joint.clone())]);
+        let twice = columns(&names(&[link.as_str(), joint.as_str()]), None, &body).unwrap_err();
         assert!(twice.contains("two columns"), "{twice}");
     }
 

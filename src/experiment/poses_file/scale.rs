@@ -9,8 +9,11 @@ use crate::evaluation::quantile;
 const TOO_LARGE: f64 = 5.0;
 /// A unit is named where the size fits it to this factor.
 const FITS: f64 = 1.5;
-const UNITS: [(&str, f64); 3] =
-    [("millimetres (--units mm)", 1000.0), ("centimetres (--units cm)", 100.0), ("inches (--units in)", 39.37)];
+const UNITS: [(&str, f64); 3] = [
+    ("millimetres (--units mm; of .npz, multiply by 0.001)", 1000.0),
+    ("centimetres (--units cm; of .npz, multiply by 0.01)", 100.0),
+    ("inches (--units in; of .npz, multiply by 0.0254)", 39.37),
+];
 
 /// Refuses an estimate whose body is many times as large as the start pose. A small one may be a tracker that
 /// collapses, and is measured.

@@ -46,20 +46,22 @@ pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<Gathered, Experimen
     let [runs, lines, timing] = tables;
     let (mut runs, mut lines, mut timing) = (runs?, lines?, timing?);
     let columns = SweepColumns { axes: &sweep.plan.axes };
-    runs.row(&columns.header())?;
-    timing.row(&["index", "cell", "track_s", "track_processor_s", "processor_s", "host"].map(str::to_owned))?;
+    runs.write(&csv_line(&columns.header(), RUNS_TABLE)?)?;
+    let of_time = ["index", "cell", "track_s", "track_processor_s", "processor_s", "host"];
+    timing.write(&csv_line(&of_time, TIMING_TABLE)?)?;
     let mut gathered = Gathered::default();
-    SweepResults::new(sweep).for_each(&cells, |cell, record| {
-        let Some(record) = record else {
+    let in_text = |cell: &SweepCell, record: Option<CellRecord>| record.map(|record| columns.in_text(cell, &record));
+    SweepResults::new(sweep).for_each_prepared(&cells, in_text, |cell, text| {
+        let Some(text) = text.transpose()? else {
             gathered.missing.push(cell.index);
             return Ok(());
         };
         gathered.done += 1;
-        gathered.diverged += usize::from(record.status == Status::Diverged);
-        gathered.failed += usize::from(record.status == Status::Failed);
-        runs.row(&columns.row(cell, &record))?;
-        lines.line(&of_line(cell, &record)?)?;
-        timing.row(&of_timing(cell, &record))
+        gathered.diverged += usize::from(text.status == Status::Diverged);
+        gathered.failed += usize::from(text.status == Status::Failed);
+        runs.write(&text.run)?;
+        lines.write(&text.line)?;
+        timing.write(&text.timing)
     })?;
     if !gathered.missing.is_empty() && !partial {
         return Err(ExperimentError::SweepIncomplete {
@@ -77,7 +79,24 @@ struct SweepColumns<'a> {
     axes: &'a [String],
 }
 
+/// What the tables say of a cell, line by line.
+struct CellText {
+    status: Status,
+    run: Vec<u8>,
+    line: Vec<u8>,
+    timing: Vec<u8>,
+}
+
 impl SweepColumns<'_> {
+    fn in_text(&self, cell: &SweepCell, record: &CellRecord) -> Result<CellText, ExperimentError> {
+        Ok(CellText {
+            status: record.status,
+            run: csv_line(&self.row(cell, record), RUNS_TABLE)?,
+            line: format!("{}\n", of_line(cell, record)?).into_bytes(),
+            timing: csv_line(&of_timing(cell, record), TIMING_TABLE)?,
+        })
+    }
+
     fn header(&self) -> Vec<String> {
         let before = ["index", "cell", "setting", "seed"].map(str::to_owned);
         let between = ["status", "grade", "frames", "cameras", "likelihood_evaluations"].map(str::to_owned);
@@ -101,6 +120,15 @@ impl SweepColumns<'_> {
         row.extend([record.set_hash.clone().unwrap_or_default(), record.error.clone().unwrap_or_default()]);
         row
     }
+}
+
+/// A line of CSV, with its end.
+fn csv_line<S: AsRef<[u8]>>(fields: &[S], table: &str) -> Result<Vec<u8>, ExperimentError> {
+    let failed = |detail: String| ExperimentError::Malformed { path: table.into(), detail };
+    // the usual room of 8 kB is zeroed for every line
+    let mut text = csv::WriterBuilder::new().buffer_capacity(2048).from_writer(Vec::new());
+    text.write_record(fields).map_err(|e| failed(e.to_string()))?;
+    text.into_inner().map_err(|e| failed(e.to_string()))
 }
 
 /// A value as a table shows it: text without quotes.
@@ -145,16 +173,8 @@ impl GatheredFile {
         Ok(Self { path: path.to_owned(), meanwhile, file: BufWriter::new(file) })
     }
 
-    fn row<S: AsRef<[u8]>>(&mut self, fields: &[S]) -> Result<(), ExperimentError> {
-        let mut text = csv::WriterBuilder::new().from_writer(Vec::new());
-        let failed = |e: String| ExperimentError::Malformed { path: self.path.clone(), detail: e };
-        text.write_record(fields).map_err(|e| failed(e.to_string()))?;
-        let text = text.into_inner().map_err(|e| failed(e.to_string()))?;
-        self.file.write_all(&text).map_err(output(&self.path, "write"))
-    }
-
-    fn line(&mut self, value: &Value) -> Result<(), ExperimentError> {
-        writeln!(self.file, "{value}").map_err(output(&self.path, "write"))
+    fn write(&mut self, text: &[u8]) -> Result<(), ExperimentError> {
+        self.file.write_all(text).map_err(output(&self.path, "write"))
     }
 
     fn finish(mut self) -> Result<(), ExperimentError> {

@@ -18,6 +18,7 @@
 //! ```
 
 mod cell;
+mod command;
 mod constraints;
 mod estimate;
 mod gather;

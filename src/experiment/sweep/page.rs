@@ -117,12 +117,16 @@ fn facts(sweep: &PlannedSweep) -> Result<Vec<(String, String)>, ExperimentError>
         .map_or_else(|| "the built-in walk".to_owned(), |name| name.to_string_lossy().into_owned());
     let mut facts = vec![
         ("scenario".to_owned(), format!("{base}, SHA-256 {}", plan.base.sha256)),
-        ("cells".to_owned(), format!("{cells} of {}, on {} sets", plan.cells, plan.sets)),
+        (
+            "cells".to_owned(),
+            format!("{cells} of {}, on {} set{}", plan.cells, plan.sets, if plan.sets == 1 { "" } else { "s" }),
+        ),
         ("seeds".to_owned(), plan.seeds.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
         (
             "processor time".to_owned(),
             format!("{} of one core, of which tracking {}", hours(processor_s), hours(track_s)),
         ),
+        ("command".to_owned(), sweep.command()),
         ("plan".to_owned(), plan.digest.clone()),
         ("version".to_owned(), plan.version.clone()),
     ];

@@ -284,11 +284,6 @@ impl PlannedSweep {
         Ok(SweepFile::open(&self.root.join(DEFINITION_FILE))?)
     }
 
-    /// A command that runs the same sweep.
-    pub fn command(&self) -> String {
-        format!("skiagraph sweep {} --out sweeps/{}", self.plan.source, self.plan.name)
-    }
-
     /// Where clips are searched for.
     pub fn mocap_directory(&self) -> Option<&Path> {
         self.plan.mocap_directory.as_deref()

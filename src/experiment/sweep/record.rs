@@ -125,8 +125,7 @@ impl CellRecord {
     /// # Errors
     /// [`ExperimentError::Malformed`] where it cannot be written.
     pub(super) fn lasting(&self) -> Result<serde_json::Map<String, serde_json::Value>, ExperimentError> {
-        let bare = Self { digest: String::new(), env: Environment::default(), ..self.clone() };
-        let tree = serde_json::to_value(bare)
+        let tree = serde_json::to_value(self)
             .map_err(|e| ExperimentError::Malformed { path: RESULTS.into(), detail: e.to_string() })?;
         let serde_json::Value::Object(mut tree) = tree else { return Ok(serde_json::Map::new()) };
         tree.retain(|key, _| key != "digest" && key != "env");
@@ -202,9 +201,22 @@ impl<'a> SweepResults<'a> {
         cells: &[SweepCell],
         mut each: impl FnMut(&SweepCell, Option<CellRecord>) -> Result<(), ExperimentError>,
     ) -> Result<(), ExperimentError> {
+        self.for_each_prepared(cells, |_, record| record, &mut each)
+    }
+
+    /// As [`Self::for_each`], with what `prepare` makes of a result, which happens on all cores.
+    ///
+    /// # Errors
+    /// Those of `each`.
+    pub(super) fn for_each_prepared<T: Send + Sync>(
+        &self,
+        cells: &[SweepCell],
+        prepare: impl Fn(&SweepCell, Option<CellRecord>) -> T + Sync,
+        mut each: impl FnMut(&SweepCell, T) -> Result<(), ExperimentError>,
+    ) -> Result<(), ExperimentError> {
         for block in cells.chunks(BLOCK) {
-            let records = parallel::map(block.len(), |at| self.get(&block[at].cell));
-            block.iter().zip(records).try_for_each(|(cell, record)| each(cell, record))?;
+            let prepared = parallel::map(block.len(), |at| prepare(&block[at], self.get(&block[at].cell)));
+            block.iter().zip(prepared).try_for_each(|(cell, made)| each(cell, made))?;
         }
         Ok(())
     }

@@ -63,8 +63,7 @@ impl ScatterPlot {
                 .y_label_formatter(&|value| short(*value))
                 .draw()
                 .map_err(failed)?;
-            let front = steps(&self.front);
-            chart.draw_series(LineSeries::new(front, Stroke::dashed(Colour::Ink).shape(1.2))).map_err(failed)?;
+            Stroke::dashed(Colour::Ink).draw(&mut chart, steps(&self.front), 1.2)?;
             for group in &self.groups {
                 let line = Stroke::solid(group.colour).shape(1.0);
                 for point in group.drawn() {
@@ -82,7 +81,7 @@ impl ScatterPlot {
     }
 
     /// Ranges of exponents and of values, with a margin; values begin at zero.
-    fn ranges(&self) -> [[f64; 2]; 2] {
+    pub(in crate::report) fn ranges(&self) -> [[f64; 2]; 2] {
         let points = || self.groups.iter().flat_map(ScatterGroup::drawn);
         let ends = |of: &dyn Fn(&ScatterPoint) -> f64| {
             points().map(|p| of(&p)).fold(None, |ends: Option<[f64; 2]>, value| {
@@ -97,7 +96,8 @@ impl ScatterPlot {
 }
 
 impl ScatterGroup {
-    fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
+    /// The points that have a place.
+    pub(in crate::report) fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
         self.points.iter().copied().filter(|p| p.x > 0.0 && p.x.is_finite() && p.y.is_finite())
     }
 }

@@ -11,7 +11,8 @@ use crate::report::ReportError;
 use crate::report::displayed::{number, symbol};
 use crate::report::plots::{Colour, Line, LinePlot, ScatterGroup, ScatterPlot, ScatterPoint, Size, Stroke, Svg};
 
-const PLOT: Size = Size { width: 760, height: 420 };
+/// Of plots on broad pages, and on phones.
+const SIZES: [Size; 2] = [Size { width: 580, height: 350 }, Size { width: 350, height: 300 }];
 /// Heat maps side by side at most; with more the other axes are averaged.
 const MAPS: usize = 9;
 /// Values of an axis of a heat map, and of one that a plot goes along.
@@ -34,17 +35,37 @@ pub(super) struct MapCell {
     pub(super) text: String,
     note: String,
     /// 0 (best) to 100 (worst) of all maps; absent for an empty cell.
-    shade: Option<u32>,
+    pub(super) shade: Option<u32>,
 }
 
 #[derive(Serialize)]
 pub(super) struct ErrorCurve {
     axis: String,
-    plot: String,
+    plot: TwoSizes,
 }
 
-/// Error over cost, with the settings that no other beats.
-pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<String, ReportError> {
+/// A plot as SVG for broad pages and for phones.
+#[derive(Serialize)]
+pub(super) struct TwoSizes {
+    wide: String,
+    narrow: String,
+}
+
+impl TwoSizes {
+    fn new(draw: impl Fn(Size) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
+        let [Svg(wide), Svg(narrow)] = [draw(SIZES[0])?, draw(SIZES[1])?];
+        Ok(Self { wide, narrow })
+    }
+}
+
+/// Error over cost, with the settings that no other beats, as SVG.
+pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<TwoSizes, ReportError> {
+    let plot = scatter_plot(input, cost);
+    TwoSizes::new(|size| plot.svg(size))
+}
+
+/// The same as values.
+pub(super) fn scatter_plot(input: &SweepPageInput, cost: CostMeasure) -> ScatterPlot {
     let axis = grouping_axis(input);
     let mut groups: Vec<ScatterGroup> = Vec::new();
     for point in &input.settings {
@@ -59,7 +80,7 @@ pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<Strin
     }
     let front = pareto_front(&input.settings, cost, input.objective);
     let place = |at: usize| Some([cost.of_setting(&input.settings[at])?, input.settings[at].mean?]);
-    let plot = ScatterPlot {
+    ScatterPlot {
         x_label: match cost {
             CostMeasure::Evaluations => "likelihood evaluations a frame".to_owned(),
             CostMeasure::Processor => "processor time a frame, ms".to_owned(),
@@ -67,8 +88,7 @@ pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<Strin
         y_label: labelled(input),
         groups,
         front: front.into_iter().filter_map(place).collect(),
-    };
-    plot.svg(PLOT).map(|Svg(svg)| svg)
+    }
 }
 
 /// The axis that colours tell apart: with few values, none of them numbers if there is such a one.
@@ -190,7 +210,7 @@ pub(super) fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Resu
     let mut curves = Vec::new();
     for axis in 0..input.axes.len() {
         let values = sorted(input, axis);
-        if !(3..=LONGEST).contains(&values.len()) || values.iter().any(|value| value.parse::<f64>().is_err()) {
+        if !(2..=LONGEST).contains(&values.len()) || values.iter().any(|value| value.parse::<f64>().is_err()) {
             continue;
         }
         let few = |other: &usize| *other != axis && (2..=LINES).contains(&labels(input, *other).len());
@@ -214,8 +234,7 @@ pub(super) fn curves(input: &SweepPageInput, effects: Option<&[Effect]>) -> Resu
             y_from: Some(0.0),
             ..LinePlot::default()
         };
-        let Svg(plot) = plot.svg(Size { width: 560, height: 320 })?;
-        curves.push(ErrorCurve { axis: input.axes[axis].clone(), plot });
+        curves.push(ErrorCurve { axis: input.axes[axis].clone(), plot: TwoSizes::new(|size| plot.svg(size))? });
     }
     Ok(curves)
 }

@@ -11,6 +11,8 @@ use crate::report::displayed::{between, number, symbol};
 
 /// Settings that have a row.
 const ROWS: usize = 60;
+/// Failed cells that have a line.
+const FAILURES: usize = 20;
 
 /// The findings of a sweep as Markdown; `command` is what made them.
 pub fn sweep_markdown(input: &SweepPageInput, command: &str) -> String {
@@ -19,7 +21,8 @@ pub fn sweep_markdown(input: &SweepPageInput, command: &str) -> String {
         text.push_str(&format!("{}\n\n", input.description));
     }
     text.push_str(&format!("    {command}\n\n"));
-    for (name, value) in &input.facts {
+    // the command stands above
+    for (name, value) in input.facts.iter().filter(|(name, _)| name != "command") {
         writeln!(text, "- {name}: {value}").ok();
     }
     text.push_str("\n## What to choose\n\n");
@@ -94,6 +97,11 @@ fn failures(input: &SweepPageInput, text: &mut String) {
         count("missing")
     )
     .ok();
+    let all = input.settings.iter().flat_map(|point| point.cells.iter().map(move |cell| (point, cell)));
+    for (point, cell) in all.filter(|(_, cell)| cell.state == "failed").take(FAILURES) {
+        let why = cell.error.as_deref().and_then(|error| error.lines().next()).unwrap_or("unknown");
+        writeln!(text, "\n- cell {} ({}, seed {}): {why}", cell.index, point.words, cell.seed).ok();
+    }
 }
 
 fn table(input: &SweepPageInput, text: &mut String) {

@@ -5,8 +5,10 @@ mod figures;
 mod input;
 mod markdown;
 mod page;
+mod picture;
 
 pub use analysis::{Choice, CostMeasure, Effect, cheapest_within, difference, effects, pareto_front};
 pub use input::{EverySetting, SweepCellState, SweepPageInput, SweepPoint};
 pub use markdown::sweep_markdown;
 pub use page::sweep_page;
+pub use picture::sweep_picture;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::analysis::{Choice, CostMeasure, Effect, by_value, cheapest_within, effects, pareto_front};
-use super::figures::{ErrorCurve, Map, curves, maps, scatter};
+use super::figures::{ErrorCurve, Map, TwoSizes, curves, maps, scatter};
 use super::input::{SweepCellState, SweepPageInput, SweepPoint};
 use crate::evaluation::Direction;
 use crate::report::ReportError;
@@ -27,7 +27,7 @@ struct SweepPage<'a> {
     missing: usize,
     seeds: usize,
     choices: Vec<String>,
-    scatters: Vec<String>,
+    scatters: Vec<TwoSizes>,
     maps: Vec<Map>,
     map_axes: Option<[&'a str; 2]>,
     averaged: bool,
@@ -179,6 +179,11 @@ pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String
     };
     let limit = format!("{} {}", three_digits(input.within), symbol(unit));
     let sure = match surely {
+        Some(at)
+            if at == best && input.settings.iter().all(|point| is_no_cheaper(point, &input.settings[best], cost)) =>
+        {
+            "None is cheaper.".to_owned()
+        }
         Some(at) if at == best => {
             format!(
                 "None that is cheaper is surely within {limit} of it (the 95 % interval of the difference reaches beyond)."
@@ -199,6 +204,12 @@ pub(super) fn choice(input: &SweepPageInput, cost: CostMeasure) -> Option<String
         if cost == CostMeasure::Evaluations { "evaluations" } else { "processor time" },
         told(best)
     ))
+}
+
+/// Whether a setting costs as much as another or more, or has no result.
+fn is_no_cheaper(point: &SweepPoint, than: &SweepPoint, cost: CostMeasure) -> bool {
+    let costs = (cost.of_setting(point).filter(|_| point.mean.is_some()), cost.of_setting(than));
+    !matches!(costs, (Some(one), Some(other)) if one < other)
 }
 
 fn effect_row(input: &SweepPageInput, axes: &[String], effect: Effect) -> EffectRow {
@@ -281,12 +292,13 @@ pub(super) fn three_digits(value: f64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::input::EverySetting;
     use super::*;
     use crate::evaluation::find_metric;
 
-    fn input() -> SweepPageInput {
+    /// Three particle counts by two numbers of layers; more of either is better.
+    pub(in super::super) fn grid() -> SweepPageInput {
         let mut settings = Vec::new();
         for (p, particles) in [50.0, 100.0, 200.0].into_iter().enumerate() {
             for (l, layers) in [1.0, 5.0].into_iter().enumerate() {
@@ -328,7 +340,7 @@ mod tests {
 
     #[test]
     fn the_page_has_choice_map_curve_effects_failures_and_links() {
-        let page = sweep_page(&input()).unwrap();
+        let page = sweep_page(&grid()).unwrap();
         for words in [
             "best particles=200 layers=5 (35",
             "likelihood evaluations a frame",
@@ -346,7 +358,7 @@ mod tests {
 
     #[test]
     fn what_is_averaged_over_is_no_choice_but_matters() {
-        let mut averaged = input();
+        let mut averaged = grid();
         let of_clip = |clip: &str, more: f64| -> Vec<SweepPoint> {
             let one = |p: &SweepPoint| SweepPoint {
                 labels: [vec![clip.to_owned()], p.labels.clone()].concat(),
@@ -366,7 +378,7 @@ mod tests {
 
     #[test]
     fn a_sweep_of_one_setting_and_one_without_a_result_have_pages_too() {
-        let mut one = input();
+        let mut one = grid();
         one.settings.truncate(1);
         one.settings[0].values.truncate(1);
         assert!(sweep_page(&one).unwrap().contains("cannot be told from one seed"));
