@@ -282,6 +282,7 @@ mod tests {
     }
 
     const QUIET: ImageSettings = ImageSettings {
+        jpeg_quality: None,
         grey: false,
         clothing_contrast: 100.0,
         shadow: false,
