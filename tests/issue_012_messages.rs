@@ -146,8 +146,8 @@ fn robots_are_named_whatever_is_wrong_with_them() {
     let ball = "<robot name=\"ball\"><link name=\"a\"><visual><geometry><sphere radius=\"0.1\"/></geometry></visual></link></robot>";
     room.write("ball.urdf", ball);
     room.blames("check tiny.toml actor.robot=ball.urdf actor.contact=fix", "ball.urdf");
-    room.write("fix.toml", TINY.replace("[rig.ring]", "[actor]\nrobot = \"bare.urdf\"\ncontact = \"fix\"\n[rig.ring]"));
-    room.blames("check fix.toml", "fix.toml:7: actor.robot: bare.urdf");
+    room.write("fix.toml", TINY.replace("[rig.ring]", "[actor]\nrobot = \"ball.urdf\"\ncontact = \"fix\"\n[rig.ring]"));
+    room.blames("check fix.toml", "fix.toml:7: actor.robot: ball.urdf");
 }
 
 #[test]
