@@ -291,7 +291,6 @@ mod tests {
         gain_drift: 0.0,
         offset_drift: 0.0,
         background_frames: 2,
-        jpeg_quality: None,
     };
 
     #[test]
