@@ -113,10 +113,13 @@ impl Identities {
         let scenario = &file.scenario;
         let trackers = scenario.trackers();
         let models: Vec<&str> = trackers.iter().filter_map(|(_, tracker)| tracker.kind().model_file()).collect();
-        let robots = [&scenario.actor.robot, &scenario.tracker_body.robot];
+        let bodies = [
+            (&scenario.actor.robot, &scenario.actor.skin),
+            (&scenario.tracker_body.robot, &scenario.tracker_body.skin),
+        ];
+        let Scenario { motion, training, distractor, rig, .. } = scenario;
         let named =
-            serde_json::to_string(&(&scenario.motion, &scenario.training, &scenario.distractor, robots, models))
-                .unwrap_or_default();
+            serde_json::to_string(&(motion, training, distractor, &rig.file, bodies, models)).unwrap_or_default();
         if let Some(known) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&named) {
             return Ok(known.clone());
         }
@@ -187,5 +190,22 @@ mod tests {
         assert_eq!((inputs.len(), &inputs[0].path), (1, &clip));
         assert_ne!(one, of("two").0);
         assert_eq!(one, of("one").0);
+    }
+
+    #[test]
+    fn settings_that_differ_in_a_file_alone_have_the_inputs_of_their_own() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.obj", "b.obj", "c.xml", "d.xml"] {
+            std::fs::write(folder.path().join(name), name).unwrap();
+        }
+        let identities = Identities::new(None);
+        let text = crate::scenario::DEFAULT_SCENARIO;
+        for own in
+            ["actor.skin=a.obj", "actor.skin=b.obj", "rig.file=[{path=\"c.xml\"}]", "rig.file=[{path=\"d.xml\"}]"]
+        {
+            let file = ScenarioFile::parse(text, "a", folder.path().to_owned(), &[own.to_owned()]).unwrap();
+            identities.identify(&file).unwrap();
+        }
+        assert_eq!(identities.into_inputs().len(), 4);
     }
 }
