@@ -99,7 +99,7 @@ fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
     let room = tempfile::tempdir().unwrap();
     let set = room.path().join("set");
     let small =
-        ["motion.last_frame=5", "rig.ring.count=3", "rig.ring.size_px=[80, 60]", "layers=[\"depth\", \"parts\"]"];
+        ["motion.loop_to_s=0.1", "rig.ring.count=3", "rig.ring.size_px=[80, 60]", "layers=[\"depth\", \"parts\"]"];
     let file = ScenarioFile::built_in(&small.map(str::to_owned)).unwrap();
     let options = RenderOptions { shards: Some(2), ..RenderOptions::default() };
     render_with(&file, None, Destination { path: &set, force: false }, &options, &Unwatched).unwrap();

@@ -165,10 +165,7 @@ impl SetFiles {
     ) -> Result<(), SetError> {
         let writer = SetWriter::new(folder, stop);
         let paths: Vec<&String> = self.digests.keys().collect();
-        paths.par_iter().try_for_each(|path| {
-            unless(stop)?;
-            writer.put(path, &self.read(path)?)
-        })?;
+        paths.par_iter().try_for_each(|path| writer.put(path, &self.read(path)?))?;
         more(&writer)?;
         writer.finish()
     }

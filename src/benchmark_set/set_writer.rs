@@ -121,7 +121,8 @@ impl<'a> SetWriter<'a> {
         if self.folders().contains(name) {
             return Ok(());
         }
-        let folder = self.folder.join(name);
+        // joined with nothing, a path would end in a slash
+        let folder = if name.is_empty() { self.folder.to_owned() } else { self.folder.join(name) };
         fs::create_dir_all(&folder).map_err(SetError::io(&folder, "create the directory"))?;
         self.folders().insert(name.to_owned());
         Ok(())

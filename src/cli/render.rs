@@ -19,9 +19,9 @@ use crate::scenario::ScenarioFile;
 
 /// Make a benchmark set on disk
 ///
-/// Frames are drawn, written and forgotten: memory does not grow with the images. If that is interrupted (Ctrl-C, a killed process, a full disk), what is
-/// whole stays in SET.partial, and the same command goes on with it: the set has the bytes of an undisturbed one.
-/// Other settings are refused there; --force begins anew.
+/// Frames are drawn, written and forgotten: memory does not grow with the images. If that is interrupted (Ctrl-C, a
+/// killed process, a full disk), what is whole stays in SET.partial, and the same command goes on with it: the set has
+/// the bytes of an undisturbed one. Other settings are refused there; --force begins anew.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
@@ -41,8 +41,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", conflicts_with = "ladder")]
     truth: Option<PathBuf>,
 
-    /// Also write the set as N tar shards for WebDataset, SET/truth/shards/NNNNNN.tar: a sample a frame and camera with its
-    /// mask, camera, joints, markers and truth images
+    /// Also write the set as N tar shards for WebDataset, SET/truth/shards/NNNNNN.tar: a sample a frame and camera with
+    /// its mask, camera, joints, markers and truth images
     #[arg(long, value_name = "N")]
     shards: Option<usize>,
 

@@ -1,4 +1,5 @@
-//! Which sets of a ladder are made: a file beside them while the ladder is unfinished, so that the same command goes on.
+//! Which sets of a ladder are made: a file beside them while the ladder is unfinished, so that the same command goes
+//! on.
 
 use std::fs;
 use std::path::{Path, PathBuf};

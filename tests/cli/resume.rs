@@ -126,7 +126,7 @@ fn a_ladder_goes_on_after_the_sets_that_are_made() {
 fn shards_more_than_frames_are_refused_and_a_missing_one_is_named() {
     let room = room();
     let many = room.skiagraph("render tiny.toml --shards 9 --out set".split(' '));
-    assert!(many.code == 2 && many.stderr.contains("--shards: expected 1 to 4 shards"), "{}", many.stderr);
+    assert!(many.code == 2 && many.stderr.contains("--shards: expected 1 to 5 shards"), "{}", many.stderr);
     assert_eq!(room.entries(), ["tiny.toml"]);
     room.succeed("render tiny.toml --shards 2 --out set -q");
     fs::remove_file(room.path("set/truth/shards/000001.tar")).unwrap();
