@@ -3,9 +3,10 @@
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, Layer, Observed, SetDrawing, SetParts, Start, Training, TruthFacts};
-use skiagraph::body::{Motion, shipped};
+use skiagraph::body::{Motion, shipped, shipped_skin};
 use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
 use skiagraph::observation::Observer;
+use skiagraph::retarget::with_skin;
 use skiagraph::scene::GroundTruth;
 
 const FRAMES: usize = 20;
@@ -22,9 +23,14 @@ struct Stage {
     start: Start,
 }
 
-/// The shipped actor in the middle of four cameras at 4.5 m.
-fn stage(distortion: Distortion) -> Option<Stage> {
-    let actor = shipped("actor").ok()?;
+/// The shipped actor in the middle of four cameras at 4.5 m; `what` names a lens and a skin, if it shall have them.
+fn stage(what: &str) -> Option<Stage> {
+    let distortion = if what.contains("lens") { lens() } else { Distortion::default() };
+    let bare = shipped("actor").ok()?;
+    let actor = match what.contains("skin") {
+        true => with_skin(&bare, &shipped_skin("person").ok()?).ok()?.with_masses_of_skin(),
+        false => bare,
+    };
     let cameras = (0..CAMERAS).map(|i| {
         let angle = std::f64::consts::TAU * i as f64 / CAMERAS as f64;
         let eye = Point3::new(4.5 * angle.cos(), 4.5 * angle.sin(), 1.2);
@@ -73,17 +79,17 @@ fn camera_frames() -> divan::counter::ItemsCount {
 }
 
 /// Silhouettes alone, not yet files. Items are camera-frames, here and below.
-#[divan::bench(args = ["ideal", "lens"])]
-fn observe(bencher: Bencher<'_, '_>, optics: &str) {
-    let Some(stage) = stage(if optics == "lens" { lens() } else { Distortion::default() }) else { return };
+#[divan::bench(args = ["ideal", "lens", "skin", "skin and lens"])]
+fn observe(bencher: Bencher<'_, '_>, what: &str) {
+    let Some(stage) = stage(what) else { return };
     let observer = Observer::new(&stage.truth, &stage.rig);
     bencher.counter(camera_frames()).bench(|| (0..FRAMES).map(|frame| observer.observe(frame)).collect::<Vec<_>>());
 }
 
 /// A set in memory: silhouettes, PNG files, the truth and every SHA-256.
-#[divan::bench]
-fn assemble(bencher: Bencher<'_, '_>) {
-    let Some(stage) = stage(Distortion::default()) else { return };
+#[divan::bench(args = ["solids", "skin"])]
+fn assemble(bencher: Bencher<'_, '_>, what: &str) {
+    let Some(stage) = stage(what) else { return };
     bencher.counter(camera_frames()).bench(|| black_box(stage.set()));
 }
 
@@ -91,7 +97,7 @@ fn assemble(bencher: Bencher<'_, '_>) {
 /// after staging.
 #[divan::bench(args = ["masks", "masks through a lens", "depth, parts", "colour", "all layers"], sample_count = 10)]
 fn stream(bencher: Bencher<'_, '_>, what: &str) {
-    let Some(stage) = stage(if what.contains("lens") { lens() } else { Distortion::default() }) else { return };
+    let Some(stage) = stage(what) else { return };
     let all = [Layer::Depth, Layer::Parts, Layer::Normals, Layer::Flow, Layer::Coverage, Layer::Colour];
     let layers = match what {
         "depth, parts" => &all[..2],
@@ -114,7 +120,7 @@ fn stream(bencher: Bencher<'_, '_>, what: &str) {
 /// Writing a set to disk, with every file synchronised.
 #[divan::bench(args = ["silhouettes", "silhouettes, depth and parts"], sample_count = 10)]
 fn write(bencher: Bencher<'_, '_>, what: &str) {
-    let Some(set) = stage(Distortion::default()).and_then(|stage| stage.set()) else { return };
+    let Some(set) = stage("ideal").and_then(|stage| stage.set()) else { return };
     let layers: &[Layer] = if what == "silhouettes" { &[] } else { &[Layer::Depth, Layer::Parts] };
     bencher
         .counter(camera_frames())
@@ -125,6 +131,6 @@ fn write(bencher: Bencher<'_, '_>, what: &str) {
 /// Reading all observations of a set in memory.
 #[divan::bench]
 fn read(bencher: Bencher<'_, '_>) {
-    let Some(set) = stage(Distortion::default()).and_then(|stage| stage.set()) else { return };
+    let Some(set) = stage("ideal").and_then(|stage| stage.set()) else { return };
     bencher.counter(camera_frames()).bench(|| set.blind.observations().filter_map(Result::ok).count());
 }

@@ -230,3 +230,96 @@ fn a_cut_glb_is_refused_wherever_it_is_cut() {
         assert!(error.starts_with("cut.glb: expected glTF 2.0"), "{error}");
     }
 }
+
+#[test]
+fn a_missized_body_with_a_skin_is_calibrated_nearer_to_the_actors_and_a_right_one_is_left_alone() {
+    use skiagraph::body::BodyShape;
+    use skiagraph::camera::{CameraRig, RingParameters};
+    use skiagraph::observation::Observation;
+    use skiagraph::tracker::{CalibrationVerdict, SilhouetteSettings, calibrate};
+    let actor = with_skin(&shipped("tracker25").unwrap(), &shipped_skin("person_coarse").unwrap()).unwrap();
+    let rig = CameraRig::ring(&RingParameters {
+        count: 4,
+        radius: 3.5,
+        height: 1.6,
+        look_at: Point3::new(0.0, 0.0, 0.95),
+        first_azimuth: 0.8,
+        field_of_view: 1.05,
+        image_size: [320, 240],
+        near: 0.05,
+    })
+    .unwrap();
+    let pose = |frame: usize| {
+        let swing = libm::sin(frame as f64 * 1.1);
+        let mut pose = actor.zero_pose();
+        pose.world_from_root = Isometry3::translation(0.05 * frame as f64, 0.0, 0.93);
+        for (side, sign) in [("left", 1.0), ("right", -1.0)] {
+            let angles = [
+                ("hip_flexion", 0.3 + 0.5 * sign * swing),
+                ("knee_flexion", 0.7 - 0.4 * sign * swing),
+                ("shoulder_flexion", -0.5 * sign * swing),
+                ("shoulder_abduction", 0.5),
+                ("elbow_flexion", 0.8),
+            ];
+            for (name, angle) in angles {
+                pose.joint_angles[actor.find_degree_of_freedom(&format!("{side}_{name}")).unwrap()] = angle;
+            }
+        }
+        pose
+    };
+    let seen: Vec<(Observation, Pose)> = (0..5)
+        .map(|frame| {
+            let frames = actor.link_frames(&pose(frame));
+            let silhouettes =
+                rig.cameras.iter().map(|camera| SilhouettePainter::new(camera).silhouette(&actor, &frames));
+            (Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect() }, pose(frame))
+        })
+        .collect();
+    let apart_mm = |body: &Humanoid, pose: &Pose| {
+        let truth = actor.markers(&actor.link_frames(&seen[0].1));
+        let found = body.markers(&body.link_frames(pose));
+        let apart: Vec<f64> = truth.iter().zip(&found).map(|(a, b)| (a.unwrap() - b.unwrap()).norm()).collect();
+        1000.0 * apart.iter().sum::<f64>() / apart.len() as f64
+    };
+    let litres = |body: &Humanoid| {
+        let frames = body.link_frames(&body.zero_pose());
+        1000.0 * body.skin.as_ref().unwrap().volume(&frames).unwrap().0
+    };
+    for seed in [1, 2] {
+        let missized = actor.reshaped(&BodyShape::random_mismatch(&actor, seed, 0.06, 0.15));
+        let found = calibrate(&missized, &rig, SilhouetteSettings::default(), &seen).unwrap();
+        assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.in_words());
+        let (before, after) = (apart_mm(&missized, &seen[0].1), apart_mm(&found.body, &found.start));
+        assert!(after < 0.6 * before, "{before:.1} to {after:.1} mm");
+        let off = |body: &Humanoid| (litres(body) - litres(&actor)).abs();
+        assert!(off(&found.body) < 0.04 * litres(&actor), "{} to {} litres", off(&missized), off(&found.body));
+    }
+    let right = calibrate(&actor, &rig, SilhouetteSettings::default(), &seen).unwrap();
+    assert_eq!(right.report.verdict, CalibrationVerdict::NoBetter, "{}", right.report.in_words());
+    assert!(right.body.is_same_body(&actor));
+}
+
+#[test]
+fn a_walker_in_a_skin_has_the_centre_of_mass_of_what_the_skin_holds() {
+    for (robot, skin) in [("actor", "person"), ("tracker25", "person_coarse")] {
+        let dressed = with_skin(&shipped(robot).unwrap(), &shipped_skin(skin).unwrap()).unwrap();
+        let body = dressed.with_masses_of_skin();
+        assert!((body.total_mass() - dressed.total_mass()).abs() < 1e-9);
+        let mut worst: f64 = 0.0;
+        for step in 0..9 {
+            let turn = 0.15 * f64::from(step);
+            let mut pose = body.zero_pose();
+            pose.world_from_root = Isometry3::translation(0.3, 0.1, 0.95);
+            for (name, share) in
+                [("left_hip_flexion", 0.8), ("left_knee_flexion", 1.0), ("right_shoulder_flexion", 0.9)]
+            {
+                pose.joint_angles[body.find_degree_of_freedom(name).unwrap()] = share * turn;
+            }
+            let frames = body.link_frames(&pose);
+            // of the deformed surface, by the divergence theorem; joints that bend lose some volume
+            let (_, held) = body.skin.as_ref().unwrap().volume(&frames).unwrap();
+            worst = worst.max((body.centre_of_mass(&frames).unwrap() - held).norm());
+        }
+        assert!(worst < 0.006, "{robot}: {worst}");
+    }
+}

@@ -18,6 +18,7 @@
 mod bounds;
 #[cfg(test)]
 pub(crate) mod fixture;
+mod growth;
 mod humanoid;
 pub(crate) mod inverse_kinematics;
 mod jacobian;
@@ -43,6 +44,7 @@ mod tangent;
 mod upright;
 mod urdf;
 
+pub use growth::CHILD_YEARS;
 pub use humanoid::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link};
 pub use kinematics::LinkFrames;
 pub(crate) use kinematics::{rotation_about, rotation_from_vector};

@@ -65,6 +65,8 @@ pub enum Sex {
 pub struct Person {
     /// Sex.
     pub sex: Sex,
+    /// Age, years, of children and youths ([`Person::drawn_child`]); the source of adults does not tell it.
+    pub age_years: Option<f64>,
     /// From sole to crown, metres.
     pub stature_m: f64,
     /// Kilograms.
@@ -98,10 +100,14 @@ impl Person {
                 break;
             }
         }
-        let mut factors = |spread: f64| libm::exp(spread * normal(&mut rng));
-        let lengths = std::array::from_fn(|_| factors(LENGTH_SPREAD));
-        let girths = std::array::from_fn(|_| factors(GIRTH_SPREAD));
-        Self { sex, stature_m: stature, mass_kg: mass, lengths, girths }.of_its_sex()
+        let (lengths, girths) = Self::varied(&mut rng);
+        Self { sex, age_years: None, stature_m: stature, mass_kg: mass, lengths, girths }.of_its_sex()
+    }
+
+    /// Factors on lengths and girths.
+    pub(super) fn varied(rng: &mut rand_chacha::ChaCha8Rng) -> ([f64; 9], [f64; 8]) {
+        let mut factors = |spread: f64| libm::exp(spread * normal(rng));
+        (std::array::from_fn(|_| factors(LENGTH_SPREAD)), std::array::from_fn(|_| factors(GIRTH_SPREAD)))
     }
 
     /// Girths as a woman's segments differ in mass from a man's; of a man as they are.

@@ -84,6 +84,7 @@ fn of_skin(name: &str, s: &SkinSummary) -> String {
         s.triangles,
         match s.open_edges {
             0 => "closed".to_owned(),
+            1 => "1 edge that is not of two triangles".to_owned(),
             open => format!("{open} edges that are not of two triangles"),
         },
         s.height_m,

@@ -22,11 +22,6 @@ pub(super) fn calibrated(
     tracker: &mut dyn Tracker,
     watch: &dyn Watch,
 ) -> Result<BodyCalibration, ExperimentError> {
-    if set.start.body.skin.is_some() {
-        let detail = "a body with a skin cannot be calibrated yet; track it without, or leave `tracker_body.skin` out"
-            .to_owned();
-        return Err(ExperimentError::Argument { argument: "tracker_body.calibrate", detail });
-    }
     let frames = frames(set);
     let mut seen = Vec::with_capacity(frames.len());
     for frame in 0..=frames.last().copied().unwrap_or(0) {

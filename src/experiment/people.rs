@@ -28,7 +28,7 @@ pub(super) fn given_to_person(
     let Some(settings) = &file.scenario.actor.shape else { return Ok(()) };
     let unmet = |detail: String| scenario_error(file, "actor.shape", detail);
     // who is drawn replaces the recorded subject; what is only said changes that subject
-    let person = settings.population.map(|_| drawn(settings, DrawnFor::Actor, settings.stature_m));
+    let person = is_drawn(settings).then(|| drawn(settings, DrawnFor::Actor, settings.stature_m));
     let subject = if person.is_some() { BodyShape::identity(template) } else { performed.shape.clone() };
     let base = template.reshaped(&subject);
     let physique = physique_of(settings, person.as_ref(), base.total_mass());
@@ -41,15 +41,19 @@ pub(super) fn given_to_person(
     Ok(())
 }
 
-/// The tracker's body as another adult of the actor's stature.
+/// The tracker's body as another adult, or child of the same age, of the actor's stature.
 ///
 /// # Errors
 /// What cannot be met, in words.
 pub(super) fn another_adult(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
+    let shape = file.scenario.actor.shape.as_ref();
+    let own = shape.filter(|shape| is_drawn(shape)).map(|shape| drawn(shape, DrawnFor::Actor, shape.stature_m));
+    let age_years = own.and_then(|person| person.age_years);
     let settings = ShapeSettings {
-        population: Some(PopulationName::Adults),
+        population: Some(if age_years.is_some() { PopulationName::Children } else { PopulationName::Adults }),
         seed: Some(file.scenario.tracker_body.seed),
-        sex: file.scenario.actor.shape.as_ref().and_then(|shape| shape.sex),
+        sex: shape.and_then(|shape| shape.sex),
+        age_years,
         ..ShapeSettings::default()
     };
     let person = drawn(&settings, DrawnFor::Tracker, actor.stature());
@@ -65,14 +69,22 @@ pub(super) fn of_its_mass(body: &Humanoid, actor: &Humanoid) -> Result<Humanoid,
     Ok(body.reshaped(&physique_shape(body, &physique)?))
 }
 
+/// Whether somebody else than the recorded subject is drawn.
+fn is_drawn(settings: &ShapeSettings) -> bool {
+    settings.population.is_some() || settings.age_years.is_some()
+}
+
 fn drawn(settings: &ShapeSettings, whose: DrawnFor, stature_m: Option<f64>) -> Person {
     let by_population = match settings.population {
         Some(PopulationName::Women) => Some(Sex::Female),
         Some(PopulationName::Men) => Some(Sex::Male),
-        Some(PopulationName::Adults) | None => None,
+        Some(PopulationName::Adults | PopulationName::Children) | None => None,
     };
-    let sex = by_population.or(settings.sex.map(sex));
-    Person::drawn(u64::from(settings.seed.unwrap_or(1)), whose as u64, sex, stature_m)
+    let (sex, seed) = (by_population.or(settings.sex.map(sex)), u64::from(settings.seed.unwrap_or(1)));
+    match settings.population == Some(PopulationName::Children) || settings.age_years.is_some() {
+        true => Person::drawn_child(seed, whose as u64, sex, settings.age_years, stature_m),
+        false => Person::drawn(seed, whose as u64, sex, stature_m),
+    }
 }
 
 fn sex(name: SexName) -> Sex {
@@ -87,7 +99,8 @@ fn physique_of(settings: &ShapeSettings, person: Option<&Person>, mass_kg: f64) 
     let mut physique = person.map(Physique::from).unwrap_or_default();
     if let (None, Some(name)) = (person, settings.sex) {
         // girths of that sex at the same mass
-        let even = Person { sex: sex(name), stature_m: 1.0, mass_kg, lengths: [1.0; 9], girths: [1.0; 8] };
+        let (lengths, girths) = ([1.0; 9], [1.0; 8]);
+        let even = Person { sex: sex(name), age_years: None, stature_m: 1.0, mass_kg, lengths, girths };
         physique.girths = Some(even.of_its_sex().girths);
         physique.mass_kg = Some(mass_kg);
     }
@@ -109,8 +122,13 @@ fn physique_of(settings: &ShapeSettings, person: Option<&Person>, mass_kg: f64) 
 /// A person as a note.
 fn in_words(settings: &ShapeSettings, person: Option<&Person>, body: &Humanoid) -> String {
     let who = person.map_or("the recorded subject, changed".to_owned(), |person| {
-        let sex = if person.sex == Sex::Female { "a woman" } else { "a man" };
-        format!("{sex}, drawn with seed {}", settings.seed.unwrap_or(1))
+        let who = match (person.age_years, person.sex) {
+            (None, Sex::Female) => "a woman".to_owned(),
+            (None, Sex::Male) => "a man".to_owned(),
+            (Some(age), Sex::Female) => format!("a girl of {age:.1} years, in an adult's proportions"),
+            (Some(age), Sex::Male) => format!("a boy of {age:.1} years, in an adult's proportions"),
+        };
+        format!("{who}, drawn with seed {}", settings.seed.unwrap_or(1))
     });
     let stature = body.stature().map_or(String::new(), |stature| format!(", {stature:.3} m"));
     let said = |map: &BTreeMap<String, f64>| map.keys().cloned().collect::<Vec<_>>();

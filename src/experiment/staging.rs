@@ -74,16 +74,13 @@ impl Staged {
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
         let actor_template = dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
-        if tracker.calibrate && tracker.skin.is_some() {
-            let message = "expected false for a tracker's body with a skin, which cannot be calibrated yet, found true";
-            return Err(scenario_error(file, "tracker_body.calibrate", message.to_owned()));
-        }
         let tracker_template =
             dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         let Performance { retargeted: mut performed, seams } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
+        performed.humanoid = performed.humanoid.with_masses_of_skin();
         let contact = apply_contact(file, &mut performed)?;
-        let body = tracker_body(file, &tracker_template, &performed, same_robot)?;
+        let body = tracker_body(file, &tracker_template, &performed, same_robot)?.with_masses_of_skin();
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),

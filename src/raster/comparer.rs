@@ -1,10 +1,12 @@
 //! One observed silhouette against thousands of modelled ones.
 
+use nalgebra::Isometry3;
+
 use crate::camera::Pinhole;
 
 use super::contour_distance::ContourDistance;
 use super::strips::StripImage;
-use super::{Mask, Overlap, SilhouetteScratch, TaperedCapsule};
+use super::{Mask, MeshScratch, MeshTopology, MeshVertices, Overlap, SilhouetteScratch, TaperedCapsule};
 use crate::simd::{Dispatched, dispatch};
 
 /// Comparison of an observed silhouette with a model's.
@@ -18,12 +20,13 @@ pub struct MaskComparison {
     pub contour: Option<f64>,
 }
 
-/// Compares silhouettes of tapered capsules with one observed mask: made once per view and frame, used once per
-/// particle.
+/// Compares silhouettes of tapered capsules, or of meshes, with one observed mask: made once per view and frame, used
+/// once per particle.
 ///
-/// A comparison draws the model as [`super::CapsulePainter`] does and counts only the words it drew: what both masks
-/// share and how many pixels the model has; the observed mask was counted once. With a [`SilhouetteScratch`] per thread
-/// it does not allocate. Results do not depend on the processor or on what the scratch was used for before.
+/// A comparison draws the model as [`super::CapsulePainter`] or [`MeshTopology::paint`] does and counts only the words
+/// it drew: what both masks share and how many pixels the model has; the observed mask was counted once. With a
+/// [`SilhouetteScratch`], or a [`MeshScratch`], per thread it does not allocate. Results do not depend on the processor
+/// or on what the scratch was used for before.
 ///
 /// ```
 /// use skiagraph::camera::Pinhole;
@@ -83,6 +86,45 @@ impl SilhouetteComparer {
         }
         let [both, model] = scratch.image.count_and_clear(&self.observed);
         MaskComparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour: mean }
+    }
+}
+
+impl SilhouetteComparer {
+    /// Compares the silhouette of a mesh with the observed one; of a mesh with fewer `vertices` (world, metres) than
+    /// its triangles need nothing is seen.
+    pub fn compare_mesh(
+        &self,
+        scratch: &mut MeshScratch,
+        mesh: &MeshTopology,
+        camera_from_world: &Isometry3<f64>,
+        vertices: &MeshVertices,
+    ) -> MaskComparison {
+        dispatch(ComparingMesh { comparer: self, scratch, mesh, camera_from_world, vertices })
+    }
+}
+
+/// Work for [`dispatch`].
+struct ComparingMesh<'a> {
+    comparer: &'a SilhouetteComparer,
+    scratch: &'a mut MeshScratch,
+    mesh: &'a MeshTopology,
+    camera_from_world: &'a Isometry3<f64>,
+    vertices: &'a MeshVertices,
+}
+
+impl Dispatched for ComparingMesh<'_> {
+    type Output = MaskComparison;
+
+    #[inline(always)]
+    fn work(self) -> MaskComparison {
+        let Self { comparer, scratch, mesh, camera_from_world, vertices } = self;
+        scratch.draw_here(mesh, &comparer.pinhole, camera_from_world, vertices);
+        let mut mean = None;
+        if let Some(contour) = &comparer.contour {
+            mean = Some(contour.mean(&scratch.image, &mut scratch.edge));
+        }
+        let [both, model] = scratch.image.count_and_clear(&comparer.observed);
+        MaskComparison { overlap: Overlap::from_counts(both, model, comparer.observed_count), contour: mean }
     }
 }
 
@@ -167,6 +209,51 @@ mod tests {
                 assert_eq!(comparer.compare_here(&mut here, &body), comparer.compare(&mut best, &body));
             }
         }
+    }
+
+    /// Tetrahedra about, in the world; some seed has one that the near plane cuts.
+    fn tetrahedra(seed: u64) -> (MeshTopology, Vec<Point3<f64>>) {
+        let mut random = stream(seed, Purpose::Corruption, 0, 1, 0);
+        let middle = Point3::new(0.0, 0.0, if seed.is_multiple_of(7) { 0.3 } else { 2.5 });
+        let vertices: Vec<_> =
+            (0..40).map(|_| middle + Vector3::from_fn(|_, _| random.random_range(-0.9..0.9))).collect();
+        let sides = (0..10).flat_map(|k| [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]].map(|t| t.map(|i| 4 * k + i)));
+        (MeshTopology::new(40, &sides.collect::<Vec<_>>()), vertices)
+    }
+
+    #[test]
+    fn a_mesh_compares_as_its_mask_does_pixel_by_pixel() {
+        let mut scratch = MeshScratch::default();
+        let camera_from_world = nalgebra::Isometry3::translation(0.1, -0.05, 0.2);
+        for (width, height) in [(160, 120), (64, 64), (33, 50), (200, 31)] {
+            let pinhole = pinhole(width, height);
+            for seed in 0..20 {
+                let observed = painted(&pinhole, &body(seed + 1));
+                let (mesh, vertices) = tetrahedra(seed);
+                let mut columns = MeshVertices::default();
+                columns.replace(&vertices);
+                let comparer = SilhouetteComparer::new(&pinhole, &observed, Some(TAU));
+                let comparison = comparer.compare_mesh(&mut scratch, &mesh, &camera_from_world, &columns);
+                let in_camera: Vec<_> = vertices.iter().map(|vertex| camera_from_world * vertex).collect();
+                let mut model = Mask::new(width, height);
+                mesh.paint(&pinhole, &in_camera, &mut MeshScratch::default(), &mut model);
+                assert_eq!(comparison.overlap, overlap(&model, &observed), "{seed}");
+                // what fills the image has no contour
+                let expected = match (contour(&model).is_empty(), contour(&observed).is_empty()) {
+                    (true, true) => 0.0,
+                    (true, false) => 1.0,
+                    _ => mean_by_pixel(&model, &observed),
+                };
+                let mean = comparison.contour.unwrap();
+                assert!((mean - expected).abs() < 1e-5, "{mean} against {expected}");
+                let again = comparer.compare_mesh(&mut scratch, &mesh, &camera_from_world, &columns);
+                assert_eq!(again, comparison);
+            }
+        }
+        let comparer = SilhouetteComparer::new(&pinhole(64, 64), &Mask::new(64, 64), Some(TAU));
+        let nothing =
+            comparer.compare_mesh(&mut scratch, &tetrahedra(1).0, &camera_from_world, &MeshVertices::default());
+        assert_eq!(nothing, MaskComparison { overlap: Overlap::default(), contour: Some(0.0) });
     }
 
     #[test]

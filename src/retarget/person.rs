@@ -173,6 +173,20 @@ mod tests {
     }
 
     #[test]
+    fn children_of_every_age_have_their_stature_and_mass() {
+        let body = shipped("actor").unwrap();
+        for age in [2.0, 5.0, 9.5, 14.0, 20.0] {
+            for seed in 0..4 {
+                let child = Person::drawn_child(seed, 0, None, Some(age), None);
+                let shape = physique_shape(&body, &Physique::from(&child)).unwrap();
+                let found = body.reshaped(&shape);
+                assert!((found.stature().unwrap() - child.stature_m).abs() < 2e-3, "{child:?}");
+                assert!((found.total_mass() - child.mass_kg).abs() < 1e-3, "{child:?}");
+            }
+        }
+    }
+
+    #[test]
     fn a_length_that_is_said_is_met_and_nothing_else_changes_with_it() {
         let body = shipped("actor").unwrap();
         let mut physique = Physique::default();
@@ -205,7 +219,8 @@ mod tests {
     #[test]
     fn a_woman_of_a_mans_mass_has_thicker_thighs_and_thinner_forearms() {
         let [woman, man] = [Sex::Female, Sex::Male].map(|sex| {
-            let even = Person { sex, stature_m: 1.7, mass_kg: 68.0, lengths: [1.0; 9], girths: [1.0; 8] };
+            let (lengths, girths) = ([1.0; 9], [1.0; 8]);
+            let even = Person { sex, age_years: None, stature_m: 1.7, mass_kg: 68.0, lengths, girths };
             let body = shipped("actor").unwrap();
             body.reshaped(&physique_shape(&body, &Physique::from(&even.of_its_sex())).unwrap())
         });

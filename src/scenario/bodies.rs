@@ -50,6 +50,10 @@ pub struct ShapeSettings {
     /// Which person. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u32>,
+    /// Age of a child or youth, years, 2 to 20, after the growth charts of the United States; not with adults.
+    /// Default: drawn, of `population = "children"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub age_years: Option<f64>,
     /// Of that sex: people are drawn of it, and girths are as its segments' masses. Default: drawn, or as recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sex: Option<SexName>,
@@ -79,6 +83,8 @@ pub enum PopulationName {
     Women,
     /// Men.
     Men,
+    /// Girls and boys of 2 to 20 years, in an adult's proportions.
+    Children,
 }
 
 /// A sex.
@@ -162,10 +168,10 @@ pub struct TrackerBodySettings {
     /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body. Default: 1.
     pub seed: u32,
     /// Whether the tracker calibrates its body before it tracks: lengths, girths, places of joints and one inflation of
-    /// all radii are solved together with the poses of the first 20 frames, a fifteenth of a second apart, on the
-    /// outlines that the cameras saw, seed by seed. A gate decides whether the body that was found is kept; the run
-    /// says what was decided and found. For the annealed particle filter; other trackers keep the body as it is.
-    /// Default: false.
+    /// all radii (or of the skin, which follows) are solved together with the poses of the first 20 frames, a
+    /// fifteenth of a second apart, on the outlines that the cameras saw, seed by seed. A gate decides whether the
+    /// body that was found is kept; the run says what was decided and found. For the annealed particle filter; other
+    /// trackers keep the body as it is. Default: false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub calibrate: bool,
 }

@@ -5,7 +5,7 @@ use super::{
     ActorSettings, CameraFileSettings, CameraSettings, ContactMode, MotionSettings, PopulationName, PropSettings,
     RingSettings, Scenario, SexName, ShapeSettings, TrainingUse,
 };
-use crate::body::{VARIED_GIRTHS, VARIED_LENGTHS};
+use crate::body::{CHILD_YEARS, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;
 use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
 
@@ -162,13 +162,19 @@ fn shape(s: &ShapeSettings) -> RangeCheck {
         (Some(PopulationName::Women), Some(SexName::Male)) | (Some(PopulationName::Men), Some(SexName::Female))
     );
     require("actor.shape.sex", !contradicts, "the sex of the population", "the other")?;
-    let sown = s.seed.is_none() || s.population.is_some();
+    let sown = s.seed.is_none() || s.population.is_some() || s.age_years.is_some();
     require("actor.shape.seed", sown, "it only with a population", "none")?;
+    if let Some(age) = s.age_years {
+        let of_adults = s.population.is_some_and(|population| population != PopulationName::Children);
+        require("actor.shape.age_years", !of_adults, "it only of children: adults' source has no ages", "adults")?;
+        within("actor.shape.age_years", age, CHILD_YEARS)?;
+    }
+    let is_child = s.population == Some(PopulationName::Children) || s.age_years.is_some();
     if let Some(stature) = s.stature_m {
-        within("actor.shape.stature_m", stature, 1.0..=2.5)?;
+        within("actor.shape.stature_m", stature, if is_child { 0.7 } else { 1.0 }..=2.5)?;
     }
     if let Some(mass) = s.mass_kg {
-        within("actor.shape.mass_kg", mass, 20.0..=300.0)?;
+        within("actor.shape.mass_kg", mass, if is_child { 8.0 } else { 20.0 }..=300.0)?;
     }
     let tables = [
         ("lengths_m", &s.lengths_m, &VARIED_LENGTHS[..], 0.02..=1.5),

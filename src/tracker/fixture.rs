@@ -47,6 +47,13 @@ pub(super) struct March {
 }
 
 impl March {
+    /// Upright, the soles at the ground: as skins are modelled.
+    pub(super) fn standing(body: &Humanoid) -> Pose {
+        let mut pose = body.zero_pose();
+        pose.world_from_root.translation.vector.z = 0.93;
+        pose
+    }
+
     pub(super) fn pose(&self, body: &Humanoid, frame: usize) -> Pose {
         let mut pose = body.zero_pose();
         pose.world_from_root.translation.vector = Vector3::new(self.advance * frame as f64, 0.0, 0.93);

@@ -2,15 +2,44 @@
 
 use super::placed_body::PlacedBody;
 use super::{ContourTerm, SilhouetteSettings};
-use crate::body::{Humanoid, SilhouettePainter, capsules_in_camera};
+use crate::body::{Humanoid, SilhouettePainter, Solid, capsules_in_camera};
 use crate::camera::Camera;
-use crate::raster::{DistanceMap, Mask, MaskComparison, SilhouetteComparer, SilhouetteScratch, contour, overlap};
+use crate::raster::{
+    DistanceMap, Mask, MaskComparison, MeshScratch, MeshTopology, PixelBounds, SilhouetteComparer, SilhouetteScratch,
+    contour, overlap,
+};
+
+/// How a body is compared with what was seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ComparisonRoad {
+    /// A body of nothing but tapered capsules.
+    Capsules,
+    /// A body with a skin.
+    Skin,
+    /// Any body, and any contour term.
+    Masks,
+}
+
+impl ComparisonRoad {
+    /// The fastest one that is open.
+    pub(super) fn of(body: &Humanoid, settings: &SilhouetteSettings) -> Self {
+        let is_capsule = |solid: &Solid| matches!(solid, Solid::TaperedCapsule(_));
+        let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
+        match (one_sided, &body.skin) {
+            (true, Some(_)) => Self::Skin,
+            (true, None) if body.links.iter().flat_map(|link| &link.solids).all(is_capsule) => Self::Capsules,
+            _ => Self::Masks,
+        }
+    }
+}
 
 /// An observed silhouette in an ideal pinhole's pixels, and what it takes to compare it.
 #[derive(Debug)]
 pub(super) enum ObservedView {
     /// For bodies of tapered capsules and one-sided contours.
     Capsules(SilhouetteComparer),
+    /// For bodies with a skin and one-sided contours.
+    Skin(SilhouetteComparer),
     /// For any solids: the model is drawn into a mask.
     Masks {
         observed: Mask,
@@ -23,6 +52,7 @@ pub(super) enum ObservedView {
 #[derive(Debug)]
 pub(super) struct ObservedEdge {
     contour: Mask,
+    bounds: PixelBounds,
     distances: DistanceMap,
     term: ContourTerm,
     /// Saturation distance, pixels.
@@ -32,6 +62,7 @@ pub(super) struct ObservedEdge {
 /// Buffers of one thread for all views.
 pub(super) struct ViewScratch {
     silhouette: SilhouetteScratch,
+    mesh: MeshScratch,
     /// One per view of [`ObservedView::Masks`].
     painters: Vec<(SilhouettePainter, Mask)>,
 }
@@ -43,29 +74,33 @@ impl ViewScratch {
             let mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
             (SilhouettePainter::new(camera), mask)
         };
-        Self { silhouette: SilhouetteScratch::default(), painters: painted.map(painter).collect() }
+        let (silhouette, mesh) = (SilhouetteScratch::default(), MeshScratch::default());
+        Self { silhouette, mesh, painters: painted.map(painter).collect() }
     }
 }
 
 impl ObservedView {
     /// Prepares what `camera`, an ideal one, saw.
-    pub(super) fn new(camera: &Camera, observed: Mask, fast: bool, settings: &SilhouetteSettings) -> Self {
+    pub(super) fn new(camera: &Camera, observed: Mask, road: ComparisonRoad, settings: &SilhouetteSettings) -> Self {
         let tau = settings.contour_reach * f64::from(camera.pinhole.height);
         let with_contour = settings.contour_weight > 0.0;
-        if fast {
-            let tau = with_contour.then_some(tau);
-            return Self::Capsules(SilhouetteComparer::new(&camera.pinhole, &observed, tau));
+        let comparer = || SilhouetteComparer::new(&camera.pinhole, &observed, with_contour.then_some(tau));
+        match road {
+            ComparisonRoad::Capsules => Self::Capsules(comparer()),
+            ComparisonRoad::Skin => Self::Skin(comparer()),
+            ComparisonRoad::Masks => {
+                let edge = with_contour.then(|| ObservedEdge::new(&observed, settings.contour, tau));
+                Self::Masks { observed, edge }
+            }
         }
-        let edge = with_contour.then(|| ObservedEdge::new(&observed, settings.contour, tau));
-        Self::Masks { observed, edge }
     }
 
-    /// Compares the body as it is placed; `view` is this view's number. [`ObservedView::Capsules`] leaves its capsules
-    /// in the frame of `camera`.
+    /// Compares the body as it is placed, its skin deformed; `view` is this view's number. [`ObservedView::Capsules`]
+    /// leaves its capsules in the frame of `camera`.
     pub(super) fn compare(
         &self,
         body: &Humanoid,
-        PlacedBody { frames, capsules }: &mut PlacedBody,
+        PlacedBody { frames, capsules, skin: vertices, .. }: &mut PlacedBody,
         camera: &Camera,
         view: usize,
         scratch: &mut ViewScratch,
@@ -74,6 +109,11 @@ impl ObservedView {
             Self::Capsules(comparer) => {
                 capsules_in_camera(body, frames, camera, capsules);
                 comparer.compare(&mut scratch.silhouette, capsules)
+            }
+            Self::Skin(comparer) => {
+                let nothing = MeshTopology::default();
+                let mesh = body.skin.as_ref().map_or(&nothing, |skin| skin.topology());
+                comparer.compare_mesh(&mut scratch.mesh, mesh, &camera.camera_from_world, vertices)
             }
             Self::Masks { observed, edge } => {
                 let (painter, model) = &mut scratch.painters[view];
@@ -89,8 +129,8 @@ impl ObservedView {
 impl ObservedEdge {
     fn new(observed: &Mask, term: ContourTerm, tau: f64) -> Self {
         let contour = contour(observed);
-        let distances = DistanceMap::new(&contour);
-        Self { contour, distances, term, tau }
+        let (bounds, distances) = (contour.bounds(), DistanceMap::new(&contour));
+        Self { contour, bounds, distances, term, tau }
     }
 
     /// `[Skinned APF]`'s `D_c` of a drawn model.
@@ -100,7 +140,9 @@ impl ObservedEdge {
         match self.term {
             ContourTerm::OneSided => there,
             ContourTerm::TwoSided => {
-                0.5 * (there + truncated_mean(&self.contour, &edge, &DistanceMap::new(&edge), self.tau))
+                // of nothing but what lies between both contours
+                let distances = DistanceMap::within(&edge, self.bounds.union(&edge.bounds()));
+                0.5 * (there + truncated_mean(&self.contour, &edge, &distances, self.tau))
             }
         }
     }
@@ -114,4 +156,62 @@ fn truncated_mean(from: &Mask, to: &Mask, distances: &DistanceMap, tau: f64) -> 
         return if to.is_empty() { 0.0 } else { 1.0 };
     }
     from.pixels().map(|(x, y)| distances.distance(x, y).min(tau) / tau).sum::<f64>() / count as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::body::{Skin, shipped, shipped_skin};
+    use crate::tracker::fixture::{March, ring, seen};
+
+    const MARCH: March = March { cycle: 8, advance: 0.05, hip: 0.1, knee: 0.6, abduction: 0.3, elbow: 0.5 };
+
+    fn skinned() -> Humanoid {
+        let body = shipped("tracker25").unwrap();
+        let bind = body.link_frames(&body.zero_pose());
+        let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();
+        Humanoid { skin: Some(Arc::new(skin)), ..body }
+    }
+
+    #[test]
+    fn a_skin_compares_as_its_drawn_mask_does_but_for_distances_in_fixed_point() {
+        let (body, rig) = (skinned(), ring(3, 4.0, [320, 240]));
+        let settings = SilhouetteSettings::default();
+        assert_eq!(ComparisonRoad::of(&body, &settings), ComparisonRoad::Skin);
+        let seen = seen(&body, &MARCH.pose(&body, 0), &rig, 0);
+        let mut scratch = ViewScratch::new(rig.cameras.iter());
+        for frame in 0..8 {
+            let mut placed = PlacedBody::default();
+            placed.place(&body, &MARCH.pose(&body, frame)).unwrap();
+            placed.deform(&body);
+            for (view, (camera, mask)) in rig.cameras.iter().zip(&seen.silhouettes).enumerate() {
+                let mut by = |road| {
+                    let observed = ObservedView::new(camera, mask.clone(), road, &settings);
+                    observed.compare(&body, &mut placed, camera, view, &mut scratch)
+                };
+                let (fast, drawn) = (by(ComparisonRoad::Skin), by(ComparisonRoad::Masks));
+                assert!(fast.overlap.union() > 1000 && fast.overlap == drawn.overlap, "{fast:?} {drawn:?}");
+                let (fast, drawn) = (fast.contour.unwrap(), drawn.contour.unwrap());
+                assert!((fast - drawn).abs() < 1e-5, "{fast} {drawn}");
+                assert!(frame > 0 || drawn == 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn two_sided_distances_between_both_contours_are_those_of_the_whole_image() {
+        let at = |left: u32, top: u32| {
+            Mask::from_fn(120, 90, |x, y| (left..left + 20).contains(&x) && (top..top + 30).contains(&y))
+        };
+        for (observed, model) in [(at(10, 20), at(60, 40)), (at(30, 30), at(35, 28)), (at(0, 0), Mask::new(120, 90))] {
+            let (from, to) = (contour(&observed), contour(&model));
+            let expected = 0.5
+                * (truncated_mean(&to, &from, &DistanceMap::new(&from), 12.0)
+                    + truncated_mean(&from, &to, &DistanceMap::new(&to), 12.0));
+            let edge = ObservedEdge::new(&observed, ContourTerm::TwoSided, 12.0);
+            assert_eq!(edge.distance_of(&model), expected);
+        }
+    }
 }

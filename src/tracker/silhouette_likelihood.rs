@@ -3,14 +3,14 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::calibration::importance;
+use super::calibration::OutlineImportance;
 use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineResidual, OutlineSample};
 use super::limb_sides::LimbSides;
-use super::observed_view::{ObservedView, ViewScratch};
+use super::observed_view::{ComparisonRoad, ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
 use super::rectification::Rectification;
-use super::{ContourTerm, Likelihood, SettingError, SilhouetteSettings, SilhouetteTerm, TrackError};
-use crate::body::{Humanoid, LinkFrames, Pose, Solid, capsules_in_camera};
+use super::{Likelihood, SettingError, SilhouetteSettings, SilhouetteTerm, TrackError};
+use crate::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
 use crate::camera::{Camera, CameraRig, Distortion};
 use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
@@ -25,18 +25,19 @@ use crate::raster::{Mask, MaskComparison, Overlap, TaperedCapsule};
 /// that a particle cannot win by leaving the picture.
 ///
 /// Lenses are taken out of the observed masks once a frame (nearest neighbour), and all comparing is done in the ideal
-/// pinhole's image. A body of nothing but tapered capsules takes raster's fast road; other solids are drawn into masks.
+/// pinhole's image. Bodies of nothing but tapered capsules, and bodies with a skin, are compared
+/// by [`crate::raster::SilhouetteComparer`]; other solids, and two-sided contours, are drawn into masks.
 #[derive(Debug)]
 pub struct SilhouetteLikelihood {
     body: Humanoid,
     settings: SilhouetteSettings,
     views: Vec<ObservedCamera>,
-    /// Whether [`crate::raster::SilhouetteComparer`] can do the work.
-    fast: bool,
+    /// How the body is compared with what was seen.
+    road: ComparisonRoad,
     /// What a descent needs; `None` unless descent is used.
     outline: Option<BodyOutline>,
-    /// What each solid of each link counts in a descent; 1 where nothing is said.
-    importance: Vec<Vec<f64>>,
+    /// What each place of the body counts in a descent.
+    importance: OutlineImportance,
 }
 
 /// One camera and what it saw.
@@ -77,12 +78,10 @@ impl SilhouetteLikelihood {
         if rig.cameras.is_empty() {
             return Err(SettingError { key: "cameras", expected: "at least 1".into(), found: "0".into() });
         }
-        let only_capsules = body.links.iter().flat_map(|l| &l.solids).all(|f| matches!(f, Solid::TaperedCapsule(_)));
-        let one_sided = settings.contour_weight == 0.0 || settings.contour == ContourTerm::OneSided;
-        let fast = only_capsules && body.skin.is_none() && one_sided;
+        let road = ComparisonRoad::of(&body, &settings);
         let views =
-            parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], fast, &settings));
-        Ok(Self { body, settings, views, fast, outline: None, importance: Vec::new() })
+            parallel::map(rig.cameras.len(), |camera| ObservedCamera::new(&rig.cameras[camera], road, &settings));
+        Ok(Self { body, settings, views, road, outline: None, importance: OutlineImportance::default() })
     }
 
     /// The same likelihood, which can be descended too ([`Likelihood::linearise`]).
@@ -110,7 +109,7 @@ impl Likelihood for SilhouetteLikelihood {
     type Scratch = LikelihoodScratch;
 
     fn scratch(&self) -> LikelihoodScratch {
-        let painted = if self.fast { [].iter() } else { self.views.iter() };
+        let painted = if self.road == ComparisonRoad::Masks { self.views.iter() } else { [].iter() };
         let views = ViewScratch::new(painted.map(|view| &view.camera));
         let compare = CompareBuffers { views, limbs: Vec::new() };
         LikelihoodScratch { placed: PlacedBody::default(), compare, descent: None }
@@ -118,9 +117,9 @@ impl Likelihood for SilhouetteLikelihood {
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
         check_fit(&self.views, observation)?;
-        let (fast, descends, settings) = (self.fast, self.outline.is_some(), self.settings);
+        let (road, descends, settings) = (self.road, self.outline.is_some(), self.settings);
         let views = self.views.par_iter_mut().zip(&observation.silhouettes);
-        views.for_each(|(view, mask)| view.observe(mask, fast, descends, &settings));
+        views.for_each(|(view, mask)| view.observe(mask, road, descends, &settings));
         Ok(())
     }
 
@@ -175,7 +174,7 @@ impl SilhouetteLikelihood {
             let Some(observed) = &view.outline else { continue };
             let length = descent::length_px(&view.camera);
             let add = |sample: &OutlineSample, residual| {
-                add(index, &view.camera, length, sample, residual, self.importance(sample));
+                add(index, &view.camera, length, sample, residual, self.importance.of(sample));
             };
             descent::each_residual(&self.body, frames, outline, &view.camera, index, observed, buffers, add);
         }
@@ -187,12 +186,7 @@ impl SilhouetteLikelihood {
     /// The same likelihood, in whose descent hands and feet without joints of their own count a tenth: for bodies that
     /// were calibrated, whose hands and feet still differ from the actor's in kind.
     pub fn with_light_extremities(self) -> Self {
-        Self { importance: importance(&self.body), ..self }
-    }
-
-    fn importance(&self, sample: &OutlineSample) -> f64 {
-        let of_link = self.importance.get(sample.link);
-        of_link.and_then(|solids| solids.get(sample.spot.solid as usize)).copied().unwrap_or(1.0)
+        Self { importance: OutlineImportance::new(&self.body), ..self }
     }
 
     /// Buffers for residuals in all views.
@@ -225,6 +219,9 @@ impl SilhouetteLikelihood {
     /// The energy of a body that was put into a pose. Where [`Self::capsules_camera`] is a camera, the body's capsules
     /// are afterwards those in its frame.
     pub(super) fn energy_of(&self, placed: &mut PlacedBody, buffers: &mut CompareBuffers) -> f64 {
+        if self.road == ComparisonRoad::Skin {
+            placed.deform(&self.body);
+        }
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, view) in self.views.iter().enumerate() {
             let comparison = view.observed.compare(&self.body, placed, &view.camera, index, &mut buffers.views);
@@ -239,28 +236,28 @@ impl SilhouetteLikelihood {
     /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` where not all solids are tapered capsules
     /// or silhouettes are drawn in another way.
     pub(super) fn capsules_camera(&self) -> Option<&Camera> {
-        self.views.last().filter(|_| self.fast).map(|view| &view.camera)
+        self.views.last().filter(|_| self.road == ComparisonRoad::Capsules).map(|view| &view.camera)
     }
 }
 
 impl ObservedCamera {
-    fn new(camera: &Camera, fast: bool, settings: &SilhouetteSettings) -> Self {
+    fn new(camera: &Camera, road: ComparisonRoad, settings: &SilhouetteSettings) -> Self {
         let rectification = Rectification::new(camera);
         let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        let observed = ObservedView::new(&camera, nothing, fast, settings);
+        let observed = ObservedView::new(&camera, nothing, road, settings);
         let shown = rectification.as_ref().and_then(Rectification::shown);
         Self { camera, rectification, shown, observed, sides: None, outline: None }
     }
 
-    fn observe(&mut self, mask: &Mask, fast: bool, descends: bool, settings: &SilhouetteSettings) {
+    fn observe(&mut self, mask: &Mask, road: ComparisonRoad, descends: bool, settings: &SilhouetteSettings) {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
         self.sides = (settings.limb_side_weight > 0.0).then(|| LimbSides::new(pinhole, &ideal, tau));
         self.outline = descends
             .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
             .flatten();
-        self.observed = ObservedView::new(&self.camera, ideal, fast, settings);
+        self.observed = ObservedView::new(&self.camera, ideal, road, settings);
     }
 }
 

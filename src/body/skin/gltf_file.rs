@@ -103,7 +103,7 @@ fn buffers(
                 let uri = excerpt(uri);
                 return Err(malformed(format!("names the buffer `{uri}`; expected a file in its own folder or below")));
             }
-            gltf::buffer::Source::Uri(uri) => read(uri)?,
+            gltf::buffer::Source::Uri(uri) => read(&decoded(uri))?,
         };
         if bytes.len() < buffer.length() {
             let (found, expected) = (bytes.len(), buffer.length());
@@ -115,6 +115,25 @@ fn buffers(
         return Err(malformed(format!("{} buffers; expected at most 16", document.buffers().len())));
     }
     document.buffers().map(of).collect()
+}
+
+/// A URI with `%20` and the like as the bytes that they stand for; what then is no text stays as it is.
+fn decoded(uri: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::with_capacity(uri.len()), uri.as_bytes());
+    while let [first, tail @ ..] = rest {
+        let digit = |at: usize| tail.get(at).and_then(|byte| char::from(*byte).to_digit(16));
+        match (*first, digit(0), digit(1)) {
+            (b'%', Some(high), Some(low)) => {
+                bytes.push((16 * high + low) as u8);
+                rest = &tail[2..];
+            }
+            _ => {
+                bytes.push(*first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8(bytes).unwrap_or_else(|_| uri.to_owned())
 }
 
 /// Adds the vertices, triangles and weights of a primitive.
@@ -396,6 +415,21 @@ mod tests {
         for bytes in [&b"glTF"[..], b"glTF\x02\0\0\0\x05\0\0\0", b"{}", b"", b"glTF\x02\0\0\0\xff\xff\xff\xff"] {
             let found = parse("a.glb", bytes, &|_| Ok(Vec::new())).unwrap_err().to_string();
             assert!(found.contains("expected glTF 2.0"), "{found}");
+        }
+    }
+
+    #[test]
+    fn names_of_buffers_are_decoded_before_it_is_asked_where_they_lie() {
+        for (uri, name) in
+            [("my%20b%C3%A9.bin", "my bé.bin"), ("%2e%2E/b.bin", "../b.bin"), ("50%.bin", "50%.bin"), ("%ff", "%ff")]
+        {
+            let asked = std::cell::RefCell::new(String::new());
+            let read = |name: &str| {
+                asked.replace(name.to_owned());
+                Ok(buffer())
+            };
+            assert!(parse("a.gltf", text(uri, 96).as_bytes(), &read).is_ok());
+            assert_eq!(*asked.borrow(), name);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::{Influence, Skin};
+use super::Skin;
 use crate::body::{BodyShape, Humanoid, LinkShape, Solid};
 
 impl Skin {
@@ -28,9 +28,37 @@ impl Skin {
             Point3::from(carried.sum::<Vector3<f64>>())
         };
         let vertices = (0..self.vertices.len()).map(moved).collect();
-        let influences: Vec<Vec<Influence>> =
-            self.first.windows(2).map(|range| self.influences[range[0] as usize..range[1] as usize].to_vec()).collect();
-        Self::assemble(&self.name, vertices, self.triangles.clone(), &influences, bind).with_blending(self.blending)
+        self.with_places(vertices, bind)
+    }
+
+    /// The skin with its surface so many metres farther outside: every vertex along the mean of its triangles' normals,
+    /// by their areas. A vertex of no triangle stays.
+    pub(crate) fn inflated(&self, metres: f64) -> Self {
+        if metres == 0.0 {
+            return self.clone();
+        }
+        let mut normals = vec![Vector3::zeros(); self.vertices.len()];
+        let mut volume = 0.0;
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|corner| self.vertices[corner as usize].coords);
+            let normal = (b - a).cross(&(c - a));
+            volume += a.dot(&b.cross(&c));
+            triangle.iter().for_each(|corner| normals[*corner as usize] += normal);
+        }
+        // of a mesh that is turned inside out the normals point inwards
+        let outward = metres.copysign(metres * volume);
+        let moved = |(vertex, normal): (&Point3<f64>, &Vector3<f64>)| {
+            vertex + normal.try_normalize(1e-18).unwrap_or_default() * outward
+        };
+        let vertices = self.vertices.iter().zip(&normals).map(moved).collect();
+        self.with_places(vertices, self.bind.clone())
+    }
+
+    /// The same mesh and weights with other places in the bind pose.
+    fn with_places(&self, vertices: Vec<Point3<f64>>, bind: Vec<Isometry3<f64>>) -> Self {
+        let mut skin = Self { vertices, bind, ..self.clone() };
+        skin.terms = skin.bone_local();
+        skin
     }
 }
 
@@ -85,4 +113,37 @@ fn stretched(point: &Point3<f64>, axes: &[MiddleLine], shape: &LinkShape) -> Poi
     }
     let centre = if total > 0.0 { sum / total } else { Vector3::zeros() };
     Point3::from(centre.component_mul(&shape.length) + (point.coords - centre) * shape.girth)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{LinkFrames, shipped, shipped_skin};
+
+    #[test]
+    fn a_skin_grows_by_its_area_times_how_far_it_is_inflated_and_shrinks_as_far() {
+        let body = shipped("tracker25").unwrap();
+        let bind = body.link_frames(&body.zero_pose());
+        let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();
+        let area: f64 = skin
+            .triangles()
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = triangle.map(|corner| skin.vertices()[corner as usize]);
+                0.5 * (b - a).cross(&(c - a)).norm()
+            })
+            .sum();
+        let held = |skin: &Skin| skin.volume(&LinkFrames(skin.bind().to_vec())).unwrap().0;
+        let reversed = skin.triangles().iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+        let turned = Skin { triangles: reversed, ..skin.clone() };
+        for skin in [&skin, &turned] {
+            for metres in [0.001, -0.001] {
+                let growth = held(&skin.inflated(metres)) - held(skin);
+                // a triangle's plane moves by less than its corners do, whose normals part
+                let share = growth / (area * metres);
+                assert!((0.8..1.02).contains(&share), "{share}");
+            }
+            assert_eq!(skin.inflated(0.0), *skin);
+        }
+    }
 }

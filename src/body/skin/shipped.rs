@@ -1,4 +1,4 @@
-//! The built-in skins: MakeHuman's base mesh (CC0 1.0), `robots/skins/`.
+//! The built-in skins: MakeHuman's base mesh and targets (CC0 1.0), `robots/skins/`.
 
 use super::mesh::{SkinError, SkinMesh};
 use super::skin_file;
@@ -22,8 +22,21 @@ const PERSON_COARSE: SkinFiles = SkinFiles {
     weights: include_str!("../../../robots/skins/person_coarse.weights.json"),
 };
 
-/// Names of the built-in skins: 5,000 triangles for actors, 1,000 for trackers.
-pub const SHIPPED_SKINS: [&str; 2] = ["person", "person_coarse"];
+const WOMAN: SkinFiles = SkinFiles {
+    settings: include_str!("../../../robots/skins/woman.toml"),
+    mesh: include_str!("../../../robots/skins/woman.obj"),
+    weights: include_str!("../../../robots/skins/woman.weights.json"),
+};
+
+const MAN: SkinFiles = SkinFiles {
+    settings: include_str!("../../../robots/skins/man.toml"),
+    mesh: include_str!("../../../robots/skins/man.obj"),
+    weights: include_str!("../../../robots/skins/man.weights.json"),
+};
+
+/// Names of the built-in skins: 5,000 triangles for actors and 1,000 for trackers, of no sex; 3,000 of a woman and of
+/// a man.
+pub const SHIPPED_SKINS: [&str; 4] = ["person", "person_coarse", "woman", "man"];
 
 /// The built-in skin of that name.
 ///
@@ -33,6 +46,8 @@ pub fn shipped_skin(name: &str) -> Result<SkinMesh, SkinError> {
     let files = match name {
         "person" => PERSON,
         "person_coarse" => PERSON_COARSE,
+        "woman" => WOMAN,
+        "man" => MAN,
         _ => return Err(SkinError::NotShipped { name: name.to_owned(), known: SHIPPED_SKINS.join(", ") }),
     };
     let read = |wanted: &str, _: u64| -> Result<Vec<u8>, SkinError> {

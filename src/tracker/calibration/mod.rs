@@ -1,10 +1,12 @@
 //! Calibration of the tracker's body: lengths, girths, places of joints and one inflation of all radii, solved together
-//! with the poses of the first frames on the outlines that were observed.
+//! with the poses of the first frames on the outlines that were observed. The outline of a body with a skin is the
+//! skin's, which follows the shape as that of a population's people does.
 //!
 //! Nothing but what a tracker has is used: its body, the cameras, observations, and its own first answers. A gate
 //! decides whether the body that was found is kept ([`CalibrationVerdict`]): without that decision calibration would
 //! make a correct body worse.
 
+mod importance;
 mod shape;
 mod solve;
 #[cfg(test)]
@@ -12,8 +14,8 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
+pub(super) use self::importance::OutlineImportance;
 use self::shape::ShapeModel;
-pub(super) use self::shape::importance;
 use self::solve::{CalibrationProblem, CalibrationSolution};
 use super::{Likelihood, SettingError, SilhouetteLikelihood, SilhouetteSettings, TrackError};
 use crate::body::{Humanoid, Pose};
@@ -108,7 +110,7 @@ pub fn calibrate(
     let problem = CalibrationProblem {
         model: &model,
         cameras: likelihood()?.cameras().cloned().collect(),
-        importance: importance(body),
+        importance: OutlineImportance::new(body),
         observed,
         tracked: seen.iter().map(|(_, pose)| pose.clone()).collect(),
         precision: ProposalScales::for_human(body, PULL_RATE_HZ)

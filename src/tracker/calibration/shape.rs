@@ -1,8 +1,10 @@
 //! The numbers of a body's shape that silhouettes determine: lengths, girths, places of joints, and one inflation.
 
+use std::sync::Arc;
+
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use crate::body::{BodyShape, Humanoid, JointKind, LANDMARKS, Landmark, LinkShape, Solid, without_side};
+use crate::body::{BodyShape, Humanoid, JointKind, LinkShape, Solid, without_side};
 use crate::raster::TaperedCapsule;
 
 /// Standard deviations of the prior: of lengths and girths as shares, of places and the inflation in metres.
@@ -11,12 +13,9 @@ const GIRTH_DEVIATION: f64 = 0.10;
 const PLACE_DEVIATION_M: f64 = 0.01;
 const INFLATION_DEVIATION_M: f64 = 0.01;
 /// A link reaches along an axis where it has a point farther than this from its origin, metres.
-const REACHES_M: f64 = 0.05;
+pub(super) const REACHES_M: f64 = 0.05;
 /// How far two solids of a link may be from mirroring each other to have one girth, metres.
 const MIRRORED_M: f64 = 0.001;
-/// What hands and feet without joints of their own count beside the rest: bodies with and without differ in kind, not
-/// in size.
-const EXTREMITY_IMPORTANCE: f64 = 0.1;
 /// Least factor on a length or girth.
 const LEAST_FACTOR: f64 = 0.3;
 
@@ -42,7 +41,7 @@ enum ShapeNumberKind {
     Girth { solids: Vec<[usize; 2]> },
     /// Metres by which these joints lie farther along a direction of their parent's frame.
     Place { joints: Vec<(usize, Vector3<f64>)> },
-    /// Metres by which the surfaces of all solids lie farther outside: masks are biased outlines.
+    /// Metres by which the skin, or the surfaces of all solids, lie farther outside: masks are biased outlines.
     Inflation,
 }
 
@@ -69,11 +68,13 @@ impl ShapeModel {
         let mut numbers = lengths(body, &body_from_links);
         numbers.extend(girths(body, &body_from_links));
         numbers.extend(places(body, &body_from_links));
-        numbers.push(ShapeNumber { name: "all radii".to_owned(), kind: ShapeNumberKind::Inflation });
+        let inflated = if body.skin.is_some() { "whole skin" } else { "all radii" };
+        numbers.push(ShapeNumber { name: inflated.to_owned(), kind: ShapeNumberKind::Inflation });
         Self { body: body.clone(), numbers }
     }
 
-    /// The body with another shape, one value per number. Masses follow lengths and girths at constant density, but not
+    /// The body with another shape, one value per number. A skin follows lengths and girths as that of a population's
+    /// people does, and its limbs go with their joints. Masses follow lengths and girths at constant density, but not
     /// the inflation, which is the masks' and not the body's.
     pub(super) fn shaped(&self, values: &[f64]) -> Humanoid {
         let mut shape = BodyShape::identity(&self.body);
@@ -102,6 +103,7 @@ impl ShapeModel {
             };
             link.solids = self.body.links[index].solids.iter().enumerate().map(of_solid).collect();
         }
+        body.skin = body.skin.map(|skin| Arc::new(skin.inflated(inflation)));
         for (number, value) in self.numbers.iter().zip(values) {
             let ShapeNumberKind::Place { joints } = &number.kind else { continue };
             joints.iter().for_each(|(joint, direction)| {
@@ -178,6 +180,10 @@ fn girths(body: &Humanoid, body_from_links: &[UnitQuaternion<f64>]) -> Vec<Shape
                 .map(|link| [*link, solid])
                 .collect();
             let mirrored = |class: &&mut Vec<[usize; 2]>| {
+                // a skin has one girth a segment
+                if body.skin.is_some() {
+                    return true;
+                }
                 let ([a, b], [link, other]) = (alike[0], class[0]);
                 let solid = &body.links[link].solids;
                 a == link && is_mirrored(&solid[b], &solid[other], &body_from_links[link])
@@ -257,46 +263,10 @@ fn words(name: &str) -> String {
     name.trim_matches('_').replace('_', " ")
 }
 
-/// What each solid of each link counts when a body is compared that may differ: hands and feet that cannot move against
-/// forearm and shank count little, for they would pull these along.
-pub(in crate::tracker) fn importance(body: &Humanoid) -> Vec<Vec<f64>> {
-    const ENDS: [Landmark; 4] = [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle];
-    let mut importance: Vec<Vec<f64>> = body.links.iter().map(|link| vec![1.0; link.solids.len()]).collect();
-    for end in ENDS {
-        let marker = LANDMARKS.iter().position(|landmark| *landmark == end).and_then(|index| body.markers[index]);
-        let Some(marker) = marker else { continue };
-        for (number, solid) in body.links[marker.link].solids.iter().enumerate() {
-            if is_beyond(&marker.point_in_link, solid) {
-                importance[marker.link][number] = EXTREMITY_IMPORTANCE;
-            }
-        }
-    }
-    importance
-}
-
-/// Whether the middle of a solid lies farther from the link's origin than a marker does, in the marker's direction.
-fn is_beyond(marker: &Point3<f64>, solid: &Solid) -> bool {
-    let middle = match solid {
-        Solid::TaperedCapsule(c) => nalgebra::center(&c.a, &c.b),
-        Solid::Box { link_from_box: frame, .. } | Solid::Cylinder { link_from_cylinder: frame, .. } => {
-            frame.translation.vector.into()
-        }
-        Solid::Mesh { vertices, .. } => {
-            let sum = vertices.iter().fold(Vector3::zeros(), |sum, vertex| sum + vertex.coords);
-            (sum / vertices.len().max(1) as f64).into()
-        }
-    };
-    match marker.coords.try_normalize(REACHES_M) {
-        Some(along) => (middle - marker).dot(&along) > 0.0,
-        // The marker is where the link begins, which has a joint there.
-        None => false,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
+    use crate::body::{Landmark, shipped};
 
     #[test]
     fn nothing_changed_is_the_same_body_and_names_are_unique() {
@@ -362,23 +332,5 @@ mod tests {
         assert!((left.z - longer[0].z - 0.04305).abs() < 1e-9 && (right.z - longer[1].z - 0.04305).abs() < 1e-9);
         let wider = with("hip flexion joint outward", 0.01);
         assert!((wider[0].y - left.y - 0.01).abs() < 1e-12 && (right.y - wider[1].y - 0.01).abs() < 1e-12);
-    }
-
-    #[test]
-    fn hands_and_feet_without_joints_count_little() {
-        for (name, few) in [("tracker25", 4), ("tracker40", 0), ("actor", 0)] {
-            let body = shipped(name).unwrap();
-            let importance = importance(&body);
-            let light: Vec<&str> = (0..body.links.len())
-                .filter(|link| importance[*link].iter().any(|value| *value < 1.0))
-                .map(|link| body.links[link].name.as_str())
-                .collect();
-            assert_eq!(light.len(), few, "{light:?}");
-            let arm = body.find_link("left_upper_arm").unwrap();
-            assert!(importance[arm].iter().all(|value| *value == 1.0));
-        }
-        let body = shipped("tracker25").unwrap();
-        let forearm = body.find_link("left_forearm").unwrap();
-        assert_eq!(importance(&body)[forearm], [1.0, EXTREMITY_IMPORTANCE]);
     }
 }

@@ -3,9 +3,9 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::body::draw_silhouette;
+use crate::body::{Solid, draw_silhouette};
 use crate::camera::Pinhole;
-use crate::tracker::fixture;
+use crate::tracker::{ContourTerm, fixture};
 
 fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
@@ -121,9 +121,9 @@ fn sides_of_limbs_add_their_weight_and_draw_a_limb_to_its_contour() {
 #[test]
 fn the_road_over_capsules_and_the_road_over_masks_meet() {
     let settings = SilhouetteSettings::default();
-    let mut roads = [true, false].map(|fast| {
+    let mut roads = [ComparisonRoad::Capsules, ComparisonRoad::Masks].map(|road| {
         let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), settings).unwrap();
-        likelihood.fast = fast;
+        likelihood.road = road;
         likelihood.prepare(&seen(&body(), &standing(), &rig())).unwrap();
         likelihood
     });
