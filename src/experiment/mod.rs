@@ -28,6 +28,7 @@ mod inputs;
 mod inspect;
 mod learning;
 mod measuring;
+mod memory;
 mod model_file;
 mod model_store;
 mod model_training;
