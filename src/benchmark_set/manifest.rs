@@ -129,6 +129,10 @@ impl BlindManifest {
     }
 
     pub(super) fn from_toml(bytes: &[u8]) -> Result<Self, SetError> {
+        // first, because another version may have other keys
+        if let Some(detail) = another_format(bytes) {
+            return Err(SetError::malformed(PATH, detail));
+        }
         let manifest: Self = parse(PATH, bytes)?;
         if manifest.schema != SCHEMA {
             let detail = format!("schema {:?}, this program reads {SCHEMA:?}", excerpt(&manifest.schema));
@@ -156,18 +160,22 @@ pub(super) fn refuse_other_formats(directory: &Path) -> Result<(), SetError> {
         }
         Err(e) => return Err(SetError::io(&path, "read")(e)),
     };
-    let text = String::from_utf8_lossy(&bytes);
-    let found = text.lines().find_map(|line| line.strip_prefix("schema = \"")?.strip_suffix('"'));
-    match found {
-        Some(found) if found.starts_with("skiagraph.set/") && found != SCHEMA => {
-            let detail = format!(
-                "schema {:?}, this program reads {SCHEMA:?}; use the version of skiagraph that made the set",
-                excerpt(found)
-            );
-            Err(SetError::malformed(PATH, detail).below(directory))
-        }
-        _ => Ok(()),
+    match another_format(&bytes) {
+        Some(detail) => Err(SetError::malformed(PATH, detail).below(directory)),
+        None => Ok(()),
     }
+}
+
+/// What is to be said of a `set.toml` of another version of the format.
+fn another_format(bytes: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(bytes);
+    let found = text.lines().find_map(|line| line.strip_prefix("schema = \"")?.strip_suffix('"'))?;
+    (found.starts_with("skiagraph.set/") && found != SCHEMA).then(|| {
+        format!(
+            "schema {:?}, this program reads {SCHEMA:?}; use the version of skiagraph that made the set",
+            excerpt(found)
+        )
+    })
 }
 
 pub(super) fn to_toml(blind: &BlindManifest) -> Result<Vec<u8>, SetError> {

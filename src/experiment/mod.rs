@@ -29,6 +29,7 @@ mod inspect;
 mod ladder;
 mod learning;
 mod measuring;
+mod memory;
 mod model_file;
 mod model_store;
 mod model_training;

@@ -1,6 +1,6 @@
 //! What the cameras saw, as the scenario's `[observation]` wants it.
 
-use super::ExperimentError;
+use super::{ExperimentError, memory};
 use crate::camera::CameraRig;
 use crate::observation::{
     CorruptedObserver, Observation, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource,
@@ -21,7 +21,7 @@ impl<'a> Observing<'a> {
     /// Through the true cameras.
     ///
     /// # Errors
-    /// [`ExperimentError::Argument`] where the background cannot be learned.
+    /// [`ExperimentError::Argument`] where the background cannot be learned, or would take more memory than there is.
     pub(super) fn new(
         truth: &'a GroundTruth,
         rig: &CameraRig,
@@ -34,6 +34,9 @@ impl<'a> Observing<'a> {
                 Self::Corrupted(Box::new(CorruptedObserver::new(truth, rig, settings.corruption, seed)))
             }
             SilhouetteSource::Segmented => {
+                if let Some(detail) = memory::too_little_for(rig, &settings.images, rayon::current_num_threads()) {
+                    return Err(ExperimentError::Argument { argument: "observation.silhouette", detail });
+                }
                 let observer = SegmentedObserver::new(truth, rig, &settings.images, &settings.background, seed);
                 let refused = |e: crate::observation::BackgroundError| ExperimentError::Argument {
                     argument: "observation.images.background_frames",

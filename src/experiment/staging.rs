@@ -74,6 +74,7 @@ impl Staged {
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
         let actor_template = dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        check_surface(file, "actor.robot", &actor_template)?;
         let tracker_template =
             dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         let Performance { retargeted: mut performed, seams } =
@@ -169,6 +170,16 @@ fn spread(body: &Humanoid, motion: &Motion) -> Result<Training, ExperimentError>
     };
     let (change, change_of_change) = (of(Prediction::None)?, of(Prediction::ConstantVelocity)?);
     Ok(Training::Spread(StepSpread { change, change_of_change }))
+}
+
+/// Refuses a body that no camera can see.
+fn check_surface(file: &ScenarioFile, key: &str, body: &Humanoid) -> Result<(), ExperimentError> {
+    if body.skin.is_some() || body.links.iter().any(|link| !link.solids.is_empty()) {
+        return Ok(());
+    }
+    let message = "expected a body that cameras can see, found no link with geometry: give its links <collision> or \
+                   <visual> elements, or a skin";
+    Err(scenario_error(file, key, message.to_owned()))
 }
 
 /// What to tell the user about a body that cannot stand.
