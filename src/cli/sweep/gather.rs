@@ -10,8 +10,8 @@ use crate::experiment::sweep::{PlannedSweep, RUNS_LINES, RUNS_TABLE, TIMING_TABL
 
 /// Put the results of all cells into one table
 ///
-/// Writes DIR/runs.csv and DIR/runs.jsonl, the same bytes wherever the cells were run, and DIR/timing.csv with what they
-/// cost.
+/// Writes DIR/runs.csv and DIR/runs.jsonl, the same bytes wherever the cells were run, and DIR/timing.csv with what
+/// they cost.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph sweep gather sweeps/mine\n  \
                         skiagraph sweep gather sweeps/mine --allow-partial\n\n\
