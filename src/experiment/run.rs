@@ -148,7 +148,7 @@ pub fn render_with(
     let inputs = Inputs::from_scenario(file, mocap_directory);
     inputs.keep_from(to.path)?;
     options.whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
-    let settings = settings_of(&scenario_text(&file.scenario)?, options.shards)?;
+    let settings = settings_of(&scenario_text(&file.scenario.of_set())?, options.shards)?;
     let complete = Destination { path: options.whole.unwrap_or(to.path), ..to };
     let unfinished = UnfinishedSet::begin(complete, &settings)?;
     let public = options.whole.map(|_| PartialDirectory::begin(to.path, ResultKind::Set, to.force)).transpose()?;

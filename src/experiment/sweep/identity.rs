@@ -96,7 +96,7 @@ impl Identities {
             format!("skiagraph.{kind}/1\n{}\n{scenario}\n{contents}\n", env!("CARGO_PKG_VERSION"))
         };
         let setting = hex_sha256(hashed("setting", &bare).as_bytes());
-        let set = short(&hashed("set", &Scenario { tracker: None, ..bare }));
+        let set = short(&hashed("set", &Scenario { layers: Vec::new(), ..file.scenario.of_set() }));
         Ok(Identity { set, setting })
     }
 
