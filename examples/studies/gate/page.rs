@@ -74,6 +74,10 @@ pub(crate) fn render(study: &Study) -> String {
         )
         .ok();
     }
+    page.push_str(
+        "\nA change is a regression only where the mean of *worse by* is above the margin: fewer particles need not harm a refined \
+         filter, and another limb may suit a body of another kind than the actor's.\n",
+    );
     page
 }
 
