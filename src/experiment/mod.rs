@@ -52,6 +52,7 @@ mod place;
 mod placement;
 mod playback;
 mod poses_file;
+mod rendering;
 mod results;
 mod rig;
 mod run;
@@ -100,10 +101,10 @@ pub use more_seeds::{MoreOf, add_missing_seeds, add_seeds};
 pub use ours::MANUAL_MARK;
 pub use partial_file::put_file;
 pub use poses_file::PosesDeclared;
+pub use rendering::{RenderOptions, draw, render, render_with};
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
 pub use run::{
-    Evaluated, RenderOptions, RunOutcome, check_program, draw, evaluate_run, render, render_with, run, track_set,
-    track_set_calibrating, track_set_with_program,
+    Evaluated, RunOutcome, check_program, evaluate_run, run, track_set, track_set_calibrating, track_set_with_program,
 };
 pub use run_picture::run_picture;
 pub use run_place::RunPlace;

@@ -1,8 +1,7 @@
-//! Rendering, tracking and measuring with atomic directories, and all three in one.
+//! Tracking and measuring with atomic directories, and rendering, tracking and measuring in one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::destination::Destination;
 use super::error::output;
@@ -11,22 +10,18 @@ use super::external::{
 };
 use super::inputs::Inputs;
 use super::measuring::{Measures, SeedMeasures, check_fit};
-use super::observing::Observing;
 use super::ours::ResultKind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::place::write_synced;
 use super::poses_file::{PosesDeclared, check_scale, read_poses};
+use super::rendering::draw;
 use super::results::{RunRecord, RunResults, tracker_in_words};
-use super::scene_check::{CamerasInside, unseen_in};
-use super::staging::Staged;
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::unfinished;
-use super::unfinished_set::{UnfinishedSet, settings_of};
-use super::watch::{Stage, Watch};
+use super::watch::Watch;
 use super::{ExperimentError, Models, NamedFiles};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetDrawing, SetError, SetParts, TruthSet, is_set};
-use crate::observation::{Observation, ObservationFacts};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, TruthSet};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 pub(super) const SCENARIO_FILE: &str = "scenario.toml";
@@ -38,164 +33,6 @@ pub struct RunOutcome {
     pub record: RunRecord,
     /// What a user should know.
     pub notes: Vec<String>,
-}
-
-/// Draws what the cameras see of a scenario: a benchmark set in memory, and notes for the user.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file, line or key.
-pub fn draw(
-    file: &ScenarioFile,
-    mocap_directory: Option<&Path>,
-    watch: &dyn Watch,
-) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    draw_by(file, mocap_directory, watch, |parts, observe| {
-        BenchmarkSet::assemble_unless(parts, &|| watch.interrupted(), |frame| {
-            watch.advance();
-            observe(frame)
-        })
-    })
-}
-
-/// Stages a scenario and has `make` draw its frames; what that made, and notes for the user.
-fn draw_by<T>(
-    file: &ScenarioFile,
-    mocap_directory: Option<&Path>,
-    watch: &dyn Watch,
-    make: impl FnOnce(&SetParts<'_>, &(dyn Fn(usize) -> Observation + Sync)) -> Result<T, SetError>,
-) -> Result<(T, Vec<String>), ExperimentError> {
-    let staged = Staged::new(file, mocap_directory)?;
-    let inside = CamerasInside::new(file, &staged);
-    if let Some(refused) = inside.refused.into_iter().next() {
-        return Err(refused);
-    }
-    let settings = &file.scenario.observation;
-    let others = staged.ground_truth.distractors.len();
-    let facts =
-        (!settings.is_exact() || others > 0).then(|| ObservationFacts { distractors: others, ..settings.facts() });
-    watch.begin(Stage::Render, staged.frames());
-    let parts = SetParts {
-        name: &file.scenario.name,
-        rig: &staged.rig,
-        start: &staged.start,
-        ground_truth: &staged.ground_truth,
-        refitted: Some(&staged.refitted),
-        facts: &staged.facts,
-        recordings: &staged.sources,
-        observed: Observed { facts: facts.as_ref(), tracker_rig: staged.tracker_rig.as_ref() },
-    };
-    let observer = Observing::new(&staged.ground_truth, &staged.rig, settings)?;
-    let (seen, observed) = (AtomicBool::new(false), AtomicUsize::new(0));
-    let shows = |observation: &Observation| observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty());
-    let made = make(&parts, &|frame| {
-        let observation = observer.observe(frame);
-        seen.fetch_or(shows(&observation), Ordering::Relaxed);
-        observed.fetch_add(1, Ordering::Relaxed);
-        observation
-    })?;
-    if watch.interrupted() {
-        return Err(ExperimentError::Interrupted);
-    }
-    // frames that were drawn before an interruption may be those that show something
-    let others = observed.into_inner() < staged.frames();
-    let is_seen = seen.into_inner() || (others && (0..staged.frames()).any(|frame| shows(&observer.observe(frame))));
-    if !is_seen {
-        return Err(unseen_in(file, staged.frames()));
-    }
-    Ok((made, [staged.notes, inside.told].concat()))
-}
-
-/// How a set is rendered.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct RenderOptions<'a> {
-    /// Where the complete set goes; its own place then holds it without the truth, for a public challenge.
-    pub whole: Option<&'a Path>,
-    /// Into how many tar shards the set's files are repeated for training; `None` for none.
-    pub shards: Option<usize>,
-}
-
-/// `skiagraph render`: writes a scenario's benchmark set; returns it and notes for the user. What is drawn when it is
-/// interrupted, or the disk is full, stays beside the place, and the same call goes on with it.
-///
-/// # Errors
-/// [`ExperimentError`]; then no set has changed on the disk. [`ExperimentError::ProgressSaved`] and
-/// [`ExperimentError::Unfinished`] where the same call would go on, [`ExperimentError::OtherUnfinished`] where another
-/// was interrupted.
-pub fn render(
-    file: &ScenarioFile,
-    mocap_directory: Option<&Path>,
-    to: Destination<'_>,
-    watch: &dyn Watch,
-) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    render_with(file, mocap_directory, to, &RenderOptions::default(), watch)
-}
-
-/// As [`render`], with options.
-///
-/// # Errors
-/// As [`render`].
-pub fn render_with(
-    file: &ScenarioFile,
-    mocap_directory: Option<&Path>,
-    to: Destination<'_>,
-    options: &RenderOptions<'_>,
-    watch: &dyn Watch,
-) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    // A run takes minutes to repeat; the runs that were made from a set are worth nothing without it.
-    if let Some(path) = [Some(to.path), options.whole].into_iter().flatten().find(|path| is_set(path) && !to.force) {
-        return Err(ExperimentError::SetThere { path: path.to_owned() });
-    }
-    let inputs = Inputs::from_scenario(file, mocap_directory);
-    inputs.keep_from(to.path)?;
-    options.whole.map_or(Ok(()), |path| inputs.keep_from(path))?;
-    let settings = settings_of(&scenario_text(&file.scenario.of_set())?, options.shards)?;
-    let complete = Destination { path: options.whole.unwrap_or(to.path), ..to };
-    let unfinished = UnfinishedSet::begin(complete, &settings)?;
-    let public = options.whole.map(|_| PartialDirectory::begin(to.path, ResultKind::Set, to.force)).transpose()?;
-    let notes = draw_to_disk(file, mocap_directory, &unfinished, options.shards, watch);
-    let notes = notes.map_err(|e| unfinished.told(e))?;
-    if let Some(public) = public {
-        BlindSet::read(&unfinished.folder())?.write_without_truth(public.folder())?;
-        unfinished.finish()?;
-        public.finish()?;
-    } else {
-        unfinished.finish()?;
-    }
-    Ok((BenchmarkSet::read(complete.path)?, notes))
-}
-
-/// Draws what is not there yet; notes for the user.
-fn draw_to_disk(
-    file: &ScenarioFile,
-    mocap_directory: Option<&Path>,
-    unfinished: &UnfinishedSet,
-    shards: Option<usize>,
-    watch: &dyn Watch,
-) -> Result<Vec<String>, ExperimentError> {
-    let (folder, journal) = (unfinished.folder(), unfinished.journal());
-    let layers = &file.scenario.layers;
-    let (there, mut notes) = draw_by(file, mocap_directory, watch, |parts, observe| {
-        let (frames, cameras) = (parts.ground_truth.frames.len(), parts.rig.cameras.len());
-        let done = AtomicUsize::new(0);
-        if shards.is_some() && !layers.is_empty() {
-            watch.begin(Stage::Layers, frames * (1 + cameras));
-        }
-        let tick = || {
-            unfinished.keep();
-            watch.advance();
-            // with shards, layers come between
-            if done.fetch_add(1, Ordering::Relaxed) + 1 == frames && !layers.is_empty() && shards.is_none() {
-                watch.begin(Stage::Layers, frames * cameras);
-            }
-        };
-        let drawing =
-            SetDrawing { layers, shards, journal: Some(&journal), stop: &|| watch.interrupted(), tick: &tick };
-        BenchmarkSet::draw_into(&folder, parts, &drawing, observe)
-    })?;
-    if there > 0 {
-        notes.push(format!("resumed: {there} frames were drawn before the interruption"));
-    }
-    Ok(notes)
 }
 
 /// `skiagraph track`: runs a tracker over a set. Of the set it reads cameras, observations and start alone, unless the

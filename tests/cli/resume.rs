@@ -16,22 +16,6 @@ fn room() -> Sandbox {
     room
 }
 
-/// Starts a command and kills it; whether it still ran.
-fn run_and_kill(room: &Sandbox, arguments: &str, after: Duration) -> bool {
-    let mut child = Command::new(cargo_bin("skiagraph"))
-        .args(arguments.split(' '))
-        .current_dir(room.path("."))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(after);
-    let running = child.try_wait().unwrap().is_none();
-    child.kill().unwrap();
-    child.wait().unwrap();
-    running
-}
-
 /// The journal's number of lines; 0 where there is none.
 fn whole_files(room: &Sandbox) -> usize {
     fs::read_to_string(room.path("set.partial/finished.sha256")).map_or(0, |text| text.lines().count())
@@ -44,7 +28,7 @@ fn a_drawing_that_is_killed_at_many_moments_ends_with_the_bytes_of_an_undisturbe
     let (mut moment, mut killed, mut amid) = (17_u64, 0, 0);
     for _ in 0..14 {
         moment = moment * 37 % 101;
-        killed += usize::from(run_and_kill(&room, &format!("{RENDER} set -q"), Duration::from_millis(20 + 3 * moment)));
+        killed += usize::from(room.run_and_kill(&format!("{RENDER} set -q"), Duration::from_millis(20 + 3 * moment)));
         if room.path("set").exists() {
             // it was faster than its killer
             assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));

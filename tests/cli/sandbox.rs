@@ -3,8 +3,10 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
-use assert_cmd::cargo::cargo_bin_cmd;
+use assert_cmd::cargo::{cargo_bin, cargo_bin_cmd};
 
 /// What the program answered.
 pub(crate) struct CommandOutput {
@@ -19,6 +21,22 @@ pub(crate) struct Sandbox(tempfile::TempDir);
 impl Sandbox {
     pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
+    }
+
+    /// Starts a command and kills it; whether it still ran.
+    pub(crate) fn run_and_kill(&self, arguments: &str, after: Duration) -> bool {
+        let mut child = Command::new(cargo_bin("skiagraph"))
+            .args(arguments.split(' '))
+            .current_dir(self.path("."))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(after);
+        let running = child.try_wait().unwrap().is_none();
+        child.kill().unwrap();
+        child.wait().unwrap();
+        running
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {

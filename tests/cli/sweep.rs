@@ -166,22 +166,6 @@ fn a_cell_may_leave_the_report_of_a_run() {
     );
 }
 
-/// Kills a process and those that it started, if it still runs.
-fn run_and_kill(room: &Sandbox, arguments: &str, after: Duration) -> bool {
-    let mut child = Command::new(cargo_bin("skiagraph"))
-        .args(arguments.split(' '))
-        .current_dir(room.path("."))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(after);
-    let running = child.try_wait().unwrap().is_none();
-    child.kill().unwrap();
-    child.wait().unwrap();
-    running
-}
-
 #[test]
 fn a_sweep_that_is_killed_at_twenty_moments_ends_with_the_bytes_of_an_undisturbed_one() {
     let room = room();
@@ -196,13 +180,13 @@ fn a_sweep_that_is_killed_at_twenty_moments_ends_with_the_bytes_of_an_undisturbe
         if room.succeed("sweep status s --missing").stdout.trim().is_empty() {
             files_below(&room.path("s/results")).iter().for_each(|file| fs::remove_file(file).unwrap());
         }
-        killed += usize::from(run_and_kill(&room, "sweep run s -j 2", Duration::from_millis(5 + 2 * moment)));
+        killed += usize::from(room.run_and_kill("sweep run s -j 2", Duration::from_millis(5 + 2 * moment)));
         let answer = room.succeed("sweep status s --json").stdout;
         assert!(answer.contains("\"failed\": 0"), "{answer}");
     }
     assert!(killed >= 3, "of 20 runs only {killed} were killed before their end");
     for index in [0, 3, 6] {
-        run_and_kill(&room, &format!("sweep cell s --index {index} --again"), Duration::from_millis(2 * moment));
+        room.run_and_kill(&format!("sweep cell s --index {index} --again"), Duration::from_millis(2 * moment));
         moment = moment * 37 % 101;
     }
     room.succeed("sweep run s -j 2");
