@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ExperimentError;
 use super::error::output;
 use super::place::write_synced;
-use super::run::scenario_text;
+use super::scenario_copy::scenario_text;
 use super::unfinished_set::settings_of;
 use crate::benchmark_set::BlindSet;
 use crate::input::{self, hex_sha256, limits};

@@ -59,6 +59,7 @@ mod run;
 mod run_picture;
 mod run_place;
 mod run_reading;
+mod scenario_copy;
 mod scene_check;
 mod search_file;
 mod segmenting;

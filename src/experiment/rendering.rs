@@ -9,7 +9,7 @@ use super::inputs::Inputs;
 use super::observing::Observing;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
-use super::run::scenario_text;
+use super::scenario_copy::scenario_text;
 use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::unfinished_set::{UnfinishedSet, settings_of};

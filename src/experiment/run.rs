@@ -17,14 +17,13 @@ use super::place::write_synced;
 use super::poses_file::{PosesDeclared, check_scale, read_poses};
 use super::rendering::draw;
 use super::results::{RunRecord, RunResults, tracker_in_words};
+use super::scenario_copy::{SCENARIO_FILE, scenario_text};
 use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked, track};
 use super::unfinished;
 use super::watch::Watch;
 use super::{ExperimentError, Models, NamedFiles};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, TruthSet};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
-
-pub(super) const SCENARIO_FILE: &str = "scenario.toml";
 
 /// A run that is done.
 #[derive(Clone, Debug)]
@@ -329,13 +328,6 @@ impl MethodRun<'_> {
 pub(super) fn measure(set: &BenchmarkSet, tracked: &Tracked, watch: &dyn Watch) -> Result<RunResults, ExperimentError> {
     let measures = Measures::new(set, tracked, watch)?;
     RunResults::of_command(set, tracked, &measures, watch.command())
-}
-
-/// The scenario with its overrides, to be run again.
-pub(super) fn scenario_text(scenario: &Scenario) -> Result<String, ExperimentError> {
-    let malformed = |detail| ExperimentError::Malformed { path: SCENARIO_FILE.into(), detail };
-    let tree = serde_json::to_value(scenario).map_err(|e| malformed(e.to_string()))?;
-    toml::to_string(&tree).map_err(|e| malformed(e.to_string()))
 }
 
 pub(super) fn write_all(directory: &PartialDirectory, files: &NamedFiles) -> Result<(), ExperimentError> {

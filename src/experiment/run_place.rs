@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::ExperimentError;
 use super::ours::{ResultKind, is_ours};
-use super::run::{SCENARIO_FILE, scenario_text};
+use super::scenario_copy::{SCENARIO_FILE, scenario_text};
 use crate::scenario::ScenarioFile;
 
 /// Where results go, and what a user should know of it.
