@@ -5,6 +5,8 @@ use super::{DistanceMap, Mask, contour};
 
 /// What [`ContourDistance`] stores for a distance of tau or more.
 const FAR: u16 = u16::MAX;
+/// Up to which squared distance values are computed once an image: a bound on memory.
+const MOST_KEPT: f64 = 65536.0;
 
 /// Truncated distances to the contour of an observed mask, in fixed point, so sums do not depend on their order.
 #[derive(Clone, Debug)]
@@ -24,14 +26,18 @@ impl ContourDistance {
         let edge = contour(observed);
         let bounds = edge.bounds();
         let map = DistanceMap::within(&edge, bounds.grown(tau.ceil() as u32, observed.width(), observed.height()));
+        let scaled = |squared: u32| {
+            let distance = f64::from(squared).sqrt();
+            if distance < tau { (distance / tau * f64::from(FAR)).round() as u16 } else { FAR }
+        };
+        // squared distances are whole numbers, and many pixels share one
+        let near: Vec<u16> = (0..=(tau * tau).min(MOST_KEPT) as u32).map(scaled).collect();
         let window = map.window();
         for y in window.top..window.bottom {
-            for x in window.left..window.right {
-                let distance = map.distance(x, y);
-                if distance < tau {
-                    let word = (x / STRIP) as usize * layout.rows + y as usize;
-                    words[word][(x % STRIP) as usize] = (distance / tau * f64::from(FAR)).round() as u16;
-                }
+            for (x, &squared) in (window.left..window.right).zip(map.row(y)) {
+                let word = (x / STRIP) as usize * layout.rows + y as usize;
+                let value = near.get(squared as usize).copied().unwrap_or_else(|| scaled(squared));
+                words[word][(x % STRIP) as usize] = value;
             }
         }
         Self { layout, words, nothing_observed: bounds.is_empty() }

@@ -13,8 +13,8 @@ pub struct DistanceMap {
     squared: Vec<u32>,
 }
 
-/// Squared distance where no pixel is set.
-const NOWHERE: u32 = u32::MAX;
+/// Distance, and squared distance, from here on: no pixel is set.
+const NOWHERE: u32 = 1 << 30;
 
 impl DistanceMap {
     /// Distances to the set pixels of `mask`, over its whole image. O(width * height).
@@ -40,12 +40,19 @@ impl DistanceMap {
         self.window
     }
 
+    /// Squared distances of the window's pixels in row `y`, which is one of the window's; at least 2^30 where
+    /// the mask has no pixel in the window.
+    pub(super) fn row(&self, y: u32) -> &[u32] {
+        let width = (self.window.right - self.window.left) as usize;
+        &self.squared[(y - self.window.top) as usize * width..][..width]
+    }
+
     /// Squared distance in pixels at `(x, y)`; `None` outside the window and where the mask has no pixel in it.
     pub fn squared(&self, x: u32, y: u32) -> Option<u32> {
         let w = &self.window;
         let inside = (w.left..w.right).contains(&x) && (w.top..w.bottom).contains(&y);
         let index = || (y - w.top) as usize * (w.right - w.left) as usize + (x - w.left) as usize;
-        inside.then(|| self.squared[index()]).filter(|&squared| squared != NOWHERE)
+        inside.then(|| self.squared[index()]).filter(|&squared| squared < NOWHERE)
     }
 
     /// Distance in pixels at `(x, y)`; infinite outside the window and where the mask has no pixel in it.
@@ -54,8 +61,8 @@ impl DistanceMap {
     }
 }
 
-/// Per pixel of the window the distance to the nearest set pixel of its column, not squared; [`NOWHERE`] in empty
-/// columns.
+/// Per pixel of the window the distance to the nearest set pixel of its column, not squared; at least [`NOWHERE`] in
+/// empty columns.
 fn columns(mask: &Mask, window: &PixelBounds) -> Vec<u32> {
     let width = (window.right - window.left) as usize;
     let height = (window.bottom - window.top) as usize;
@@ -66,16 +73,24 @@ fn columns(mask: &Mask, window: &PixelBounds) -> Vec<u32> {
             row[clip(run.start)..clip(run.end)].fill(0);
         }
     }
-    let mut pull = |to: usize, from: usize| {
-        for x in 0..width {
-            let along = distances[from * width + x].saturating_add(1);
-            let here = &mut distances[to * width + x];
-            *here = (*here).min(along);
-        }
-    };
-    (1..height).for_each(|y| pull(y, y - 1));
-    (1..height).rev().for_each(|y| pull(y - 1, y));
+    for y in 1..height {
+        let (above, row) = distances[(y - 1) * width..(y + 1) * width].split_at_mut(width);
+        pull(row, above);
+    }
+    for y in (1..height).rev() {
+        let (row, below) = distances[(y - 1) * width..(y + 1) * width].split_at_mut(width);
+        pull(row, below);
+    }
     distances
+}
+
+/// Brings the distances of a row down to those of a row beside it, one more each. [`NOWHERE`] and what is added to it
+/// lie far above every distance and far below the greatest number, so that nothing has to be checked.
+fn pull(row: &mut [u32], beside: &[u32]) {
+    for (here, there) in row.iter_mut().zip(beside) {
+        // as signed numbers, for which every processor has a comparison of several at once
+        *here = (*here as i32).min(*there as i32 + 1) as u32;
+    }
 }
 
 /// Lower envelope of the parabolas `(x - at)^2 + height` of one row.
@@ -89,23 +104,23 @@ impl Envelope {
     /// Replaces column distances by squared Euclidean distances.
     fn replace(&mut self, row: &mut [u32]) {
         self.parabolas.clear();
-        for (at, &distance) in (0..).zip(row.iter()).filter(|(_, distance)| **distance != NOWHERE) {
+        for (at, &distance) in (0..).zip(row.iter()).filter(|(_, distance)| **distance < NOWHERE) {
             let height = i64::from(distance) * i64::from(distance);
             let mut from = 0;
             while let Some(&(last_at, last_height, last_from)) = self.parabolas.last() {
-                // The new parabola is lower than the last one beyond x = numerator / (2 (at - last_at)). Both are
-                // integers below 2^37, whose quotient in f64 is never rounded over an integer; it is several times as
-                // fast as theirs.
+                // The new parabola is lower than the last one beyond x = numerator / denominator.
                 let numerator = height + at * at - last_height - last_at * last_at;
-                from = (numerator as f64 / (2 * (at - last_at)) as f64).floor() as i64 + 1;
-                if from > last_from {
+                let denominator = 2 * (at - last_at);
+                if numerator >= last_from * denominator {
+                    // Both are integers below 2^37, whose quotient in f64 is never rounded over an integer; it is
+                    // several times as fast as theirs.
+                    from = (numerator as f64 / denominator as f64) as i64 + 1;
                     break;
                 }
                 self.parabolas.pop();
-                from = 0;
             }
             if from < row.len() as i64 {
-                self.parabolas.push((at, height, from.max(0)));
+                self.parabolas.push((at, height, from));
             }
         }
         for (index, &(at, height, from)) in self.parabolas.iter().enumerate() {

@@ -42,7 +42,7 @@ impl SignedDistance {
         let mut has_outline = false;
         for y in window.top..window.bottom {
             let begin = values.len();
-            values.extend((window.left..window.right).map(|x| (outside.distance(x, y) - 0.5) as f32));
+            values.extend(outside.row(y).iter().map(|squared| (f64::from(*squared).sqrt() - 0.5) as f32));
             let row = &mut values[begin..begin + width];
             let index = |x: u32| (x - window.left) as usize;
             for x in mask.runs(y).flatten() {

@@ -61,7 +61,7 @@ impl ObservedOutline {
         }
         let grid = SampleGrid::new(samples, NEAREST * length);
         for point in &self.points {
-            let Some(nearest) = grid.nearest(samples, point) else { continue };
+            let Some(nearest) = grid.nearest(point) else { continue };
             let sample = &samples[nearest];
             let offset = [0, 1].map(|i| sample.pixel[i] - point.pixel[i]);
             add(sample, OutlineResidual { value: dot(point.normal, offset) / length, gradient: point.normal });
@@ -83,7 +83,10 @@ fn thinned(contour: &Mask, spacing: f64) -> Vec<(u32, u32)> {
     let mut kept = Vec::new();
     for (x, y) in contour.pixels() {
         let (i, j) = ((f64::from(x) / cell) as usize, (f64::from(y) / cell) as usize);
-        let near = |(a, b): (u32, u32)| (f64::from(a) - f64::from(x)).hypot(f64::from(b) - f64::from(y)) < spacing;
+        let near = |(a, b): (u32, u32)| {
+            let (across, down) = (f64::from(a) - f64::from(x), f64::from(b) - f64::from(y));
+            across * across + down * down < spacing * spacing
+        };
         let around = (j.saturating_sub(2)..=(j + 2).min(rows - 1))
             .flat_map(|j| (i.saturating_sub(2)..=(i + 2).min(columns - 1)).map(move |i| j * columns + i));
         if !around.into_iter().any(|index| cells[index].is_some_and(near)) {
@@ -123,11 +126,22 @@ struct SampleGrid {
     top: f64,
     /// First entry of each cell in `entries`; one more at the end.
     starts: Vec<u32>,
-    entries: Vec<u32>,
+    entries: Vec<GridEntry>,
+}
+
+/// What of a sample its search needs, beside those of the same cell.
+#[derive(Clone, Copy, Default)]
+struct GridEntry {
+    pixel: [f64; 2],
+    normal: [f64; 2],
+    /// Which of the samples it is.
+    sample: usize,
 }
 
 /// Cells along a reach: smaller cells have fewer samples and more of them to look through.
 const CELLS_A_REACH: f64 = 5.0;
+/// Square pixels by which a cell must be farther away than the nearest sample to be left out: far more than rounding.
+const SLACK: f64 = 1e-6;
 
 impl SampleGrid {
     fn new(samples: &[OutlineSample], reach: f64) -> Self {
@@ -144,9 +158,10 @@ impl SampleGrid {
         cells.iter().for_each(|cell| grid.starts[cell + 1] += 1);
         (1..grid.starts.len()).for_each(|i| grid.starts[i] += grid.starts[i - 1]);
         let mut next = grid.starts.clone();
-        grid.entries = vec![0; samples.len()];
-        for (index, cell) in cells.into_iter().enumerate() {
-            grid.entries[next[cell] as usize] = index as u32;
+        grid.entries = vec![GridEntry::default(); samples.len()];
+        for (number, (cell, sample)) in cells.into_iter().zip(samples).enumerate() {
+            let OutlineSample { pixel, normal, .. } = *sample;
+            grid.entries[next[cell] as usize] = GridEntry { pixel, normal, sample: number };
             next[cell] += 1;
         }
         grid
@@ -158,8 +173,8 @@ impl SampleGrid {
         row * self.columns + column
     }
 
-    /// Index of the sample nearest to `point` whose normal agrees; the lower of two that are equally near.
-    fn nearest(&self, samples: &[OutlineSample], point: &OutlinePoint) -> Option<usize> {
+    /// Number of the sample nearest to `point` whose normal agrees; the lower of two that are equally near.
+    fn nearest(&self, point: &OutlinePoint) -> Option<usize> {
         let column = ((point.pixel[0] - self.left) / self.cell).floor() as i64;
         let row = ((point.pixel[1] - self.top) / self.cell).floor() as i64;
         let mut best: Option<(f64, usize)> = None;
@@ -169,36 +184,48 @@ impl SampleGrid {
             if best.is_some_and(|(square, _)| square < least * least) {
                 break;
             }
-            for (i, j) in ring_cells(column, row, ring) {
-                let inside = i >= 0 && j >= 0 && i < self.columns as i64 && j < self.rows as i64;
-                if inside {
-                    self.search(samples, point, j as usize * self.columns + i as usize, &mut best);
-                }
-            }
+            self.search_ring(point, [column, row], ring, &mut best);
         }
-        best.map(|(_, index)| index)
+        best.map(|(_, sample)| sample)
     }
 
-    fn search(&self, samples: &[OutlineSample], point: &OutlinePoint, cell: usize, best: &mut Option<(f64, usize)>) {
+    /// Searches the cells at Chebyshev distance `ring` from the `middle` one that are near enough.
+    fn search_ring(&self, point: &OutlinePoint, middle: [i64; 2], ring: i64, best: &mut Option<(f64, usize)>) {
+        let [column, row] = middle;
+        for j in (row - ring).max(0)..=(row + ring).min(self.rows as i64 - 1) {
+            // the first and last row of a ring are whole, of the others both ends belong to it
+            let step = if (j - row).abs() == ring { 1 } else { 2 * ring };
+            let mut i = column - ring;
+            while i <= column + ring {
+                let inside = i >= 0 && i < self.columns as i64;
+                if inside && best.is_none_or(|(square, _)| self.square_to_cell(point, i, j) <= square) {
+                    self.search(point, j as usize * self.columns + i as usize, best);
+                }
+                i += step;
+            }
+        }
+    }
+
+    /// Square of the distance from a point to a cell, less the slack.
+    fn square_to_cell(&self, point: &OutlinePoint, column: i64, row: i64) -> f64 {
+        let apart = |x: f64, corner: f64, cell: i64| {
+            let from = corner + cell as f64 * self.cell;
+            (from - x).max(x - from - self.cell).max(0.0)
+        };
+        let (across, down) = (apart(point.pixel[0], self.left, column), apart(point.pixel[1], self.top, row));
+        across * across + down * down - SLACK
+    }
+
+    fn search(&self, point: &OutlinePoint, cell: usize, best: &mut Option<(f64, usize)>) {
         let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-        for &index in &self.entries[range] {
-            let sample = &samples[index as usize];
-            let offset = [0, 1].map(|i| sample.pixel[i] - point.pixel[i]);
+        for entry in &self.entries[range] {
+            let offset = [0, 1].map(|i| entry.pixel[i] - point.pixel[i]);
             let square = dot(offset, offset);
-            let candidate = (square, index as usize);
+            let candidate = (square, entry.sample);
             let nearer = square <= self.reach * self.reach && best.is_none_or(|best| candidate < best);
-            if nearer && dot(sample.normal, point.normal) > SAME_NORMAL {
+            if nearer && dot(entry.normal, point.normal) > SAME_NORMAL {
                 *best = Some(candidate);
             }
         }
     }
-}
-
-/// The cells at Chebyshev distance `ring` from a cell.
-fn ring_cells(column: i64, row: i64, ring: i64) -> impl Iterator<Item = (i64, i64)> {
-    (-ring..=ring).flat_map(move |dj| {
-        let whole = dj.abs() == ring;
-        let step = if whole || ring == 0 { 1 } else { 2 * ring };
-        (-ring..=ring).step_by(step.max(1) as usize).map(move |di| (column + di, row + dj))
-    })
 }
