@@ -75,8 +75,10 @@ pub(crate) fn render(study: &Study) -> String {
         .ok();
     }
     page.push_str(
-        "\nA change is a regression only where the mean of *worse by* is above the margin: fewer particles need not harm a refined \
-         filter, and another limb may suit a body of another kind than the actor's.\n",
+        "\nThe tracker has the actor's own body, so wrong limbs are worse for certain. Fewer particles need not harm a \
+         refined filter: a change is a regression only where the mean of *worse by* is above the margin. Where runs differ \
+         much from seed to seed, as those of the printed filter do, ten seeds leave most questions open, and the gate says \
+         INCONCLUSIVE and how many seeds would settle it.\n",
     );
     page
 }
