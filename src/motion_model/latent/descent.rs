@@ -62,7 +62,7 @@ impl LatentModel {
     /// The same for a particle with its latent point and the map's mean there.
     fn on_mean(&self, mut state: LatentParticle, expected: &Expected, numbers: &[f64]) -> LatentParticle {
         let (offset, root) = numbers[expected.latent.len()..].split_at(expected.offset.len());
-        state.offset = self.residual.moved(&expected.offset, offset);
+        state.offset = self.residuals[state.segment].moved(&expected.offset, offset);
         let stand = self.stand(&state.mean, &state.offset);
         let (place, pose) = self.roots.next(&expected.before, &expected.place, &stand, [root[0], root[1], root[2]]);
         state.moving.rotations = self.graph.chart.rotations_of(&state.mean);
@@ -75,7 +75,7 @@ impl LatentModel {
     fn numbers(&self, state: &LatentParticle, expected: &Expected) -> Option<Vec<f64>> {
         let latent = state.latent.iter().zip(&expected.latent).map(|(z, mean)| (z - mean) / expected.deviation);
         let mut numbers: Vec<f64> = latent.collect();
-        numbers.extend(self.residual.numbers(&expected.offset, &state.offset)?);
+        numbers.extend(self.residuals[state.segment].numbers(&expected.offset, &state.offset)?);
         let first = numbers.len();
         numbers.extend([0.0; ROOT]);
         let root = |numbers: &[f64]| self.on_mean(state.clone(), expected, numbers).place.root;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::{DMatrix, Isometry3, UnitQuaternion};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
@@ -41,7 +41,8 @@ pub struct LatentModel {
     /// Per segment: spread of the latents per coordinate.
     spreads: Vec<f64>,
     pub(super) roots: RootDynamics,
-    pub(super) residual: PoseResidual,
+    /// Per segment.
+    pub(super) residuals: Vec<PoseResidual>,
     /// The true root of every frame, where it is given away on purpose (to tell articulated from global error).
     given_roots: Option<Arc<Vec<Isometry3<f64>>>>,
     deviations: Vec<f64>,
@@ -112,13 +113,15 @@ impl LatentModel {
             RootMotion::Planted => Footing::learn(&body, &graph),
         };
         let unseen = Unseen::measure(&body, &graph, footing.as_ref());
-        let residual =
-            PoseResidual::new(&unseen, settings.residual_scale, settings.residual_s, graph.frames_per_second);
+        let residual = |covariance: &DMatrix<f64>| {
+            PoseResidual::new(covariance, settings.residual_scale, settings.residual_s, graph.frames_per_second)
+        };
+        let residuals = graph.segments.iter().map(|s| residual(&unseen.covariance_of_segment(s))).collect();
         let roots = RootDynamics::learn(footing, &graph, &unseen, &settings);
         let dimensions = graph.segments.first().map_or(0, |s| s.gpdm.latents().ncols());
         let spread = spreads.iter().sum::<f64>() / spreads.len().max(1) as f64;
         let mut deviations = vec![settings.noise_floor * spread; dimensions];
-        deviations.extend(residual.increments());
+        deviations.extend(residual(&unseen.covariance_of_pose()).increments());
         deviations.extend(roots.deviations());
         let training_means = training_means(&graph);
         let jumps = Jumps::new(&graph, &training_means);
@@ -130,7 +133,7 @@ impl LatentModel {
             training_means,
             spreads,
             roots,
-            residual,
+            residuals,
             given_roots: None,
             deviations,
             descends: false,
@@ -203,14 +206,14 @@ impl LatentModel {
             segment: at.segment,
             latent: self.training_latent(at),
             before: self.training_latent(before),
-            offset: self.offset_to(&mean, &observation, &state.pose),
+            offset: self.offset_to(at.segment, &mean, &observation, &state.pose),
             rotations: self.jumps.frame(at).rotations.clone(),
         }
     }
 
     /// The offset that makes of a mean the observation vector of `pose`.
-    fn offset_to(&self, mean: &[f64], observation: &[f64], pose: &Pose) -> Vec<f64> {
-        let mut offset = self.residual.between(mean, observation);
+    fn offset_to(&self, segment: usize, mean: &[f64], observation: &[f64], pose: &Pose) -> Vec<f64> {
+        let mut offset = self.residuals[segment].between(mean, observation);
         let height = self.roots.height_offset(&self.body, &self.graph.chart, mean, pose);
         if let (Some(last), Some(height)) = (offset.last_mut(), height) {
             *last = height;
@@ -247,14 +250,14 @@ impl LatentModel {
             let mean: Vec<f64> = observations.row(i).iter().copied().collect();
             let rotations = self.graph.chart.rotations_of(&mean);
             let moving = PoseRate::between(&journey.departure.rotations, rotations, self.graph.frames_per_second);
-            let offset = self.residual.next(&journey.departure.offset, journey.rng);
+            let offset = self.residuals[segment].next(&journey.departure.offset, journey.rng);
             let frame = journey.state.frame + 1;
             let LatentParticle { pose, place, .. } = journey.state;
             let expected = self.descends.then(|| {
                 Arc::new(Expected {
                     latent: expected.0,
                     deviation: expected.1,
-                    offset: self.residual.expected(&journey.departure.offset),
+                    offset: self.residuals[segment].expected(&journey.departure.offset),
                     before: pose.clone(),
                     place: place.clone(),
                 })
@@ -324,7 +327,7 @@ impl LatentModel {
         let rotations = self.graph.chart.rotations_of(&mean);
         let moving = PoseRate { velocities: vec![Default::default(); rotations.len()], rotations };
         let standing = self.graph.chart.observe_pose(start, &PlanarStep { forward: 0.0, left: 0.0, turn: 0.0 });
-        let offset = self.offset_to(&mean, &standing, start);
+        let offset = self.offset_to(at.segment, &mean, &standing, start);
         let pose = self.with_given_root(self.roots.stand(&self.stand(&mean, &offset), &root), 0);
         let (segment, place) = (at.segment, self.roots.place(&self.body, root, &pose));
         let (recovered, expected) = (false, None);

@@ -39,10 +39,10 @@ pub(super) struct PoseResidual {
 }
 
 impl PoseResidual {
-    /// With the covariance of motion that was not seen, its deviations scaled by `scale`; `correlation_s` is the time
+    /// With a covariance of motion that was not seen, its deviations scaled by `scale`; `correlation_s` is the time
     /// after which an offset is 1/e as great.
-    pub(super) fn new(unseen: &Unseen, scale: f64, correlation_s: f64, frames_per_second: f64) -> Self {
-        let factor = if scale > 0.0 { factor_of(&unseen.covariance_of_pose(), scale) } else { Vec::new() };
+    pub(super) fn new(covariance: &DMatrix<f64>, scale: f64, correlation_s: f64, frames_per_second: f64) -> Self {
+        let factor = if scale > 0.0 { factor_of(covariance, scale) } else { Vec::new() };
         Self { factor, keep: libm::exp(-1.0 / (correlation_s * frames_per_second)) }
     }
 
@@ -113,52 +113,107 @@ pub(super) fn offset_by(mut mean: Vec<f64>, offset: &[f64]) -> Vec<f64> {
 /// observation vectors of every training frame and of the most similar one of another moment. Zero where there is no
 /// other moment.
 #[derive(Clone, Debug)]
-pub(super) struct Unseen(DMatrix<f64>);
+pub(super) struct Unseen {
+    /// Of all training frames.
+    all: DMatrix<f64>,
+    /// Of those of each recording.
+    by_motion: Vec<DMatrix<f64>>,
+}
+
+/// A training frame to be compared.
+struct SeenFrame {
+    motion: usize,
+    frame: usize,
+    observation: Vec<f64>,
+}
 
 impl Unseen {
     /// Measured on the training of `graph`. Where `footing` is given, the height compared is not the root's but that of
     /// the lower foot.
     pub(super) fn measure(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) -> Self {
-        let height = graph.chart.dimensions().saturating_sub(VELOCITIES + 1);
-        let of_row = |s: &GraphSegment, row: usize| {
-            let mut observation = s.gpdm.observation(row);
-            if let Some(footing) = footing {
-                let pose = graph.chart.place(&observation, &PlanarRoot { x: 0.0, y: 0.0, yaw: 0.0 });
-                observation[height] = footing.feet(body, &pose).lower_height() / graph.chart.height_unit();
-            }
-            let (motion, frame) = s.source_of(row);
-            (motion, frame, observation)
-        };
-        let rows = graph.segments.iter().flat_map(|s| (0..s.rotations.len()).map(move |row| (s, row)));
-        let frames: Vec<(usize, usize, Vec<f64>)> = rows.map(|(s, row)| of_row(s, row)).collect();
+        let frames = seen_frames(body, graph, footing);
         let apart = (APART_S * graph.frames_per_second) as usize;
         let compared = graph.chart.dimensions().saturating_sub(ROOT_DIMENSIONS);
         let distance =
             |a: &[f64], b: &[f64]| a.iter().zip(b).take(compared).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-        let mut products = DMatrix::zeros(graph.chart.dimensions(), graph.chart.dimensions());
-        let mut count = 0.0;
-        for (motion, frame, here) in &frames {
-            let others = frames.iter().filter(|(m, f, _)| m != motion || f.abs_diff(*frame) > apart);
-            let nearest = others.min_by(|a, b| distance(here, &a.2).total_cmp(&distance(here, &b.2)));
-            if let Some((.., there)) = nearest {
-                let apart = DVector::from_iterator(here.len(), here.iter().zip(there).map(|(a, b)| a - b));
-                products.ger(1.0, &apart, &apart, 1.0);
-                count += 1.0;
+        let motions = frames.iter().map(|frame| frame.motion + 1).max().unwrap_or(0);
+        let mut by_motion = vec![Products::new(graph.chart.dimensions()); motions];
+        let mut all = Products::new(graph.chart.dimensions());
+        for SeenFrame { motion, frame, observation } in &frames {
+            let others = frames.iter().filter(|other| other.motion != *motion || other.frame.abs_diff(*frame) > apart);
+            let far = |other: &SeenFrame| distance(observation, &other.observation);
+            let nearest = others.min_by(|a, b| far(a).total_cmp(&far(b)));
+            if let Some(there) = nearest {
+                let difference = observation.iter().zip(&there.observation).map(|(a, b)| a - b);
+                let difference = DVector::from_iterator(observation.len(), difference);
+                all.add(&difference);
+                by_motion[*motion].add(&difference);
             }
         }
-        Self(products / f64::max(count, 1.0))
+        Self { all: all.mean(), by_motion: by_motion.into_iter().map(Products::mean).collect() }
     }
 
-    /// Of the numbers of a pose, its height last.
-    fn covariance_of_pose(&self) -> DMatrix<f64> {
-        let numbers = self.0.nrows().saturating_sub(VELOCITIES);
-        self.0.view((0, 0), (numbers, numbers)).into_owned()
+    /// Of the numbers of a pose, its height last, in all training.
+    pub(super) fn covariance_of_pose(&self) -> DMatrix<f64> {
+        without_velocities(&self.all)
+    }
+
+    /// The same in the recording that a segment was learned from; in all training where those were several.
+    ///
+    /// A pose that repeats in cycles tells nothing of gestures that never do: pooled, particles at rest were held to
+    /// the mean so firmly that none came near another model when the actor began to move.
+    pub(super) fn covariance_of_segment(&self, segment: &GraphSegment) -> DMatrix<f64> {
+        let own = self.by_motion.get(segment.range.motion).filter(|_| segment.gpdm.layout().lengths.len() == 1);
+        without_velocities(own.unwrap_or(&self.all))
     }
 
     /// Of the root's steps: metres and radians a frame.
     pub(super) fn step(&self, chart: &PoseChart) -> PlanarStep {
-        chart.planar_step(self.0.diagonal().map(f64::sqrt).as_slice())
+        chart.planar_step(self.all.diagonal().map(f64::sqrt).as_slice())
     }
+}
+
+/// Every training frame, its height that of the lower foot where `footing` is given.
+fn seen_frames(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) -> Vec<SeenFrame> {
+    let height = graph.chart.dimensions().saturating_sub(VELOCITIES + 1);
+    let of_row = |s: &GraphSegment, row: usize| {
+        let mut observation = s.gpdm.observation(row);
+        if let Some(footing) = footing {
+            let pose = graph.chart.place(&observation, &PlanarRoot { x: 0.0, y: 0.0, yaw: 0.0 });
+            observation[height] = footing.feet(body, &pose).lower_height() / graph.chart.height_unit();
+        }
+        let (motion, frame) = s.source_of(row);
+        SeenFrame { motion, frame, observation }
+    };
+    let rows = graph.segments.iter().flat_map(|s| (0..s.rotations.len()).map(move |row| (s, row)));
+    rows.map(|(s, row)| of_row(s, row)).collect()
+}
+
+/// A mean of outer products.
+#[derive(Clone)]
+struct Products {
+    sum: DMatrix<f64>,
+    count: f64,
+}
+
+impl Products {
+    fn new(dimensions: usize) -> Self {
+        Self { sum: DMatrix::zeros(dimensions, dimensions), count: 0.0 }
+    }
+
+    fn add(&mut self, difference: &DVector<f64>) {
+        self.sum.ger(1.0, difference, difference, 1.0);
+        self.count += 1.0;
+    }
+
+    fn mean(self) -> DMatrix<f64> {
+        self.sum / f64::max(self.count, 1.0)
+    }
+}
+
+fn without_velocities(products: &DMatrix<f64>) -> DMatrix<f64> {
+    let numbers = products.nrows().saturating_sub(VELOCITIES);
+    products.view((0, 0), (numbers, numbers)).into_owned()
 }
 
 #[cfg(test)]

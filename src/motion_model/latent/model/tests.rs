@@ -446,7 +446,7 @@ fn a_descent_finds_a_pose_that_the_model_can_make_and_the_evidence_is_sure_of() 
     let expected = particle.expected.clone().unwrap();
     // Another particle of the same expectation.
     let mut rng = stream(9, Purpose::MotionModel, 0, 0, 0);
-    let offset = model.residual.next(&particle.offset, &mut rng);
+    let offset = model.residuals[particle.segment].next(&particle.offset, &mut rng);
     let step: Vec<f64> = [0.3 * expected.deviation, -0.5 * expected.deviation, 0.0]
         .into_iter()
         .chain(offset.iter().zip(&particle.offset).map(|(a, b)| a - b))
