@@ -1,9 +1,11 @@
-//! How trackers degrade along every axis of corruption: regenerates `results/degradation.md` and `.json`.
+//! How trackers degrade along every axis of corruption: regenerates `results/degradation.md`, its plots and `.json`.
 //!
 //! `cargo run --release --example studies -- degradation`. Five seeds, or as many as `SKIAGRAPH_SEEDS` says; each seed
 //! draws both the corruption and the tracker's numbers. What was measured is kept in `runs/degradation/outcomes.jsonl`,
 //! so that a study that was stopped goes on where it was; remove that file after a change of the program.
 //! `SKIAGRAPH_AXES=a,b` measures some axes only; the page then shows what is known so far.
+
+mod page;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -12,7 +14,6 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use skiagraph::camera::{Camera, Distortion};
-use skiagraph::evaluation::{ValueRange, mean_interval};
 use skiagraph::experiment::{Measures, Models, Staged, Unwatched, draw, track};
 use skiagraph::observation::{AXES, CorruptionAxis};
 use skiagraph::scenario::ScenarioFile;
@@ -50,7 +51,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
                 measure(axis, *level, seed, &ledger, &mut known)?;
             }
         }
-        write_page(&root.join("results"), &known, seed + 1)?;
+        page::write(&root.join("results"), &known, seed + 1)?;
     }
     Ok(())
 }
@@ -126,83 +127,4 @@ fn with_lens(camera: &Camera) -> String {
         camera.opencv_matrix(),
         LENS.coefficients()
     )
-}
-
-fn write_page(folder: &Path, known: &Known, seeds: u64) -> Result<(), Box<dyn Error>> {
-    let mut page = format!(
-        "# Degradation: what each corruption does to tracking\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} cargo run --release --example studies -- degradation` (it resumes; every outcome is in `degradation.json`). \
-         The first {SECONDS} s of the default walk at 60 Hz, four cameras of 640 x 480, standard mismatch of bodies; {seeds} seeds, \
-         each of which draws the corruption and the tracker's numbers. *Paper* is the algorithm as printed (`paper = true`), *default* \
-         what ships. HumanEva error in mm, mean over seeds, with the 95 % interval from three seeds on; *lost* is the share of frames \
-         with the track lost; *IoU* is that of the masks with the exact ones, where they differ. *Doubles at* is the strength at which \
-         the mean error is twice that without corruption, linear between levels. Formulas: `scenarios/README.md`.\n\n\
-         | axis | paper doubles at | default doubles at |\n|---|---|---|\n"
-    );
-    let mut tables = String::new();
-    for axis in &AXES {
-        let errors = |tracker: &str, level: f64| values(known, axis, level, tracker, seeds, |o| Some(o.humaneva_mm));
-        if errors("paper", axis.levels[0]).is_empty() {
-            continue;
-        }
-        let doubling = TRACKERS.map(|(name, _)| doubles_at(axis, &|level| mean(&errors(name, level))));
-        page += &format!("| `{}`{} | {} | {} |\n", axis.name, in_unit(axis), doubling[0], doubling[1]);
-        tables += &format!(
-            "\n## {}{}\n\n{}.\n\n| {} | paper, mm | lost | default, mm | lost | IoU |\n|---|---|---|---|---|---|\n",
-            axis.name,
-            in_unit(axis),
-            axis.formula,
-            axis.name
-        );
-        for level in [0.0].iter().chain(&axis.levels) {
-            let cell = |tracker: &str| {
-                let lost = mean(&values(known, axis, *level, tracker, seeds, |o| Some(o.lost)));
-                format!("{} | {lost:.2}", with_interval(&errors(tracker, *level)))
-            };
-            let iou = mean(&values(known, axis, *level, "default", seeds, |o| o.iou));
-            let iou = if iou.is_nan() { "-".to_owned() } else { format!("{iou:.3}") };
-            tables += &format!("| {level} | {} | {} | {iou} |\n", cell("paper"), cell("default"));
-        }
-    }
-    std::fs::write(folder.join("degradation.md"), page + &tables)?;
-    std::fs::write(folder.join("degradation.json"), serde_json::to_string_pretty(known)? + "\n")?;
-    Ok(())
-}
-
-fn in_unit(axis: &CorruptionAxis) -> String {
-    if axis.unit.is_empty() { String::new() } else { format!(" ({})", axis.unit) }
-}
-
-fn values(
-    known: &Known,
-    axis: &CorruptionAxis,
-    level: f64,
-    tracker: &str,
-    seeds: u64,
-    of: impl Fn(&Outcome) -> Option<f64>,
-) -> Vec<f64> {
-    (0..seeds).filter_map(|seed| of(known.get(&key(axis, level, tracker, seed))?)).collect()
-}
-
-fn doubles_at(axis: &CorruptionAxis, error: &dyn Fn(f64) -> f64) -> String {
-    let twice = 2.0 * error(0.0);
-    let levels: Vec<f64> = [0.0].iter().chain(&axis.levels).copied().collect();
-    for pair in levels.windows(2) {
-        let (low, high) = (error(pair[0]), error(pair[1]));
-        if high >= twice {
-            return format!("{:.3}", pair[0] + (pair[1] - pair[0]) * (twice - low) / (high - low));
-        }
-    }
-    format!("not up to {}", axis.levels[4])
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-fn with_interval(errors: &[f64]) -> String {
-    match mean_interval(&[errors.to_vec()], ValueRange::NonNegative) {
-        Some((interval, _)) => format!("{:.1} ({:.1} to {:.1})", mean(errors), interval.low, interval.high),
-        None => format!("{:.1}", mean(errors)),
-    }
 }

@@ -22,7 +22,8 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 /// With --exec any program tracks: it reads JSON lines from standard input and answers on standard output
 /// (docs/protocol.md). It gets a folder with the blind side of the set, and is started once per seed. A
 /// frame without an answer in time, or with one that makes no sense, is lost; after a crash the program is started
-/// again. --dry-run asks for five frames and says whether the program follows the protocol.
+/// again. The exit code is 1 if no frame at all was answered. --dry-run asks for five frames and says whether the
+/// program follows the protocol.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph track sets/walk --tracker annealed_particle_filter --out runs/walk\n  \
                         skiagraph track sets/walk --tracker annealed_particle_filter particles=400 --seeds 5 --out runs/400\n  \
@@ -165,13 +166,17 @@ fn run_program(
         .map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     volume.written(out);
+    let answered = record.answers.poses + record.answers.lost > 0;
     if arguments.output.json {
         output::print_json(&record)?;
-        return Ok(ExitCode::SUCCESS);
+    } else {
+        output::print(&told(&record, seeds.len(), out))?;
+        output::print(&match answered {
+            true => format!("  measure it: skiagraph evaluate {} {}", arguments.set.display(), out.display()),
+            false => "  no frame was answered, so there is nothing to measure: try --dry-run".to_owned(),
+        })?;
     }
-    output::print(&told(&record, seeds.len(), out))?;
-    output::print(&format!("  measure it: skiagraph evaluate {} {}", arguments.set.display(), out.display()))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(ExitCode::from(u8::from(!answered)))
 }
 
 /// Incidents that are printed; `program.json` has more.

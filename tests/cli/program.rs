@@ -115,7 +115,7 @@ fn crashes_and_time_limits_start_a_program_again_and_its_children_end_with_it() 
     let begin = Instant::now();
     let answer = room.skiagraph(["track", "set", "--exec", "sh hang.sh", "--out", "hung", "--frame-limit", "0.2"]);
     assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
-    assert!(answer.code == 0 && answer.stdout.contains("no answer within 200ms"), "{}{}", answer.stdout, answer.stderr);
+    assert!(answer.code == 1 && answer.stdout.contains("no answer within 200ms"), "{}{}", answer.stdout, answer.stderr);
     let found: Value = serde_json::from_slice(&room.read("hung/program.json")).unwrap();
     assert_eq!(found["answers"]["failed"], 5, "four starts, then none");
 }
@@ -141,6 +141,7 @@ fn a_program_that_never_works_is_an_error_and_floods_take_no_memory() {
     let flood = "read -r hello; echo '{\"type\":\"ready\"}'; yes";
     let answer = room.skiagraph(["track", "set", "--exec", flood, "--out", "run"]);
     assert!(answer.stdout.contains("0 frames with a pose, 0 lost, 5 failed"), "{}{}", answer.stdout, answer.stderr);
+    assert!(answer.code == 1 && answer.stdout.contains("no frame was answered"), "{}", answer.stdout);
     let dry = room.skiagraph(["track", "set", "--exec", flood, "--dry-run"]);
     assert!(dry.code == 1 && dry.stdout.contains("FAILED"), "{}", dry.stdout);
     let refused = room.skiagraph(["evaluate", "set", "run"]);
