@@ -83,6 +83,25 @@ pub enum CameraError {
         /// What is degenerate.
         why: &'static str,
     },
+    /// A way without keyframes.
+    #[error("camera {}: it is to move and has no keyframe; give at least one", excerpt(camera))]
+    NoKeyframe {
+        /// The camera's name.
+        camera: String,
+    },
+    /// Keyframes that are not in the order of time.
+    #[error(
+        "camera {}: its keyframes are not in the order of time: one at {after} s after {before} s",
+        excerpt(camera)
+    )]
+    KeyframeOrder {
+        /// The camera's name.
+        camera: String,
+        /// Seconds, of a keyframe.
+        before: f64,
+        /// Seconds, of the next.
+        after: f64,
+    },
     /// The images need too much memory.
     #[error("{cameras} cameras with {pixels} pixels in total; expected at most 999 cameras and {most} pixels in total")]
     RigSize {

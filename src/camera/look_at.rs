@@ -45,14 +45,7 @@ impl Camera {
         width: u32,
         height: u32,
     ) -> Result<Self, CameraError> {
-        all_finite(name, "eye, target or up", &[eye.coords, target.coords, up].map(|v| v.sum()))?;
-        let degenerate = |why| CameraError::LookAt { camera: name.into(), why };
-        let forward = (target - eye).try_normalize(1e-9).ok_or_else(|| degenerate("the target is at the eye"))?;
-        let right = forward.cross(&up).try_normalize(1e-9 * up.norm());
-        let right = right.ok_or_else(|| degenerate("the up direction is zero or along the view"))?;
-        let down = forward.cross(&right);
-        let rows = Matrix3::from_rows(&[right.transpose(), down.transpose(), forward.transpose()]);
-        let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rows));
+        let camera_from_world = placement(name, eye, target, up)?;
         let focal = field_of_view.focal_length(name, width, height)?;
         let camera = Self {
             name: name.into(),
@@ -64,10 +57,28 @@ impl Camera {
                 near: DEFAULT_NEAR,
             },
             distortion: Distortion::default(),
-            camera_from_world: Isometry3::from_parts(Translation3::from(-(rotation * eye.coords)), rotation),
+            camera_from_world,
         };
         camera.validate().map(|()| camera)
     }
+}
+
+/// Where a camera at `eye` is whose optical axis meets `target` and whose image shows `up` upwards.
+pub(super) fn placement(
+    name: &str,
+    eye: Point3<f64>,
+    target: Point3<f64>,
+    up: Vector3<f64>,
+) -> Result<Isometry3<f64>, CameraError> {
+    all_finite(name, "eye, target or up", &[eye.coords, target.coords, up].map(|v| v.sum()))?;
+    let degenerate = |why| CameraError::LookAt { camera: name.into(), why };
+    let forward = (target - eye).try_normalize(1e-9).ok_or_else(|| degenerate("the target is at the eye"))?;
+    let right = forward.cross(&up).try_normalize(1e-9 * up.norm());
+    let right = right.ok_or_else(|| degenerate("the up direction is zero or along the view"))?;
+    let down = forward.cross(&right);
+    let rows = Matrix3::from_rows(&[right.transpose(), down.transpose(), forward.transpose()]);
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rows));
+    Ok(Isometry3::from_parts(Translation3::from(-(rotation * eye.coords)), rotation))
 }
 
 #[cfg(test)]

@@ -18,15 +18,19 @@
 mod distortion;
 mod error;
 mod files;
+mod filming;
 mod look_at;
 mod opencv;
+mod path;
 mod pinhole;
 mod rig;
 
 pub use distortion::Distortion;
 pub use error::CameraError;
 pub use files::{CameraFileFormat, CameraFileOptions, read_cameras};
+pub use filming::{CameraTiming, FilmingRig, RigMoment};
 pub use look_at::FieldOfView;
+pub use path::{CameraKeyframe, CameraPath};
 pub use pinhole::{DEFAULT_NEAR, MAX_IMAGE_SIZE, Pinhole};
 pub use rig::{CameraRig, RingParameters};
 

@@ -1,0 +1,278 @@
+//! A rig over time: how its cameras move, and when each takes its images.
+
+use nalgebra::Isometry3;
+
+use super::{Camera, CameraError, CameraPath, CameraRig};
+
+/// When a camera takes its images. Row `r` of the image of a frame is exposed at the frame's time plus `offset_s` plus
+/// `r` times `line_delay_s`; between images the camera shows nothing new.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraTiming {
+    /// Frames from one image to the next, at least 1; the first is that of frame 0.
+    pub every: usize,
+    /// How much later than a frame its image is taken, seconds; below 0 for earlier.
+    pub offset_s: f64,
+    /// How much later every row is exposed than the row above it, seconds, at least 0: a rolling shutter.
+    pub line_delay_s: f64,
+}
+
+impl Default for CameraTiming {
+    /// An image of every frame, at its time, all rows at once.
+    fn default() -> Self {
+        Self { every: 1, offset_s: 0.0, line_delay_s: 0.0 }
+    }
+}
+
+/// What is known of the cameras of a rig in one frame: where they are, and when they took their images.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigMoment {
+    /// Where every camera is when the first row of its image is exposed; at the frame's time plus its offset where it
+    /// has no image in this frame. Metres.
+    pub camera_from_world: Vec<Isometry3<f64>>,
+    /// When the first row of every camera's image was exposed, seconds from frame 0; `None` for a camera that has no
+    /// new image in this frame.
+    pub exposed_s: Vec<Option<f64>>,
+}
+
+/// A rig whose cameras may move, and may take their images at times of their own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmingRig {
+    rig: CameraRig,
+    /// One entry a camera; `None` for one that stands still.
+    paths: Vec<Option<CameraPath>>,
+    /// One entry a camera.
+    timings: Vec<CameraTiming>,
+}
+
+impl From<&CameraRig> for FilmingRig {
+    /// A rig that stands still and takes all images at once.
+    fn from(rig: &CameraRig) -> Self {
+        let cameras = rig.cameras.len();
+        Self { rig: rig.clone(), paths: vec![None; cameras], timings: vec![CameraTiming::default(); cameras] }
+    }
+}
+
+impl FilmingRig {
+    /// A rig with a way and a timing for every camera; ways and timings that are missing at the end are those of
+    /// cameras that stand still and take their images at the frames' times. Cameras that move are afterwards where they
+    /// take their first image.
+    ///
+    /// # Errors
+    /// [`CameraError::LookAt`] where a camera cannot look at its target in frame 0.
+    pub fn new(
+        rig: CameraRig,
+        mut paths: Vec<Option<CameraPath>>,
+        mut timings: Vec<CameraTiming>,
+    ) -> Result<Self, CameraError> {
+        paths.resize(rig.cameras.len(), None);
+        timings.resize(rig.cameras.len(), CameraTiming::default());
+        let mut filming = Self { rig, paths, timings };
+        for (index, path) in filming.paths.iter().enumerate() {
+            let camera = &mut filming.rig.cameras[index];
+            if let Some(path) = path {
+                camera.camera_from_world = path.camera_from_world(&camera.name, filming.timings[index].offset_s)?;
+            }
+        }
+        Ok(filming)
+    }
+
+    /// The cameras as they are when they take the images of frame 0.
+    pub fn rig(&self) -> &CameraRig {
+        &self.rig
+    }
+
+    /// Number of cameras.
+    pub fn cameras(&self) -> usize {
+        self.rig.cameras.len()
+    }
+
+    /// The way of a camera, which the rig must have; `None` if it stands still.
+    pub fn path(&self, camera: usize) -> Option<&CameraPath> {
+        self.paths[camera].as_ref()
+    }
+
+    /// When a camera, which the rig must have, takes its images.
+    pub fn timing(&self, camera: usize) -> &CameraTiming {
+        &self.timings[camera]
+    }
+
+    /// Whether no camera moves and all take an image of every frame at its time, all rows at once.
+    pub fn is_still(&self) -> bool {
+        self.paths.iter().all(Option::is_none) && self.timings.iter().all(|timing| *timing == CameraTiming::default())
+    }
+
+    /// Whether any image is exposed at another time than its frame's.
+    pub fn leaves_frames(&self) -> bool {
+        self.timings.iter().any(|timing| timing.offset_s != 0.0 || timing.line_delay_s != 0.0)
+    }
+
+    /// Whether a camera takes an image in a frame.
+    pub fn has_image(&self, camera: usize, frame: usize) -> bool {
+        frame.is_multiple_of(self.timings[camera].every.max(1))
+    }
+
+    /// When a row of a camera's image is exposed, seconds; `frame_s` is the frame's time.
+    pub fn row_s(&self, camera: usize, frame_s: f64, row: u32) -> f64 {
+        let timing = &self.timings[camera];
+        frame_s + timing.offset_s + timing.line_delay_s * f64::from(row)
+    }
+
+    /// Whether the rows of a camera's image are exposed one after another.
+    pub fn is_rolling(&self, camera: usize) -> bool {
+        self.timings[camera].line_delay_s != 0.0
+    }
+
+    /// How many times an image of a camera is of: one, or one a row.
+    pub fn exposures(&self, camera: usize) -> u32 {
+        if self.is_rolling(camera) { self.rig.cameras[camera].pinhole.height } else { 1 }
+    }
+
+    /// Where a camera is at a time. Where a way cannot be ([`Self::check`]), as at the first image.
+    pub fn placement(&self, camera: usize, time_s: f64) -> Isometry3<f64> {
+        let known = &self.rig.cameras[camera];
+        let moved = self.paths[camera].as_ref().and_then(|path| path.camera_from_world(&known.name, time_s).ok());
+        moved.unwrap_or(known.camera_from_world)
+    }
+
+    /// A camera as it is at a time.
+    pub fn camera_at(&self, camera: usize, time_s: f64) -> Camera {
+        self.rig.cameras[camera].placed(self.placement(camera, time_s))
+    }
+
+    /// The cameras as they are when they take the images of a frame, which is at `frame_s` seconds.
+    pub fn rig_at(&self, frame_s: f64) -> CameraRig {
+        let camera = |index| self.camera_at(index, self.row_s(index, frame_s, 0));
+        CameraRig { cameras: (0..self.cameras()).map(camera).collect() }
+    }
+
+    /// What is known of the cameras in a frame, which is at `frame_s` seconds; `None` of a rig that stands still.
+    pub fn moment(&self, frame: usize, frame_s: f64) -> Option<RigMoment> {
+        if self.is_still() {
+            return None;
+        }
+        let cameras = 0..self.cameras();
+        let first = |camera: usize| self.row_s(camera, frame_s, 0);
+        Some(RigMoment {
+            camera_from_world: cameras.clone().map(|camera| self.placement(camera, first(camera))).collect(),
+            exposed_s: cameras.map(|camera| self.has_image(camera, frame).then(|| first(camera))).collect(),
+        })
+    }
+
+    /// One camera of the rig alone, `seen` in place of it.
+    pub fn alone(&self, camera: usize, seen: Camera) -> Self {
+        let seen = seen.placed(self.rig.cameras[camera].camera_from_world);
+        let (paths, timings) = (vec![self.paths[camera].clone()], vec![self.timings[camera]]);
+        Self { rig: CameraRig { cameras: vec![seen] }, paths, timings }
+    }
+
+    /// The same rig, each camera's images later by seconds of its own (0 where none is given), and every row of all
+    /// cameras later by `line_delay_s` after the row above it.
+    pub fn delayed(&self, offsets_s: &[f64], line_delay_s: f64) -> Self {
+        let mut late = self.clone();
+        for (timing, offset_s) in late.timings.iter_mut().zip(offsets_s) {
+            timing.offset_s += offset_s;
+        }
+        late.timings.iter_mut().for_each(|timing| timing.line_delay_s += line_delay_s);
+        late
+    }
+
+    /// Whether every camera can look at its target whenever it takes an image of so many frames.
+    ///
+    /// # Errors
+    /// [`CameraError::LookAt`] of the first that cannot.
+    pub fn check(&self, frames: usize, frames_per_second: f64) -> Result<(), CameraError> {
+        for (index, path) in self.paths.iter().enumerate() {
+            let Some(path) = path else { continue };
+            let last_row = self.exposures(index) - 1;
+            for frame in 0..frames {
+                for row in [0, last_row] {
+                    let time_s = self.row_s(index, frame as f64 / frames_per_second, row);
+                    path.camera_from_world(&self.rig.cameras[index].name, time_s)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl CameraRig {
+    /// The same cameras where they are at a moment.
+    pub fn at(&self, moment: &RigMoment) -> Self {
+        let cameras = self.cameras.iter().zip(&moment.camera_from_world);
+        Self { cameras: cameras.map(|(camera, placement)| camera.placed(*placement)).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{CameraKeyframe, RingParameters};
+    use nalgebra::Point3;
+
+    fn ring() -> CameraRig {
+        CameraRig::ring(&RingParameters {
+            count: 2,
+            radius: 4.0,
+            height: 1.5,
+            look_at: Point3::new(0.0, 0.0, 1.0),
+            first_azimuth: 0.3,
+            field_of_view: 0.8,
+            image_size: [64, 48],
+            near: 0.1,
+        })
+        .unwrap()
+    }
+
+    fn moving() -> CameraPath {
+        let keyframe = |time_s: f64| CameraKeyframe {
+            time_s,
+            position: Point3::new(3.0 + time_s, 0.0, 1.5),
+            look_at: Point3::new(0.0, 0.0, 1.0),
+            roll: 0.0,
+        };
+        CameraPath::new("cam01", vec![keyframe(0.0), keyframe(2.0)]).unwrap()
+    }
+
+    #[test]
+    fn a_rig_that_stands_still_is_itself_at_any_time_and_says_nothing_more() {
+        let still = FilmingRig::from(&ring());
+        assert!(still.is_still() && still.moment(3, 0.5).is_none());
+        assert_eq!(still.rig_at(7.0), ring());
+        assert_eq!(FilmingRig::new(ring(), Vec::new(), Vec::new()).unwrap(), still);
+    }
+
+    #[test]
+    fn images_are_taken_every_so_many_frames_later_by_the_offset_and_row_after_row() {
+        let timing = CameraTiming { every: 3, offset_s: 0.25, line_delay_s: 1e-3 };
+        let filming =
+            FilmingRig::new(ring(), vec![None, Some(moving())], vec![CameraTiming::default(), timing]).unwrap();
+        assert!(!filming.is_still() && filming.leaves_frames());
+        let seconds = |camera: usize| (0..7).filter(|frame| filming.has_image(camera, *frame)).collect::<Vec<_>>();
+        assert_eq!((seconds(0), seconds(1)), ((0..7).collect(), vec![0, 3, 6]));
+        assert_eq!((filming.exposures(0), filming.exposures(1)), (1, 48));
+        assert!((filming.row_s(1, 1.0, 10) - 1.26).abs() < 1e-12);
+        // cameras are where their first row is exposed
+        let x = |rig: &CameraRig| rig.cameras[1].centre().x;
+        assert!((x(filming.rig()) - 3.25).abs() < 1e-12);
+        assert!((x(&filming.rig_at(1.0)) - 4.25).abs() < 1e-12);
+        let moment = filming.moment(1, 1.0).unwrap();
+        assert_eq!(moment.exposed_s, [Some(1.0), None]);
+        assert_eq!(filming.rig().at(&moment), filming.rig_at(1.0));
+        let late = filming.delayed(&[0.5], 1e-3);
+        assert_eq!((late.row_s(0, 1.0, 0), late.timing(1).offset_s, late.exposures(0)), (1.5, 0.25, 48));
+    }
+
+    #[test]
+    fn a_way_that_cannot_look_at_its_target_on_the_way_is_found() {
+        let keyframe = |time_s: f64, x: f64| CameraKeyframe {
+            time_s,
+            position: Point3::new(x, 0.0, 3.0),
+            look_at: Point3::new(0.0, 0.0, 1.0),
+            roll: 0.0,
+        };
+        let over = CameraPath::new("cam00", vec![keyframe(0.0, -1.0), keyframe(2.0, 1.0)]).unwrap();
+        let filming = FilmingRig::new(ring(), vec![Some(over)], Vec::new()).unwrap();
+        assert!(filming.check(10, 10.0).is_ok());
+        assert!(filming.check(11, 10.0).unwrap_err().to_string().contains("along the view"));
+    }
+}
