@@ -1,14 +1,16 @@
 //! The blind side of a set: everything that a tracker may read.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::files::SetFiles;
 use super::manifest::{self, BlindManifest, SequenceFacts};
 use super::start_file::Start;
-use super::{SetError, cameras_file, silhouette_png};
-use crate::camera::CameraRig;
+use super::{RigMoments, SetError, cameras_file, moments_file, silhouette_png};
+use crate::camera::{CameraRig, RigMoment};
 use crate::observation::{Observation, ObservationFacts};
+use crate::raster::Mask;
 
 /// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`. Nothing below `truth/`
 /// is ever opened; it may be absent.
@@ -24,7 +26,11 @@ pub struct BlindSet {
     /// older versions.
     pub forward: Option<[f64; 3]>,
     /// The cameras as a tracker is told them; the true ones may differ ([`super::TruthSet::cameras`]).
+    /// In sets whose cameras move, as they are in frame 0; [`Self::rig_at`] has them in any frame.
     pub rig: CameraRig,
+    /// Where the cameras are in every frame and when they took their images; `None` where all stand still and took an
+    /// image of every frame at its time.
+    pub moments: Option<RigMoments>,
     /// How the observations were made; `None` where they are exact, and in sets of older versions.
     pub observation: Option<ObservationFacts>,
     /// The tracker's start: body, pose and training.
@@ -54,12 +60,14 @@ impl BlindSet {
             let detail = format!("{} cameras, set.toml says {}", rig.cameras.len(), manifest.sequence.cameras);
             return Err(SetError::malformed(cameras_file::PATH, detail));
         }
-        check_listed(files, &manifest)?;
+        let moments = moments_file::read(files, &manifest, &rig)?;
+        check_listed(files, &manifest, moments.as_ref())?;
         Ok(Self {
             name: manifest.name,
             frames_per_second: manifest.sequence.frames_per_second,
             frame_count: manifest.sequence.frames,
             rig,
+            moments,
             observation: manifest.observation,
             forward: manifest.sequence.forward,
             start: Start::from_files(files)?,
@@ -78,11 +86,34 @@ impl BlindSet {
 
     fn parse_observation(&self, frame: usize) -> Result<Observation, SetError> {
         let silhouettes = self.rig.cameras.iter().enumerate().map(|(index, camera)| {
+            let (width, height) = (camera.pinhole.width, camera.pinhole.height);
+            if !self.has_image(index, frame) {
+                return Ok(Mask::new(width, height));
+            }
             let path = silhouette_path(index, frame);
-            silhouette_png::decode(&path, &self.files.read(&path)?, camera.pinhole.width, camera.pinhole.height)
+            silhouette_png::decode(&path, &self.files.read(&path)?, width, height)
         });
+        let silhouettes = silhouettes.collect::<Result<_, SetError>>()?;
         let time_s = frame as f64 / self.frames_per_second;
-        Ok(Observation { frame, time_s, silhouettes: silhouettes.collect::<Result<_, _>>()? })
+        Ok(Observation { frame, time_s, silhouettes, moment: self.moment(frame).cloned() })
+    }
+
+    /// Where the cameras are in a frame and when they took their images; `None` where all stand still.
+    pub fn moment(&self, frame: usize) -> Option<&RigMoment> {
+        self.moments.as_ref()?.frames.get(frame)
+    }
+
+    /// The cameras as a tracker is told them in a frame.
+    pub fn rig_at(&self, frame: usize) -> Cow<'_, CameraRig> {
+        match self.moment(frame) {
+            None => Cow::Borrowed(&self.rig),
+            Some(moment) => Cow::Owned(self.rig.at(moment)),
+        }
+    }
+
+    /// Whether a camera took an image for a frame.
+    pub fn has_image(&self, camera: usize, frame: usize) -> bool {
+        self.moment(frame).is_none_or(|moment| moment.exposed_s[camera].is_some())
     }
 
     /// All observations in order, read one by one.
@@ -121,9 +152,10 @@ impl BlindSet {
 
 /// Checks the manifest's number of silhouettes by the last file of every camera, so nothing is allocated by an
 /// unverified number.
-fn check_listed(files: &SetFiles, manifest: &BlindManifest) -> Result<(), SetError> {
+fn check_listed(files: &SetFiles, manifest: &BlindManifest, moments: Option<&RigMoments>) -> Result<(), SetError> {
     let SequenceFacts { frames, cameras, .. } = manifest.sequence;
-    match (0..cameras).map(|camera| silhouette_path(camera, frames - 1)).find(|path| !files.has(path)) {
+    let last = |camera| moments.and_then(|moments| moments.last_image(camera)).unwrap_or(frames - 1);
+    match (0..cameras).map(|camera| silhouette_path(camera, last(camera))).find(|path| !files.has(path)) {
         None => Ok(()),
         Some(path) => {
             let detail =

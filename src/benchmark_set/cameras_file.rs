@@ -16,6 +16,9 @@ pub(super) const PATH: &str = "cameras.json";
 /// The cameras that saw the actor, where trackers are told others.
 pub(super) const TRUTH_PATH: &str = "truth/cameras.json";
 const SCHEMA: &str = "skiagraph.cameras/1";
+/// Of cameras that move or take images at times of their own: `frames` says which file has every frame, and what stands
+/// here is of frame 0.
+const FILMED: &str = "skiagraph.cameras/2";
 pub(super) const PIXEL_CENTRES: &str = "integers: the centre of the top-left pixel is (0, 0)";
 pub(super) const AXES: &str = "OpenCV: x right, y down, z forward; x_camera = R x_world + t; world Z up; metres";
 
@@ -24,6 +27,9 @@ struct CamerasFile {
     schema: String,
     axes: String,
     pixel_centres: String,
+    /// The file that has where the cameras are in every frame; absent where they stand still.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    frames: Option<String>,
     cameras: Vec<CameraRecord>,
 }
 
@@ -52,8 +58,15 @@ pub(super) fn observations_directory(index: usize) -> String {
 }
 
 pub(super) fn to_json(rig: &CameraRig) -> Result<Vec<u8>, SetError> {
+    to_json_with(rig, None)
+}
+
+/// As [`to_json`], of cameras whose every frame stands in another file.
+pub(super) fn to_json_with(rig: &CameraRig, frames: Option<&str>) -> Result<Vec<u8>, SetError> {
     let cameras = rig.cameras.iter().enumerate().map(|(index, camera)| CameraRecord::new(index, camera)).collect();
-    let file = CamerasFile { schema: SCHEMA.into(), axes: AXES.into(), pixel_centres: PIXEL_CENTRES.into(), cameras };
+    let schema = if frames.is_some() { FILMED } else { SCHEMA }.into();
+    let frames = frames.map(str::to_owned);
+    let file = CamerasFile { schema, axes: AXES.into(), pixel_centres: PIXEL_CENTRES.into(), frames, cameras };
     super::json::to_bytes(PATH, &file)
 }
 
@@ -63,7 +76,11 @@ pub(super) fn from_json(bytes: &[u8]) -> Result<CameraRig, SetError> {
 
 /// As [`from_json`], of a file of another name.
 pub(super) fn from_file(path: &str, bytes: &[u8]) -> Result<CameraRig, SetError> {
-    let file: CamerasFile = super::json::from_bytes(path, SCHEMA, bytes)?;
+    let file: CamerasFile = super::json::from_bytes_of_any(path, &[SCHEMA, FILMED], bytes)?;
+    if (file.schema == FILMED) != file.frames.is_some() {
+        let detail = format!("expected frames in {FILMED} and in no other schema");
+        return Err(SetError::malformed(path, detail));
+    }
     let cameras = file.cameras.iter().map(|record| {
         record.camera().map_err(|e| SetError::malformed(path, format!("camera {:?}: {e}", excerpt(&record.name))))
     });

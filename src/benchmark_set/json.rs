@@ -13,14 +13,24 @@ pub(super) fn to_bytes(file: &str, value: &impl Serialize) -> Result<Vec<u8>, Se
 
 /// The value of a file whose `schema` must be the one given.
 pub(super) fn from_bytes<T: DeserializeOwned>(file: &str, schema: &str, bytes: &[u8]) -> Result<T, SetError> {
+    from_bytes_of_any(file, &[schema], bytes)
+}
+
+/// The value of a file whose `schema` must be one of those given.
+pub(super) fn from_bytes_of_any<T: DeserializeOwned>(
+    file: &str,
+    schemas: &[&str],
+    bytes: &[u8],
+) -> Result<T, SetError> {
     #[derive(Deserialize)]
     struct Tag {
         schema: String,
     }
     let malformed = |e: serde_json::Error| SetError::malformed(file, foreign(e));
     let Tag { schema: found } = serde_json::from_slice(bytes).map_err(malformed)?;
-    if found != schema {
-        return Err(SetError::malformed(file, format!("schema {:?}, this program reads {schema:?}", excerpt(&found))));
+    if !schemas.contains(&found.as_str()) {
+        let known = schemas.iter().map(|schema| format!("{schema:?}")).collect::<Vec<_>>().join(" and ");
+        return Err(SetError::malformed(file, format!("schema {:?}, this program reads {known}", excerpt(&found))));
     }
     serde_json::from_slice(bytes).map_err(malformed)
 }

@@ -1,10 +1,11 @@
 //! The truth images of a set, drawn while they are written.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::set_writer::SetWriter;
 use super::{Layer, SetError, depth_png, exr_layers};
-use crate::camera::{Camera, CameraRig};
+use crate::camera::{Camera, FilmingRig};
 use crate::observation::{ImageSettings, LayerImages, LayerObserver, WantedLayers};
 use crate::parallel;
 use crate::scene::GroundTruth;
@@ -31,7 +32,7 @@ fn bytes_a_pixel(layer: &Layer) -> usize {
 /// Images of every true camera and frame.
 pub(super) struct LayerDrawing<'a> {
     pub(super) truth: &'a GroundTruth,
-    pub(super) rig: &'a CameraRig,
+    pub(super) filming: Cow<'a, FilmingRig>,
     /// How colour images look, and the seed of what is random in them.
     pub(super) images: ImageSettings,
     pub(super) seed: u64,
@@ -45,10 +46,10 @@ impl LayerDrawing<'_> {
     /// [`SetError`] where an image cannot be encoded.
     pub(super) fn bytes(&self, frame: usize) -> Result<usize, SetError> {
         let size = |camera: usize| {
-            let images = self.observer(camera).look(frame);
+            let Some(images) = self.observer(camera).look(frame) else { return Ok(0) };
             Ok(layer_files(camera, frame, &images, self.layers)?.iter().map(|(_, bytes)| bytes.len()).sum::<usize>())
         };
-        (0..self.rig.cameras.len()).map(size).sum()
+        (0..self.filming.cameras()).map(size).sum()
     }
 
     /// Sees the images of one camera.
@@ -59,7 +60,7 @@ impl LayerDrawing<'_> {
             coverage: self.layers.contains(&Layer::Coverage),
             colour: self.layers.contains(&Layer::Colour).then_some((self.images, self.seed)),
         };
-        LayerObserver::new(self.truth, self.rig, camera, wanted)
+        LayerObserver::from_filming(self.truth, &self.filming, camera, wanted)
     }
 
     /// Images of some frames, one camera after another. Each image is drawn, written and dropped, so memory does not
@@ -70,7 +71,7 @@ impl LayerDrawing<'_> {
         frames: Range<usize>,
         tick: &(dyn Fn() + Sync),
     ) -> Result<(), SetError> {
-        for (index, camera) in self.rig.cameras.iter().enumerate() {
+        for (index, camera) in self.filming.rig().cameras.iter().enumerate() {
             let observer = self.observer(index);
             let workers = workers(camera, self.layers);
             let work = |worker| {
@@ -96,7 +97,8 @@ impl LayerDrawing<'_> {
         if layer_paths(camera, frame, self.layers).iter().all(|path| writer.has(path)) {
             return Ok(());
         }
-        for (path, bytes) in layer_files(camera, frame, &observer.look(frame), self.layers)? {
+        let Some(images) = observer.look(frame) else { return Ok(()) };
+        for (path, bytes) in layer_files(camera, frame, &images, self.layers)? {
             if !writer.has(&path) {
                 writer.put(&path, &bytes)?;
             }

@@ -13,6 +13,9 @@ use crate::observation::ObservationFacts;
 pub(super) const PATH: &str = "set.toml";
 pub(super) const FACTS_PATH: &str = "truth/facts.toml";
 const SCHEMA: &str = "skiagraph.set/1";
+/// Of sets whose cameras move or take images at times of their own: they have `cameras.npz`, and no image in frames for
+/// which a camera took none.
+const FILMED: &str = "skiagraph.set/2";
 
 /// Frames that a set may have: four and a half hours at 60 Hz.
 pub(super) const MOST_FRAMES: usize = 1_000_000;
@@ -128,14 +131,25 @@ impl BlindManifest {
         Self { schema: SCHEMA.to_string(), name: name.to_string(), version, sequence, observation }
     }
 
+    /// Of a set whose cameras move or take images at times of their own, where `is_filmed`.
+    pub(super) fn filmed(self, is_filmed: bool) -> Self {
+        if is_filmed { Self { schema: FILMED.to_string(), ..self } } else { self }
+    }
+
+    /// Whether cameras move or take images at times of their own.
+    pub(super) fn is_filmed(&self) -> bool {
+        self.schema == FILMED
+    }
+
     pub(super) fn from_toml(bytes: &[u8]) -> Result<Self, SetError> {
         // first, because another version may have other keys
         if let Some(detail) = another_format(bytes) {
             return Err(SetError::malformed(PATH, detail));
         }
         let manifest: Self = parse(PATH, bytes)?;
-        if manifest.schema != SCHEMA {
-            let detail = format!("schema {:?}, this program reads {SCHEMA:?}", excerpt(&manifest.schema));
+        if ![SCHEMA, FILMED].contains(&manifest.schema.as_str()) {
+            let detail =
+                format!("schema {:?}, this program reads {SCHEMA:?} and {FILMED:?}", excerpt(&manifest.schema));
             return Err(SetError::malformed(PATH, detail));
         }
         manifest.sequence.check().map_err(|detail| SetError::malformed(PATH, detail))?;
@@ -170,9 +184,9 @@ pub(super) fn refuse_other_formats(directory: &Path) -> Result<(), SetError> {
 fn another_format(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(bytes);
     let found = text.lines().find_map(|line| line.strip_prefix("schema = \"")?.strip_suffix('"'))?;
-    (found.starts_with("skiagraph.set/") && found != SCHEMA).then(|| {
+    (found.starts_with("skiagraph.set/") && ![SCHEMA, FILMED].contains(&found)).then(|| {
         format!(
-            "schema {:?}, this program reads {SCHEMA:?}; use the version of skiagraph that made the set",
+            "schema {:?}, this program reads {SCHEMA:?} and {FILMED:?}; use the version of skiagraph that made the set",
             excerpt(found)
         )
     })

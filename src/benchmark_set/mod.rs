@@ -34,6 +34,7 @@ mod export;
 mod exr_layers;
 mod file_content;
 mod files;
+mod filming_file;
 #[cfg(test)]
 mod fixture;
 #[doc(hidden)]
@@ -45,6 +46,7 @@ mod layer_drawing;
 mod leaks;
 mod listing;
 mod manifest;
+mod moments_file;
 mod props_file;
 mod recording_file;
 mod retarget_facts;
@@ -71,6 +73,7 @@ pub use exr_layers::{Layer, layer_channels};
 pub use layer_drawing::LAYERS_MEMORY_BYTES;
 pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;
+pub use moments_file::RigMoments;
 pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };

@@ -1,5 +1,6 @@
 //! A complete set: the blind side and the truth.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -12,17 +13,17 @@ use super::listing::LISTING;
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
-    Layer, SetError, SourceRecording, body_file, cameras_file, contact_file, distractors_file, props_file,
-    recording_file, silhouette_png, truth_file, views_file,
+    Layer, RigMoments, SetError, SourceRecording, body_file, cameras_file, contact_file, distractors_file,
+    filming_file, moments_file, props_file, recording_file, silhouette_png, truth_file, views_file,
 };
 use crate::body::Motion;
-use crate::camera::CameraRig;
+use crate::camera::{CameraRig, FilmingRig, RigMoment};
 use crate::npz::Npz;
 use crate::observation::{Observation, ObservationFacts};
 use crate::parallel;
 use crate::scene::GroundTruth;
 
-/// The entries of a set's directory.
+/// The entries of every set's directory; sets whose cameras move or keep times of their own have `cameras.npz` too.
 pub const SET_ENTRIES: [&str; 8] =
     [manifest::PATH, README, truth_file::READER_PATH, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
@@ -34,9 +35,22 @@ Other people. truth/distractors.json and distractors.npz have the bodies and mot
 them too, wherever they are; everything else below truth/ is the actor's alone, without what they hide (in views.npz: sight 2).
 ";
 
-fn readme(truth: &GroundTruth) -> Vec<u8> {
-    let more = if truth.distractors.is_empty() { "" } else { OF_DISTRACTORS };
-    [include_str!("readme.txt"), more].concat().into_bytes()
+/// What `README.txt` says besides in sets whose cameras move or keep times of their own.
+const OF_FILMING: &str = "
+Cameras that move or keep times of their own (set.toml: schema skiagraph.set/2). cameras.npz has, for T frames and C cameras,
+camera_from_world (T, C, 7: x y z qw qx qy qz; x_camera = R x_world + t) and time_s (T, C), when the first row of the image was
+exposed; NaN means that the camera took no image for the frame, and then there is none in observations/ and truth/layers/. Row r
+was exposed line_delay_s[camera] * r seconds after the first. cameras.json has the same cameras as they are in frame 0. Poses,
+joints and markers of truth.npz are of the frame's own time, f / fps; in_view, visible, views.npz and all images are of the
+moments at which the cameras exposed what they show. truth/filming.json says how the cameras move between.
+";
+
+fn readme(truth: &GroundTruth, is_filmed: bool) -> Vec<u8> {
+    let others = if truth.distractors.is_empty() { "" } else { OF_DISTRACTORS };
+    let filmed = if is_filmed { OF_FILMING } else { "" };
+    let text = include_str!("readme.txt");
+    let text = if is_filmed { text.replacen("skiagraph.set/1", "skiagraph.set/2", 1) } else { text.to_owned() };
+    [&text, others, filmed].concat().into_bytes()
 }
 
 /// A set in memory or on disk. In both cases all content has passed through its files, so `run` sees bit for bit the
@@ -62,6 +76,9 @@ pub struct TruthSet {
     pub recordings: Vec<SourceRecording>,
     /// The cameras that saw the actor, where trackers are told others; `None` where these are the same.
     pub cameras: Option<CameraRig>,
+    /// How these cameras move and when they took their images; `None` where all stand still and took an image of every
+    /// frame at its time.
+    pub filming: Option<FilmingRig>,
 }
 
 /// How observations differ from what the true cameras see.
@@ -71,6 +88,11 @@ pub struct Observed<'a> {
     pub facts: Option<&'a ObservationFacts>,
     /// The cameras that a tracker is told, where they differ from the true ones.
     pub tracker_rig: Option<&'a CameraRig>,
+    /// How the true cameras move and take their images; `None` where all stand still and take an image of every frame
+    /// at its time.
+    pub filming: Option<&'a FilmingRig>,
+    /// What a tracker is told of the cameras in every frame, where they film so.
+    pub moments: Option<&'a RigMoments>,
 }
 
 /// The parts of a set.
@@ -129,7 +151,15 @@ impl TruthSet {
             true => Some(cameras_file::from_file(cameras_file::TRUTH_PATH, &files.read(cameras_file::TRUTH_PATH)?)?),
             false => None,
         };
-        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recordings, cameras })
+        let filming = match files.has(filming_file::PATH) {
+            true => {
+                let told = || cameras_file::from_json(&files.read(cameras_file::PATH)?);
+                let rig = cameras.clone().map_or_else(told, Ok)?;
+                Some(filming_file::from_json(&files.read(filming_file::PATH)?, &rig)?)
+            }
+            false => None,
+        };
+        Ok(Self { ground_truth, refitted, facts: manifest::truth_facts(files)?, recordings, cameras, filming })
     }
 }
 
@@ -155,7 +185,7 @@ impl BenchmarkSet {
         parts.check()?;
         let of_frame = |frame| match stop() {
             true => Err(SetError::Stopped),
-            false => silhouette_files(parts.rig, frame, &observe(frame)),
+            false => silhouette_files(parts, frame, &observe(frame)),
         };
         let frames = parts.ground_truth.frames.len();
         let of_frames = parallel::map(frames, of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -172,9 +202,14 @@ impl BenchmarkSet {
         Self::from_files(SetFiles::open(directory)?)
     }
 
-    /// The cameras that saw the actor, whatever trackers are told.
+    /// The cameras that saw the actor, whatever trackers are told; in sets whose cameras move, as they are in frame 0.
     pub fn true_rig(&self) -> &CameraRig {
         self.truth.cameras.as_ref().unwrap_or(&self.blind.rig)
+    }
+
+    /// How the cameras that saw the actor move and take their images.
+    pub fn true_filming(&self) -> FilmingRig {
+        self.truth.filming.clone().unwrap_or_else(|| FilmingRig::from(self.true_rig()))
     }
 
     fn from_files(files: SetFiles) -> Result<Self, SetError> {
@@ -238,7 +273,7 @@ impl BenchmarkSet {
     fn layer_drawing<'a>(&'a self, layers: &'a [Layer]) -> LayerDrawing<'a> {
         LayerDrawing {
             truth: &self.truth.ground_truth,
-            rig: self.true_rig(),
+            filming: Cow::Owned(self.true_filming()),
             images: self.blind.observation.as_ref().and_then(|facts| facts.images).unwrap_or_default(),
             seed: self.truth.facts.observation_seed.unwrap_or(1).into(),
             layers,
@@ -282,6 +317,20 @@ impl SetParts<'_> {
             let detail = format!("{} refitted poses for {frames} frames", motion.poses.len());
             return Err(SetError::inconsistent(detail));
         }
+        let fits = |moment: &RigMoment| [moment.camera_from_world.len(), moment.exposed_s.len()] == [cameras.len(); 2];
+        let fit = match (self.observed.filming, self.observed.moments) {
+            (None, None) => true,
+            (Some(filming), Some(RigMoments { frames: moments, line_delay_s })) => {
+                let counts = [filming.cameras(), line_delay_s.len()] == [cameras.len(); 2];
+                counts && moments.len() == frames && moments.iter().all(fits)
+            }
+            _ => false,
+        };
+        if !fit {
+            let detail =
+                format!("expected a moment of {} cameras that film for each of {frames} frames", cameras.len());
+            return Err(SetError::inconsistent(detail));
+        }
         let degrees = self.start.body.degrees_of_freedom.len();
         let motions = self.refitted.into_iter().chain(self.start.training.motions());
         let mut poses = motions.flat_map(|m| &m.poses).chain([&self.start.pose]);
@@ -313,9 +362,15 @@ impl SetParts<'_> {
         let bytes = FileContent::Bytes;
         take(manifest::PATH, bytes(self.manifest()?))?;
         take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
-        take(README, bytes(readme(truth)))?;
+        let filming = self.observed.filming;
+        take(README, bytes(readme(truth, filming.is_some())))?;
         take(truth_file::READER_PATH, bytes(truth_file::READER.as_bytes().to_vec()))?;
-        take(cameras_file::PATH, bytes(cameras_file::to_json(self.observed.tracker_rig.unwrap_or(self.rig))?))?;
+        let (told, frames) = (self.observed.tracker_rig.unwrap_or(self.rig), filming.map(|_| moments_file::PATH));
+        take(cameras_file::PATH, bytes(cameras_file::to_json_with(told, frames)?))?;
+        if let (Some(filming), Some(moments)) = (filming, self.observed.moments) {
+            take(moments_file::PATH, FileContent::Arrays(moments_file::to_npz(moments, told)))?;
+            take(filming_file::PATH, bytes(filming_file::to_json(filming)?))?;
+        }
         take(start_file::PATH, bytes(self.start.to_json()?))?;
         let (training_path, training) = self.start.training_file()?;
         take(training_path, bytes(training))?;
@@ -337,7 +392,8 @@ impl SetParts<'_> {
         }
         let refitted = self.refitted.map(|motion| (&self.start.body, motion));
         take(truth_file::PATH, FileContent::Arrays(truth_file::to_npz(truth, refitted, self.rig)))?;
-        take(views_file::PATH, FileContent::Arrays(views_file::to_npz(truth, self.rig)))?;
+        let filming = filming.cloned().unwrap_or_else(|| FilmingRig::from(self.rig));
+        take(views_file::PATH, FileContent::Arrays(views_file::to_npz(truth, &filming)))?;
         match contact_file::to_npz(truth) {
             Some(contact) => take(contact_file::PATH, FileContent::Arrays(contact)),
             None => Ok(()),
@@ -351,23 +407,32 @@ impl SetParts<'_> {
             cameras: self.rig.cameras.len(),
             forward: self.start.pose.forward(),
         };
-        manifest::to_toml(&BlindManifest::new(self.name, sequence, self.observed.facts.cloned()))
+        let manifest = BlindManifest::new(self.name, sequence, self.observed.facts.cloned());
+        manifest::to_toml(&manifest.filmed(self.observed.filming.is_some()))
     }
 }
 
-/// The silhouettes of one frame, with their paths.
+impl SetParts<'_> {
+    /// Whether a camera takes an image for a frame.
+    pub(super) fn has_image(&self, camera: usize, frame: usize) -> bool {
+        self.observed.filming.is_none_or(|filming| filming.has_image(camera, frame))
+    }
+}
+
+/// The silhouettes of one frame, with their paths; none of cameras that took no image.
 pub(super) fn silhouette_files(
-    rig: &CameraRig,
+    parts: &SetParts<'_>,
     frame: usize,
     observation: &Observation,
 ) -> Result<Vec<(String, Vec<u8>)>, SetError> {
-    let sizes = rig.cameras.iter().map(|c| (c.pinhole.width, c.pinhole.height));
+    let sizes = parts.rig.cameras.iter().map(|c| (c.pinhole.width, c.pinhole.height));
     if observation.frame != frame || !observation.silhouettes.iter().map(|m| (m.width(), m.height())).eq(sizes) {
         return Err(SetError::inconsistent(format!(
             "the observation of set frame {frame} (from 0) does not fit the cameras"
         )));
     }
-    let silhouettes = observation.silhouettes.iter().enumerate().map(|(camera, mask)| {
+    let taken = observation.silhouettes.iter().enumerate().filter(|(camera, _)| parts.has_image(*camera, frame));
+    let silhouettes = taken.map(|(camera, mask)| {
         let path = silhouette_path(camera, frame);
         silhouette_png::encode(&path, mask).map(|bytes| (path, bytes))
     });

@@ -1,5 +1,6 @@
 //! A set drawn straight to disk, frame by frame, and gone on with after an interruption.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
@@ -8,6 +9,7 @@ use super::layer_drawing::LayerDrawing;
 use super::set::silhouette_files;
 use super::set_writer::SetWriter;
 use super::{BenchmarkSet, Layer, SetError, SetParts, shards};
+use crate::camera::FilmingRig;
 use crate::observation::Observation;
 use crate::parallel;
 
@@ -50,6 +52,11 @@ impl BenchmarkSet {
     ) -> Result<usize, SetError> {
         parts.check()?;
         shards::check(drawing.shards, parts.ground_truth.frames.len())?;
+        if drawing.shards.is_some() && parts.observed.filming.is_some_and(FilmingRig::leaves_frames) {
+            let detail = "--shards: its samples hold points of a frame's own time, and images of these cameras are exposed at \
+                          other times (rig.timing.offset_ms, line_delay_us)";
+            return Err(SetError::inconsistent(detail.to_owned()));
+        }
         let writer = match drawing.journal {
             Some(journal) => SetWriter::resuming(folder, drawing.stop, journal)?,
             None => SetWriter::new(folder, drawing.stop),
@@ -83,9 +90,11 @@ fn draw_frames(
     let of_frame = |index: usize| {
         let frame = frames.start + index;
         writer.unless_stopped()?;
-        let whole = (0..cameras).all(|camera| writer.has(&silhouette_path(camera, frame)));
+        let taken: Vec<usize> = (0..cameras).filter(|camera| parts.has_image(*camera, frame)).collect();
+        let has = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
+        let whole = !taken.is_empty() && taken.iter().all(has);
         if !whole {
-            for (path, bytes) in silhouette_files(parts.rig, frame, &observe(frame))? {
+            for (path, bytes) in silhouette_files(parts, frame, &observe(frame))? {
                 if !writer.has(&path) {
                     writer.put(&path, &bytes)?;
                 }
@@ -98,7 +107,7 @@ fn draw_frames(
     if !drawing.layers.is_empty() {
         let layers = LayerDrawing {
             truth: parts.ground_truth,
-            rig: parts.rig,
+            filming: parts.observed.filming.map_or_else(|| Cow::Owned(FilmingRig::from(parts.rig)), Cow::Borrowed),
             images: parts.observed.facts.and_then(|facts| facts.images).unwrap_or_default(),
             seed: parts.facts.observation_seed.unwrap_or(1).into(),
             layers: drawing.layers,

@@ -103,9 +103,14 @@ fn add_sample<W: Write>(
     camera: usize,
     frame: usize,
 ) -> io::Result<()> {
+    if !parts.has_image(camera, frame) {
+        return Ok(());
+    }
     let key = sample_key(camera, frame);
     let truth = &parts.ground_truth.frames[frame];
-    let said = sample_facts(&parts.rig.cameras[camera], truth, camera, frame).to_string();
+    let moved = parts.observed.filming.map(|filming| filming.camera_at(camera, truth.time_s));
+    let seen_by = moved.as_ref().unwrap_or(&parts.rig.cameras[camera]);
+    let said = sample_facts(seen_by, truth, camera, frame).to_string();
     shard.add(&key, "json", said.as_bytes(), said.len() as u64)?;
     let mut repeat = |extension: &str, path: &str| {
         let file = File::open(folder.join(path))?;

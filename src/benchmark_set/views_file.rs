@@ -3,21 +3,23 @@
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `joints_2d`, `markers_2d` | (T, C, J, 2), (T, C, 15, 2) | pixels, lens included, pixel centres at integers; NaN before the near plane |
+//! | `joints_2d`, `markers_2d` | (T, C, J, 2), (T, C, 15, 2) | pixels, lens included, pixel centres at integers; NaN before the near plane, and where the camera took no image for the frame |
 //! | `joint_sight`, `marker_sight` | (T, C, J), (T, C, 15) | 0 in view, 1 hidden by the body, 2 hidden by a prop or a distractor alone, 3 out of view |
 //! | `sight_names` | (4) | the same in words |
 //!
-//! `joint_names`, `marker_names` and `camera_names` are those of `truth.npz`. A joint belongs to the links on both its
-//! sides, a marker to its own: their geometry, and solids that hold the point, do not hide it. Everything else hides it
-//! that the line from the point to the camera enters; of a body with a skin the skin does, not its solids.
+//! Pixels and sights are of the moment at which the camera exposes what it shows; without an image for the frame the
+//! sight is 3. `joint_names`, `marker_names` and `camera_names` are those of `truth.npz`. A joint belongs to the links
+//! on both its sides, a marker to its own: their geometry, and solids that hold the point, do not hide it. Everything
+//! else hides it that the line from the point to the camera enters; of a body with a skin the skin does, not its
+//! solids.
 
 use nalgebra::Point3;
 
 use crate::body::LANDMARKS;
-use crate::camera::CameraRig;
+use crate::camera::{CameraRig, FilmingRig};
 use crate::npz::{Array, Npz};
 use crate::parallel;
-use crate::scene::{GroundTruth, Sight};
+use crate::scene::{GroundTruth, SceneClock, Shot, ShotPoint, Sight};
 
 pub(super) const PATH: &str = "truth/views.npz";
 /// Words for the sights 0 to 3.
@@ -48,13 +50,19 @@ impl FrameViews {
 }
 
 /// The arrays, seen through the true cameras.
-pub(super) fn to_npz(truth: &GroundTruth, rig: &CameraRig) -> Npz {
+pub(super) fn to_npz(truth: &GroundTruth, filming: &FilmingRig) -> Npz {
+    let rig = filming.rig();
+    let clock = (!filming.is_still()).then(|| SceneClock::new(truth, filming));
     let (count, cameras, joints) = (truth.frames.len(), rig.cameras.len(), truth.actor.joints.len());
     let mut all = FrameViews::of_size(count * cameras, joints);
     // frames by the hundred: all of them twice would be most of what a long set takes
     for first in (0..count).step_by(FRAMES_AT_A_TIME) {
         let here = FRAMES_AT_A_TIME.min(count - first);
-        for views in parallel::map(here, |frame| views_of(truth, rig, first + frame)) {
+        let views_of = |frame: usize| match &clock {
+            None => views_of(truth, rig, first + frame),
+            Some(clock) => filmed_views(clock, filming, first + frame),
+        };
+        for views in parallel::map(here, views_of) {
             all.joints.extend(views.joints);
             all.joint_sights.extend(views.joint_sights);
             all.markers.extend(views.markers);
@@ -100,6 +108,29 @@ fn views_of(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> FrameViews {
     views
 }
 
+/// As [`views_of`], of cameras that move or take their images at times of their own.
+fn filmed_views(clock: &SceneClock<'_>, filming: &FilmingRig, frame: usize) -> FrameViews {
+    let mut views = FrameViews::default();
+    let pixel = |seen: &ShotPoint| seen.pixel.map_or([f64::NAN; 2], |pixel| [pixel.x - 0.5, pixel.y - 0.5]);
+    let nowhere = ([f64::NAN; 2], Sight::OutOfView as i64);
+    for camera in 0..filming.cameras() {
+        let mut shot = Shot::new(clock, filming, camera, frame);
+        for joint in 0..clock.truth().actor.joints.len() {
+            let seen = shot.as_mut().map(|shot| shot.joint(joint));
+            let (place, sight) = seen.map_or(nowhere, |seen| (pixel(&seen), seen.sight as i64));
+            views.joints.extend(place);
+            views.joint_sights.push(sight);
+        }
+        for marker in 0..LANDMARKS.len() {
+            let seen = shot.as_mut().and_then(|shot| shot.marker(marker));
+            let (place, sight) = seen.map_or(nowhere, |seen| (pixel(&seen), seen.sight as i64));
+            views.markers.extend(place);
+            views.marker_sights.push(sight);
+        }
+    }
+    views
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,7 +141,7 @@ mod tests {
     #[test]
     fn sights_and_pixels_stand_at_their_frame_camera_and_joint() {
         let truth = GroundTruth::from_motion(person(), &walk(3), &rig()).unwrap();
-        let npz = to_npz(&truth, &rig());
+        let npz = to_npz(&truth, &FilmingRig::from(&rig()));
         let joints = truth.actor.joints.len();
         let Values::F64(pixels) = &npz.get("joints_2d").unwrap().values else { panic!() };
         let Values::I64(sights) = &npz.get("marker_sight").unwrap().values else { panic!() };

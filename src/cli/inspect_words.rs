@@ -171,7 +171,8 @@ fn of_set(name: &str, s: &SetSummary) -> String {
     for camera in &s.cameras {
         let [width, height] = camera.size_px;
         let lens = if camera.distorts { "lens with distortion" } else { "no lens distortion" };
-        text.push_str(&format!("\n  camera   {}, {width}x{height}, {lens}", camera.name));
+        let filming = camera.filming.iter().map(|words| format!(", {words}")).collect::<String>();
+        text.push_str(&format!("\n  camera   {}, {width}x{height}, {lens}{filming}", camera.name));
     }
     text
 }

@@ -183,7 +183,7 @@ mod tests {
         seen[0][0] = false;
         let all: Vec<&[[bool; 15]]> = vec![&seen; 2];
         let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
-        sequence.views = Some(Views { cameras: &cameras, in_view: &all, visible: &all });
+        sequence.views = Some(Views { cameras: &cameras, moved: &[], in_view: &all, visible: &all });
         let groups = found(&sequence, "cameras that see the marker");
         assert_eq!(groups.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), ["1", "2"]);
         assert!((groups[0].1 - 90.0).abs() < 1e-9 && groups[1].1 == 0.0, "{groups:?}");

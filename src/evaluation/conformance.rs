@@ -161,7 +161,7 @@ fn with_more_than_markers() -> (BTreeMap<String, MetricValue>, Vec<Derived>) {
     let agreement = SilhouetteOutline::new(&block(23)).agreement(&SilhouetteOutline::new(&block(20)));
     let boundaries = vec![vec![agreement]; 3];
     let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
-    sequence.views = Some(Views { cameras: &cameras, in_view: &views, visible: &views });
+    sequence.views = Some(Views { cameras: &cameras, moved: &[], in_view: &views, visible: &views });
     sequence.parts = Some(PartRotations { truth: &parts[0], estimate: &parts[1] });
     sequence.covariances = Some(&covariances);
     sequence.view_boundaries = Some(&boundaries);

@@ -43,7 +43,7 @@ fn error(sequence: &Sequence<'_>) -> Option<Measurement> {
 /// Of every marker that is in view in a camera, pixels.
 fn in_camera(sequence: &Sequence<'_>, camera: usize, frame: usize) -> Vec<f64> {
     let Some(views) = sequence.views else { return vec![] };
-    let (lens, in_view) = (&views.cameras[camera], &views.in_view[frame][camera]);
+    let (lens, in_view) = (views.camera(camera, frame), &views.in_view[frame][camera]);
     let of_marker =
         |(_, truth, estimate): (usize, _, _)| Some((lens.project(&estimate)? - lens.project(&truth)?).norm());
     sequence.pairs(frame).filter(|(landmark, ..)| in_view[*landmark]).filter_map(of_marker).collect()
@@ -97,7 +97,7 @@ mod tests {
         let seen = [[true; 15], [true; 15]];
         let all: Vec<&[[bool; 15]]> = vec![&seen; 3];
         let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
-        sequence.views = Some(Views { cameras: &cameras, in_view: &all, visible: &all });
+        sequence.views = Some(Views { cameras: &cameras, moved: &[], in_view: &all, visible: &all });
         let evaluation = evaluate(&sequence).unwrap();
         let focal = cameras[0].pinhole.focal[0];
         let (near, far) = (focal * 0.02 / 4.0, focal * 0.02 / 8.0);
@@ -115,7 +115,7 @@ mod tests {
         seen[0][..5].fill(false);
         let all: Vec<&[[bool; 15]]> = vec![&seen; 3];
         let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
-        sequence.views = Some(Views { cameras: &cameras, in_view: &all, visible: &all });
+        sequence.views = Some(Views { cameras: &cameras, moved: &[], in_view: &all, visible: &all });
         let of_ten = evaluate(&sequence).unwrap();
         assert!(of_ten.metrics["error_2d_px"].mean < 2.5 && of_ten.metrics["humaneva_mm"].mean > 49.0);
         assert!((of_ten.per_camera[0].visible.unwrap() - 10.0 / 15.0).abs() < 1e-12);

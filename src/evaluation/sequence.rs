@@ -6,7 +6,7 @@ use nalgebra::{Point3, UnitQuaternion};
 
 use super::MarkerList;
 use crate::body::{LANDMARKS, MarkerCovariances};
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraRig};
 use crate::contact::GroundContacts;
 use crate::physics::Dynamics;
 
@@ -45,12 +45,21 @@ pub struct Sequence<'a> {
 /// Cameras and the actor's markers in their images.
 #[derive(Clone, Copy, Debug)]
 pub struct Views<'a> {
-    /// The true cameras.
+    /// The true cameras; those that move as they are in frame 0.
     pub cameras: &'a [Camera],
+    /// The cameras of every frame, where any moves; else empty.
+    pub moved: &'a [CameraRig],
     /// `[frame][camera][marker]`: inside the image.
     pub in_view: &'a [&'a [[bool; LANDMARKS.len()]]],
     /// `[frame][camera][marker]`: inside the image and not hidden.
     pub visible: &'a [&'a [[bool; LANDMARKS.len()]]],
+}
+
+impl Views<'_> {
+    /// A camera as it is in a frame.
+    pub(super) fn camera(&self, camera: usize, frame: usize) -> &Camera {
+        self.moved.get(frame).and_then(|rig| rig.cameras.get(camera)).unwrap_or(&self.cameras[camera])
+    }
 }
 
 /// How many parts of the body have a rotation of their own: the root, both thighs, shanks, upper arms and forearms.

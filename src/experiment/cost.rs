@@ -10,7 +10,7 @@ use super::observing::Observing;
 use super::staging::Staged;
 use super::tracking::track;
 use super::{ExperimentError, Unwatched};
-use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, SetParts};
+use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, Observed, RigMoments, SetParts};
 use crate::body::{Motion, Solid};
 use crate::observation::SilhouetteSource;
 use crate::scenario::{AnnealedParticleFilterSettings, FrozenSettings, ScenarioFile, TrackerSettings};
@@ -162,7 +162,8 @@ fn background_s(file: &ScenarioFile, staged: &Staged) -> Result<f64, ExperimentE
     let learn = |background_frames| {
         let mut observation = observation.clone();
         observation.images.background_frames = background_frames;
-        let (learned, seconds) = timed(|| Observing::new(&staged.ground_truth, &staged.rig, &observation).map(drop));
+        let (learned, seconds) =
+            timed(|| Observing::new(&staged.ground_truth, &staged.filming, &observation).map(drop));
         learned.map(|()| seconds)
     };
     let (one, two) = (learn(1)?, learn(2)?);
@@ -188,6 +189,8 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
         frames: whole.frames[..count].to_vec(),
     };
     let refitted = Motion { poses: staged.refitted.poses[..count].to_vec(), ..staged.refitted };
+    let first = |all: &RigMoments| RigMoments { frames: all.frames[..count].to_vec(), ..all.clone() };
+    let moments = staged.moments.as_ref().map(first);
     let parts = SetParts {
         name: &file.scenario.name,
         rig: &staged.rig,
@@ -196,12 +199,12 @@ fn set_of(file: &ScenarioFile, staged: &Staged, count: usize) -> Result<Benchmar
         refitted: Some(&refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
-        observed: Observed { facts: None, tracker_rig: staged.tracker_rig.as_ref() },
+        observed: Observed { moments: moments.as_ref(), ..staged.observed(None) },
     };
     let mut observation = file.scenario.observation.clone();
     // the sample need not segment well, and learning the background takes longer than it
     observation.images.background_frames = observation.images.background_frames.min(2);
-    let observer = Observing::new(&ground_truth, &staged.rig, &observation)?;
+    let observer = Observing::new(&ground_truth, &staged.filming, &observation)?;
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }
 

@@ -77,6 +77,11 @@ pub fn export_set(
 }
 
 fn animations(set: &BenchmarkSet, folder: &PartialDirectory, watch: &dyn Watch) -> Result<(), ExperimentError> {
+    if set.blind.moments.is_some() {
+        let detail = "apng: its pictures are of cameras that stand still and take an image of every frame at its time, and \
+                      those of this set do not";
+        return Err(ExperimentError::Argument { argument: "--to", detail: detail.to_owned() });
+    }
     let text = format!("Animations\n\nThe benchmark set {:?} of Skiagraph.\n\n{ANIMATION_README}\n", set.blind.name);
     folder.write("README.txt", text.as_bytes())?;
     let (truth, frames) = (&set.truth.ground_truth, set.blind.frame_count);

@@ -10,6 +10,7 @@ use super::watch::{Stage, Watch};
 use super::{ExperimentError, SearchRecord};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
 use crate::body::{Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
+use crate::camera::CameraRig;
 use crate::contact::ContactTrack;
 use crate::evaluation::{
     ContactPair, Energies, Evaluation, MaskQuality, PartRotations, RootRotations, SeedRun, SegmentationQuality,
@@ -68,7 +69,8 @@ impl Measures {
             .chain([&blind.start.body])
             .collect();
         let as_given = truth_energy(tracked, blind, &blind.start.body, set.truth.refitted.as_ref())?;
-        let exact = blind.observation.as_ref().map(|_| Observer::new(&set.truth.ground_truth, set.true_rig()));
+        let filming = set.true_filming();
+        let exact = blind.observation.as_ref().map(|_| Observer::from_filming(&set.truth.ground_truth, &filming));
         let per_frame: Vec<(FrameAgreements, Vec<MaskQuality>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
@@ -144,9 +146,12 @@ struct Agreements {
     boundaries: Vec<Vec<Option<f64>>>,
 }
 
-/// Of every camera.
+/// Of every camera that took an image.
 fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
-    observed.silhouettes.iter().zip(&exact.silhouettes).map(|(mask, exact)| MaskQuality::new(mask, exact)).collect()
+    let both = observed.silhouettes.iter().zip(&exact.silhouettes).enumerate();
+    both.filter(|(camera, _)| observed.has_image(*camera))
+        .map(|(_, (mask, exact))| MaskQuality::new(mask, exact))
+        .collect()
 }
 
 /// The answers of one seed and what is known about them.
@@ -186,6 +191,12 @@ impl SeedEstimate<'_> {
             let actor = truth.frames.iter().map(|frame| Some(&frame.pose));
             [comparable.rotations(&truth.actor, actor), comparable.rotations(self.body, estimate)]
         });
+        let filming = set.true_filming();
+        let moved: Vec<CameraRig> = match filming.is_still() {
+            true => Vec::new(),
+            false => truth.frames.iter().map(|frame| filming.rig_at(frame.time_s)).collect(),
+        };
+        let cameras = &filming.rig().cameras;
         let in_view: Vec<_> = truth.frames.iter().map(|frame| frame.in_view.as_slice()).collect();
         let visible: Vec<_> = truth.frames.iter().map(|frame| frame.visible.as_slice()).collect();
         let evaluation = evaluate(&Sequence {
@@ -196,7 +207,7 @@ impl SeedEstimate<'_> {
             roots: roots.as_ref().map(|estimate| RootRotations { truth: &truth_roots, estimate }),
             view_overlaps: self.sequence.poses().map(|_| self.agreements.overlaps.as_slice()),
             view_boundaries: self.sequence.poses().map(|_| self.agreements.boundaries.as_slice()),
-            views: Some(Views { cameras: &set.true_rig().cameras, in_view: &in_view, visible: &visible }),
+            views: Some(Views { cameras, moved: &moved, in_view: &in_view, visible: &visible }),
             parts: parts.as_ref().map(|[truth, estimate]| PartRotations { truth, estimate }),
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy }),
             contacts,
@@ -269,6 +280,21 @@ impl Painters {
         Self { cameras: set.rig.cameras.iter().map(SilhouettePainter::new).collect() }
     }
 
+    /// Puts the cameras where they were when they took their images; whether they film in such a way that this is told.
+    pub(super) fn place(&mut self, observed: &Observation) -> bool {
+        let placements = observed.moment.iter().flat_map(|moment| &moment.camera_from_world);
+        self.cameras.iter_mut().zip(placements).for_each(|(painter, placement)| painter.place(placement));
+        observed.moment.is_some()
+    }
+
+    /// As [`Self::silhouettes`], from where the cameras were; empty for a camera that took no image.
+    pub(super) fn seen(&mut self, observed: &Observation, body: &Humanoid, pose: &Pose) -> Vec<Mask> {
+        self.place(observed);
+        let mut masks = self.silhouettes(body, pose);
+        masks.iter_mut().enumerate().filter(|(camera, _)| !observed.has_image(*camera)).for_each(|(_, m)| m.clear());
+        masks
+    }
+
     /// A body's silhouette in every camera.
     pub(super) fn silhouettes(&mut self, body: &Humanoid, pose: &Pose) -> Vec<Mask> {
         let frames = body.link_frames(pose);
@@ -287,14 +313,18 @@ impl Painters {
         observed: &Observation,
         poses: impl Iterator<Item = (&'p Humanoid, Option<&'p Pose>)>,
     ) -> FrameAgreements {
+        self.place(observed);
         let outlines: Vec<SilhouetteOutline> = observed.silhouettes.iter().map(SilhouetteOutline::new).collect();
         let agreement = |(body, pose): (&Humanoid, Option<&Pose>)| {
             let Some(pose) = pose else { return vec![ViewAgreement::default(); self.cameras.len()] };
             let drawn = self.silhouettes(body, pose);
-            let views = drawn.iter().zip(&observed.silhouettes).zip(&outlines);
-            let of_view = |((drawn, observed), outline): ((&Mask, &Mask), &SilhouetteOutline)| ViewAgreement {
-                overlap: intersection_over_union(drawn, observed),
-                boundary_f: outline.agreement(&SilhouetteOutline::new(drawn)),
+            let views = drawn.iter().zip(&observed.silhouettes).zip(&outlines).enumerate();
+            let of_view = |(camera, ((drawn, mask), outline)): (usize, ((&Mask, &Mask), &SilhouetteOutline))| {
+                if !observed.has_image(camera) {
+                    return ViewAgreement::default();
+                }
+                let overlap = intersection_over_union(drawn, mask);
+                ViewAgreement { overlap, boundary_f: outline.agreement(&SilhouetteOutline::new(drawn)) }
             };
             views.map(of_view).collect()
         };

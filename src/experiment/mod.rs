@@ -23,6 +23,7 @@ mod destination;
 mod error;
 mod export;
 mod external;
+mod filming;
 mod gating;
 mod inputs;
 mod inspect;

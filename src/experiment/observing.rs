@@ -1,7 +1,7 @@
 //! What the cameras saw, as the scenario's `[observation]` wants it.
 
 use super::{ExperimentError, memory};
-use crate::camera::CameraRig;
+use crate::camera::FilmingRig;
 use crate::observation::{
     CorruptedObserver, Observation, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource,
 };
@@ -24,16 +24,17 @@ impl<'a> Observing<'a> {
     /// [`ExperimentError::Argument`] where the background cannot be learned, or would take more memory than there is.
     pub(super) fn new(
         truth: &'a GroundTruth,
-        rig: &CameraRig,
+        filming: &FilmingRig,
         settings: &ObservationSettings,
     ) -> Result<Self, ExperimentError> {
         let seed = u64::from(settings.seed);
         Ok(match settings.silhouette {
-            SilhouetteSource::Exact => Self::Exact(Box::new(Observer::new(truth, rig))),
+            SilhouetteSource::Exact => Self::Exact(Box::new(Observer::from_filming(truth, filming))),
             SilhouetteSource::Corrupted => {
-                Self::Corrupted(Box::new(CorruptedObserver::new(truth, rig, settings.corruption, seed)))
+                Self::Corrupted(Box::new(CorruptedObserver::from_filming(truth, filming, settings.corruption, seed)))
             }
             SilhouetteSource::Segmented => {
+                let rig = filming.rig();
                 if let Some(detail) = memory::too_little_for(rig, &settings.images, rayon::current_num_threads()) {
                     return Err(ExperimentError::Argument { argument: "observation.silhouette", detail });
                 }

@@ -23,8 +23,10 @@ pub(super) fn playback(
     let frames = set.blind.frame_count;
     let views = |painters: &mut Painters, frame: usize| -> Result<(Vec<Mask>, Option<Vec<Mask>>), ExperimentError> {
         let body = tracked.estimates.body(typical, &set.blind.start.body);
-        let estimated = tracked.estimates.sequences[typical].pose(frame).map(|pose| painters.silhouettes(body, pose));
-        Ok((set.blind.observation(frame)?.silhouettes, estimated))
+        let observed = set.blind.observation(frame)?;
+        let pose = tracked.estimates.sequences[typical].pose(frame);
+        let estimated = pose.map(|pose| painters.seen(&observed, body, pose));
+        Ok((observed.silhouettes, estimated))
     };
     let mut painters = Painters::new(&set.blind);
     let samples = (0..SAMPLES.min(frames)).map(|i| views(&mut painters, i * (frames - 1) / (SAMPLES - 1)));
@@ -50,11 +52,13 @@ pub(super) fn playback(
             },
         )
         .collect::<Result<_, ExperimentError>>()?;
+    let is_filmed = set.blind.moments.is_some();
     Ok(Some(Playback {
         seed: measures.seeds[typical].seed,
         plan,
         views: packed,
-        props: painters.props(&set.truth.ground_truth.props),
+        props: if is_filmed { Vec::new() } else { painters.props(&set.truth.ground_truth.props) },
+        moved: kept.iter().filter(|_| is_filmed).map(|frame| set.blind.rig_at(*frame).into_owned()).collect(),
         truth: kept.iter().map(|frame| set.truth.ground_truth.frames[*frame].markers).collect(),
         estimate: kept.iter().map(|frame| measures.seeds[typical].markers[*frame]).collect(),
     }))

@@ -14,7 +14,7 @@ use super::scene_check::{CamerasInside, unseen_in};
 use super::staging::Staged;
 use super::unfinished_set::{UnfinishedSet, settings_of};
 use super::watch::{Stage, Watch};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, Observed, SetDrawing, SetError, SetParts, is_set};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, SetDrawing, SetError, SetParts, is_set};
 use crate::observation::{Observation, ObservationFacts};
 use crate::scenario::ScenarioFile;
 
@@ -60,9 +60,9 @@ fn draw_by<T>(
         refitted: Some(&staged.refitted),
         facts: &staged.facts,
         recordings: &staged.sources,
-        observed: Observed { facts: facts.as_ref(), tracker_rig: staged.tracker_rig.as_ref() },
+        observed: staged.observed(facts.as_ref()),
     };
-    let observer = Observing::new(&staged.ground_truth, &staged.rig, settings)?;
+    let observer = Observing::new(&staged.ground_truth, &staged.filming, settings)?;
     let (seen, observed) = (AtomicBool::new(false), AtomicUsize::new(0));
     let shows = |observation: &Observation| observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty());
     let made = make(&parts, &|frame| {

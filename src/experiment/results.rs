@@ -231,14 +231,17 @@ fn sheet<'a>(
     let mut painters = Painters::new(&set.blind);
     let mut draw = |shown: Vec<Shown>| {
         let of_frame = |Shown { run, frame }| {
+            let observed = set.blind.observation(frame)?;
+            let props = &set.truth.ground_truth.props;
             Ok(SheetFrame {
                 seed: measures.seeds[run].seed,
                 frame,
-                observed: set.blind.observation(frame)?.silhouettes,
+                moved: painters.place(&observed).then(|| (set.blind.rig_at(frame).into_owned(), painters.props(props))),
                 estimated: tracked.estimates.sequences[run].pose(frame).map(|pose| {
                     let body = tracked.estimates.body(run, &set.blind.start.body);
-                    painters.silhouettes(body, pose)
+                    painters.seen(&observed, body, pose)
                 }),
+                observed: observed.silhouettes,
                 truth: set.truth.ground_truth.frames[frame].markers,
                 estimate: measures.seeds[run].markers[frame],
             })
@@ -280,6 +283,12 @@ fn facts(
         format!("{}, {} degrees of freedom including the root", body.name, body.degrees_of_freedom.len() + 6)
     };
     let seconds = blind.frame_count as f64 / blind.frames_per_second;
+    let filming = |camera: usize| blind.moments.as_ref()?.in_words(camera, blind.frames_per_second);
+    let camera_in_words = |index: usize| {
+        let camera = in_words(&blind.rig.cameras[index]);
+        filming(index).map_or(camera.clone(), |filming| format!("{camera}; {filming}"))
+    };
+    let cameras = blind.rig.cameras.iter().enumerate();
     let mut groups = vec![
         group(
             "Motion",
@@ -296,7 +305,7 @@ fn facts(
                 ("model", if truth.facts.matched { "matched".to_owned() } else { truth.facts.mismatch.clone() }),
             ],
         ),
-        group("Cameras", blind.rig.cameras.iter().map(|camera| (camera.name.as_str(), in_words(camera))).collect()),
+        group("Cameras", cameras.map(|(index, camera)| (camera.name.as_str(), camera_in_words(index))).collect()),
         group("Observations", observations(set, segmentation)),
     ];
     if let Some(contact) = &truth.facts.contact {

@@ -90,7 +90,7 @@ impl CamerasInside {
         let mut found = Self::default();
         let on_ring = file.scenario.rig.ring.as_ref().map_or(0, |ring| ring.count as usize);
         for (index, camera) in staged.rig.cameras.iter().enumerate() {
-            let inside = frames_inside(staged, &camera.centre());
+            let inside = frames_inside(staged, index);
             let Some((first, link)) = inside.first() else { continue };
             let (name, link) = (&camera.name, &staged.ground_truth.actor.links[*link].name);
             let place = format!(
@@ -111,11 +111,12 @@ impl CamerasInside {
     }
 }
 
-/// The frames in which a point is inside one of the actor's solids, each with the link.
-fn frames_inside(staged: &Staged, point: &Point3<f64>) -> Vec<(usize, usize)> {
-    let truth = &staged.ground_truth;
+/// The frames in which a camera is inside one of the actor's solids, each with the link.
+fn frames_inside(staged: &Staged, camera: usize) -> Vec<(usize, usize)> {
+    let (truth, filming) = (&staged.ground_truth, &staged.filming);
     let within = |index: usize| {
         let frame = &truth.frames[index];
+        let point = &filming.camera_at(camera, filming.row_s(camera, frame.time_s, 0)).centre();
         if (frame.pose.world_from_root.translation.vector - point.coords).norm() > BODY_REACH {
             return None;
         }
@@ -165,9 +166,17 @@ pub(super) fn doubts(staged: &Staged) -> Vec<String> {
                 frames.len(),
             ));
         }
-        for camera in staged.rig.cameras.iter().filter(|camera| is_inside(&prop.solid, camera.centre())) {
-            doubts
-                .push(format!("the camera `{}` is inside the prop `{}` and sees nothing else", camera.name, prop.name));
+        for (index, camera) in staged.rig.cameras.iter().enumerate() {
+            let at = |time_s| is_inside(&prop.solid, staged.filming.camera_at(index, time_s).centre());
+            let seconds = truth.frames.iter().map(|frame| staged.filming.row_s(index, frame.time_s, 0));
+            let inside = match staged.filming.path(index) {
+                None => at(0.0).then(|| "and sees nothing else".to_owned()),
+                Some(_) => Some(seconds.filter(|time_s| at(*time_s)).count())
+                    .filter(|count| *count > 0)
+                    .map(|count| format!("in {count} of {} frames", truth.frames.len())),
+            };
+            let told = |how: String| format!("the camera `{}` is inside the prop `{}` {how}", camera.name, prop.name);
+            doubts.extend(inside.map(told));
         }
     }
     doubts
@@ -175,22 +184,24 @@ pub(super) fn doubts(staged: &Staged) -> Vec<String> {
 
 /// How every camera sees the actor.
 pub(super) fn views(staged: &Staged) -> Vec<CameraView> {
-    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let observer = Observer::from_filming(&staged.ground_truth, &staged.filming);
     let pixels = |camera: &Camera| camera.pinhole.width as usize * camera.pinhole.height as usize;
     let a_frame = staged.rig.cameras.iter().map(pixels).sum::<usize>().max(1);
     let frames =
         frames_to_look_at(staged.frames(), (PIXELS_LOOKED_AT / a_frame).clamp(FEWEST_LOOKED_AT, FRAMES_LOOKED_AT));
     let seen: Vec<Observation> = parallel::map(frames.len(), |i| observer.observe(frames[i]));
     let view = |(index, camera): (usize, &Camera)| {
-        let bounds: Vec<_> = seen.iter().map(|o| o.silhouettes[index].bounds()).filter(|b| !b.is_empty()).collect();
+        let taken = seen.iter().filter(|observation| observation.has_image(index));
+        let looked_at = taken.clone().count();
+        let bounds: Vec<_> = taken.map(|o| o.silhouettes[index].bounds()).filter(|b| !b.is_empty()).collect();
         let (width, height) = (camera.pinhole.width, camera.pinhole.height);
         let at_border = bounds.iter().filter(|b| b.left == 0 || b.top == 0 || b.right == width || b.bottom == height);
         let mut heights: Vec<u32> = bounds.iter().map(|b| b.bottom - b.top).collect();
         heights.sort_unstable();
-        let share = |count: usize| count as f64 / frames.len().max(1) as f64;
+        let share = |count: usize| count as f64 / looked_at.max(1) as f64;
         CameraView {
             camera: camera.name.clone(),
-            frames_looked_at: frames.len(),
+            frames_looked_at: looked_at,
             in_view: share(bounds.len()),
             at_border: share(at_border.count()),
             height_px: heights.first().zip(heights.last()).map(|(low, high)| [*low, heights[heights.len() / 2], *high]),
@@ -204,7 +215,7 @@ pub(super) fn unseen(file: &ScenarioFile, staged: &Staged, views: &[CameraView])
     if views.iter().any(|view| view.height_px.is_some()) {
         return None;
     }
-    let observer = Observer::new(&staged.ground_truth, &staged.rig);
+    let observer = Observer::from_filming(&staged.ground_truth, &staged.filming);
     let is_seen = |frame: &usize| observer.observe(*frame).silhouettes.iter().any(|silhouette| !silhouette.is_empty());
     (0..staged.frames()).find(is_seen).is_none().then(|| unseen_in(file, staged.frames()))
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use nalgebra::{Unit, Vector3};
 
 use super::error::scenario_error;
+use super::filming::{self, filming, moments};
 use super::passers_by::{Passers, passers_by};
 use super::people::{another_adult, of_its_mass};
 use super::performance::{Performance, Recordings};
@@ -12,14 +13,16 @@ use super::performed::{plant_feet_if_asked, refit};
 use super::rig::rig;
 use super::skins::dressed;
 use super::{ExperimentError, training};
-use crate::benchmark_set::{ContactFacts, RetargetFacts, SourceRecording, Start, StepSpread, Training, TruthFacts};
+use crate::benchmark_set::{
+    ContactFacts, Observed, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
+};
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
-use crate::camera::CameraRig;
+use crate::camera::{CameraRig, FilmingRig};
 use crate::contact::check_feet;
 use crate::editing::Seam;
 use crate::input::excerpt;
 use crate::motion_model::{Prediction, ProposalScales};
-use crate::observation::{Corruption, tracker_rig, tracker_start};
+use crate::observation::{Corruption, ObservationFacts, tracker_rig, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::scenario::{
@@ -33,8 +36,13 @@ use crate::scene::GroundTruth;
 pub struct Staged {
     /// Whose motion, in words.
     pub clip: String,
-    /// The true cameras.
+    /// The true cameras; those that move as they are in frame 0.
     pub rig: CameraRig,
+    /// How they move and take their images.
+    pub filming: FilmingRig,
+    /// What a tracker is told of them in every frame; `None` where all stand still and take an image of every frame at
+    /// its time.
+    pub moments: Option<RigMoments>,
     /// The cameras that a tracker is told, where they differ from the true ones.
     pub tracker_rig: Option<CameraRig>,
     /// The truth, frame by frame.
@@ -95,11 +103,12 @@ impl Staged {
                 (spread(&body, &own.motion)?, Vec::new())
             }
         };
-        let rig = rig(file, &performed.motion)?;
+        let filming = filming(file, rig(file, &performed.motion)?, &performed.motion)?;
+        let rig = filming.rig().clone();
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
         let frames = performed.motion.poses.len();
         let Passers { distractors, notes: other_notes } = passers_by(file, frames, robot, mocap_directory)?;
-        let ground_truth = GroundTruth::among(performed.humanoid, &performed.motion, &rig, props, distractors)?;
+        let ground_truth = GroundTruth::filmed(performed.humanoid, &performed.motion, &filming, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
         let refitted = match matched {
             true => performed.motion,
@@ -115,8 +124,11 @@ impl Staged {
         let (corruption, seed) = (&scenario_observation.corruption, u64::from(scenario_observation.seed));
         let pose = tracker_start(&body, &pose, corruption, seed);
         let tracker_rig = corruption.changes_cameras().then(|| tracker_rig(&rig, corruption, seed));
+        let moments = moments(&ground_truth, &filming, corruption, seed);
         let mut notes = performed.report.notes.clone();
         notes.extend(lens_without_effect(corruption, &rig));
+        let rate = ground_truth.frames_per_second;
+        notes.extend(moments.iter().flat_map(|moments| filming::notes(moments, &rig, rate)));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
         notes.extend(actor_template.notes.iter().map(|note| format!("actor.robot: {note}")));
         if !same_robot {
@@ -125,7 +137,7 @@ impl Staged {
         notes.extend(other_notes);
         notes.extend(footless("actor.robot", &ground_truth.actor));
         notes.extend(footless("tracker_body.robot", &body));
-        let unseen = ground_truth.unseen_frames(&rig).len();
+        let unseen = ground_truth.unfilmed_frames(&filming).len();
         if unseen > 0 {
             let frames = ground_truth.frames.len();
             notes.push(format!(
@@ -135,6 +147,8 @@ impl Staged {
         Ok(Self {
             clip: recordings.name(),
             rig,
+            filming,
+            moments,
             tracker_rig,
             start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
             sources: recordings.sources(),
@@ -159,6 +173,12 @@ impl Staged {
     /// Number of frames.
     pub fn frames(&self) -> usize {
         self.ground_truth.frames.len()
+    }
+
+    /// How observations that are described so differ from what the true cameras see.
+    pub(super) fn observed<'a>(&'a self, facts: Option<&'a ObservationFacts>) -> Observed<'a> {
+        let filming = (!self.filming.is_still()).then_some(&self.filming);
+        Observed { facts, tracker_rig: self.tracker_rig.as_ref(), filming, moments: self.moments.as_ref() }
     }
 }
 

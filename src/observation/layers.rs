@@ -4,8 +4,8 @@ use nalgebra::Point3;
 
 use super::{ImageSettings, Observer, SceneCamera};
 use crate::body::{DepthImage, LinkFrames, SurfacePixel};
-use crate::camera::{Camera, CameraRig};
-use crate::scene::GroundTruth;
+use crate::camera::{Camera, CameraRig, FilmingRig};
+use crate::scene::{GroundTruth, SceneFigure};
 
 /// Samples a pixel's side is divided into for coverage.
 const SAMPLES: u32 = 4;
@@ -15,7 +15,7 @@ const SAMPLES: u32 = 4;
 pub struct WantedLayers {
     /// Surface normals.
     pub normals: bool,
-    /// Optical flow to the next frame.
+    /// Optical flow to the camera's next image.
     pub flow: bool,
     /// Anti-aliased coverage.
     pub coverage: bool,
@@ -30,9 +30,10 @@ pub struct LayerImages {
     pub depth: DepthImage,
     /// Outward unit normal of the surface in the world; zero where there is no body.
     pub normals: Vec<[f32; 3]>,
-    /// Where the surface point that a pixel's centre sees is seen in the next frame, less where it is seen now, pixels
-    /// (x right, y down; lens included), whether or not it is hidden then; a point of a skin moves with the skin. NaN
-    /// where there is no body, in the last frame, and where the point is then before the near plane.
+    /// Where the surface point that a pixel's centre sees is seen in the camera's next image (of the next frame, unless
+    /// the camera takes fewer), less where it is seen now, pixels (x right, y down; lens included), whether or not it
+    /// is hidden then; a point of a skin moves with the skin. NaN where there is no body, in the last image, and where
+    /// the point is then before the near plane.
     pub flow: Vec<[f32; 2]>,
     /// Share of 4 x 4 samples of a pixel that see the body, samples at the centres of its sixteenths.
     pub coverage: Vec<f32>,
@@ -43,8 +44,8 @@ pub struct LayerImages {
 /// Sees the exact images of one camera of a rig, from any thread.
 pub struct LayerObserver<'a> {
     truth: &'a GroundTruth,
-    camera: Camera,
     wanted: WantedLayers,
+    /// Of the camera alone.
     observer: Observer<'a>,
     /// The same camera with 4 x 4 pixels for each.
     fine: Option<Observer<'a>>,
@@ -52,26 +53,28 @@ pub struct LayerObserver<'a> {
 }
 
 impl<'a> LayerObserver<'a> {
-    /// An observer through camera `index` of `rig`, which the rig must have.
+    /// An observer through camera `index` of `rig`, which the rig must have, and which stands still.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, index: usize, wanted: WantedLayers) -> Self {
-        let camera = rig.cameras[index].clone();
-        let alone = |camera: Camera| CameraRig { cameras: vec![camera] };
-        let scene = wanted.colour.map(|(settings, seed)| SceneCamera::from_one(truth, rig, index, &settings, seed));
-        Self {
-            truth,
-            wanted,
-            observer: Observer::new(truth, &alone(camera.clone())),
-            fine: wanted.coverage.then(|| Observer::new(truth, &alone(magnified(&camera)))),
-            scene,
-            camera,
-        }
+        Self::from_filming(truth, &FilmingRig::from(rig), index, wanted)
     }
 
-    /// The images of one frame, which the truth must have.
-    pub fn look(&self, frame: usize) -> LayerImages {
-        let depth = self.observer.depths(frame).remove(0);
+    /// An observer through camera `index` of a rig, which the rig must have, and which may move and take its images at
+    /// times of its own. Flow and coverage are those of a shutter that exposes all rows at once, brightness of a rig
+    /// that stands still.
+    pub fn from_filming(truth: &'a GroundTruth, filming: &FilmingRig, index: usize, wanted: WantedLayers) -> Self {
+        let rig = filming.rig();
+        let alone = |camera: Camera| filming.alone(index, camera);
+        let scene = wanted.colour.map(|(settings, seed)| SceneCamera::from_one(truth, rig, index, &settings, seed));
+        let camera = &rig.cameras[index];
+        let fine = wanted.coverage.then(|| Observer::from_filming(truth, &alone(magnified(camera))));
+        Self { truth, wanted, observer: Observer::from_filming(truth, &alone(camera.clone())), fine, scene }
+    }
+
+    /// The images of one frame, which the truth must have; `None` where the camera takes none.
+    pub fn look(&self, frame: usize) -> Option<LayerImages> {
+        let depth = self.observer.depths(frame).remove(0)?;
         let surface = match self.wanted.normals || self.wanted.flow {
-            true => self.observer.surfaces(frame).remove(0),
+            true => self.observer.surfaces(SceneFigure::Actor, frame).remove(0),
             false => Vec::new(),
         };
         let mut layers = LayerImages::from(depth);
@@ -104,32 +107,36 @@ impl<'a> LayerObserver<'a> {
             planes.iter_mut().flatten().for_each(|value| *value /= 255.0);
             layers.colour = planes;
         }
-        layers
+        Some(layers)
     }
 
-    /// The body a frame later.
-    fn next(&self, frame: usize) -> Option<NextFrame<'a>> {
-        let next = self.truth.frames.get(frame + 1)?;
+    /// The body and the camera at the camera's next image.
+    fn next(&self, frame: usize) -> Option<NextImage> {
+        let filming = self.observer.filming();
+        let next = frame + filming.timing(0).every;
+        let time_s = filming.row_s(0, self.truth.frames.get(next)?.time_s, 0);
+        let links = self.observer.clock().links(SceneFigure::Actor, next, time_s);
         let mut vertices = Vec::new();
         if let Some(skin) = &self.truth.actor.skin {
-            skin.deform_into(&next.link_frames, &mut vertices);
+            skin.deform_into(&links, &mut vertices);
         }
-        Some(NextFrame { link_frames: &next.link_frames, vertices })
+        Some(NextImage { camera: filming.camera_at(0, time_s), links, vertices })
     }
 
-    fn flow(&self, pixel: &SurfacePixel, next: &NextFrame<'_>) -> Option<[f32; 2]> {
+    fn flow(&self, pixel: &SurfacePixel, next: &NextImage) -> Option<[f32; 2]> {
         let point = match (pixel.on_skin, &self.truth.actor.skin) {
             (Some(on_skin), Some(skin)) => on_skin.at(skin, &next.vertices)?,
-            _ => next.link_frames[pixel.part] * pixel.point_in_link,
+            _ => next.links[pixel.part] * pixel.point_in_link,
         };
-        let then = self.camera.project(&point)?;
+        let then = next.camera.project(&point)?;
         Some([(then.x - f64::from(pixel.x) - 0.5) as f32, (then.y - f64::from(pixel.y) - 0.5) as f32])
     }
 }
 
-/// Where a frame has the links, and the vertices of a skin in the world.
-struct NextFrame<'a> {
-    link_frames: &'a LinkFrames,
+/// Where the camera, the links and the vertices of a skin are when an image is taken, in the world.
+struct NextImage {
+    camera: Camera,
+    links: LinkFrames,
     vertices: Vec<Point3<f64>>,
 }
 
@@ -197,7 +204,7 @@ mod tests {
     fn depth_parts_normals_and_flow_are_what_casting_rays_finds() {
         let (truth, frame) = (truth(), 1);
         for (index, camera) in rig().cameras.iter().enumerate() {
-            let layers = LayerObserver::new(&truth, &rig(), index, ALL).look(frame);
+            let layers = LayerObserver::new(&truth, &rig(), index, ALL).look(frame).unwrap();
             let (mut seen, mut differing) = (0, 0);
             for (y, x) in (0..240).flat_map(|y| (0..320).map(move |x| (y, x))).step_by(3) {
                 let pixel = y * 320 + x;
@@ -245,7 +252,7 @@ mod tests {
     fn coverage_is_the_share_of_sixteen_rays_and_the_last_frame_has_no_flow() {
         let truth = truth();
         let camera = &rig().cameras[1];
-        let layers = LayerObserver::new(&truth, &rig(), 1, ALL).look(3);
+        let layers = LayerObserver::new(&truth, &rig(), 1, ALL).look(3).unwrap();
         let (mut partly, mut differing) = (0, 0);
         for (y, x) in (60..200).flat_map(|y| (0..320).map(move |x| (y, x))).step_by(5) {
             let found = layers.coverage[y * 320 + x];

@@ -3,11 +3,12 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::Observation;
-use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SilhouettePainter, SurfacePixel};
-use crate::camera::CameraRig;
+use super::eye::Eye;
+use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SurfacePixel};
+use crate::camera::{CameraRig, FilmingRig};
 use crate::parallel;
 use crate::raster::Mask;
-use crate::scene::{Distractor, GroundTruth, TruthFrame};
+use crate::scene::{Distractor, GroundTruth, SceneClock, SceneFigure};
 
 /// Clean silhouettes of the actor in every frame, lens distortion included, without what props and distractors hide;
 /// the same bits for any number of threads.
@@ -25,129 +26,225 @@ pub fn observe_frame(truth: &GroundTruth, rig: &CameraRig, frame: usize) -> Obse
 /// for all frames and threads.
 pub struct Observer<'a> {
     truth: &'a GroundTruth,
-    /// Depth images of the props for every camera; empty without props.
-    screens: Vec<DepthImage>,
-    /// One per camera; painters of other threads are derived from it.
-    painters: Vec<SilhouettePainter>,
-    idle: Mutex<Vec<Vec<SilhouettePainter>>>,
+    filming: FilmingRig,
+    clock: SceneClock<'a>,
+    /// Depth images of the props for every camera that stands still; none without props.
+    screens: Vec<Option<DepthImage>>,
+    /// One per camera; those of other threads are derived from it.
+    eyes: Vec<Eye>,
+    idle: Mutex<Vec<Vec<Eye>>>,
+}
+
+/// One camera while it takes the image of one frame.
+pub(super) struct Look<'o, 'a> {
+    observer: &'o Observer<'a>,
+    eye: &'o mut Eye,
+    /// Number of the camera.
+    pub(super) camera: usize,
+    frame: usize,
+    /// Of a camera that moves.
+    moved: Option<DepthImage>,
 }
 
 impl<'a> Observer<'a> {
-    /// An observer of `truth` through the cameras of `rig`.
+    /// An observer of `truth` through the cameras of `rig`, which stand still.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig) -> Self {
-        let mut painters: Vec<_> = rig.cameras.iter().map(SilhouettePainter::new).collect();
-        let seen = if truth.props.is_empty() { &mut [][..] } else { &mut painters };
-        let screens = seen.iter_mut().map(|painter| painter.depth_of_props(&truth.props)).collect();
-        Self { truth, screens, painters, idle: Mutex::default() }
+        Self::from_filming(truth, &FilmingRig::from(rig))
+    }
+
+    /// An observer of `truth` through cameras that may move and take their images at times of their own.
+    pub fn from_filming(truth: &'a GroundTruth, filming: &FilmingRig) -> Self {
+        let cameras = filming.rig().cameras.iter().enumerate();
+        let mut eyes: Vec<_> = cameras.map(|(index, camera)| Eye::new(camera, filming.is_rolling(index))).collect();
+        let screen = |(index, eye): (usize, &mut Eye)| {
+            let stands = filming.path(index).is_none() && !truth.props.is_empty();
+            stands.then(|| eye.depth_of_props(&truth.props))
+        };
+        let screens = eyes.iter_mut().enumerate().map(screen).collect();
+        let clock = SceneClock::new(truth, filming);
+        Self { truth, filming: filming.clone(), clock, screens, eyes, idle: Mutex::default() }
     }
 
     /// Clean silhouettes of the actor in one frame, which the truth must have, without what props and distractors hide.
+    /// Empty for a camera that takes no image in that frame.
     pub fn observe(&self, frame: usize) -> Observation {
-        let TruthFrame { time_s, link_frames, .. } = &self.truth.frames[frame];
-        let (actor, others) = (&self.truth.actor, self.others(frame));
-        let silhouettes = self.through_every_camera(|_, painter, screen| {
-            let mut silhouette = painter.silhouette(actor, link_frames);
-            if screen.is_some() || !others.is_empty() {
-                let own = painter.depth(actor, link_frames);
-                if let Some(screen) = screen {
-                    own.clear_hidden(screen, &mut silhouette);
+        let actor = &self.truth.actor;
+        let silhouettes = self.through_every_camera(
+            |_| frame,
+            |look| {
+                let links = look.links(SceneFigure::Actor);
+                let mut silhouette = look.eye.silhouette(actor, &links);
+                let others = look.others();
+                if look.screen().is_some() || !others.is_empty() {
+                    let own = look.eye.depth(actor, &links);
+                    if let Some(screen) = look.screen() {
+                        own.clear_hidden(screen, &mut silhouette);
+                    }
+                    for (body, links) in &others {
+                        own.clear_hidden(&look.eye.depth(body, links), &mut silhouette);
+                    }
                 }
-                for (body, frames) in &others {
-                    own.clear_hidden(&painter.depth(body, frames), &mut silhouette);
-                }
-            }
-            silhouette
-        });
-        Observation { frame, time_s: *time_s, silhouettes }
+                silhouette
+            },
+        );
+        self.observation(frame, silhouettes)
     }
 
     /// Clean silhouettes of everybody in one frame, which the truth must have: the actor and distractors alike, as
     /// perfect background subtraction finds them. Without distractors the same as [`Self::observe`].
     pub fn foreground(&self, frame: usize) -> Observation {
-        let TruthFrame { time_s, link_frames, .. } = &self.truth.frames[frame];
-        let mut silhouettes = self.silhouettes(|_| (&self.truth.actor, link_frames));
-        for (body, frames) in &self.others(frame) {
-            let others = self.silhouettes(|_| (*body, frames));
-            silhouettes.iter_mut().zip(&others).for_each(|(mask, other)| *mask |= other);
-        }
-        Observation { frame, time_s: *time_s, silhouettes }
+        let silhouettes = self.through_every_camera(
+            |_| frame,
+            |mut look| {
+                let mut everybody = look.silhouette(&self.truth.actor, &look.links(SceneFigure::Actor));
+                for (body, links) in &look.others() {
+                    everybody |= &look.silhouette(body, links);
+                }
+                everybody
+            },
+        );
+        self.observation(frame, silhouettes)
     }
 
-    /// The distractors with their links as they are in a frame.
-    pub(super) fn others(&self, frame: usize) -> Vec<(&'a Humanoid, LinkFrames)> {
-        let figure = |other: &'a Distractor| Some((&other.body, other.link_frames(frame)?));
-        self.truth.distractors.iter().filter_map(figure).collect()
+    fn observation(&self, frame: usize, silhouettes: Vec<Option<Mask>>) -> Observation {
+        let time_s = self.truth.frames[frame].time_s;
+        let silhouettes = self.or_empty(silhouettes);
+        Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s) }
     }
 
-    /// Number of cameras.
-    pub(super) fn cameras(&self) -> usize {
-        self.painters.len()
+    /// Nothing where there is no image.
+    pub(super) fn or_empty(&self, masks: Vec<Option<Mask>>) -> Vec<Mask> {
+        let pinholes = self.filming.rig().cameras.iter().map(|camera| camera.pinhole);
+        masks.into_iter().zip(pinholes).map(|(mask, p)| mask.unwrap_or_else(|| Mask::new(p.width, p.height))).collect()
     }
 
-    /// Depths of the props as camera `camera` sees them; `None` without props.
+    /// How the cameras film.
+    pub(super) fn filming(&self) -> &FilmingRig {
+        &self.filming
+    }
+
+    /// Where everybody is at any time.
+    pub(super) fn clock(&self) -> &SceneClock<'a> {
+        &self.clock
+    }
+
+    /// Depths of the props as camera `camera` sees them; `None` without props, and for a camera that moves.
     pub(super) fn screen(&self, camera: usize) -> Option<&DepthImage> {
-        self.screens.get(camera)
-    }
-
-    /// Clean silhouettes of a body and link frames that are asked for camera by camera.
-    pub(super) fn silhouettes<'b>(&self, shown: impl Fn(usize) -> (&'b Humanoid, &'b LinkFrames)) -> Vec<Mask> {
-        self.through_every_camera(|camera, painter, screen| {
-            let (body, link_frames) = shown(camera);
-            let mut silhouette = painter.silhouette(body, link_frames);
-            if let Some(screen) = screen {
-                painter.depth(body, link_frames).clear_hidden(screen, &mut silhouette);
-            }
-            silhouette
-        })
+        self.screens.get(camera)?.as_ref()
     }
 
     /// Depth and link at every pixel of one frame, which the truth must have, without what props and distractors hide;
-    /// one image per camera.
-    pub fn depths(&self, frame: usize) -> Vec<DepthImage> {
-        let link_frames = &self.truth.frames[frame].link_frames;
-        let others = self.others(frame);
-        self.through_every_camera(|_, painter, screen| {
-            let mut image = painter.depth(&self.truth.actor, link_frames);
-            if let Some(screen) = screen {
-                image.hide_behind(screen);
-            }
-            for (body, frames) in &others {
-                image.hide_behind(&painter.depth(body, frames));
-            }
-            image
-        })
+    /// one image per camera, none of a camera that takes no image in that frame.
+    pub fn depths(&self, frame: usize) -> Vec<Option<DepthImage>> {
+        self.through_every_camera(
+            |_| frame,
+            |look| {
+                let links = look.links(SceneFigure::Actor);
+                let mut image = look.eye.depth(&self.truth.actor, &links);
+                if let Some(screen) = look.screen() {
+                    image.hide_behind(screen);
+                }
+                for (body, links) in &look.others() {
+                    image.hide_behind(&look.eye.depth(body, links));
+                }
+                image
+            },
+        )
     }
 
-    /// The actor's surface pixel by pixel in one frame, as if there were no props; one list per camera.
-    pub(super) fn surfaces(&self, frame: usize) -> Vec<Vec<SurfacePixel>> {
-        let link_frames = &self.truth.frames[frame].link_frames;
-        self.through_every_camera(|_, painter, _| painter.surface(&self.truth.actor, link_frames))
+    /// The surface of a figure pixel by pixel in one frame, as if nothing stood before it; one list per camera, empty
+    /// of a camera that takes no image in that frame.
+    pub(super) fn surfaces(&self, figure: SceneFigure, frame: usize) -> Vec<Vec<SurfacePixel>> {
+        let body = self.body(figure);
+        let seen = self.through_every_camera(|_| frame, |look| look.eye.surface(body, &look.links(figure)));
+        seen.into_iter().map(Option::unwrap_or_default).collect()
     }
 
-    /// As [`Self::surfaces`], of any body.
-    pub(super) fn surfaces_of(&self, body: &Humanoid, link_frames: &LinkFrames) -> Vec<Vec<SurfacePixel>> {
-        self.through_every_camera(|_, painter, _| painter.surface(body, link_frames))
-    }
-
-    /// The surface of the props pixel by pixel; one list per camera, all empty without props.
+    /// The surface of the props pixel by pixel; one list per camera, all empty without props. Of cameras that stand
+    /// still.
     pub(super) fn props_surface(&self, props: &[Prop]) -> Vec<Vec<SurfacePixel>> {
-        match props.is_empty() {
-            true => vec![Vec::new(); self.painters.len()],
-            false => self.through_every_camera(|_, painter, _| painter.surface_of_props(props)),
+        if props.is_empty() {
+            return vec![Vec::new(); self.eyes.len()];
+        }
+        let seen = self.through_every_camera(|_| 0, |look| look.eye.surface_of_props(props));
+        seen.into_iter().map(Option::unwrap_or_default).collect()
+    }
+
+    /// Whose body.
+    fn body(&self, figure: SceneFigure) -> &'a Humanoid {
+        match figure {
+            SceneFigure::Actor => &self.truth.actor,
+            SceneFigure::Distractor(other) => &self.truth.distractors[other].body,
         }
     }
 
-    fn through_every_camera<T>(
+    /// Has every camera look at the scene of the frame that `shown` says; `None` for one that takes no image then.
+    pub(super) fn through_every_camera<T>(
         &self,
-        mut look: impl FnMut(usize, &mut SilhouettePainter, Option<&DepthImage>) -> T,
-    ) -> Vec<T> {
+        shown: impl Fn(usize) -> usize,
+        mut look: impl FnMut(Look<'_, 'a>) -> T,
+    ) -> Vec<Option<T>> {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let ready = idle().pop();
-        let mut painters = ready.unwrap_or_else(|| self.painters.iter().map(SilhouettePainter::sharing).collect());
-        let each = painters.iter_mut().enumerate();
-        let seen = each.map(|(camera, painter)| look(camera, painter, self.screens.get(camera))).collect();
-        idle().push(painters);
+        let mut eyes = ready.unwrap_or_else(|| self.eyes.iter().map(Eye::sharing).collect());
+        let each = eyes.iter_mut().enumerate();
+        let of_camera = |(camera, eye): (usize, &mut Eye)| {
+            let frame = shown(camera);
+            self.filming.has_image(camera, frame).then(|| look(Look::new(self, eye, camera, frame)))
+        };
+        let seen = each.map(of_camera).collect();
+        idle().push(eyes);
         seen
+    }
+}
+
+impl<'o, 'a> Look<'o, 'a> {
+    fn new(observer: &'o Observer<'a>, eye: &'o mut Eye, camera: usize, frame: usize) -> Self {
+        let mut look = Self { observer, eye, camera, frame, moved: None };
+        if observer.filming.path(camera).is_some() {
+            let placements: Vec<_> = look.times().map(|time_s| observer.filming.placement(camera, time_s)).collect();
+            look.eye.place(placements.into_iter());
+            let props = &observer.truth.props;
+            look.moved = (!props.is_empty()).then(|| look.eye.depth_of_props(props));
+        }
+        look
+    }
+
+    /// When the image is exposed: one time, or one a row, seconds.
+    fn times(&self) -> impl Iterator<Item = f64> + use<'o, 'a> {
+        let (filming, camera) = (&self.observer.filming, self.camera);
+        let frame_s = self.observer.truth.frames[self.frame].time_s;
+        (0..filming.exposures(camera)).map(move |row| filming.row_s(camera, frame_s, row))
+    }
+
+    /// Where the links of a figure are, for each exposure.
+    pub(super) fn links(&self, figure: SceneFigure) -> Vec<LinkFrames> {
+        self.times().map(|time_s| self.observer.clock.links(figure, self.frame, time_s)).collect()
+    }
+
+    /// The distractors with their links, for each exposure.
+    fn others(&self) -> Vec<(&'a Humanoid, Vec<LinkFrames>)> {
+        let figure = |(other, distractor): (usize, &'a Distractor)| {
+            (&distractor.body, self.links(SceneFigure::Distractor(other)))
+        };
+        self.observer.truth.distractors.iter().enumerate().map(figure).collect()
+    }
+
+    /// Depths of the props; `None` without any.
+    pub(super) fn screen(&self) -> Option<&DepthImage> {
+        self.moved.as_ref().or(self.observer.screens[self.camera].as_ref())
+    }
+
+    /// What is seen of a body among the props, its links given for each exposure.
+    pub(super) fn silhouette(&mut self, body: &Humanoid, links: &[LinkFrames]) -> Mask {
+        let mut silhouette = self.eye.silhouette(body, links);
+        if self.screen().is_some() {
+            let own = self.eye.depth(body, links);
+            if let Some(screen) = self.screen() {
+                own.clear_hidden(screen, &mut silhouette);
+            }
+        }
+        silhouette
     }
 }
 
@@ -180,7 +277,7 @@ mod tests {
         let (observer, of) = (Observer::new(&truth, &rig()), |t| Observer::new(t, &rig()).observe(2).silhouettes);
         let (actor, everybody) = (observer.observe(2).silhouettes, observer.foreground(2).silhouettes);
         let mut hidden = 0;
-        for (camera, depth) in observer.depths(2).iter().enumerate() {
+        for (camera, depth) in observer.depths(2).iter().flatten().enumerate() {
             let (whole, other) = (&of(&alone)[camera], &of(&other)[camera]);
             let mut both = whole.clone();
             both |= other;

@@ -97,12 +97,14 @@ fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<Overlaid
         }
     }
     let (truth, estimate) = (&frame.truth, &frame.estimate);
-    let masks = frame.observed.iter().zip(&sheet.rig.cameras).enumerate();
+    let still = (sheet.rig, &sheet.props);
+    let (rig, props) = frame.moved.as_ref().map_or(still, |(rig, props)| (rig, props));
+    let masks = frame.observed.iter().zip(&rig.cameras).enumerate();
     let view = |(index, (observed, camera))| OverlaidView {
         camera,
         observed,
         estimated: frame.estimated.as_ref().and_then(|masks| masks.get(index)),
-        props: sheet.props.get(index),
+        props: props.get(index),
         truth,
         estimate,
     };

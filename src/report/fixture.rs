@@ -119,6 +119,7 @@ pub(super) fn told<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -
             .take(if story.shown.is_empty() { 0 } else { FRAMES })
             .collect(),
         props: Vec::new(),
+        moved: Vec::new(),
         truth: truth.clone(),
         estimate: estimates[typical].clone(),
     };
@@ -173,6 +174,7 @@ fn sheet_frame(rig: &CameraRig, seed: u64, frame: usize, truth: &[Markers], esti
     SheetFrame {
         seed,
         frame,
+        moved: None,
         observed: rig.cameras.iter().map(|camera| shadow(camera, &truth[frame], 0.065)).collect(),
         estimated: Some(rig.cameras.iter().map(|camera| shadow(camera, &estimate[frame], 0.060)).collect()),
         truth: truth[frame],
@@ -267,7 +269,7 @@ fn measured(truth: &[Markers], estimate: &[Markers], [at_truth, at_estimate]: &[
         .collect();
     let mut sequence = Sequence::from_markers(FPS, truth, estimate);
     sequence.view_overlaps = Some(&overlaps);
-    sequence.views = Some(Views { cameras: &cameras, in_view: &seen, visible: &seen });
+    sequence.views = Some(Views { cameras: &cameras, moved: &[], in_view: &seen, visible: &seen });
     sequence.roots = Some(RootRotations { truth: &roots, estimate: &turned });
     sequence.energies = (!at_truth.is_empty()).then_some(Energies { truth: at_truth, estimate: at_estimate });
     evaluate(&sequence).unwrap()

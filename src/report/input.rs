@@ -73,7 +73,7 @@ pub struct FootStances {
 /// Observed and estimated bodies in some frames.
 #[derive(Clone, Debug)]
 pub struct Sheet<'a> {
-    /// The cameras.
+    /// The cameras; those that move as they are in frame 0.
     pub rig: &'a CameraRig,
     /// Frames a second.
     pub frames_per_second: f64,
@@ -92,6 +92,8 @@ pub struct SheetFrame {
     pub seed: u64,
     /// Frame number.
     pub frame: usize,
+    /// The cameras in this frame and masks of the props in their images (empty without props), where any moves.
+    pub moved: Option<(CameraRig, Vec<Mask>)>,
     /// The observation of every camera.
     pub observed: Vec<Mask>,
     /// The estimate's silhouette in every camera, drawn with the tracker's body; `None` without a pose to draw.

@@ -23,6 +23,7 @@ mod bodies;
 mod camera_file;
 mod complaint;
 mod distractor;
+mod filming;
 pub(crate) mod json_tree;
 mod latent;
 mod methods;
@@ -50,6 +51,7 @@ pub use camera_file::{CameraFileKind, CameraFileSettings};
 pub(crate) use complaint::did_you_mean;
 pub use complaint::{Complaint, LineSpan};
 pub use distractor::DistractorSettings;
+pub use filming::{CameraMotionSettings, CameraTimingSettings, KeyframeSettings};
 pub use latent::{
     GpdmGraphSettings, GpdmSettings, LatentKind, LatentRefinementSettings, LatentTrackerSettings, RootMode,
     SwitchingGpdmSettings,

@@ -1,5 +1,6 @@
 //! Range checks that types cannot express.
 
+use super::filming;
 use super::range_checks::{RangeCheck, at_most, require, within};
 use super::{
     ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
@@ -87,6 +88,7 @@ impl Scenario {
         require("rig", all > 0, "at least one camera: [rig.ring], [[rig.file]] or [[rig.camera]]", "none")?;
         at_most("rig.leave_out", self.rig.leave_out.len(), 3 * MOST_CAMERAS, "cameras")?;
         observation(&self.observation)?;
+        filming::problem(self)?;
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };

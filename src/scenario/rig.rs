@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::CameraFileSettings;
+use super::{CameraFileSettings, CameraMotionSettings, CameraTimingSettings};
 
 /// The cameras: a ring, those of files, single cameras, or several of these (in this order). Default: a ring of four.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,6 +22,13 @@ pub struct RigSettings {
     /// Names of cameras that are left out: to see what each is worth. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub leave_out: Vec<String>,
+    /// Cameras that move, one entry each. Default: all stand still.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub motion: Vec<CameraMotionSettings>,
+    /// When cameras take their images, one entry each. Default: all take an image of every frame at its time, all rows
+    /// at once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub timing: Vec<CameraTimingSettings>,
 }
 
 /// Cameras at equal angles on a horizontal circle.
@@ -78,7 +85,14 @@ pub(super) fn with_cameras<'de, D: Deserializer<'de>>(written: D) -> Result<RigS
 
 impl Default for RigSettings {
     fn default() -> Self {
-        Self { ring: Some(RingSettings::default()), file: Vec::new(), camera: Vec::new(), leave_out: Vec::new() }
+        Self {
+            ring: Some(RingSettings::default()),
+            file: Vec::new(),
+            camera: Vec::new(),
+            leave_out: Vec::new(),
+            motion: Vec::new(),
+            timing: Vec::new(),
+        }
     }
 }
 

@@ -25,12 +25,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod clock;
 mod distractor;
+mod filmed;
 #[cfg(test)]
 pub(crate) mod fixture;
+mod shot;
 mod sight;
 mod truth;
 
+pub use clock::{SceneClock, SceneFigure};
 pub use distractor::Distractor;
+pub use shot::{Shot, ShotPoint};
 pub use sight::{Occluders, Sight, SightLines};
 pub use truth::{GroundTruth, SceneError, TruthFrame};

@@ -1,5 +1,7 @@
 //! How a camera sees a joint or marker.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Distractor;
@@ -48,7 +50,7 @@ pub struct SightLines<'a> {
     camera: &'a Camera,
     centre: Point3<f64>,
     /// Bounds in ideal image coordinates of the skin's triangles: least and greatest x and y.
-    bounds: Vec<[f64; 4]>,
+    bounds: Cow<'a, [[f64; 4]]>,
 }
 
 impl<'a> Occluders<'a> {
@@ -64,9 +66,25 @@ impl<'a> Occluders<'a> {
         self
     }
 
+    /// With other people whose links are at these places.
+    pub(super) fn with_others<'l>(mut self, others: impl Iterator<Item = (&'a Humanoid, &'l LinkFrames)>) -> Self {
+        self.others.extend(others.map(|(body, links)| PosedBody::new(body, links)));
+        self
+    }
+
     /// As seen by a camera.
     pub fn seen_by(&'a self, camera: &'a Camera) -> SightLines<'a> {
-        SightLines { occluders: self, camera, centre: camera.centre(), bounds: self.own.bounds(camera) }
+        SightLines { occluders: self, camera, centre: camera.centre(), bounds: Cow::Owned(self.own.bounds(camera)) }
+    }
+
+    /// Bounds of the surface's triangles as a camera sees them.
+    pub(super) fn bounds(&self, camera: &Camera) -> Vec<[f64; 4]> {
+        self.own.bounds(camera)
+    }
+
+    /// As [`Self::seen_by`], with bounds that are known.
+    pub(super) fn seen_within(&'a self, camera: &'a Camera, bounds: &'a [[f64; 4]]) -> SightLines<'a> {
+        SightLines { occluders: self, camera, centre: camera.centre(), bounds: Cow::Borrowed(bounds) }
     }
 }
 

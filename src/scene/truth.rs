@@ -45,6 +45,9 @@ pub struct TruthFrame {
     pub visible: Vec<[bool; LANDMARKS.len()]>,
 }
 
+/// `[camera][marker]`.
+pub(super) type MarkerFlags = Vec<[bool; LANDMARKS.len()]>;
+
 /// Errors of scenes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
@@ -139,6 +142,24 @@ impl GroundTruth {
         props: Vec<Prop>,
         distractors: Vec<Distractor>,
     ) -> Result<Self, SceneError> {
+        let mut truth = Self::unwatched(actor, motion, props, distractors)?;
+        let views = parallel::map(truth.frames.len(), |frame| truth.views(rig, frame));
+        for (frame, (in_view, visible)) in truth.frames.iter_mut().zip(views) {
+            (frame.in_view, frame.visible) = (in_view, visible);
+        }
+        match truth.unseen_frames(rig).len() == truth.frames.len() {
+            true => Err(truth.out_of_view()),
+            false => Ok(truth),
+        }
+    }
+
+    /// The truth of what happens, whoever sees it: `in_view` and `visible` are of no camera.
+    pub(super) fn unwatched(
+        actor: Humanoid,
+        motion: &Motion,
+        props: Vec<Prop>,
+        distractors: Vec<Distractor>,
+    ) -> Result<Self, SceneError> {
         for Distractor { name, body, poses } in &distractors {
             let degrees = body.degrees_of_freedom.len();
             if poses.is_empty() || poses.iter().any(|pose| pose.joint_angles.len() != degrees) {
@@ -150,21 +171,34 @@ impl GroundTruth {
         if motion.poses.is_empty() || !positive_rate {
             return Err(SceneError::EmptyMotion { poses: motion.poses.len(), frames_per_second });
         }
-        let others = (props.as_slice(), distractors.as_slice());
-        let frame = |frame| TruthFrame::new(&actor, others, frame, frames_per_second, &motion.poses[frame], rig);
+        let frame = |frame| TruthFrame::new(&actor, frame, frames_per_second, &motion.poses[frame]);
         let frames = parallel::map(motion.poses.len(), frame).into_iter().collect::<Result<Vec<_>, _>>()?;
-        let truth = Self { actor, props, distractors, frames_per_second, frames };
-        if truth.unseen_frames(rig).len() == truth.frames.len() {
-            let start = motion.poses[0].world_from_root.translation.vector.into();
-            return Err(SceneError::OutOfView { frames: truth.frames.len(), start });
-        }
-        Ok(truth)
+        Ok(Self { actor, props, distractors, frames_per_second, frames })
+    }
+
+    /// No camera sees the subject.
+    pub(super) fn out_of_view(&self) -> SceneError {
+        let start = self.frames.first().map(|frame| frame.pose.world_from_root.translation.vector.into());
+        SceneError::OutOfView { frames: self.frames.len(), start: start.unwrap_or_default() }
+    }
+
+    /// Which markers the cameras have in view in a frame, and which they see.
+    fn views(&self, rig: &CameraRig, frame: usize) -> (MarkerFlags, MarkerFlags) {
+        let (actor, occluders) = (&self.actor, self.occluders(frame));
+        let markers = &self.frames[frame].markers;
+        let in_view = rig.cameras.iter().map(|camera| markers.map(|m| m.is_some_and(|m| camera.sees(&m)))).collect();
+        let visible = rig.cameras.iter().map(|camera| {
+            let lines = occluders.seen_by(camera);
+            let is_seen = |(marker, own): (&Point3<f64>, LinkPoint)| lines.to(marker, &[own.link]) == Sight::InView;
+            std::array::from_fn(|i| markers[i].as_ref().zip(actor.markers[i]).is_some_and(is_seen))
+        });
+        (in_view, visible.collect())
     }
 
     /// Numbers of the frames in which no camera has any joint or marker in its image.
     pub fn unseen_frames(&self, rig: &CameraRig) -> Vec<usize> {
         let seen = |p: &Point3<f64>| rig.cameras.iter().any(|camera| camera.sees(p));
-        let unseen = |frame: &TruthFrame| !frame.joint_positions.iter().chain(frame.markers.iter().flatten()).any(seen);
+        let unseen = |frame: &TruthFrame| !frame.points().any(&seen);
         (0..self.frames.len()).filter(|&frame| unseen(&self.frames[frame])).collect()
     }
 
@@ -182,14 +216,7 @@ impl GroundTruth {
 }
 
 impl TruthFrame {
-    fn new(
-        actor: &Humanoid,
-        (props, distractors): (&[Prop], &[Distractor]),
-        frame: usize,
-        frames_per_second: f64,
-        pose: &Pose,
-        rig: &CameraRig,
-    ) -> Result<Self, SceneError> {
+    fn new(actor: &Humanoid, frame: usize, frames_per_second: f64, pose: &Pose) -> Result<Self, SceneError> {
         let expected = actor.degrees_of_freedom.len();
         if pose.joint_angles.len() != expected {
             let (found, actor) = (pose.joint_angles.len(), actor.name.clone());
@@ -203,24 +230,20 @@ impl TruthFrame {
             return Err(SceneError::NotFinite { frame, link: actor.links[lost].name.clone() });
         }
         let markers = actor.markers(&link_frames);
-        let in_view: Vec<_> =
-            rig.cameras.iter().map(|camera| markers.map(|m| m.is_some_and(|m| camera.sees(&m)))).collect();
-        let occluders = Occluders::new(actor, &link_frames, props).with_distractors(distractors, frame);
-        let visible = rig.cameras.iter().map(|camera| {
-            let lines = occluders.seen_by(camera);
-            let is_seen = |(marker, own): (&Point3<f64>, LinkPoint)| lines.to(marker, &[own.link]) == Sight::InView;
-            std::array::from_fn(|i| markers[i].as_ref().zip(actor.markers[i]).is_some_and(is_seen))
-        });
-        let visible = visible.collect();
         Ok(Self {
             time_s: frame as f64 / frames_per_second,
             pose: pose.clone(),
             joint_positions: link_frames.0.iter().skip(1).map(|f| f.translation.vector.into()).collect(),
             link_frames,
             markers,
-            in_view,
-            visible,
+            in_view: Vec::new(),
+            visible: Vec::new(),
         })
+    }
+
+    /// All joints and markers.
+    pub(super) fn points(&self) -> impl Iterator<Item = &Point3<f64>> {
+        self.joint_positions.iter().chain(self.markers.iter().flatten())
     }
 }
 

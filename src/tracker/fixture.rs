@@ -31,7 +31,7 @@ pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) 
         draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
         mask
     });
-    Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect() }
+    Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }
 }
 
 /// A march with swinging arms: the angles about which hips, knees, shoulders and elbows swing or stay, radians.

@@ -118,6 +118,7 @@ impl ObservedView {
             Self::Masks { observed, edge } => {
                 let (painter, model) = &mut scratch.painters[view];
                 model.clear();
+                painter.place(&camera.camera_from_world);
                 painter.paint(body, frames, model);
                 let contour = edge.as_ref().map(|edge| edge.distance_of(model));
                 MaskComparison { overlap: overlap(model, observed), contour }

@@ -20,7 +20,8 @@ use crate::raster::{Mask, MaskComparison, Overlap, TaperedCapsule};
 /// `E = 1/N_v sum_v (D_s + alpha D_c)`: `[Skinned APF]` Eq. 3, alpha inside the sum; to each view's part a third term
 /// may be added, for the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
 ///
-/// Views in which neither the model nor the observation has a pixel are left out of N_v; without any view left the
+/// Cameras are where the observation says that they were, and a camera without a new image has no say. Views in which
+/// neither the model nor the observation has a pixel are left out of N_v; without any view left the
 /// energy is 0, for nothing seen is then nothing missed. A view in which only one of them has pixels counts in full, so
 /// that a particle cannot win by leaving the picture.
 ///
@@ -43,8 +44,10 @@ pub struct SilhouetteLikelihood {
 /// One camera and what it saw.
 #[derive(Debug)]
 struct ObservedCamera {
-    /// Its ideal pinhole.
+    /// Its ideal pinhole, where it was when it took the image.
     camera: Camera,
+    /// Whether it took an image; without one it has no say.
+    has_image: bool,
     rectification: Option<Rectification>,
     /// Which pixels of the pinhole's image the camera shows; `None` where it shows them all.
     shown: Option<Mask>,
@@ -118,8 +121,14 @@ impl Likelihood for SilhouetteLikelihood {
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
         check_fit(&self.views, observation)?;
         let (road, descends, settings) = (self.road, self.outline.is_some(), self.settings);
+        for (index, view) in self.views.iter_mut().enumerate() {
+            view.has_image = observation.has_image(index);
+            if let Some(moment) = &observation.moment {
+                view.camera.camera_from_world = moment.camera_from_world[index];
+            }
+        }
         let views = self.views.par_iter_mut().zip(&observation.silhouettes);
-        views.for_each(|(view, mask)| view.observe(mask, road, descends, &settings));
+        views.filter(|(view, _)| view.has_image).for_each(|(view, mask)| view.observe(mask, road, descends, &settings));
         Ok(())
     }
 
@@ -171,7 +180,7 @@ impl SilhouetteLikelihood {
         let frames = placed.place(&self.body, pose)?;
         let buffers = descent.get_or_insert_with(|| self.descent_scratch());
         for (index, view) in self.views.iter().enumerate() {
-            let Some(observed) = &view.outline else { continue };
+            let Some(observed) = view.outline.as_ref().filter(|_| view.has_image) else { continue };
             let length = descent::length_px(&view.camera);
             let add = |sample: &OutlineSample, residual| {
                 add(index, &view.camera, length, sample, residual, self.importance.of(sample));
@@ -206,7 +215,7 @@ impl SilhouetteLikelihood {
         observation: &Observation,
     ) -> Result<Vec<Option<ObservedOutline>>, TrackError> {
         self.prepare(observation)?;
-        Ok(self.views.into_iter().map(|view| view.outline).collect())
+        Ok(self.views.into_iter().map(|view| view.outline.filter(|_| view.has_image)).collect())
     }
 }
 
@@ -223,7 +232,7 @@ impl SilhouetteLikelihood {
             placed.deform(&self.body);
         }
         let (mut sum, mut count) = (0.0, 0.0);
-        for (index, view) in self.views.iter().enumerate() {
+        for (index, view) in self.views.iter().enumerate().filter(|(_, view)| view.has_image) {
             let comparison = view.observed.compare(&self.body, placed, &view.camera, index, &mut buffers.views);
             if let Some(energy) = self.view_energy(comparison) {
                 sum += energy + self.sides_energy(view, &placed.frames, &mut buffers.limbs);
@@ -236,7 +245,8 @@ impl SilhouetteLikelihood {
     /// The camera in whose frame [`Self::energy_of`] leaves capsules; `None` where not all solids are tapered capsules
     /// or silhouettes are drawn in another way.
     pub(super) fn capsules_camera(&self) -> Option<&Camera> {
-        self.views.last().filter(|_| self.road == ComparisonRoad::Capsules).map(|view| &view.camera)
+        let last = self.views.iter().rfind(|view| view.has_image);
+        last.filter(|_| self.road == ComparisonRoad::Capsules).map(|view| &view.camera)
     }
 }
 
@@ -247,7 +257,7 @@ impl ObservedCamera {
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
         let observed = ObservedView::new(&camera, nothing, road, settings);
         let shown = rectification.as_ref().and_then(Rectification::shown);
-        Self { camera, rectification, shown, observed, sides: None, outline: None }
+        Self { camera, has_image: true, rectification, shown, observed, sides: None, outline: None }
     }
 
     fn observe(&mut self, mask: &Mask, road: ComparisonRoad, descends: bool, settings: &SilhouetteSettings) {
@@ -291,6 +301,12 @@ fn check_fit(views: &[ObservedCamera], observation: &Observation) -> Result<(), 
     if views.len() != observation.silhouettes.len() {
         let found = observation.silhouettes.len();
         return mismatch(format!("expected {} silhouettes, one per camera, found {found}", views.len()));
+    }
+    if let Some(moment) = &observation.moment {
+        let found = [moment.camera_from_world.len(), moment.exposed_s.len()];
+        if found != [views.len(); 2] {
+            return mismatch(format!("expected the places and times of {} cameras, found {found:?}", views.len()));
+        }
     }
     for (view, mask) in views.iter().zip(&observation.silhouettes) {
         let (expected, found) = (view.camera.pinhole, (mask.width(), mask.height()));

@@ -81,9 +81,10 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 /// x, y, v of every marker, and how many have v > 0.
 fn keypoints(set: &BenchmarkSet, camera: usize, frame: usize) -> (Vec<Value>, usize) {
     let truth = &set.truth.ground_truth.frames[frame];
+    let rig = set.blind.rig_at(frame);
     let of = |marker: usize| {
         let in_view = truth.in_view[camera][marker];
-        let pixel = truth.markers[marker].filter(|_| in_view).and_then(|m| set.blind.rig.cameras[camera].project(&m));
+        let pixel = truth.markers[marker].filter(|_| in_view).and_then(|m| rig.cameras[camera].project(&m));
         pixel.map(|pixel| (pixel.x - 0.5, pixel.y - 0.5, if truth.visible[camera][marker] { 2 } else { 1 }))
     };
     let all: Vec<Option<(f64, f64, i32)>> = (0..LANDMARKS.len()).map(of).collect();

@@ -8,7 +8,7 @@ use crate::camera::Camera;
 
 const README: &str = "\
 cameras.txt, images.txt, points3D.txt: the rig, one image a camera, and the actor's markers in frame 0 with the pixels where
-they are visible. Images are NAME/000000.png: lay camNN/silhouette of the set's observations/ beside under these names.
+they are visible; of cameras that move, an image of every frame, the others without points. Images are NAME/000000.png: lay camNN/silhouette of the set's observations/ beside under these names.
 
 COLMAP's own conventions: world to camera as qw qx qy qz tx ty tz, metres, x right, y down, z forward; the world's Z is up; pixel
 (0.5, 0.5) is the centre of the top-left pixel. Cameras without distortion are PINHOLE, with it OPENCV, or FULL_OPENCV where
@@ -41,9 +41,27 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let track: String = tracks[marker].iter().map(|(image, point)| format!(" {image} {point}")).collect();
         writeln!(points, "{} {} {} {} 255 255 255 0{track}", marker + 1, place.x, place.y, place.z).ok();
     }
+    images += &other_frames(set);
     [("cameras.txt", cameras), ("images.txt", images), ("points3D.txt", points)]
         .iter()
         .try_for_each(|(name, text)| folder.write(name, text.as_bytes()))
+}
+
+/// Images of the frames after the first, without points, of a set whose cameras move.
+fn other_frames(set: &BenchmarkSet) -> String {
+    let (names, cameras) = (camera_files(set), set.blind.rig.cameras.len());
+    let mut images = String::new();
+    let moments = set.blind.moments.iter().flat_map(|moments| moments.frames.iter().enumerate().skip(1));
+    for (frame, moment) in moments {
+        for (index, placement) in moment.camera_from_world.iter().enumerate() {
+            if moment.exposed_s[index].is_some() {
+                let (id, [x, y, z, qw, qx, qy, qz]) = (frame * cameras + index + 1, rigid::to_row(placement));
+                let (camera, name) = (index + 1, &names[index]);
+                writeln!(images, "{id} {qw} {qx} {qy} {qz} {x} {y} {z} {camera} {name}/{frame:06}.png\n").ok();
+            }
+        }
+    }
+    images
 }
 
 /// Model, size and parameters of a camera.

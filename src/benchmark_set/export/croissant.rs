@@ -16,7 +16,7 @@ const COLUMNS: [(&str, &str, &str); 6] = [
     ("image", "sc:Text", "path of the silhouette: 8-bit grey PNG, 255 where the body is"),
     ("camera", "sc:Text", "the camera's name"),
     ("frame", "sc:Integer", "number of the frame, from 0"),
-    ("time_s", "sc:Float", "seconds from the first frame"),
+    ("time_s", "sc:Float", "when the image was exposed, seconds from the first frame"),
     ("area_px", "sc:Integer", "pixels of the silhouette"),
     ("markers_visible", "sc:Integer", "how many of HumanEva's 15 markers the camera sees"),
 ];
@@ -30,12 +30,14 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let image = format!("masks/cam{:02}_{:06}.png", picture.camera, picture.frame);
         folder.write(&image, &picture.png)?;
         let frame = &set.truth.ground_truth.frames[picture.frame];
+        let moment = set.blind.moment(picture.frame);
+        let exposed_s = moment.and_then(|moment| moment.exposed_s[picture.camera]);
         let visible = frame.visible[picture.camera].iter().filter(|visible| **visible).count();
         let row = [
             image,
             set.blind.rig.cameras[picture.camera].name.clone(),
             picture.frame.to_string(),
-            frame.time_s.to_string(),
+            exposed_s.unwrap_or(frame.time_s).to_string(),
             picture.mask.count().to_string(),
             visible.to_string(),
         ];

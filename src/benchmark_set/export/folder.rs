@@ -58,7 +58,7 @@ impl<'a> Folder<'a> {
         self.write("README.txt", text.as_bytes())
     }
 
-    /// Every silhouette in order of frames, then cameras; one is in memory at a time.
+    /// Every silhouette that a camera took, in order of frames, then cameras; one is in memory at a time.
     pub(super) fn for_each_picture(
         &self,
         set: &BenchmarkSet,
@@ -68,6 +68,9 @@ impl<'a> Folder<'a> {
             for (camera, known) in set.blind.rig.cameras.iter().enumerate() {
                 if (self.watch.stop)() {
                     return Err(SetError::Stopped);
+                }
+                if !set.blind.has_image(camera, frame) {
+                    continue;
                 }
                 let path = silhouette_path(camera, frame);
                 let png = set.blind.files().read(&path).map_err(|e| set.blind.files().locate(e))?.into_owned();

@@ -10,6 +10,7 @@ mod c3d;
 mod coco;
 mod colmap;
 mod croissant;
+mod filming;
 mod folder;
 mod humaneva;
 mod npz;
@@ -63,7 +64,11 @@ pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 12] = [
     (ExportFormat::Bvh, "bvh", "actor.bvh (cm, Y up): Blender, bvhio"),
     (ExportFormat::Trc, "trc", "markers.trc (mm, Y up): OpenSim"),
     (ExportFormat::C3d, "c3d", "markers.c3d (mm, Z up): ezc3d, Mokka"),
-    (ExportFormat::Colmap, "colmap", "cameras.txt, images.txt, points3D.txt of one frame: COLMAP"),
+    (
+        ExportFormat::Colmap,
+        "colmap",
+        "cameras.txt, images.txt, points3D.txt of one frame, of cameras that move images of all: COLMAP",
+    ),
     (ExportFormat::Croissant, "croissant", "croissant.json, frames.csv, masks/: mlcroissant"),
     (ExportFormat::WebDataset, "webdataset", "NNNNNN.tar shards of masks, cameras, keypoints: webdataset"),
     (ExportFormat::Tum, "tum", "root.txt, trajectory of the root: evo"),
@@ -98,6 +103,7 @@ pub struct ExportWatch<'a> {
 /// [`SetError::Io`] naming the file that cannot be written, [`SetError::Malformed`] for a set that the format cannot
 /// hold, with the reason; errors of reading the set; [`SetError::Stopped`].
 pub fn export(set: &BenchmarkSet, format: ExportFormat, folder: &Path, watch: ExportWatch<'_>) -> Result<(), SetError> {
+    filming::refuse(set, format)?;
     let folder = Folder::new(folder, watch);
     match format {
         ExportFormat::Coco => coco::write(set, &folder),

@@ -3,10 +3,10 @@
 use nalgebra::Point3;
 
 use super::folder::Folder;
-use crate::benchmark_set::{BenchmarkSet, SetError, truth_file};
+use crate::benchmark_set::{BenchmarkSet, RigMoments, SetError, truth_file, views_file};
 use crate::body::LANDMARKS;
-use crate::camera::{Camera, CameraRig};
-use crate::npz::Array;
+use crate::camera::{Camera, CameraRig, FilmingRig};
+use crate::npz::{Array, Npz};
 use crate::scene::{GroundTruth, TruthFrame};
 
 const README: &str = "\
@@ -17,7 +17,10 @@ read_truth.py   a reader of it: python3 read_truth.py .
 
 Metres, radians, seconds. The world is right-handed, Z up, ground at z = 0. x_camera = R x_world + t, x right, y down, z forward;
 pixel (0, 0) is the centre of the top-left pixel. Frame f is at time f / fps, and all arrays and images of one number belong to
-that instant.";
+that instant. Where cameras move or take images at times of their own there are besides: frame_R (T, C, 3, 3) and frame_t (T, C, 3), the
+cameras when the first row of their images was exposed (R and t are those of frame 0), exposed_s (T, C), when that was, NaN where
+a camera took no image for the frame, and line_delay_s (C), the delay from row to row; joints_2d and markers_2d are then of the
+moments at which the true cameras exposed what they show, NaN without an image.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "Truth and cameras for NumPy", README)?;
@@ -26,8 +29,13 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     let mut npz = truth_file::to_npz(&truth.ground_truth, refitted, rig);
     let (joints, markers) = (truth.ground_truth.actor.joints.len(), LANDMARKS.len());
     let of_joints = |f: &TruthFrame| f.joint_positions.iter().copied().map(Some).collect();
-    npz.push("joints_2d", pixels(&truth.ground_truth, rig, joints, of_joints));
-    npz.push("markers_2d", pixels(&truth.ground_truth, rig, markers, |f| f.markers.to_vec()));
+    if truth.filming.is_none() {
+        npz.push("joints_2d", pixels(&truth.ground_truth, rig, joints, of_joints));
+        npz.push("markers_2d", pixels(&truth.ground_truth, rig, markers, |f| f.markers.to_vec()));
+    }
+    if let (Some(moments), Some(filming)) = (&set.blind.moments, &set.truth.filming) {
+        push_filming(&mut npz, &truth.ground_truth, moments, filming);
+    }
     let cameras = rig.cameras.as_slice();
     let of = |shape: &[usize], numbers: &dyn Fn(&Camera) -> Vec<f64>| {
         Array::new(&[&[cameras.len()], shape].concat(), cameras.iter().flat_map(numbers).collect::<Vec<_>>())
@@ -40,6 +48,27 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     npz.push("image_size", Array::new(&[cameras.len(), 2], sizes.collect::<Vec<_>>()));
     folder.write("truth.npz", &npz.to_bytes("truth.npz")?)?;
     folder.write("read_truth.py", truth_file::READER.as_bytes())
+}
+
+/// The cameras of every frame, and points where they were when they were exposed.
+fn push_filming(npz: &mut Npz, truth: &GroundTruth, moments: &RigMoments, filming: &FilmingRig) {
+    let views = views_file::to_npz(truth, filming);
+    for array in ["joints_2d", "markers_2d"] {
+        if let Some(pixels) = views.get(array) {
+            npz.push(array, pixels.clone());
+        }
+    }
+    let (frames, cameras) = (moments.frames.len(), filming.cameras());
+    let placed = || moments.frames.iter().flat_map(|moment| moment.camera_from_world.iter());
+    let placed = || placed().map(|placement| filming.rig().cameras[0].placed(*placement));
+    let rotations = placed().flat_map(|camera| camera.opencv_rotation()).flatten().collect::<Vec<_>>();
+    npz.push("frame_R", Array::new(&[frames, cameras, 3, 3], rotations));
+    let translations = placed().flat_map(|camera| camera.opencv_translation()).collect::<Vec<_>>();
+    npz.push("frame_t", Array::new(&[frames, cameras, 3], translations));
+    let times = moments.frames.iter().flat_map(|moment| &moment.exposed_s);
+    let times = times.map(|time| time.unwrap_or(f64::NAN)).collect::<Vec<_>>();
+    npz.push("exposed_s", Array::new(&[frames, cameras], times));
+    npz.push("line_delay_s", Array::new(&[cameras], moments.line_delay_s.clone()));
 }
 
 /// Pixels of `points` points of every frame and camera.

@@ -34,7 +34,8 @@ struct TarShard {
 impl TarShard {
     fn add(&mut self, set: &BenchmarkSet, picture: &SetSilhouette) {
         let (camera, frame) = (picture.camera, picture.frame);
-        let said = facts(&set.blind.rig.cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
+        let said =
+            facts(&set.blind.rig_at(frame).cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
         self.samples.push((key(camera, frame), said.to_string().into_bytes(), picture.png.clone()));
     }
 

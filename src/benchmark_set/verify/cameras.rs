@@ -1,9 +1,10 @@
 //! `cameras.json`, by its numbers alone.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use serde_json::Value;
 
-use super::{Fault, Outcome};
+use super::parts::ReadParts;
+use super::{Fault, Outcome, filming};
 use crate::benchmark_set::cameras_file::{self, AXES, PIXEL_CENTRES};
 use crate::benchmark_set::files::SetFiles;
 use crate::input::excerpt;
@@ -50,6 +51,18 @@ impl ListedCamera {
         let bent_x = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
         let bent_y = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
         ([self.k[(0, 0)] * bent_x + self.k[(0, 2)], self.k[(1, 1)] * bent_y + self.k[(1, 2)]], p.z)
+    }
+
+    /// The same camera elsewhere.
+    pub(super) fn placed(&self, camera_from_world: &Isometry3<f64>) -> Self {
+        let r = camera_from_world.rotation.to_rotation_matrix().into_inner();
+        Self {
+            r,
+            t: camera_from_world.translation.vector,
+            name: self.name.clone(),
+            observations: String::new(),
+            ..*self
+        }
     }
 
     fn faults(&self, index: usize) -> Vec<String> {
@@ -110,7 +123,7 @@ fn read(files: &SetFiles) -> Result<(Value, Vec<Option<ListedCamera>>), String> 
     Ok((value, cameras))
 }
 
-pub(super) fn check(files: &SetFiles) -> Outcome {
+pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let (value, cameras) = read(files)?;
     let mut faults = Vec::new();
     for (key, expected) in [("axes", AXES), ("pixel_centres", PIXEL_CENTRES)] {
@@ -127,6 +140,8 @@ pub(super) fn check(files: &SetFiles) -> Outcome {
             )),
         }
     }
-    let faults = faults.into_iter().map(|detail| Fault::new(cameras_file::PATH, detail)).collect();
-    Ok((format!("{} cameras", cameras.len()), faults))
+    let mut faults: Vec<Fault> = faults.into_iter().map(|detail| Fault::new(cameras_file::PATH, detail)).collect();
+    faults.extend(filming::faults(parts));
+    let over = parts.moments.as_ref().map(|moments| format!(" over {} frames", moments.frames.len()));
+    Ok((format!("{} cameras{}", cameras.len(), over.unwrap_or_default()), faults))
 }

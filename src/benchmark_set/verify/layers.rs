@@ -28,16 +28,19 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
         return Ok(("the set has no truth images".to_owned(), Vec::new()));
     }
     let (truth, rig) = parts.scene()?;
+    let filming = parts.filming()?;
     let mut faults = Vec::new();
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
-    for (index, camera) in rig.cameras.iter().enumerate() {
-        let observer = LayerObserver::new(truth, rig, index, wanted(files, parts, index, &numbers));
+    for index in 0..rig.cameras.len() {
+        let observer = LayerObserver::from_filming(truth, &filming, index, wanted(files, parts, index, &numbers));
         let of_frame = |at: usize| {
             let (number, mut faults) = (numbers[at], Vec::new());
             if (how.stop)() {
                 return faults;
             }
-            let expected = observer.look(number);
+            let Some(expected) = observer.look(number) else { return faults };
+            let opened_s = filming.row_s(index, truth.frames[number].time_s, 0);
+            let camera = &filming.camera_at(index, opened_s);
             let path = exr_layers::path(index, number);
             let image = files.read(&path).and_then(|bytes| exr_layers::decode(&path, &bytes));
             match image {

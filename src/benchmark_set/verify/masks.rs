@@ -5,7 +5,7 @@ use super::{Fault, Outcome, Thoroughness};
 use crate::benchmark_set::blind::silhouette_path;
 use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::{SetError, silhouette_png};
-use crate::camera::CameraRig;
+use crate::camera::{CameraRig, FilmingRig};
 use crate::observation::{
     CorruptedObserver, Observation, ObservationFacts, Observer, SegmentedObserver, SilhouetteSource,
 };
@@ -24,7 +24,8 @@ const SPOILED_SHARE: f64 = 0.005;
 pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) -> Outcome {
     let (truth, rig) = parts.scene()?;
     let (facts, seed) = parts.observed();
-    let observing = SetObserver::new(truth, rig, &facts, seed)?;
+    let filming = parts.filming()?;
+    let observing = SetObserver::new(truth, &filming, &facts, seed)?;
     let numbers: Vec<usize> = (0..truth.frames.len()).step_by(how.every.max(1)).collect();
     let exact = facts.silhouette == SilhouetteSource::Exact;
     let share = if exact { 0.0 } else { SPOILED_SHARE };
@@ -39,8 +40,10 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: Thoroughness<'_>) 
         faults
     };
     let faults = parallel::map(numbers.len(), of_frame).concat();
+    let taken = |frame: &usize| (0..rig.cameras.len()).filter(|camera| filming.has_image(*camera, *frame)).count();
+    let redrawn: usize = numbers.iter().map(taken).sum();
     let how_made = if exact { String::new() } else { format!(", {}", facts.in_words()) };
-    Ok((format!("{} silhouettes redrawn{how_made}", numbers.len() * rig.cameras.len()), faults))
+    Ok((format!("{redrawn} silhouettes redrawn{how_made}"), faults))
 }
 
 /// Observes again as the set says that it was observed.
@@ -51,15 +54,15 @@ enum SetObserver<'a> {
 }
 
 impl<'a> SetObserver<'a> {
-    fn new(truth: &'a GroundTruth, rig: &CameraRig, facts: &ObservationFacts, seed: u64) -> Result<Self, String> {
+    fn new(truth: &'a GroundTruth, filming: &FilmingRig, facts: &ObservationFacts, seed: u64) -> Result<Self, String> {
         Ok(match facts.silhouette {
-            SilhouetteSource::Exact => Self::Exact(Box::new(Observer::new(truth, rig))),
+            SilhouetteSource::Exact => Self::Exact(Box::new(Observer::from_filming(truth, filming))),
             SilhouetteSource::Corrupted => {
-                Self::Corrupted(Box::new(CorruptedObserver::new(truth, rig, facts.corruption, seed)))
+                Self::Corrupted(Box::new(CorruptedObserver::from_filming(truth, filming, facts.corruption, seed)))
             }
             SilhouetteSource::Segmented => {
                 let (images, background) = (facts.images.unwrap_or_default(), facts.background.unwrap_or_default());
-                let observer = SegmentedObserver::new(truth, rig, &images, &background, seed);
+                let observer = SegmentedObserver::new(truth, filming.rig(), &images, &background, seed);
                 Self::Segmented(Box::new(observer.map_err(|e| format!("not checked: set.toml: {e}"))?))
             }
         })
@@ -90,6 +93,9 @@ impl Redrawn<'_> {
         let expected = self.observing.observe(self.number);
         let mut faults = Vec::new();
         for (index, camera) in self.rig.cameras.iter().enumerate() {
+            if !expected.has_image(index) {
+                continue;
+            }
             let path = silhouette_path(index, self.number);
             let (width, height) = (camera.pinhole.width, camera.pinhole.height);
             let found = self.files.read(&path).and_then(|b| silhouette_png::decode(&path, &b, width, height));

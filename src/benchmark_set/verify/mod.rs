@@ -14,6 +14,8 @@ mod body;
 mod cameras;
 mod contacts;
 mod explanation;
+mod filmed_projection;
+mod filming;
 mod layers;
 mod masks;
 mod parts;
@@ -33,7 +35,11 @@ use super::{SetError, manifest};
 pub const CHECKS: [(&str, &str); 11] = [
     ("hashes", "every listed file is there and unchanged, and no other file is"),
     ("formats", "every file can be read, and counts, names and frame rates agree"),
-    ("cameras", "cameras.json describes real cameras: right-handed rotations, positive focal lengths, the stated axes"),
+    (
+        "cameras",
+        "cameras.json describes real cameras: right-handed rotations, positive focal lengths, the stated axes; cameras.npz \
+        has the places and times of cameras that move or keep times of their own",
+    ),
     (
         "body",
         "the actor stands upright in metres, its left and right are not exchanged, and markers are on their links",
@@ -139,10 +145,13 @@ pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, S
     add(Ok((format!("{} files", files.count()), hashes)))?;
     let (parts, faults) = ReadParts::read(&files);
     add(Ok((parts.in_words(), faults)))?;
-    add(cameras::check(&files))?;
+    add(cameras::check(&files, &parts))?;
     add(body::check(&parts))?;
     add(poses::check(&parts))?;
-    add(projection::check(&files, &parts))?;
+    add(match parts.is_filmed() {
+        true => filmed_projection::check(&files, &parts),
+        false => projection::check(&files, &parts),
+    })?;
     add(poses::check_visibility(&files, &parts))?;
     add(masks::check(&files, &parts, how))?;
     add(layers::check(&files, &parts, how))?;

@@ -6,11 +6,11 @@ use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::manifest::{self, BlindManifest};
 use crate::benchmark_set::start_file::{self, Start};
 use crate::benchmark_set::{
-    SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file, exr_layers, props_file,
-    recording_file, spread_file, training_file, truth_file,
+    RigMoments, SetError, TruthFacts, body_file, cameras_file, contact_file, depth_png, distractors_file, exr_layers,
+    filming_file, moments_file, props_file, recording_file, spread_file, training_file, truth_file,
 };
 use crate::body::Motion;
-use crate::camera::CameraRig;
+use crate::camera::{CameraRig, FilmingRig};
 use crate::npz::Npz;
 use crate::observation::{ImageSettings, ObservationFacts, SilhouetteSource};
 use crate::scene::GroundTruth;
@@ -22,6 +22,10 @@ pub(super) struct ReadParts {
     pub(super) rig: Option<CameraRig>,
     /// The cameras that saw the actor, where trackers are given others.
     true_rig: Option<CameraRig>,
+    /// How the cameras that saw the actor move and take their images, where they do not stand still.
+    filming: Option<FilmingRig>,
+    /// What a tracker is told of that.
+    pub(super) moments: Option<RigMoments>,
     pub(super) start: Option<Start>,
     pub(super) truth: Option<GroundTruth>,
     pub(super) refitted: Option<Motion>,
@@ -57,7 +61,16 @@ impl ReadParts {
             cameras_file::from_file(cameras_file::TRUTH_PATH, &bytes)
         });
         let true_rig = true_rig.and_then(|rig| rig.map_err(&mut keep).ok());
-        let parts = Self { manifest, rig, true_rig, start, truth, refitted: refitted.flatten(), facts };
+        let is_filmed = manifest.as_ref().is_some_and(BlindManifest::is_filmed);
+        let told = manifest.as_ref().zip(rig.as_ref());
+        let moments = told.and_then(|(manifest, rig)| moments_file::read(files, manifest, rig).map_err(&mut keep).ok());
+        let moments = moments.flatten();
+        let filming = true_rig.as_ref().or(rig.as_ref()).filter(|_| is_filmed).and_then(|rig| {
+            let filming = files.read(filming_file::PATH).and_then(|bytes| filming_file::from_json(&bytes, rig));
+            filming.map_err(&mut keep).ok()
+        });
+        let refitted = refitted.flatten();
+        let parts = Self { manifest, rig, true_rig, filming, moments, start, truth, refitted, facts };
         faults.extend(parts.disagreements());
         faults.extend(parts.names(files));
         faults.extend(parts.missing(files));
@@ -81,6 +94,27 @@ impl ReadParts {
             rig if rig.cameras.len() == count => Ok((truth, rig)),
             _ => Err("not checked: truth/cameras.json and cameras.json have different numbers of cameras".to_owned()),
         }
+    }
+
+    /// Whether cameras move or take images at times of their own.
+    pub(super) fn is_filmed(&self) -> bool {
+        self.manifest.as_ref().is_some_and(BlindManifest::is_filmed)
+    }
+
+    /// How the true cameras film.
+    pub(super) fn filming(&self) -> Result<FilmingRig, String> {
+        let (_, rig) = self.scene()?;
+        match (self.is_filmed(), &self.filming) {
+            (false, _) => Ok(FilmingRig::from(rig)),
+            (true, Some(filming)) => Ok(filming.clone()),
+            (true, None) => Err("not checked: truth/filming.json cannot be read".to_owned()),
+        }
+    }
+
+    /// Whether a camera took an image for a frame, as far as that is known.
+    pub(super) fn has_image(&self, camera: usize, frame: usize) -> bool {
+        let moment = self.moments.as_ref().and_then(|moments| moments.frames.get(frame));
+        moment.and_then(|moment| moment.exposed_s.get(camera)).is_none_or(Option::is_some)
     }
 
     /// How the set says that its observations were made, and the seed of what was drawn for them.
@@ -169,7 +203,10 @@ impl ReadParts {
     fn missing(&self, files: &SetFiles) -> Vec<Fault> {
         let Some(sequence) = self.manifest.as_ref().map(|manifest| &manifest.sequence) else { return Vec::new() };
         let every = |path: fn(usize, usize) -> String| {
-            (0..sequence.cameras).flat_map(move |camera| (0..sequence.frames).map(move |frame| path(camera, frame)))
+            let of_camera = move |camera| {
+                (0..sequence.frames).map(move |frame| (camera, frame)).filter(|(c, f)| self.has_image(*c, *f))
+            };
+            (0..sequence.cameras).flat_map(of_camera).map(move |(camera, frame)| path(camera, frame))
         };
         let lacks = |path: &String| !files.has(path);
         let detail = "is missing: the set needs one of every camera and frame";
@@ -185,10 +222,16 @@ impl ReadParts {
             let pictures = (path.starts_with("observations/") && path.contains("/silhouette/"))
                 || exr_layers::is_layer(path)
                 || depth_png::is_depth(path);
-            pictures && !in_range(path, sequence.cameras, sequence.frames)
+            pictures
+                && !place_of(path)
+                    .is_some_and(|(c, f)| c < sequence.cameras && f < sequence.frames && self.has_image(c, f))
         });
-        let detail = format!("belongs to none of the {} cameras and {} frames", sequence.cameras, sequence.frames);
-        faults.extend(beyond.map(|path| Fault::new(path, detail.clone())));
+        let (cameras, frames) = (sequence.cameras, sequence.frames);
+        let detail = |path: &str| match place_of(path).filter(|(c, f)| *c < cameras && *f < frames) {
+            Some((camera, frame)) => format!("cameras.npz says that camera {camera} took no image for frame {frame}"),
+            None => format!("belongs to none of the {cameras} cameras and {frames} frames"),
+        };
+        faults.extend(beyond.map(|path| Fault::new(path, detail(path))));
         faults
     }
 
@@ -209,12 +252,12 @@ impl ReadParts {
     }
 }
 
-/// Whether camera and frame in the name of a picture are among those of the set.
-fn in_range(path: &str, cameras: usize, frames: usize) -> bool {
+/// Camera and frame in the name of a picture.
+fn place_of(path: &str) -> Option<(usize, usize)> {
     let camera = path.split('/').find_map(|part| part.strip_prefix("cam")).and_then(|digits| digits.parse().ok());
     let name = path.rsplit('/').next();
     let frame = name.and_then(|name| name.split(['.', '-']).next()).and_then(|digits| digits.parse().ok());
-    camera.is_some_and(|camera: usize| camera < cameras) && frame.is_some_and(|frame: usize| frame < frames)
+    camera.zip(frame)
 }
 
 fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTruth, Option<Motion>), SetError> {

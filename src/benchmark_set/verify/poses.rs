@@ -9,7 +9,7 @@ use crate::benchmark_set::files::SetFiles;
 use crate::benchmark_set::truth_file::PATH;
 use crate::benchmark_set::views_file;
 use crate::body::{LANDMARKS, LinkFrames, Markers};
-use crate::camera::{Camera, CameraRig};
+use crate::camera::{CameraRig, FilmingRig};
 use crate::npz::{Npz, Values};
 use crate::parallel;
 use crate::scene::{GroundTruth, TruthFrame};
@@ -128,7 +128,8 @@ fn jump(truth: &GroundTruth, known: &[(LinkFrames, Markers)]) -> Option<String> 
 pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let (truth, rig) = parts.scene()?;
     let (props, others) = (truth.props.clone(), truth.distractors.clone());
-    let known = GroundTruth::among(truth.actor.clone(), &truth.motion(), rig, props, others);
+    let filming = parts.filming()?;
+    let known = GroundTruth::filmed(truth.actor.clone(), &truth.motion(), &filming, props, others);
     let known = match known {
         Ok(known) => known,
         Err(error) => return Ok((String::new(), vec![Fault::new(PATH, error.to_string())])),
@@ -136,7 +137,7 @@ pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let mut faults = Vec::new();
     for (index, camera) in rig.cameras.iter().enumerate() {
         for (array, pick) in [("in_view", views as Pick), ("visible", sights)] {
-            let wrong = wrong_flags(truth, &known, index, camera, pick);
+            let wrong = wrong_flags(truth, &known, &filming, index, pick);
             faults.extend(wrong.first().map(|(frame, marker)| {
                 let flag = pick(&truth.frames[*frame])[index][*marker];
                 let name = LANDMARKS[*marker].name();
@@ -149,20 +150,21 @@ pub(super) fn check_visibility(files: &SetFiles, parts: &ReadParts) -> Outcome {
         }
     }
     faults.extend(seen_but_not_in_view(truth, rig));
-    faults.extend(wrong_sights(files, &known, rig));
+    faults.extend(wrong_sights(files, &known, &filming));
     let flags = 2 * truth.frames.len() * rig.cameras.len() * LANDMARKS.len();
     Ok((format!("{flags} flags"), faults))
 }
 
 /// Sights of joints and markers, those on the very border of the image left out.
-fn wrong_sights(files: &SetFiles, known: &GroundTruth, rig: &CameraRig) -> Vec<Fault> {
+fn wrong_sights(files: &SetFiles, known: &GroundTruth, filming: &FilmingRig) -> Vec<Fault> {
+    let rig = filming.rig();
     if !files.has(views_file::PATH) {
         return Vec::new();
     }
     let read = files.read(views_file::PATH).ok().and_then(|bytes| Npz::from_bytes(views_file::PATH, &bytes).ok());
     // what cannot be read is named by the check of projections
     let Some(found) = read else { return Vec::new() };
-    let expected = views_file::to_npz(known, rig);
+    let expected = views_file::to_npz(known, filming);
     let wrong = |array: &str, points: &dyn Fn(&TruthFrame, usize) -> Option<Point3<f64>>, names: &[String]| {
         let (found, expected) = (sights_of(&found, array)?, sights_of(&expected, array)?);
         if found.len() != expected.len() {
@@ -174,8 +176,10 @@ fn wrong_sights(files: &SetFiles, known: &GroundTruth, rig: &CameraRig) -> Vec<F
         };
         let differs = |index: &usize| {
             let (frame, camera, point) = place(*index);
-            let on_border =
-                || points(&known.frames[frame], point).is_some_and(|p| is_on_border(&rig.cameras[camera], &p));
+            let on_border = || {
+                points(&known.frames[frame], point)
+                    .is_some_and(|p| is_on_border(filming, camera, &known.frames[frame], &p))
+            };
             found[*index] != expected[*index] && !on_border()
         };
         let all: Vec<usize> = (0..found.len()).filter(differs).collect();
@@ -221,14 +225,15 @@ fn sights(frame: &TruthFrame) -> &Vec<[bool; LANDMARKS.len()]> {
 fn wrong_flags(
     truth: &GroundTruth,
     known: &GroundTruth,
+    filming: &FilmingRig,
     index: usize,
-    camera: &Camera,
     pick: Pick,
 ) -> Vec<(usize, usize)> {
     let mut wrong = Vec::new();
     for (number, (frame, known)) in truth.frames.iter().zip(&known.frames).enumerate() {
         for (marker, (found, expected)) in pick(frame)[index].iter().zip(&pick(known)[index]).enumerate() {
-            if found != expected && !known.markers[marker].is_some_and(|point| is_on_border(camera, &point)) {
+            let on_border = || known.markers[marker].is_some_and(|point| is_on_border(filming, index, known, &point));
+            if found != expected && !on_border() {
                 wrong.push((number, marker));
             }
         }
@@ -236,7 +241,9 @@ fn wrong_flags(
     wrong
 }
 
-fn is_on_border(camera: &Camera, point: &Point3<f64>) -> bool {
+/// Whether a camera of a frame has a point on the border of its image.
+fn is_on_border(filming: &FilmingRig, camera: usize, frame: &TruthFrame, point: &Point3<f64>) -> bool {
+    let camera = filming.camera_at(camera, filming.row_s(camera, frame.time_s, 0));
     let Some(pixel) = camera.project(point) else { return false };
     let (width, height) = (f64::from(camera.pinhole.width), f64::from(camera.pinhole.height));
     [pixel.x, pixel.y, width - pixel.x, height - pixel.y].iter().any(|distance| distance.abs() < BORDER_PX)

@@ -15,21 +15,21 @@ use crate::raster::Mask;
 use crate::scene::{GroundTruth, TruthFrame};
 
 /// How far the formula may be from this program's own projection, pixels.
-const TOLERANCE_PX: f64 = 1e-6;
+pub(super) const TOLERANCE_PX: f64 = 1e-6;
 
 /// Markers lie inside the body or on it: this share of those that a camera sees must lie in its silhouettes, give or
 /// take [`REACH_PX`].
-const LEAST_SHARE: f64 = 0.85;
+pub(super) const LEAST_SHARE: f64 = 0.85;
 const REACH_PX: i64 = 2;
 
 /// Pixels of joints and markers.
-const VIEWS: &str = "truth/views.npz";
+pub(super) const VIEWS: &str = "truth/views.npz";
 
 /// Fewer markers than this prove nothing.
-const LEAST_MARKERS: usize = 10;
+pub(super) const LEAST_MARKERS: usize = 10;
 
 /// How many frames' silhouettes are looked into.
-const SAMPLED_FRAMES: usize = 200;
+pub(super) const SAMPLED_FRAMES: usize = 200;
 
 pub(super) fn check(files: &SetFiles, parts: &ReadParts) -> Outcome {
     let (truth, rig) = parts.scene()?;
@@ -97,7 +97,7 @@ fn in_silhouettes(
 }
 
 /// Whether a pixel of the mask is set at most [`REACH_PX`] from a place, whose pixel centres are at integers.
-fn is_near(mask: &Mask, [u, v]: [f64; 2]) -> bool {
+pub(super) fn is_near(mask: &Mask, [u, v]: [f64; 2]) -> bool {
     if !(u.is_finite() && v.is_finite()) {
         return false;
     }

@@ -82,6 +82,11 @@ impl SilhouettePainter {
         }
     }
 
+    /// Puts the camera elsewhere, world to camera, metres.
+    pub fn place(&mut self, camera_from_world: &Isometry3<f64>) {
+        self.camera.camera_from_world = *camera_from_world;
+    }
+
     /// Adds the silhouette of a body with its links at `frames` to `mask`, which has the camera's size.
     pub fn paint(&mut self, humanoid: &Humanoid, frames: &LinkFrames, mask: &mut Mask) {
         if let Some(skin) = &humanoid.skin {

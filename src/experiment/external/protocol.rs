@@ -13,7 +13,15 @@ use crate::observation::Observation;
 use crate::raster::Mask;
 
 /// Name and version of the protocol; a program that speaks another one says so in `ready`.
-pub(super) const PROTOCOL: &str = "skiagraph.tracker/1";
+const PROTOCOL: &str = "skiagraph.tracker/1";
+/// The same of sets whose cameras move or take images at times of their own: every frame says where they are and which
+/// have an image. A program that knows only the other would take them for cameras that stand still.
+const PROTOCOL_OF_FILMING: &str = "skiagraph.tracker/2";
+
+/// The protocol of a set.
+pub(super) fn protocol_of(set: &BlindSet) -> &'static str {
+    if set.moments.is_some() { PROTOCOL_OF_FILMING } else { PROTOCOL }
+}
 /// No coordinate is farther from the origin, metres.
 const FARTHEST_M: f64 = 1e6;
 /// How far the length of a quaternion may be from 1.
@@ -61,6 +69,9 @@ pub(super) struct CameraMessage<'a> {
     r: [[f64; 3]; 3],
     t: [f64; 3],
     distortion: [f64; 5],
+    /// Of a rolling shutter; absent in sets whose cameras stand still.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line_delay_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -85,12 +96,25 @@ struct ViewMessage<'a> {
     mask: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rle: Option<Vec<u32>>,
+    #[serde(flatten)]
+    moment: Option<CameraMoment>,
+}
+
+/// Where a camera is, in sets whose cameras move or take images at times of their own.
+#[derive(Serialize)]
+struct CameraMoment {
+    #[serde(rename = "R")]
+    r: [[f64; 3]; 3],
+    t: [f64; 3],
+    /// When the first row of the image was exposed; null for a camera without an image for this frame.
+    exposed_s: Option<f64>,
 }
 
 impl<'a> Hello<'a> {
     pub(super) fn new(set: &'a BlindSet, folder: &'a Path, seed: u64, time_limit_s: f64) -> Self {
         let body = &set.start.body;
-        let camera = |camera: &'a crate::camera::Camera| CameraMessage {
+        let delays = set.moments.as_ref().map(|moments| &moments.line_delay_s);
+        let camera = |(index, camera): (usize, &'a crate::camera::Camera)| CameraMessage {
             name: &camera.name,
             width: camera.pinhole.width,
             height: camera.pinhole.height,
@@ -98,14 +122,15 @@ impl<'a> Hello<'a> {
             r: camera.opencv_rotation(),
             t: camera.opencv_translation(),
             distortion: camera.distortion.coefficients(),
+            line_delay_s: delays.and_then(|delays| delays.get(index).copied()),
         };
         Self {
-            protocol: PROTOCOL,
+            protocol: protocol_of(set),
             seed,
             frames: set.frame_count,
             fps: set.frames_per_second,
             folder,
-            cameras: set.rig.cameras.iter().map(camera).collect(),
+            cameras: set.rig.cameras.iter().enumerate().map(camera).collect(),
             markers: LANDMARKS.map(|landmark| landmark.name()).to_vec(),
             joints: body.joints.iter().map(|joint| joint.name.as_str()).collect(),
             angles: body.degrees_of_freedom.iter().map(|degree| degree.name.as_str()).collect(),
@@ -137,10 +162,19 @@ impl<'a> FrameMessage<'a> {
     /// With the silhouettes' paths below `folder`, or inline.
     pub(super) fn new(set: &'a BlindSet, folder: &Path, observation: &Observation, inline: bool) -> Self {
         let frame = observation.frame;
-        let view = |(index, camera): (usize, &'a crate::camera::Camera)| ViewMessage {
-            camera: &camera.name,
-            mask: (!inline).then(|| folder.join(BlindSet::silhouette_path(index, frame)).display().to_string()),
-            rle: inline.then(|| run_lengths(&observation.silhouettes[index])),
+        let path = |camera| folder.join(BlindSet::silhouette_path(camera, frame)).display().to_string();
+        let view = |(index, camera): (usize, &'a crate::camera::Camera)| {
+            let has_image = observation.has_image(index);
+            ViewMessage {
+                camera: &camera.name,
+                mask: (has_image && !inline).then(|| path(index)),
+                rle: (has_image && inline).then(|| run_lengths(&observation.silhouettes[index])),
+                moment: observation.moment.as_ref().map(|moment| {
+                    let placed = camera.placed(moment.camera_from_world[index]);
+                    let (r, t) = (placed.opencv_rotation(), placed.opencv_translation());
+                    CameraMoment { r, t, exposed_s: moment.exposed_s[index] }
+                }),
+            }
         };
         Self { frame, time_s: observation.time_s, views: set.rig.cameras.iter().enumerate().map(view).collect() }
     }
@@ -202,17 +236,21 @@ impl RepliedPose {
     }
 }
 
-/// Reads the answer to `hello`.
-pub(super) fn read_ready(line: &str) -> Result<Ready, String> {
+/// Reads the answer to `hello`, which spoke of `protocol`.
+pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
     let (kind, object) = message(line)?;
     if kind != "ready" {
         return Err(format!("expected {{\"type\": \"ready\"}} after hello, found the type {:?}", excerpt(&kind)));
     }
     let ready: Ready = serde_json::from_value(Value::Object(object)).map_err(|e| excerpt(&format!("ready: {e}")))?;
     match &ready.protocol {
-        Some(other) if other != PROTOCOL => {
-            Err(format!("it speaks the protocol {:?}, expected {PROTOCOL:?}", excerpt(other)))
+        Some(other) if other != protocol => {
+            Err(format!("it speaks the protocol {:?}, expected {protocol:?}", excerpt(other)))
         }
+        None if protocol == PROTOCOL_OF_FILMING => Err(format!(
+            "expected \"protocol\": {protocol:?} in ready: the set's cameras move or take images at times of their own, \
+            and a program has to say that it reads where they are from every frame"
+        )),
         _ => Ok(ready),
     }
 }
@@ -362,8 +400,12 @@ mod tests {
             let told = answer(line).unwrap_err();
             assert!(told.contains(part), "{line}: {told}");
         }
-        assert!(read_ready("{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/9\"}").is_err());
-        assert_eq!(read_ready("{\"type\":\"ready\",\"name\":\"mine\"}").unwrap().name.as_deref(), Some("mine"));
+        assert!(read_ready("{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/9\"}", PROTOCOL).is_err());
+        let ready = "{\"type\":\"ready\",\"name\":\"mine\"}";
+        assert_eq!(read_ready(ready, PROTOCOL).unwrap().name.as_deref(), Some("mine"));
+        assert!(read_ready(ready, PROTOCOL_OF_FILMING).unwrap_err().contains("reads where they are from every frame"));
+        let ready = "{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/2\"}";
+        assert!(read_ready(ready, PROTOCOL_OF_FILMING).is_ok() && read_ready(ready, PROTOCOL).is_err());
     }
 
     #[test]

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::answers::{Poses, estimates};
 use super::program::{Heard, Program, Silence};
-use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Told, read_answer, read_ready};
+use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Told, protocol_of, read_answer, read_ready};
 use super::record::{AnswerCount, ExternalRecord, Incident};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::experiment::watch::{Stage, Watch, advance};
@@ -227,7 +227,7 @@ impl<'a> Session<'a> {
         self.send(&Told::Hello(Box::new(hello)))?;
         let heard = self.hear(begin + self.settings.start_limit);
         let ready = match heard {
-            Ok(Heard::Line(line)) => read_ready(&line),
+            Ok(Heard::Line(line)) => read_ready(&line, protocol_of(self.set)),
             Ok(Heard::TooLong) => Err("printed a line of more than 1 MiB".to_owned()),
             Ok(Heard::End) => Err("ended before it was ready".to_owned()),
             Err(Silence::Interrupted) => return Err(ExperimentError::Interrupted),

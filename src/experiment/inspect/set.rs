@@ -68,6 +68,10 @@ pub struct CameraSummary {
     pub size_px: [u32; 2],
     /// Whether its lens distorts.
     pub distorts: bool,
+    /// How it moves and takes its images, in words; absent for one that stands still and takes an image of every frame
+    /// at its time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filming: Option<String>,
 }
 
 impl SetSummary {
@@ -78,10 +82,12 @@ impl SetSummary {
     pub(super) fn read(directory: &Path) -> Result<Self, ExperimentError> {
         let BenchmarkSet { blind, truth } = BenchmarkSet::read(directory)?;
         let fault = verify_hashes(directory).err().map(|error| error.to_string());
-        let camera = |camera: &crate::camera::Camera| CameraSummary {
+        let rate = blind.frames_per_second;
+        let camera = |(index, camera): (usize, &crate::camera::Camera)| CameraSummary {
             name: camera.name.clone(),
             size_px: [camera.pinhole.width, camera.pinhole.height],
             distorts: camera.distortion.coefficients() != [0.0; 5],
+            filming: blind.moments.as_ref().and_then(|moments| moments.in_words(index, rate)),
         };
         Ok(Self {
             schema: INSPECT_SCHEMA,
@@ -89,7 +95,7 @@ impl SetSummary {
             name: blind.name.clone(),
             frames: blind.frame_count,
             frames_per_second: blind.frames_per_second,
-            cameras: blind.rig.cameras.iter().map(camera).collect(),
+            cameras: blind.rig.cameras.iter().enumerate().map(camera).collect(),
             layers: layer_channels(directory)?,
             actor: truth.ground_truth.actor.name.clone(),
             props: truth.ground_truth.props.iter().map(|prop| prop.name.clone()).collect(),

@@ -3,24 +3,24 @@
 use rand::RngExt;
 
 use super::{Corruption, Draw, discs, draws, limbs, noise, outline, timing};
-use crate::body::{Humanoid, LinkFrames, Motion};
-use crate::camera::{Camera, CameraRig};
+use crate::body::Humanoid;
+use crate::camera::{CameraRig, FilmingRig};
 use crate::observation::light::{GroundPixels, Sun};
+use crate::observation::observe::Look;
 use crate::observation::{Observation, Observer};
 use crate::parallel;
 use crate::raster::Mask;
-use crate::scene::GroundTruth;
+use crate::scene::{GroundTruth, SceneFigure};
 
 /// Sees any frame of the truth with corrupted masks, from any thread; the same bits in any order.
 pub struct CorruptedObserver<'a> {
     truth: &'a GroundTruth,
+    /// Its cameras take their images when the corrupted ones do.
     observer: Observer<'a>,
+    /// How the cameras are said to film.
+    filming: FilmingRig,
     corruption: Corruption,
     seed: u64,
-    /// Motions between frames of the actor and then of every distractor; empty where all is seen at once.
-    motions: Vec<Motion>,
-    /// A camera for every row of every camera's image, where rows are seen one after another.
-    rows: Vec<Observer<'a>>,
     /// The actor without one limb each, where limbs go missing.
     limbless: Vec<Humanoid>,
     shadow: Option<Shadow>,
@@ -29,99 +29,86 @@ pub struct CorruptedObserver<'a> {
 /// The sun, and the ground as every camera sees it.
 struct Shadow {
     sun: Sun,
-    ground: Vec<GroundPixels>,
+    /// `None` for a camera that moves.
+    ground: Vec<Option<GroundPixels>>,
 }
 
 impl<'a> CorruptedObserver<'a> {
-    /// An observer of `truth` through the cameras of `rig`, which are the true ones.
+    /// An observer of `truth` through the cameras of `rig`, which are the true ones and stand still.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, corruption: Corruption, seed: u64) -> Self {
-        let observer = Observer::new(truth, rig);
+        Self::from_filming(truth, &FilmingRig::from(rig), corruption, seed)
+    }
+
+    /// An observer of `truth` through the true cameras, which may move and take their images at times of their own. The
+    /// axes of time come on top of those.
+    pub fn from_filming(truth: &'a GroundTruth, filming: &FilmingRig, corruption: Corruption, seed: u64) -> Self {
+        let offsets: Vec<f64> = match corruption.desynchronisation_ms {
+            0.0 => Vec::new(),
+            _ => (0..filming.cameras()).map(|camera| timing::offset_s(&corruption, seed, camera)).collect(),
+        };
+        let observer = Observer::from_filming(truth, &filming.delayed(&offsets, 1e-6 * corruption.line_delay_us));
         let shadow = (corruption.shadow_m != 0.0).then(|| {
             let azimuth = std::f64::consts::TAU * draws(seed, 0, Draw::Shadow, 0).random::<f64>();
-            let ground = |camera| GroundPixels::new(&rig.cameras[camera], observer.screen(camera));
-            Shadow { sun: Sun::new(azimuth), ground: parallel::map(rig.cameras.len(), ground) }
+            let ground = |camera: usize| {
+                let stands = filming.path(camera).is_none();
+                stands.then(|| GroundPixels::new(&filming.rig().cameras[camera], observer.screen(camera)))
+            };
+            Shadow { sun: Sun::new(azimuth), ground: parallel::map(filming.cameras(), ground) }
         });
-        let rolling = corruption.line_delay_us != 0.0;
-        let motions = match rolling || corruption.desynchronisation_ms != 0.0 {
-            true => std::iter::once(truth.motion().made_continuous(&truth.actor))
-                .chain(truth.distractors.iter().map(|other| other.continuous_motion(truth.frames_per_second)))
-                .collect(),
-            false => Vec::new(),
-        };
-        let rolled = if rolling { &rig.cameras[..] } else { &[] };
         Self {
             truth,
             corruption,
             seed,
-            motions,
-            rows: rolled.iter().map(|camera| Observer::new(truth, &rows_of(camera))).collect(),
+            filming: filming.clone(),
             limbless: if corruption.missing_limb == 0.0 { Vec::new() } else { limbs::without_limbs(&truth.actor) },
             shadow,
             observer,
         }
     }
 
-    /// The masks of one frame, which the truth must have.
+    /// The masks of one frame, which the truth must have; empty for a camera that takes no image in that frame.
     pub fn observe(&self, frame: usize) -> Observation {
-        let shown: Vec<usize> = (0..self.observer.cameras())
-            .map(|camera| timing::shown_frame(&self.corruption, self.seed, frame, camera))
-            .collect();
-        let scenes: Vec<(LinkFrames, &Humanoid)> =
-            shown.iter().enumerate().map(|(camera, frame)| self.scene(*frame, camera)).collect();
-        let mut exact = self.seen(0, &shown, |camera| scenes[camera].1);
-        for (index, other) in (1..).zip(&self.truth.distractors) {
-            let others = self.seen(index, &shown, |_| &other.body);
-            exact.iter_mut().zip(&others).for_each(|(mask, other)| *mask |= other);
-        }
-        let spoil = |(camera, mask): (usize, Mask)| self.spoiled(mask, shown[camera], camera, &scenes[camera]);
-        let silhouettes = exact.into_iter().enumerate().map(spoil).collect();
-        Observation { frame, time_s: self.truth.frames[frame].time_s, silhouettes }
-    }
-
-    /// What every camera sees of a figure, shown as `body` says, in the frame that it shows.
-    fn seen<'b>(&self, figure: usize, shown: &[usize], body: impl Fn(usize) -> &'b Humanoid) -> Vec<Mask> {
-        if self.rows.is_empty() {
-            let links = |(camera, frame): (usize, &usize)| self.links(figure, *frame, camera, 0);
-            let links: Vec<LinkFrames> = shown.iter().enumerate().map(links).collect();
-            return self.observer.silhouettes(|camera| (body(camera), &links[camera]));
-        }
-        let rolled = |(camera, rows): (usize, &Observer<'a>)| {
-            let links: Vec<LinkFrames> =
-                (0..rows.cameras()).map(|row| self.links(figure, shown[camera], camera, row)).collect();
-            joined_rows(&rows.silhouettes(|row| (body(camera), &links[row])))
+        let shown = |camera: usize| match self.filming.has_image(camera, frame) {
+            true => timing::shown_frame(&self.corruption, self.seed, frame, camera, self.filming.timing(camera).every),
+            false => frame,
         };
-        self.rows.iter().enumerate().map(rolled).collect()
-    }
-
-    /// What a camera looks at when it opens: links, and the body as far as it is seen.
-    fn scene(&self, frame: usize, camera: usize) -> (LinkFrames, &Humanoid) {
-        let truth = &self.truth.frames[frame];
-        let limb = limbs::missing(&self.corruption, self.seed, truth.time_s, camera, self.limbless.len());
-        (self.links(0, frame, camera, 0), limb.map_or(&self.truth.actor, |limb| &self.limbless[limb]))
-    }
-
-    /// Where the links of a figure (0 is the actor, then distractors) are when a camera sees a row.
-    fn links(&self, figure: usize, frame: usize, camera: usize, row: usize) -> LinkFrames {
-        let truth = &self.truth.frames[frame];
-        let other = figure.checked_sub(1).map(|index| &self.truth.distractors[index]);
-        let between_frames = self.motions.get(figure).and_then(|motion| {
-            let offset_s = timing::offset_s(&self.corruption, self.seed, camera);
-            let time_s = truth.time_s + offset_s + timing::row_delay_s(&self.corruption, row);
-            let body = other.map_or(&self.truth.actor, |other| &other.body);
-            motion.at_frame(body, time_s * motion.frames_per_second).map(|pose| body.link_frames(&pose))
+        let masks = self.observer.through_every_camera(shown, |look| {
+            let frame = shown(look.camera);
+            self.spoiled_look(look, frame)
         });
-        between_frames.unwrap_or_else(|| match other {
-            None => truth.link_frames.clone(),
-            Some(other) => other.link_frames(frame).unwrap_or_default(),
-        })
+        let time_s = self.truth.frames[frame].time_s;
+        let silhouettes = self.observer.or_empty(masks);
+        Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s) }
     }
 
-    fn spoiled(&self, mut mask: Mask, frame: usize, camera: usize, (frames, body): &(LinkFrames, &Humanoid)) -> Mask {
-        let Corruption { shadow_m, boundary_px, holes, blobs, salt_and_pepper, .. } = self.corruption;
-        let random = |draw| draws(self.seed, frame, draw, camera);
-        if let Some(Shadow { sun, ground }) = &self.shadow {
-            mask |= &ground[camera].shadow(&sun.shadow_of(body, frames), shadow_m);
+    /// What a camera makes of the scene.
+    fn spoiled_look(&self, mut look: Look<'_, 'a>, frame: usize) -> Mask {
+        let camera = look.camera;
+        let time_s = self.truth.frames[frame].time_s;
+        let limb = limbs::missing(&self.corruption, self.seed, time_s, camera, self.limbless.len());
+        let body = limb.map_or(&self.truth.actor, |limb| &self.limbless[limb]);
+        let links = look.links(SceneFigure::Actor);
+        let mut mask = look.silhouette(body, &links);
+        for (index, other) in self.truth.distractors.iter().enumerate() {
+            mask |= &look.silhouette(&other.body, &look.links(SceneFigure::Distractor(index)));
         }
+        if let (Some(Shadow { sun, ground }), Some(links)) = (&self.shadow, links.first()) {
+            let shadow = sun.shadow_of(body, links);
+            let seen = |ground: &GroundPixels| ground.shadow(&shadow, self.corruption.shadow_m);
+            mask |= &match &ground[camera] {
+                Some(ground) => seen(ground),
+                None => {
+                    let opened_s = self.observer.filming().row_s(camera, time_s, 0);
+                    seen(&GroundPixels::new(&self.filming.camera_at(camera, opened_s), look.screen()))
+                }
+            };
+        }
+        self.spoiled(mask, frame, camera)
+    }
+
+    fn spoiled(&self, mut mask: Mask, frame: usize, camera: usize) -> Mask {
+        let Corruption { boundary_px, holes, blobs, salt_and_pepper, .. } = self.corruption;
+        let random = |draw| draws(self.seed, frame, draw, camera);
         if boundary_px != 0.0 {
             mask = outline::jittered(&mask, boundary_px, &mut random(Draw::Boundary));
         }
@@ -136,26 +123,6 @@ impl<'a> CorruptedObserver<'a> {
         }
         mask
     }
-}
-
-/// A camera for every row of an image.
-fn rows_of(camera: &Camera) -> CameraRig {
-    let row = |y: u32| {
-        let mut row = camera.clone();
-        row.pinhole.principal_point[1] -= f64::from(y);
-        row.pinhole.height = 1;
-        row
-    };
-    CameraRig { cameras: (0..camera.pinhole.height).map(row).collect() }
-}
-
-/// The image of which these are the rows.
-fn joined_rows(rows: &[Mask]) -> Mask {
-    let mut image = Mask::new(rows.first().map_or(0, Mask::width), rows.len() as u32);
-    for (y, row) in (0..).zip(rows) {
-        row.runs(0).flatten().for_each(|x| image.set(x, y, true));
-    }
-    image
 }
 
 #[cfg(test)]
@@ -241,12 +208,12 @@ mod tests {
     #[test]
     fn a_camera_that_is_a_whole_frame_late_shows_the_next_frame() {
         let truth = truth();
-        let mut observer = CorruptedObserver::new(&truth, &rig(), of_level("desynchronisation_ms", 1.0), 5);
-        let offset = timing::offset_s(&observer.corruption, 5, 1);
+        let mut corruption = of_level("desynchronisation_ms", 1.0);
         // a strength at which the second camera's offset is one frame
-        observer.corruption.desynchronisation_ms = 1.0 / 60.0 / offset;
-        let late = timing::offset_s(&observer.corruption, 5, 1);
+        corruption.desynchronisation_ms = 1.0 / 60.0 / timing::offset_s(&corruption, 5, 1);
+        let late = timing::offset_s(&corruption, 5, 1);
         assert!((late.abs() - 1.0 / 60.0).abs() < 1e-12);
+        let observer = CorruptedObserver::new(&truth, &rig(), corruption, 5);
         let next = if late > 0.0 { 4 } else { 2 };
         assert_eq!(observer.observe(3).silhouettes[1], observe(&truth, &rig())[next].silhouettes[1]);
     }

@@ -5,14 +5,14 @@ use rand::RngExt;
 use super::{Corruption, Draw, draws};
 use crate::rng::normal;
 
-/// The frame whose image camera `camera` shows in `frame`: itself, or the last one before it that was not lost. The
-/// first frame is never lost.
-pub(super) fn shown_frame(corruption: &Corruption, seed: u64, frame: usize, camera: usize) -> usize {
+/// The frame whose image camera `camera`, which takes one every so many frames, shows in `frame`: itself, or the last
+/// one before it that was not lost. The first frame is never lost.
+pub(super) fn shown_frame(corruption: &Corruption, seed: u64, frame: usize, camera: usize, every: usize) -> usize {
     if corruption.dropped_frames == 0.0 {
         return frame;
     }
     let lost = |frame: &usize| draws(seed, *frame, Draw::Dropped, camera).random::<f64>() < corruption.dropped_frames;
-    (1..=frame).rev().find(|frame| !lost(frame)).unwrap_or(0)
+    (1..=frame / every).rev().map(|image| image * every).find(|frame| !lost(frame)).unwrap_or(0)
 }
 
 /// How much later than it should camera `camera` sees the scene, seconds.
@@ -23,11 +23,6 @@ pub(super) fn offset_s(corruption: &Corruption, seed: u64, camera: usize) -> f64
     }
 }
 
-/// How much later than the first row of an image a row is seen, seconds.
-pub(super) fn row_delay_s(corruption: &Corruption, row: usize) -> f64 {
-    1e-6 * corruption.line_delay_us * row as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -35,13 +30,14 @@ mod tests {
     #[test]
     fn the_share_of_lost_frames_is_as_asked_for_and_the_last_image_stays() {
         let corruption = Corruption { dropped_frames: 0.3, ..Corruption::default() };
-        let shown: Vec<usize> = (0..4000).map(|frame| shown_frame(&corruption, 2, frame, 1)).collect();
+        let shown: Vec<usize> = (0..4000).map(|frame| shown_frame(&corruption, 2, frame, 1, 1)).collect();
         let lost = shown.iter().enumerate().filter(|(frame, shown)| frame != *shown).count();
         assert!(lost.abs_diff(1200) < 4 * 29, "{lost}");
         assert_eq!(shown[0], 0);
         assert!(shown.windows(2).enumerate().all(|(frame, pair)| pair[1] == pair[0] || pair[1] == frame + 1));
+        assert!((0..4000).step_by(3).all(|frame| shown_frame(&corruption, 2, frame, 1, 3).is_multiple_of(3)));
         let all_lost = Corruption { dropped_frames: 1.0, ..Corruption::default() };
-        assert_eq!(shown_frame(&all_lost, 2, 50, 0), 0);
+        assert_eq!(shown_frame(&all_lost, 2, 50, 0, 1), 0);
     }
 
     #[test]

@@ -19,13 +19,13 @@ pub use settings::ImageSettings;
 use nalgebra::{Point2, Point3, Vector3};
 use rand::RngExt;
 
-use crate::body::SurfacePixel;
+use crate::body::{Humanoid, LinkFrames, SurfacePixel};
 use crate::camera::{Camera, CameraRig};
 use crate::observation::light::{CastShadow, GroundPixels, Sun};
 use crate::observation::{Image, Observer};
 use crate::parallel;
 use crate::rng::{Purpose, stream};
-use crate::scene::{Distractor, GroundTruth};
+use crate::scene::{Distractor, GroundTruth, SceneFigure};
 use looks::{Clothing, Rgb};
 use sensor::{Exposure, Sensor};
 use settings::PERIODS;
@@ -58,7 +58,8 @@ struct Backdrop {
 }
 
 impl<'a> SceneCamera<'a> {
-    /// Cameras of `rig` around the actor of `truth`; `seed` draws clothing, the sun's azimuth, drift and noise.
+    /// Cameras of `rig`, which stand still, around the actor of `truth`; `seed` draws clothing, the sun's azimuth, drift
+    /// and noise.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, settings: &ImageSettings, seed: u64) -> Self {
         Self::in_room(truth, rig, distance_of_walls(rig), settings, seed)
     }
@@ -137,7 +138,7 @@ impl<'a> SceneCamera<'a> {
         }
         let link_frames = &self.truth.frames[frame].link_frames;
         let shadow = self.settings.shadow.then(|| self.sun.shadow_of(&self.truth.actor, link_frames));
-        let surfaces = self.observer.surfaces(frame);
+        let surfaces = self.observer.surfaces(SceneFigure::Actor, frame);
         let each = self.backdrops.iter().zip(surfaces);
         each.map(|(backdrop, surface)| {
             let mut planes = backdrop.planes.clone();
@@ -156,7 +157,8 @@ impl<'a> SceneCamera<'a> {
 
     /// As [`Self::brightness`] of the actor and distractors: the nearest is seen, and the sun is kept off once.
     fn brightness_of_several(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
-        let others = self.observer.others(frame);
+        let others: Vec<(&Humanoid, LinkFrames)> =
+            self.truth.distractors.iter().filter_map(|o| Some((&o.body, o.link_frames(frame)?))).collect();
         let link_frames = &self.truth.frames[frame].link_frames;
         let shadows: Vec<CastShadow<'_>> = match self.settings.shadow {
             true => std::iter::once((&self.truth.actor, link_frames))
@@ -165,8 +167,8 @@ impl<'a> SceneCamera<'a> {
                 .collect(),
             false => Vec::new(),
         };
-        let mut figures = vec![(self.observer.surfaces(frame), &self.clothing)];
-        let surfaces = others.iter().map(|(body, frames)| self.observer.surfaces_of(body, frames));
+        let mut figures = vec![(self.observer.surfaces(SceneFigure::Actor, frame), &self.clothing)];
+        let surfaces = (0..others.len()).map(|other| self.observer.surfaces(SceneFigure::Distractor(other), frame));
         figures.extend(surfaces.zip(&self.other_clothing));
         let lit = looks::light(&Vector3::z(), &self.sun.towards(), true);
         let share = looks::light(&Vector3::z(), &self.sun.towards(), false) / lit;

@@ -45,7 +45,7 @@ impl<'a> SegmentedObserver<'a> {
             segmenter.silhouette(image).unwrap_or_else(|_| Mask::new(image.width(), image.height()))
         };
         let silhouettes = self.segmenters.iter().zip(&images).map(segment).collect();
-        Observation { frame, time_s: self.truth.frames[frame].time_s, silhouettes }
+        Observation { frame, time_s: self.truth.frames[frame].time_s, silhouettes, moment: None }
     }
 }
 

@@ -74,7 +74,8 @@ pub(in crate::report) fn playback_data(
         return Err(ReportError::Views { frame, found: views.len(), cameras: cameras.len() });
     }
     let (mut points, mut pixels) = (Vec::new(), Vec::new());
-    for (truth, estimate) in playback.truth.iter().zip(&playback.estimate) {
+    for (index, (truth, estimate)) in playback.truth.iter().zip(&playback.estimate).enumerate() {
+        let cameras = playback.moved.get(index).map_or(cameras, |rig| &rig.cameras);
         for markers in cameras.iter().flat_map(|camera| [truth, estimate].map(|m| projected(camera, m))) {
             points.extend(markers.iter().flat_map(|place| place.map_or([NOWHERE; 2], |[x, y]| [packed(x), packed(y)])));
         }

@@ -12,6 +12,7 @@ pub use pack::{PackedView, PlaybackPlan};
 pub(super) use data::playback_data;
 
 use crate::body::Markers;
+use crate::camera::CameraRig;
 use crate::raster::Mask;
 
 /// All frames of one seed.
@@ -23,8 +24,10 @@ pub struct Playback {
     pub plan: PlaybackPlan,
     /// `[frame][camera]`, of the frames of [`PlaybackPlan::frames`].
     pub views: Vec<Vec<PackedView>>,
-    /// Props in every camera's image; empty without any.
+    /// Props in every camera's image; empty without any, and where a camera moves.
     pub props: Vec<Mask>,
+    /// The cameras in those frames, where any moves; else empty.
+    pub moved: Vec<CameraRig>,
     /// The actor's markers in those frames.
     pub truth: Vec<Markers>,
     /// The estimated markers in those frames.

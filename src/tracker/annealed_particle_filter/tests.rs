@@ -70,7 +70,7 @@ fn moving_at(
 }
 
 fn observation(frame: usize) -> Observation {
-    Observation { frame, time_s: 0.0, silhouettes: Vec::new() }
+    Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None }
 }
 
 /// Root mean square of all numbers of the step from the truth, over the last of 20 frames.

@@ -109,9 +109,10 @@ pub fn calibrate(
     let observed: Vec<Vec<_>> = observed.collect::<Result<_, CalibrationError>>()?;
     let seeing = (0..rig.cameras.len()).filter(|view| observed.iter().any(|frame| frame[*view].is_some())).count();
     let model = ShapeModel::new(body);
+    let ideal = CameraRig { cameras: likelihood()?.cameras().cloned().collect() };
     let problem = CalibrationProblem {
         model: &model,
-        cameras: likelihood()?.cameras().cloned().collect(),
+        cameras: seen.iter().map(|(observation, _)| observation.rig(&ideal).into_owned().cameras).collect(),
         importance: OutlineImportance::new(body),
         observed,
         tracked: seen.iter().map(|(_, pose)| pose.clone()).collect(),

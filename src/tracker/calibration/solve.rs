@@ -32,7 +32,8 @@ const DIFFERENCE: f64 = 0.01;
 /// What is to be solved.
 pub(super) struct CalibrationProblem<'a> {
     pub(super) model: &'a ShapeModel,
-    pub(super) cameras: Vec<Camera>,
+    /// `[frame][view]`: the cameras as they were.
+    pub(super) cameras: Vec<Vec<Camera>>,
     /// What each place of the body counts.
     pub(super) importance: OutlineImportance,
     /// `[frame][view]`: what was observed.
@@ -112,7 +113,7 @@ impl CalibrationProblem<'_> {
         };
         let variants: Vec<Variant> = (0..count).map(varied).collect();
         let frames = (0..poses.len()).into_par_iter();
-        let buffers = || DescentScratch::new(self.cameras.iter());
+        let buffers = || DescentScratch::new(self.cameras.first().into_iter().flatten());
         frames
             .map_init(buffers, |scratch, frame| self.frame(&base, &variants, &poses[frame], frame, width, scratch))
             .collect()
@@ -140,7 +141,7 @@ impl CalibrationProblem<'_> {
         let mut cross = vec![DMatrix::<f64>::zeros(6, count); body.links.len()];
         let (mut square, mut gradient) = (DMatrix::zeros(count, count), DVector::zeros(count));
         let mut moves: Vec<(usize, f64)> = Vec::new();
-        for (view, (camera, observed)) in self.cameras.iter().zip(&self.observed[frame]).enumerate() {
+        for (view, (camera, observed)) in self.cameras[frame].iter().zip(&self.observed[frame]).enumerate() {
             let Some(observed) = observed else { continue };
             let length = length_px(camera);
             descent::each_residual(
@@ -388,7 +389,7 @@ mod tests {
         };
         let problem = CalibrationProblem {
             model: &model,
-            cameras: vec![camera.clone()],
+            cameras: vec![vec![camera.clone()]],
             importance: OutlineImportance::default(),
             observed: Vec::new(),
             tracked: Vec::new(),

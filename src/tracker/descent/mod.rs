@@ -75,6 +75,7 @@ pub(super) fn each_residual(
     let DescentScratch { painters, drawn, samples } = scratch;
     let (Some(painter), Some(mask)) = (painters.get_mut(view), drawn.get_mut(view)) else { return };
     mask.clear();
+    painter.place(&camera.camera_from_world);
     painter.paint(body, frames, mask);
     let length = length_px(camera);
     samples.clear();

@@ -244,7 +244,9 @@ fn empty_and_full_masks_say_nothing_and_leave_the_pose_where_it_is() {
     for full in [false, true] {
         let mask = || Mask::from_fn(160, 120, |_, _| full);
         let mut likelihood = likelihood(&body, &rig);
-        likelihood.prepare(&Observation { frame: 0, time_s: 0.0, silhouettes: vec![mask(), mask()] }).unwrap();
+        likelihood
+            .prepare(&Observation { frame: 0, time_s: 0.0, silhouettes: vec![mask(), mask()], moment: None })
+            .unwrap();
         let evidence = likelihood.linearise(&pose, 3.0, &mut likelihood.scratch()).unwrap();
         assert_eq!((evidence.residuals, evidence.cost), (0, 0.0));
         assert_eq!(descended(&likelihood, &body, &pose, 4), pose);

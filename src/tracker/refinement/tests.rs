@@ -170,7 +170,7 @@ fn without_anything_in_sight_the_pose_stays() {
     filter.start(&marching(0));
     let blank = || Mask::new(160, 120);
     for frame in 0..3 {
-        let observation = Observation { frame, time_s: 0.0, silhouettes: vec![blank(), blank()] };
+        let observation = Observation { frame, time_s: 0.0, silhouettes: vec![blank(), blank()], moment: None };
         let estimate = filter.track(&observation).unwrap();
         assert!(apart_mm(&estimate.pose, &marching(0)) < 300.0);
     }

@@ -234,7 +234,7 @@ fn a_lens_is_taken_out_of_what_was_seen() {
 fn an_observation_that_does_not_fit_the_cameras_is_refused() {
     let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), SilhouetteSettings::default()).unwrap();
     let mut refusal = |silhouettes| {
-        let observation = Observation { frame: 3, time_s: 0.0, silhouettes };
+        let observation = Observation { frame: 3, time_s: 0.0, silhouettes, moment: None };
         likelihood.prepare(&observation).unwrap_err().to_string()
     };
     let message = refusal(vec![Mask::new(160, 120)]);

@@ -1,0 +1,101 @@
+//! `truth/filming.json`: how the true cameras move and when they take their images, in sets whose cameras do either.
+//! `cameras.npz` is made of it; between its moments only this file knows where a camera is.
+
+use serde::{Deserialize, Serialize};
+
+use super::SetError;
+use super::manifest::MOST_FRAMES;
+use crate::camera::{CameraKeyframe, CameraPath, CameraRig, CameraTiming, FilmingRig};
+use crate::input::excerpt;
+
+pub(super) const PATH: &str = "truth/filming.json";
+const SCHEMA: &str = "skiagraph.filming/1";
+/// Greatest time, seconds, and coordinate, metres.
+const FARTHEST: f64 = 1e6;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FilmingFile {
+    schema: String,
+    /// How a camera moves between keyframes, in words.
+    between_keyframes: String,
+    cameras: Vec<FilmingRecord>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FilmingRecord {
+    name: String,
+    /// Frames from one image to the next.
+    every: usize,
+    offset_s: f64,
+    line_delay_s: f64,
+    /// Empty for a camera that stands still.
+    keyframes: Vec<KeyframeRecord>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KeyframeRecord {
+    time_s: f64,
+    position: [f64; 3],
+    look_at: [f64; 3],
+    /// Radians.
+    roll: f64,
+}
+
+const BETWEEN: &str = "piecewise cubic Hermite (Fritsch and Butland 1984, SciPy's PchipInterpolator) of position, look_at \
+                       and roll; constant before the first and after the last";
+
+pub(super) fn to_json(filming: &FilmingRig) -> Result<Vec<u8>, SetError> {
+    let keyframe = |keyframe: &CameraKeyframe| KeyframeRecord {
+        time_s: keyframe.time_s,
+        position: keyframe.position.into(),
+        look_at: keyframe.look_at.into(),
+        roll: keyframe.roll,
+    };
+    let camera = |(index, name): (usize, &String)| {
+        let CameraTiming { every, offset_s, line_delay_s } = *filming.timing(index);
+        let keyframes = filming.path(index).map_or(&[][..], CameraPath::keyframes).iter().map(keyframe).collect();
+        FilmingRecord { name: name.clone(), every, offset_s, line_delay_s, keyframes }
+    };
+    let names = filming.rig().cameras.iter().map(|camera| &camera.name);
+    let cameras = names.enumerate().map(camera).collect();
+    super::json::to_bytes(PATH, &FilmingFile { schema: SCHEMA.into(), between_keyframes: BETWEEN.into(), cameras })
+}
+
+/// How the cameras of `rig` film, which are those that saw the actor.
+pub(super) fn from_json(bytes: &[u8], rig: &CameraRig) -> Result<FilmingRig, SetError> {
+    let file: FilmingFile = super::json::from_bytes(PATH, SCHEMA, bytes)?;
+    let malformed = |detail: String| SetError::malformed(PATH, detail);
+    if !file.cameras.iter().map(|camera| &camera.name).eq(rig.cameras.iter().map(|camera| &camera.name)) {
+        return Err(malformed("expected the cameras of cameras.json, in its order".to_owned()));
+    }
+    let (mut paths, mut timings) = (Vec::new(), Vec::new());
+    for FilmingRecord { name, every, offset_s, line_delay_s, keyframes } in file.cameras {
+        let named = |what: &str| malformed(format!("camera {:?}: {what}", excerpt(&name)));
+        let sound = (1..=MOST_FRAMES).contains(&every)
+            && offset_s.abs() <= FARTHEST
+            && (0.0..=FARTHEST).contains(&line_delay_s);
+        if !sound {
+            return Err(named("expected every of 1 to 1000000, and offset_s and line_delay_s in seconds"));
+        }
+        let far = |k: &KeyframeRecord| k.position.iter().chain(&k.look_at).any(|x| x.abs() > FARTHEST);
+        if keyframes.iter().any(far) {
+            return Err(named("expected keyframes in metres"));
+        }
+        let keyframes: Vec<CameraKeyframe> = keyframes
+            .into_iter()
+            .map(|k| CameraKeyframe {
+                time_s: k.time_s,
+                position: k.position.into(),
+                look_at: k.look_at.into(),
+                roll: k.roll,
+            })
+            .collect();
+        let path = (!keyframes.is_empty()).then(|| CameraPath::new(&name, keyframes)).transpose();
+        paths.push(path.map_err(|e| malformed(e.to_string()))?);
+        timings.push(CameraTiming { every, offset_s, line_delay_s });
+    }
+    FilmingRig::new(rig.clone(), paths, timings).map_err(|e| malformed(e.to_string()))
+}

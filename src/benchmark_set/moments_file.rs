@@ -1,0 +1,123 @@
+//! `cameras.npz`: where the cameras are in every frame and when they took their images, for T frames and C cameras; in
+//! sets whose cameras move or take images at times of their own.
+//!
+//! | array | shape | meaning |
+//! |---|---|---|
+//! | `camera_from_world` | (T, C, 7) | x y z, qw qx qy qz: the camera when the first row of its image was exposed |
+//! | `time_s` | (T, C) | when that was, seconds from frame 0; NaN where the camera has no new image in the frame |
+//! | `line_delay_s` | (C) | how much later every row is exposed than the row above it |
+//! | `camera_names` | (C) | as in `cameras.json` |
+
+use nalgebra::{Isometry3, Point3};
+
+use super::files::SetFiles;
+use super::manifest::BlindManifest;
+use super::{SetError, rigid};
+use crate::camera::{CameraRig, RigMoment};
+use crate::npz::{Array, Npz, Values};
+
+pub(super) const PATH: &str = "cameras.npz";
+
+/// Greatest time and delay, seconds: a day.
+const LATEST_S: f64 = 86_400.0;
+
+/// What a tracker is told about the cameras of every frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigMoments {
+    /// One entry a frame.
+    pub frames: Vec<RigMoment>,
+    /// How much later every row of a camera's image is exposed than the row above it, seconds; one entry a camera.
+    pub line_delay_s: Vec<f64>,
+}
+
+impl RigMoments {
+    /// How a camera, which the rig must have, moves and takes its images, in words; `None` for one that stands still
+    /// and takes an image of every frame at its time. `frames_per_second` is that of the frames.
+    pub fn in_words(&self, camera: usize, frames_per_second: f64) -> Option<String> {
+        let places: Vec<&Isometry3<f64>> = self.frames.iter().map(|moment| &moment.camera_from_world[camera]).collect();
+        let centre = |place: &Isometry3<f64>| place.inverse_transform_point(&Point3::origin());
+        let steps = places.windows(2).map(|pair| (centre(pair[1]) - centre(pair[0])).norm());
+        let moves = places.windows(2).any(|pair| pair[0] != pair[1]);
+        let way = moves.then(|| format!("moves, {:.2} m in all", steps.sum::<f64>()));
+        let images = self.frames.iter().filter(|moment| moment.exposed_s[camera].is_some()).count();
+        let fewer = (images < self.frames.len()).then(|| format!("images of {images} of {} frames", self.frames.len()));
+        let exposed = self.frames.iter().enumerate().find_map(|(f, m)| Some((f, m.exposed_s[camera]?)));
+        let late_ms = exposed.map_or(0.0, |(frame, time_s)| 1e3 * (time_s - frame as f64 / frames_per_second));
+        let late = (late_ms.abs() > 1e-6).then(|| match late_ms > 0.0 {
+            true => format!("{late_ms:.3} ms late"),
+            false => format!("{:.3} ms early", -late_ms),
+        });
+        let delay_us = 1e6 * self.line_delay_s[camera];
+        let rolling = (delay_us > 0.0).then(|| format!("rolling shutter, {delay_us:.3} us from row to row"));
+        let words: Vec<String> = [way, fewer, late, rolling].into_iter().flatten().collect();
+        (!words.is_empty()).then(|| words.join(", "))
+    }
+
+    /// The last frame in which a camera, which the rig must have, took an image.
+    pub(super) fn last_image(&self, camera: usize) -> Option<usize> {
+        self.frames.iter().rposition(|moment| moment.exposed_s[camera].is_some())
+    }
+}
+
+pub(super) fn to_npz(moments: &RigMoments, rig: &CameraRig) -> Npz {
+    let (frames, cameras) = (moments.frames.len(), rig.cameras.len());
+    let places: Vec<f64> =
+        moments.frames.iter().flat_map(|moment| moment.camera_from_world.iter().flat_map(rigid::to_row)).collect();
+    let times = moments.frames.iter().flat_map(|moment| moment.exposed_s.iter().map(|time| time.unwrap_or(f64::NAN)));
+    Npz::from_iter([
+        ("camera_from_world", Array::new(&[frames, cameras, 7], places)),
+        ("time_s", Array::new(&[frames, cameras], times.collect::<Vec<f64>>())),
+        ("line_delay_s", Array::new(&[cameras], moments.line_delay_s.clone())),
+        ("camera_names", Array::names(rig.cameras.iter().map(|camera| camera.name.as_str()))),
+    ])
+}
+
+/// The file of a set whose cameras are those of `rig`; `None` of a set whose cameras stand still, which has none.
+pub(super) fn read(
+    files: &SetFiles,
+    manifest: &BlindManifest,
+    rig: &CameraRig,
+) -> Result<Option<RigMoments>, SetError> {
+    match manifest.is_filmed() {
+        true => from_npz(&Npz::from_bytes(PATH, &files.read(PATH)?)?, manifest.sequence.frames, rig).map(Some),
+        false if files.has(PATH) => {
+            let detail = "set.toml's schema is that of sets whose cameras stand still, which have no such file";
+            Err(SetError::malformed(PATH, detail.to_owned()))
+        }
+        false => Ok(None),
+    }
+}
+
+fn from_npz(npz: &Npz, frames: usize, rig: &CameraRig) -> Result<RigMoments, SetError> {
+    let malformed = |detail: String| SetError::malformed(PATH, detail);
+    let cameras = rig.cameras.len();
+    let names = rig.cameras.iter().map(|camera| &camera.name);
+    match npz.get("camera_names").map(|array| &array.values) {
+        Some(Values::Text(found)) if found.iter().eq(names) => {}
+        _ => return Err(malformed("camera_names: expected the names of cameras.json, in its order".to_owned())),
+    }
+    let places = npz.f64s(PATH, "camera_from_world", &[Some(frames), Some(cameras), Some(7)])?.as_chunks::<7>().0;
+    let times = npz.f64s(PATH, "time_s", &[Some(frames), Some(cameras)])?;
+    let line_delay_s = npz.f64s(PATH, "line_delay_s", &[Some(cameras)])?.to_vec();
+    if let Some(delay) = line_delay_s.iter().find(|delay| !(0.0..=LATEST_S).contains(*delay)) {
+        return Err(malformed(format!("line_delay_s: expected 0 s or more, found {delay}")));
+    }
+    if let Some(time) = times.iter().find(|time| !time.is_nan() && time.abs() > LATEST_S) {
+        return Err(malformed(format!("time_s: expected seconds from frame 0, found {time}")));
+    }
+    let placement = |row: &[f64; 7]| rigid::from_row(row).map_err(|e| malformed(format!("camera_from_world: {e}")));
+    let of_frame = |frame: usize| {
+        let own = frame * cameras..(frame + 1) * cameras;
+        let camera_from_world: Vec<Isometry3<f64>> =
+            places[own.clone()].iter().map(placement).collect::<Result<_, _>>()?;
+        let exposed_s = times[own].iter().map(|time| Some(*time).filter(|time| !time.is_nan())).collect();
+        Ok(RigMoment { camera_from_world, exposed_s })
+    };
+    let moments = RigMoments { frames: (0..frames).map(of_frame).collect::<Result<_, SetError>>()?, line_delay_s };
+    match (0..cameras).find(|camera| moments.frames.first().is_some_and(|first| first.exposed_s[*camera].is_none())) {
+        None => Ok(moments),
+        Some(camera) => {
+            Err(malformed(format!("time_s: camera {camera} has no image in frame 0; every camera has one")))
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! `[[rig.motion]]` and `[[rig.timing]]`: cameras that move, and when each takes its images.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Scenario;
+use super::range_checks::{RangeCheck, at_most, require, within};
+use crate::benchmark_set::Layer;
+use crate::input::excerpt;
+use crate::observation::SilhouetteSource;
+
+/// Keyframes of a camera.
+const MOST_KEYFRAMES: usize = 10_000;
+/// Entries of each table: as many as a rig may have cameras.
+const MOST_ENTRIES: usize = 999;
+/// Greatest coordinate, metres, and time, seconds.
+const FARTHEST: f64 = 1e4;
+const LATEST_S: f64 = 3600.0;
+/// How near to a whole number the frames from one image to the next must be.
+const WHOLE: f64 = 1e-6;
+
+/// A camera that moves through keyframes: position, point looked at and roll smoothly between them and never beyond
+/// them (piecewise cubic Hermite with Fritsch and Butland's slopes), standing still before the first and after the
+/// last. Trackers are told where it is in every frame. Its lens and image size stay those of the rig.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraMotionSettings {
+    /// The camera's name; those of a ring are `cam00`, `cam01` ....
+    pub camera: String,
+    /// Where it is and what it looks at, in the order of time.
+    pub keyframes: Vec<KeyframeSettings>,
+}
+
+/// Where a moving camera is at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KeyframeSettings {
+    /// Seconds from the first frame.
+    pub time_s: f64,
+    /// The camera's centre, world, metres.
+    pub position_m: [f64; 3],
+    /// What the middle of its view meets, world, metres.
+    pub look_at_m: [f64; 3],
+    /// Turn about the direction of view, clockwise as seen from behind the camera, degrees. Default: 0, the world's Z
+    /// upwards in the image.
+    #[serde(default)]
+    pub roll_deg: f64,
+}
+
+/// When a camera takes its images. Row r of the image of a frame is exposed at the frame's time + `offset_ms` +
+/// r x `line_delay_us`: the truth of images, told to trackers as time stamps; poses stay those of the frames.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CameraTimingSettings {
+    /// The camera's name; those of a ring are `cam00`, `cam01` ....
+    pub camera: String,
+    /// Images a second; the scenario's own rate must be a whole multiple of it. The first image is that of frame 0;
+    /// for frames between its images the camera has none. Default: an image of every frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames_per_second: Option<f64>,
+    /// How much later than its frame an image is taken, milliseconds; below 0 for earlier. Before the first frame and
+    /// after the last everybody stands still. Default: 0.
+    #[serde(default)]
+    pub offset_ms: f64,
+    /// Delay of every row after the row above it, microseconds: a rolling shutter. Default: 0.
+    #[serde(default)]
+    pub line_delay_us: f64,
+}
+
+impl CameraTimingSettings {
+    /// Frames from one image to the next at the scenario's rate; `None` where that is no whole number.
+    pub(crate) fn every(&self, frames_per_second: f64) -> Option<usize> {
+        let frames = frames_per_second / self.frames_per_second.unwrap_or(frames_per_second);
+        let whole = frames.round();
+        ((frames - whole).abs() <= WHOLE * whole && whole >= 1.0).then_some(whole as usize)
+    }
+
+    /// Whether images are exposed at another time than their frame's.
+    fn leaves_frames(&self) -> bool {
+        self.offset_ms != 0.0 || self.line_delay_us != 0.0
+    }
+}
+
+/// Checks how a scenario's cameras film.
+pub(super) fn problem(scenario: &Scenario) -> RangeCheck {
+    let (motion, timing) = (&scenario.rig.motion, &scenario.rig.timing);
+    at_most("rig.motion", motion.len(), MOST_ENTRIES, "moving cameras")?;
+    for (index, entry) in motion.iter().enumerate() {
+        let key = format!("rig.motion[{index}]");
+        once(&key, &entry.camera, motion[..index].iter().map(|other| &other.camera))?;
+        self::motion(&key, entry)?;
+    }
+    at_most("rig.timing", timing.len(), MOST_ENTRIES, "cameras")?;
+    for (index, entry) in timing.iter().enumerate() {
+        let key = format!("rig.timing[{index}]");
+        once(&key, &entry.camera, timing[..index].iter().map(|other| &other.camera))?;
+        self::timing(&key, entry, scenario.motion.frames_per_second)?;
+    }
+    undrawable(scenario)
+}
+
+fn once<'a>(key: &str, camera: &str, mut before: impl Iterator<Item = &'a String>) -> RangeCheck {
+    require(&format!("{key}.camera"), !camera.is_empty(), "the name of a camera", "nothing")?;
+    let again = before.any(|other| other == camera);
+    require(&format!("{key}.camera"), !again, "every camera at most once", format!("{:?} twice", excerpt(camera)))
+}
+
+fn motion(key: &str, entry: &CameraMotionSettings) -> RangeCheck {
+    let key = format!("{key}.keyframes");
+    require(&key, !entry.keyframes.is_empty(), "at least one keyframe", "none")?;
+    at_most(&key, entry.keyframes.len(), MOST_KEYFRAMES, "keyframes")?;
+    for (index, keyframe) in entry.keyframes.iter().enumerate() {
+        let key = format!("{key}[{index}]");
+        within(&format!("{key}.time_s"), keyframe.time_s, -LATEST_S..=LATEST_S)?;
+        for (name, place) in [("position_m", keyframe.position_m), ("look_at_m", keyframe.look_at_m)] {
+            for coordinate in place {
+                within(&format!("{key}.{name}"), coordinate, -FARTHEST..=FARTHEST)?;
+            }
+        }
+        let height = keyframe.position_m[2];
+        let found = format_args!("one at z = {height:.3} m").to_string();
+        require(&format!("{key}.position_m"), height > 0.0, "a camera above the ground (z = 0)", found)?;
+        within(&format!("{key}.roll_deg"), keyframe.roll_deg, -360.0..=360.0)?;
+        if let Some(before) = index.checked_sub(1).map(|before| entry.keyframes[before].time_s) {
+            let expected = format_args!("a time after that of the keyframe before, {before} s").to_string();
+            require(&format!("{key}.time_s"), keyframe.time_s > before, expected, format!("{} s", keyframe.time_s))?;
+        }
+    }
+    Ok(())
+}
+
+fn timing(key: &str, entry: &CameraTimingSettings, frames_per_second: f64) -> RangeCheck {
+    within(&format!("{key}.offset_ms"), entry.offset_ms, -10_000.0..=10_000.0)?;
+    within(&format!("{key}.line_delay_us"), entry.line_delay_us, 0.0..=1000.0)?;
+    let Some(own) = entry.frames_per_second else { return Ok(()) };
+    let key = format!("{key}.frames_per_second");
+    within(&key, own, 0.01..=1000.0)?;
+    let expected = format_args!(
+        "motion.frames_per_second, {frames_per_second}, divided by a whole number (such as {}, {} or {})",
+        frames_per_second,
+        frames_per_second / 2.0,
+        frames_per_second / 3.0
+    )
+    .to_string();
+    require(&key, entry.every(frames_per_second).is_some(), expected, own)
+}
+
+/// Refuses what cannot be drawn through cameras that move or keep times of their own.
+fn undrawable(scenario: &Scenario) -> RangeCheck {
+    let (motion, timing) = (&scenario.rig.motion, &scenario.rig.timing);
+    let is_still = motion.is_empty() && timing.is_empty();
+    let segmented = scenario.observation.silhouette == SilhouetteSource::Segmented && !is_still;
+    let expected = "\"exact\" or \"corrupted\" beside [[rig.motion]] and [[rig.timing]]: backgrounds are learned by cameras \
+                    that stand still and take every image at its frame's time";
+    require("observation.silhouette", !segmented, expected, "\"segmented\"")?;
+    let rolling = timing.iter().any(|entry| entry.line_delay_us != 0.0);
+    let moved = !motion.is_empty() || timing.iter().any(CameraTimingSettings::leaves_frames);
+    let refused = scenario.layers.iter().find(|layer| match layer {
+        Layer::Depth | Layer::Parts | Layer::Normals => false,
+        Layer::Flow | Layer::Coverage => rolling,
+        Layer::Colour => moved,
+    });
+    let Some(layer) = refused else { return Ok(()) };
+    let expected = match layer {
+        Layer::Colour => "no layer \"colour\" with cameras that move or take images at times of their own",
+        _ => "only the layers \"depth\", \"parts\" and \"normals\" with a rolling shutter (rig.timing.line_delay_us)",
+    };
+    require("layers", false, expected, format!("{layer:?}").to_lowercase())
+}
