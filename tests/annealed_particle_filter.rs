@@ -56,7 +56,7 @@ fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observat
         draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
         mask
     });
-    Observation { frame, time_s: frame as f64 / FRAMES_PER_SECOND, silhouettes: silhouettes.collect() }
+    Observation { frame, time_s: frame as f64 / FRAMES_PER_SECOND, silhouettes: silhouettes.collect(), moment: None }
 }
 
 /// Mean distance of the fifteen markers, millimetres.

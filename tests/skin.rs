@@ -272,7 +272,7 @@ fn a_missized_body_with_a_skin_is_calibrated_nearer_to_the_actors_and_a_right_on
             let frames = actor.link_frames(&pose(frame));
             let silhouettes =
                 rig.cameras.iter().map(|camera| SilhouettePainter::new(camera).silhouette(&actor, &frames));
-            (Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect() }, pose(frame))
+            (Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }, pose(frame))
         })
         .collect();
     let apart_mm = |body: &Humanoid, pose: &Pose| {

@@ -13,7 +13,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use skiagraph::benchmark_set::{CHECKS, Layer, Thoroughness, Verification, verify};
 use skiagraph::body::{Motion, shipped};
-use skiagraph::camera::Camera;
+use skiagraph::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTiming, FilmingRig};
 use skiagraph::npz::{Array, Npz, Values};
 use skiagraph::observation::ObservationSettings;
 
@@ -56,6 +56,25 @@ static SEGMENTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 /// Silhouettes that are spoiled.
 static CORRUPTED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     observed("silhouette = \"corrupted\"\nseed = 5\ncorruption = { boundary_px = 1.5, holes = 0.05 }")
+});
+
+/// The first camera moves; the second takes every other image, late and row after row.
+static FILMED: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+    let directory = tempfile::tempdir().unwrap();
+    let keyframe = |time_s: f64, position: [f64; 3]| CameraKeyframe {
+        time_s,
+        position: position.into(),
+        look_at: [0.1, 0.0, 1.0].into(),
+        roll: 0.5 * time_s,
+    };
+    let way = vec![keyframe(0.0, [3.0, 0.8, 1.3]), keyframe(0.08, [2.9, 0.3, 1.5]), keyframe(0.2, [2.5, -0.5, 1.2])];
+    let path = CameraPath::new("front", way).unwrap();
+    let late = CameraTiming { every: 2, offset_s: 0.013, line_delay_s: 1e-4 };
+    let rig = CameraRig { cameras: cameras([WIDTH, HEIGHT]) };
+    let filming = FilmingRig::new(rig, vec![Some(path)], vec![CameraTiming::default(), late]).unwrap();
+    let set = made_up_set::assemble_filmed("filmed", &filming, &motion(), &ObservationSettings::default());
+    set.write_with_layers(directory.path(), &[Layer::Depth, Layer::Parts, Layer::Normals]).unwrap();
+    directory
 });
 
 fn render(directory: &Path) {
@@ -856,11 +875,100 @@ fn words_hidden_in_an_image_are_found() {
 fn what_is_no_set_of_this_format_is_an_error_and_no_fault() {
     let error = |set: &Copy| verify(set.0.path(), Thoroughness::default()).unwrap_err().to_string();
     let set = Copy::new();
-    set.text("set.toml", |text| text.replace("skiagraph.set/1", "skiagraph.set/2"));
+    set.text("set.toml", |text| text.replace("skiagraph.set/1", "skiagraph.set/3"));
     let newer = error(&set);
-    assert!(newer.contains("skiagraph.set/2") && newer.contains("use the version of skiagraph"), "{newer}");
+    assert!(newer.contains("skiagraph.set/3") && newer.contains("use the version of skiagraph"), "{newer}");
     fs::remove_file(set.0.path().join("files.sha256")).unwrap();
     assert!(error(&set).contains("is not a complete benchmark set: it has no files.sha256"));
     let nowhere = verify(&set.0.path().join("nowhere"), Thoroughness::default()).unwrap_err().to_string();
     assert!(nowhere.contains("No such file"), "{nowhere}");
+}
+
+// ---- cameras that move or keep times of their own --------------------------------------------------------------
+
+/// What `cameras.npz` has of a frame and a camera: 7 numbers a place.
+const CAMERAS: &str = "cameras.npz";
+
+fn changed(set: &Copy, array: &str, change: impl Fn(usize, &[f64]) -> f64) {
+    set.array(CAMERAS, array, |values| match values {
+        Values::F64(v) => Values::F64((0..v.len()).map(|i| change(i, &v)).collect()),
+        other => panic!("{array} holds {other:?}"),
+    });
+}
+
+#[test]
+fn a_set_of_cameras_that_film_is_sound_and_has_no_image_where_none_was_taken() {
+    let set = Copy::of(&FILMED);
+    let found = set.verified();
+    assert!(found.is_sound(), "{:#?} {:#?}", found.faults().collect::<Vec<_>>(), found.checks);
+    assert!(!set.0.path().join(Copy::mask(1, 3)).exists() && set.0.path().join(Copy::mask(1, 2)).exists());
+    assert!(!set.0.path().join("truth/layers/cam01/000001.exr").exists());
+    let text = String::from_utf8(set.read("set.toml")).unwrap();
+    assert!(text.contains("skiagraph.set/2"), "{text}");
+    assert!(!Copy::new().0.path().join(CAMERAS).exists(), "cameras that stand still have no such file");
+}
+
+#[test]
+fn places_of_cameras_that_are_a_frame_late_are_found() {
+    let set = Copy::of(&FILMED);
+    changed(&set, "camera_from_world", |i, v| v[if i < 14 { i } else { i - 14 }]);
+    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["front", "frame before"]);
+    set.found("projection", CAMERAS, &["front"]);
+}
+
+#[test]
+fn a_moving_camera_that_is_said_to_stand_still_is_found() {
+    let set = Copy::of(&FILMED);
+    changed(&set, "camera_from_world", |i, v| v[i % 14]);
+    set.found_in_spite_of_good_hashes("projection", CAMERAS, &["front", "differ by"]);
+}
+
+#[test]
+fn time_stamps_that_were_shuffled_are_found() {
+    let set = Copy::of(&FILMED);
+    // frames 2 and 4 of the second camera
+    changed(&set, "time_s", |i, v| {
+        v[match i {
+            5 => 9,
+            9 => 5,
+            other => other,
+        }]
+    });
+    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["do not rise", "camera 1"]);
+    set.found("cameras", CAMERAS, &["lens", "first in frame 2"]);
+}
+
+#[test]
+fn time_stamps_without_the_offset_are_found() {
+    let set = Copy::of(&FILMED);
+    changed(&set, "time_s", |i, v| if i % 2 == 1 { v[i] - 0.013 } else { v[i] });
+    set.found_in_spite_of_good_hashes("cameras", CAMERAS, &["lens", "time_s", "expected 0.013 s"]);
+}
+
+#[test]
+fn images_of_a_global_shutter_in_place_of_a_rolling_one_are_found() {
+    let set = Copy::of(&FILMED);
+    set.json("truth/filming.json", |file| file["cameras"][1]["line_delay_s"] = 0.0.into());
+    set.sign();
+    let found = set.verified();
+    let checks: Vec<&str> = found.faults().map(|(check, _)| check).collect();
+    assert!(checks.contains(&"cameras") && checks.contains(&"silhouettes"), "{checks:?}");
+}
+
+#[test]
+fn an_image_of_a_frame_for_which_none_was_taken_is_found() {
+    let set = Copy::of(&FILMED);
+    set.write(&Copy::mask(1, 3), &set.read(&Copy::mask(1, 2)));
+    set.found_in_spite_of_good_hashes("formats", &Copy::mask(1, 3), &["camera 1 took no image for frame 3"]);
+}
+
+#[test]
+fn cameras_of_a_filmed_set_without_their_file_are_found() {
+    let set = Copy::of(&FILMED);
+    set.text("set.toml", |text| text.replace("skiagraph.set/2", "skiagraph.set/1"));
+    set.found_in_spite_of_good_hashes("formats", CAMERAS, &["cameras stand still"]);
+    let set = Copy::of(&FILMED);
+    fs::remove_file(set.0.path().join(CAMERAS)).unwrap();
+    set.sign();
+    assert!(!set.verified().is_sound());
 }

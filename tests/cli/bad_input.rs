@@ -349,7 +349,7 @@ fn sets_of_a_newer_format_edited_and_partial_ones_are_refused_by_every_reader() 
     let before = room.entries();
 
     // another format, with keys that this version does not know and good hashes
-    let newer = String::from_utf8(manifest.clone()).unwrap().replace("skiagraph.set/1", "skiagraph.set/2");
+    let newer = String::from_utf8(manifest.clone()).unwrap().replace("skiagraph.set/1", "skiagraph.set/3");
     let newer = newer.replace("frames_per_second", "rate_hz");
     let hash = |bytes: &[u8]| Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     let listed = String::from_utf8(listing.clone()).unwrap().replace(&hash(&manifest), &hash(newer.as_bytes()));

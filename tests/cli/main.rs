@@ -9,6 +9,7 @@ mod contact;
 mod corruption;
 mod distractors;
 mod export;
+mod filming;
 mod gate;
 mod inspect;
 mod options;

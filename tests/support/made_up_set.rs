@@ -1,9 +1,9 @@
 //! A set of a few made-up frames of the built-in actor, for tests of files of sets.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, Observed, SetParts, Start, Training, TruthFacts};
+use skiagraph::benchmark_set::{BenchmarkSet, Observed, RigMoments, SetParts, Start, Training, TruthFacts};
 use skiagraph::body::{Humanoid, Motion, shipped};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, FilmingRig};
 use skiagraph::observation::{CorruptedObserver, ObservationSettings, Observer, SegmentedObserver, SilhouetteSource};
 use skiagraph::scene::GroundTruth;
 
@@ -43,9 +43,25 @@ pub(crate) fn assemble_observed(
     motion: &Motion,
     settings: &ObservationSettings,
 ) -> BenchmarkSet {
+    assemble_filmed(name, &FilmingRig::from(&CameraRig { cameras }), motion, settings)
+}
+
+/// As [`assemble_observed`], by cameras that may move and take their images at times of their own.
+pub(crate) fn assemble_filmed(
+    name: &str,
+    filming: &FilmingRig,
+    motion: &Motion,
+    settings: &ObservationSettings,
+) -> BenchmarkSet {
     let actor = shipped("actor").unwrap();
-    let rig = CameraRig { cameras };
-    let truth = GroundTruth::from_motion(actor.clone(), motion, &rig).unwrap();
+    let rig = filming.rig();
+    let truth = GroundTruth::filmed(actor.clone(), motion, filming, Vec::new(), Vec::new()).unwrap();
+    let frames = truth.frames.iter().enumerate();
+    let moments = RigMoments {
+        frames: frames.filter_map(|(frame, known)| filming.moment(frame, known.time_s)).collect(),
+        line_delay_s: (0..filming.cameras()).map(|camera| filming.timing(camera).line_delay_s).collect(),
+    };
+    let is_filmed = !filming.is_still();
     let training = Training::none(&actor);
     let start = Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false };
     let (exact, seed) = (settings.is_exact(), u64::from(settings.seed));
@@ -58,25 +74,30 @@ pub(crate) fn assemble_observed(
     let observed = settings.facts();
     let parts = SetParts {
         name,
-        rig: &rig,
+        rig,
         start: &start,
         ground_truth: &truth,
         refitted: Some(motion),
         facts: &facts,
         recordings: &[],
-        observed: Observed { facts: (!exact).then_some(&observed), tracker_rig: None },
+        observed: Observed {
+            facts: (!exact).then_some(&observed),
+            tracker_rig: None,
+            filming: is_filmed.then_some(filming),
+            moments: is_filmed.then_some(&moments),
+        },
     };
     match settings.silhouette {
         SilhouetteSource::Exact => {
-            let observer = Observer::new(&truth, &rig);
+            let observer = Observer::from_filming(&truth, filming);
             BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
         }
         SilhouetteSource::Corrupted => {
-            let observer = CorruptedObserver::new(&truth, &rig, settings.corruption, seed);
+            let observer = CorruptedObserver::from_filming(&truth, filming, settings.corruption, seed);
             BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
         }
         SilhouetteSource::Segmented => {
-            let observer = SegmentedObserver::new(&truth, &rig, &settings.images, &settings.background, seed).unwrap();
+            let observer = SegmentedObserver::new(&truth, rig, &settings.images, &settings.background, seed).unwrap();
             BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
         }
     }

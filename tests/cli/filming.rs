@@ -1,0 +1,206 @@
+//! Cameras that move or keep times of their own, on the command line.
+
+use skiagraph::benchmark_set::BenchmarkSet;
+use skiagraph::npz::Npz;
+
+use super::sandbox::{Sandbox, TINY};
+
+/// Beside the ring of [`TINY`], which has two cameras.
+const MOVING: &str = "[[rig.motion]]\ncamera = \"cam00\"\nkeyframes = [\n\
+                      \x20 { time_s = 0.0, position_m = [3.0, 3.0, 1.6], look_at_m = [0.0, 0.0, 0.95] },\n\
+                      \x20 { time_s = 0.1, position_m = [3.4, 2.4, 1.4], look_at_m = [0.1, 0.0, 0.95], roll_deg = 3.0 },\n]\n\
+                      [[rig.timing]]\ncamera = \"cam01\"\nframes_per_second = 30.0\noffset_ms = 8.0\nline_delay_us = 20.0\n";
+
+/// The actor walks from the middle of the ring.
+fn scenario(rig: &str) -> String {
+    TINY.replace("last_frame = 3", "last_frame = 8\nstart_m = [0.0, 0.0]") + rig
+}
+
+fn json(room: &Sandbox, file: &str) -> serde_json::Value {
+    serde_json::from_slice(&room.read(file)).unwrap()
+}
+
+#[test]
+fn a_set_of_cameras_that_film_is_rendered_verified_tracked_and_shown() {
+    let room = Sandbox::new();
+    room.write("film.toml", scenario(MOVING));
+    let answer = room.succeed("check film.toml");
+    assert!(answer.stderr.contains("camera `cam00`: moves"), "{}", answer.stderr);
+    assert!(answer.stderr.contains("8.000 ms late, rolling shutter, 20.000 us"), "{}", answer.stderr);
+    room.succeed("render film.toml --out film");
+    let answer = room.succeed("verify film");
+    assert!(answer.stdout.contains("film is sound: 11 checks, no fault"), "{}", answer.stdout);
+    let set = BenchmarkSet::read(&room.path("film")).unwrap();
+    assert!(set.blind.has_image(0, 1) && !set.blind.has_image(1, 1));
+    assert!(!room.path("film/observations/cam01/silhouette/000001.png").exists());
+    assert!(String::from_utf8(room.read("film/README.txt")).unwrap().contains("cameras.npz has, for T frames"));
+    let answer = room.succeed("inspect film");
+    assert!(answer.stdout.contains("cam01") && answer.stdout.contains("8.000 ms late"), "{}", answer.stdout);
+    // a run of the scenario and one of the set are one
+    room.succeed("run film.toml --quiet --out run");
+    room.succeed("track film --tracker annealed_particle_filter particles=12 layers=2 --seeds 2 --quiet --out tracked");
+    room.succeed("evaluate film tracked --quiet");
+    assert_eq!(room.read("run/per_frame.csv"), room.read("tracked/per_frame.csv"));
+    let page = String::from_utf8(room.read("run/report.html")).unwrap();
+    assert!(page.contains("20.000 us from row to row"));
+    // errors of calibration come on top of moving cameras
+    room.succeed("render film.toml calibration_mm=50 --quiet --out told");
+    assert!(room.succeed("verify told").stdout.contains("told is sound"));
+}
+
+#[test]
+fn tracking_by_moving_cameras_is_as_good_as_by_cameras_that_stand_still() {
+    let room = Sandbox::new();
+    let walk = "schema = \"skiagraph.scenario/1\"\nname = \"walk\"\nseeds = 1\n\
+                [motion]\nclip = \"embedded:walk\"\nlast_frame = 39\nstart_m = [-0.4, 0.0]\nheading_deg = 0.0\n\
+                [tracker_body]\nmismatch = \"none\"\n[rig.ring]\nsize_px = [320, 240]\nlook_at_m = [0.0, 0.0, 0.95]\n";
+    room.write("still.toml", walk);
+    let mut moving = walk.to_owned();
+    for camera in 0..4_u32 {
+        // a tenth of a turn about the middle, at the ring's radius
+        let place = |share: f64| {
+            let angle = std::f64::consts::FRAC_PI_2 * (0.5 + f64::from(camera) + 0.4 * share);
+            format!("[{}, {}, 1.6]", 4.5 * angle.cos(), 4.5 * angle.sin())
+        };
+        let keyframe = |time_s: f64, share: f64| {
+            format!("{{ time_s = {time_s:?}, position_m = {}, look_at_m = [0.0, 0.0, 0.95] }}", place(share))
+        };
+        let way = [keyframe(0.0, 0.0), keyframe(0.3, 0.5), keyframe(0.6, 1.0)].join(", ");
+        moving += &format!("[[rig.motion]]\ncamera = \"cam0{camera}\"\nkeyframes = [{way}]\n");
+    }
+    room.write("moving.toml", &moving);
+    let error = |name: &str| {
+        room.succeed(&format!("run {name}.toml --quiet --out {name}"));
+        json(&room, &format!("{name}/run.json"))["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap()
+    };
+    let (still, moving) = (error("still"), error("moving"));
+    assert!(moving < 1.5 * still + 5.0, "{moving} mm by moving cameras, {still} mm by cameras that stand still");
+}
+
+#[test]
+fn programs_are_told_where_cameras_are_in_every_frame() {
+    let room = Sandbox::new();
+    room.write("film.toml", scenario(MOVING));
+    room.succeed("render film.toml --quiet --out film");
+    let script = "import json, sys\n\
+                  out = open('heard.jsonl', 'w')\n\
+                  for line in sys.stdin:\n\
+                  \x20   out.write(line); out.flush()\n\
+                  \x20   said = json.loads(line)\n\
+                  \x20   if said['type'] == 'hello': print(json.dumps({'type': 'ready', 'protocol': PROTOCOL}), flush=True)\n\
+                  \x20   if said['type'] == 'frame': print(json.dumps({'type': 'pose', 'frame': said['frame'], 'markers': {'pelvis': [0, 0, 1]}}), flush=True)\n";
+    room.write("new.py", script.replace("PROTOCOL", "'skiagraph.tracker/2'"));
+    room.write("old.py", script.replace("PROTOCOL", "'skiagraph.tracker/1'"));
+    let python = std::env::var("SKIAGRAPH_TEST_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let track =
+        |script: &str| room.skiagraph(["track", "film", "--exec", &format!("{python} {script}"), "--out", "told"]);
+    let answer = track("old.py");
+    assert!(answer.code == 2 && answer.stderr.contains("skiagraph.tracker/2"), "{}", answer.stderr);
+    let answer = track("new.py");
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let heard = String::from_utf8(room.read("heard.jsonl")).unwrap();
+    let heard: Vec<serde_json::Value> = heard.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(heard[0]["protocol"], "skiagraph.tracker/2");
+    assert_eq!(heard[0]["cameras"][1]["line_delay_s"].as_f64(), Some(20.0 * 1e-6));
+    let set = BenchmarkSet::read(&room.path("film")).unwrap();
+    for (frame, message) in heard[1..].iter().filter(|message| message["type"] == "frame").enumerate() {
+        let (moving, slow) = (&message["views"][0], &message["views"][1]);
+        let t: Vec<f64> = moving["t"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        assert_eq!(t, set.blind.rig_at(frame).cameras[0].opencv_translation());
+        assert!(moving["mask"].is_string() && slow["mask"].is_null() != (frame % 2 == 0));
+        assert_eq!(slow["exposed_s"].is_null(), frame % 2 == 1);
+    }
+}
+
+#[test]
+fn exports_hold_cameras_that_film_or_are_refused() {
+    let room = Sandbox::new();
+    room.write("film.toml", scenario(MOVING));
+    room.write("moving.toml", scenario(MOVING.split("[[rig.timing]]").next().unwrap()));
+    room.succeed("render film.toml --quiet --out film");
+    room.succeed("render moving.toml --quiet --out moving");
+    for (set, format) in [
+        ("film", "npz"),
+        ("film", "bvh"),
+        ("film", "tum"),
+        ("film", "croissant"),
+        ("moving", "npz"),
+        ("moving", "colmap"),
+        ("moving", "coco"),
+        ("moving", "webdataset"),
+    ] {
+        room.succeed(&format!("export {set} --to {format} --quiet --out {set}-{format}"));
+    }
+    let images = String::from_utf8(room.read("moving-colmap/images.txt")).unwrap();
+    let set = BenchmarkSet::read(&room.path("moving")).unwrap();
+    let frames = set.blind.frame_count;
+    assert_eq!(images.lines().filter(|line| line.ends_with(".png")).count(), 2 * frames);
+    // two lines an image: where its camera was, and its points
+    let last = images.lines().filter(|line| !line.starts_with('#')).nth(2 * (2 * frames - 2)).unwrap();
+    let numbers: Vec<f64> = last.split(' ').take(8).map(|number| number.parse().unwrap()).collect();
+    let t = set.blind.rig_at(frames - 1).cameras[0].opencv_translation();
+    assert!((0..3).all(|i| (numbers[5 + i] - t[i]).abs() < 1e-12) && last.ends_with(&format!("{:06}.png", frames - 1)));
+    // points of npz, through the cameras that stand beside them, are those of the set's truth
+    let bytes = room.read("film-npz/truth.npz");
+    let npz = Npz::from_bytes("truth.npz", &bytes).unwrap();
+    let shape = |name: &str| npz.get(name).unwrap().shape.clone();
+    let film = BenchmarkSet::read(&room.path("film")).unwrap();
+    assert_eq!(shape("frame_R"), [film.blind.frame_count, 2, 3, 3]);
+    let exposed = npz.f64s("truth.npz", "exposed_s", &[Some(film.blind.frame_count), Some(2)]).unwrap();
+    assert!(exposed[3].is_nan() && (exposed[5] - (2.0 / 60.0 + 0.008)).abs() < 1e-12, "{exposed:?}");
+    let views = Npz::from_bytes("views.npz", &room.read("film/truth/views.npz")).unwrap();
+    assert_eq!(npz.get("markers_2d").unwrap().shape, views.get("markers_2d").unwrap().shape);
+    for (set, format, words) in [
+        ("film", "coco", "exposed at other times"),
+        ("film", "webdataset", "exposed at other times"),
+        ("film", "colmap", "exposed at other times"),
+        ("film", "opencv", "cameras of this set move"),
+        ("moving", "humaneva", "cameras of this set move"),
+        ("moving", "bodytrack", "stand still"),
+        ("moving", "apng", "stand still"),
+    ] {
+        let answer = room.skiagraph(["export", set, "--to", format, "--out", "refused"]);
+        assert!(answer.code == 2 && answer.stderr.contains(words), "{format}: {}", answer.stderr);
+        assert!(!room.path("refused").exists());
+    }
+    let answer = room.skiagraph(["render", "film.toml", "--shards", "2", "--out", "sharded"]);
+    assert!(answer.code == 2 && answer.stderr.contains("--shards"), "{}", answer.stderr);
+    room.succeed("render moving.toml --shards 2 --quiet --out sharded");
+}
+
+#[test]
+fn cameras_that_cannot_film_so_are_refused_by_key() {
+    let room = Sandbox::new();
+    for (from, to, key, words) in [
+        ("\"cam00\"", "\"cam0\"", "rig.motion[0].camera", "did you mean `cam00`?"),
+        ("\"cam01\"", "\"cam7\"", "rig.timing[0].camera", "cam00, cam01"),
+        (
+            "frames_per_second = 30.0",
+            "frames_per_second = 25.0",
+            "rig.timing[0].frames_per_second",
+            "divided by a whole number",
+        ),
+        ("time_s = 0.1", "time_s = 0.0", "rig.motion[0].keyframes[1].time_s", "after that of the keyframe before"),
+        ("[3.0, 3.0, 1.6]", "[3.0, 3.0, -1.6]", "rig.motion[0].keyframes[0].position_m", "above the ground"),
+        ("[3.0, 3.0, 1.6]", "[0.0, 0.0, 1.6]", "rig.motion[0].keyframes", "along the view"),
+        ("roll_deg", "rol_deg", "rig.motion[0].keyframes[1].rol_deg", "did you mean `roll_deg`?"),
+        ("line_delay_us = 20.0", "line_delay_us = -1.0", "rig.timing[0].line_delay_us", "0 to 1000"),
+        ("[[rig.timing]]\n", "[[rig.motion]]\n", "rig.motion[1]", "unknown key"),
+    ] {
+        let changed = MOVING.replacen(from, to, 1);
+        assert_ne!(changed, MOVING, "{from}");
+        room.write("bad.toml", scenario(&changed));
+        let answer = room.skiagraph(["check", "bad.toml"]);
+        assert_eq!(answer.code, 2, "{to}: {}", answer.stderr);
+        assert!(answer.stderr.contains(key) && answer.stderr.contains(words), "{to}: {}", answer.stderr);
+    }
+    room.write("film.toml", scenario(MOVING));
+    for (change, words) in [
+        ("observation.silhouette=segmented", "backgrounds are learned by cameras that stand still"),
+        ("layers=[\"colour\"]", "no layer \"colour\""),
+        ("layers=[\"depth\",\"flow\"]", "with a rolling shutter"),
+    ] {
+        let answer = room.skiagraph(["check", "film.toml", change]);
+        assert!(answer.code == 2 && answer.stderr.contains(words), "{change}: {}", answer.stderr);
+    }
+}
