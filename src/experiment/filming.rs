@@ -10,20 +10,21 @@ use crate::observation::{Corruption, tracker_rig};
 use crate::scenario::{CameraTimingSettings, KeyframeSettings, ScenarioFile, did_you_mean};
 use crate::scene::GroundTruth;
 
-/// How the cameras of `rig` film `motion`.
+/// How the cameras of `rig` film `motion`. What is said of cameras that are left out is passed over.
 pub(super) fn filming(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<FilmingRig, ExperimentError> {
     let settings = &file.scenario.rig;
     let mut paths = vec![None; rig.cameras.len()];
     let mut timings = vec![CameraTiming::default(); rig.cameras.len()];
     let refused = |key: &str, e: CameraError| scenario_error(file, key, e.to_string());
-    for (index, entry) in settings.motion.iter().enumerate() {
+    let is_there = |camera: &String| !settings.leave_out.contains(camera);
+    for (index, entry) in settings.motion.iter().enumerate().filter(|(_, entry)| is_there(&entry.camera)) {
         let key = format!("rig.motion[{index}]");
         let camera = camera_named(file, &format!("{key}.camera"), &entry.camera, &rig)?;
         let keyframes = entry.keyframes.iter().map(keyframe).collect();
         let path = CameraPath::new(&entry.camera, keyframes);
         paths[camera] = Some(path.map_err(|e| refused(&format!("{key}.keyframes"), e))?);
     }
-    for (index, entry) in settings.timing.iter().enumerate() {
+    for (index, entry) in settings.timing.iter().enumerate().filter(|(_, entry)| is_there(&entry.camera)) {
         let key = format!("rig.timing[{index}]");
         let camera = camera_named(file, &format!("{key}.camera"), &entry.camera, &rig)?;
         let CameraTimingSettings { offset_ms, line_delay_us, .. } = *entry;

@@ -195,6 +195,7 @@ fn cameras_that_cannot_film_so_are_refused_by_key() {
         assert!(answer.stderr.contains(key) && answer.stderr.contains(words), "{to}: {}", answer.stderr);
     }
     room.write("film.toml", scenario(MOVING));
+    room.succeed("check film.toml rig.leave_out=[\"cam00\"]");
     for (change, words) in [
         ("observation.silhouette=segmented", "backgrounds are learned by cameras that stand still"),
         ("layers=[\"colour\"]", "no layer \"colour\""),
