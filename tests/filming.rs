@@ -321,7 +321,7 @@ fn a_file_of_cameras_that_makes_no_sense_is_refused_by_its_name() {
     let hash = |bytes: &[u8]| Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     for (from, to, words) in [
         ("\"every\": 3", "\"every\": 0", "every of 1 to"),
-        ("\"line_delay_s\": 5e-5", "\"line_delay_s\": -1.0", "line_delay_s"),
+        ("\"line_delay_s\": 0.00005", "\"line_delay_s\": -1.0", "line_delay_s"),
         ("\"lens\"", "\"length\"", "the cameras of cameras.json"),
         ("skiagraph.filming/1", "skiagraph.filming/7", "skiagraph.filming/7"),
     ] {

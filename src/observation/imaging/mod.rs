@@ -58,8 +58,8 @@ struct Backdrop {
 }
 
 impl<'a> SceneCamera<'a> {
-    /// Cameras of `rig`, which stand still, around the actor of `truth`; `seed` draws clothing, the sun's azimuth, drift
-    /// and noise.
+    /// Cameras of `rig`, which stand still, around the actor of `truth`; `seed` draws clothing, the sun's azimuth,
+    /// drift and noise.
     pub fn new(truth: &'a GroundTruth, rig: &CameraRig, settings: &ImageSettings, seed: u64) -> Self {
         Self::in_room(truth, rig, distance_of_walls(rig), settings, seed)
     }
