@@ -97,13 +97,15 @@ read_back_by! {
 #[test]
 fn webdataset_reads_the_shards_that_a_set_is_rendered_with() {
     let room = tempfile::tempdir().unwrap();
-    let set = room.path().join("set");
+    let [set, plain] = ["set", "plain"].map(|name| room.path().join(name));
     let small =
         ["motion.loop_to_s=0.1", "rig.ring.count=3", "rig.ring.size_px=[80, 60]", "layers=[\"depth\", \"parts\"]"];
     let file = ScenarioFile::built_in(&small.map(str::to_owned)).unwrap();
     let options = RenderOptions { shards: Some(2), ..RenderOptions::default() };
     render_with(&file, None, Destination { path: &set, force: false }, &options, &Unwatched).unwrap();
-    read_back_from(ExportFormat::WebDataset, &set.join("truth/shards"), &set);
+    render_with(&file, None, Destination { path: &plain, force: false }, &RenderOptions::default(), &Unwatched)
+        .unwrap();
+    read_back_from(ExportFormat::WebDataset, &set.join("truth/shards"), &plain);
 }
 
 #[test]

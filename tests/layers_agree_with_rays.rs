@@ -200,7 +200,8 @@ fn is_of_one_surface(a: Option<&Hit>, b: Option<&Hit>) -> bool {
 
 #[test]
 fn every_layer_of_a_hundred_random_views_agrees_with_rays() {
-    let (bodies, wanted) = (bodies(), WantedLayers { normals: true, flow: true, coverage: true, colour: None });
+    let (bodies, wanted) =
+        (bodies(), WantedLayers { depth: true, normals: true, flow: true, coverage: true, colour: None });
     let mut tally = Tally::default();
     for index in 0..100 {
         let mut random = stream(index, Purpose::Corruption, 15, 0, 0);

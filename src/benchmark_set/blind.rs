@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::files::SetFiles;
 use super::manifest::{self, BlindManifest, SequenceFacts};
+use super::shard_plan::is_packing;
 use super::start_file::Start;
 use super::{RigMoments, SetError, cameras_file, moments_file, silhouette_png};
 use crate::camera::{CameraRig, RigMoment};
@@ -127,12 +128,12 @@ impl BlindSet {
     }
 
     /// Puts the blind side into a folder, for a program that shall not see the truth: hard links where the file system
-    /// allows them, copies elsewhere. The list of files stays out: hashes of the truth would confirm a guess.
+    /// allows them, copies elsewhere and of silhouettes in shards. The list of files stays out: hashes of the truth would confirm a guess.
     ///
     /// # Errors
     /// [`SetError`] if a file is missing or cannot be written.
     pub fn hand_out(&self, folder: &Path) -> Result<(), SetError> {
-        self.files.hand_out(folder, |path| !path.starts_with("truth/"))
+        self.files.hand_out(folder, |path| !path.starts_with("truth/") && !is_packing(path))
     }
 
     /// Writes a set without its truth into a folder: the same set for [`Self::read`], by its hash too, since the list
@@ -141,7 +142,7 @@ impl BlindSet {
     /// # Errors
     /// [`SetError`] if a file cannot be written.
     pub fn write_without_truth(&self, folder: &Path) -> Result<(), SetError> {
-        self.hand_out(folder)?;
+        self.files.hand_out(folder, |path| !path.starts_with("truth/") && self.files.is_loose(path))?;
         self.files.write_listing(folder)
     }
 

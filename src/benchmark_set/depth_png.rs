@@ -2,8 +2,8 @@
 //! 65535 for 65.535 m and farther.
 
 use super::SetError;
-use super::files::LAYERS;
 use super::grey_png;
+use super::listing::LAYERS;
 use crate::body::DepthImage;
 use crate::input::foreign;
 

@@ -61,6 +61,14 @@ pub enum SetError {
         /// Number of shards in the listing.
         shards: usize,
     },
+    /// A shard is not as it was written.
+    #[error("{}: this shard is damaged: {}; get it again, or render the set again", plain(file), plain(detail))]
+    BrokenShard {
+        /// Path inside the set.
+        file: String,
+        /// What is wrong.
+        detail: String,
+    },
     /// A file does not have the expected content.
     #[error("{}: {}", plain(file), plain(detail))]
     Malformed {
@@ -100,8 +108,21 @@ impl SetError {
             Self::Tampered { file, listed, found } => Self::Tampered { file: of_set(file), listed, found },
             Self::Unlisted { file } => Self::Unlisted { file: of_set(file) },
             Self::MissingShard { file, shards } => Self::MissingShard { file: of_set(file), shards },
+            Self::BrokenShard { file, detail } => Self::BrokenShard { file: of_set(file), detail },
             other => other,
         }
+    }
+
+    /// Whether it is that of a file which is missing or was changed, as a check of all hashes finds it.
+    pub(super) fn is_of_hashes(&self) -> bool {
+        matches!(
+            self,
+            Self::Tampered { .. }
+                | Self::NotASet { .. }
+                | Self::Io { .. }
+                | Self::MissingShard { .. }
+                | Self::BrokenShard { .. }
+        )
     }
 
     pub(super) fn malformed(file: &str, detail: impl Into<String>) -> Self {

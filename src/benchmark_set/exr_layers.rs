@@ -22,8 +22,9 @@ use exr::prelude::{
 use serde::{Deserialize, Serialize};
 
 use super::SetError;
-use super::files::LAYERS;
-use crate::input::{self, foreign, limits};
+use super::files::SetFiles;
+use super::listing::LAYERS;
+use crate::input::foreign;
 use crate::observation::LayerImages;
 
 /// A truth image that can be asked for.
@@ -192,13 +193,12 @@ const MOST_PIXELS_A_SIDE: usize = crate::camera::MAX_IMAGE_SIZE as usize;
 /// # Errors
 /// [`SetError`] where that image cannot be read or is no OpenEXR file.
 pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetError> {
-    let file = path(0, 0);
-    let full = directory.join(&file);
-    if !full.exists() {
+    let (file, files) = (path(0, 0), SetFiles::open(directory)?);
+    if !files.has(&file) {
         return Ok(Vec::new());
     }
-    let bytes = input::read(&full, limits::LAYER).map_err(SetError::io(&full, "read"))?;
-    let meta = exr::meta::MetaData::read_from_buffered(bytes.as_slice(), false);
+    let bytes = files.read(&file).map_err(|e| files.locate(e))?;
+    let meta = exr::meta::MetaData::read_from_buffered(&*bytes, false);
     let meta = meta.map_err(|e| SetError::malformed(&file, foreign(e)).below(directory))?;
     let channels = meta.headers.iter().flat_map(|header| &header.channels.list);
     Ok(channels.map(|channel| channel.name.to_string()).collect())

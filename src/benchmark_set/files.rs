@@ -1,26 +1,24 @@
 //! The files of a set, in memory or in a directory, each known by its SHA-256.
 //!
 //! `files.sha256` lists them as `sha256sum` does (`sha256sum -c files.sha256` proves a set without this program). It is
-//! written last: a directory without it is not a set. Every read is checked against it.
+//! written last: a directory without it is not a set. Every read is checked against it. In sets with shards, silhouettes
+//! and truth images are read from there, by the same paths.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::SetError;
-use super::listing::{LISTING, Stop, files_below, listing_line, listing_parts, unless};
+use super::listing::{LAYERS, LISTING, Stop, digests_in, files_below, listing_line, unless};
+use super::packed_files::PackedFiles;
 use super::set_writer::SetWriter;
+use super::shard_plan::{is_packing, is_shard};
 use crate::input::{self, hex_sha256, hex_sha256_of, limits};
 use crate::parallel;
-
-/// Optional images computed from the truth; not part of the set's identity.
-pub(super) const LAYERS: &str = "truth/layers/";
-
-/// Optional tar shards of silhouettes and truth; not part of the set's identity either.
-pub(super) const SHARDS: &str = "truth/shards/";
 
 /// What Python leaves beside `read_truth.py` when that is imported; no fault of a set.
 const PYTHON_CACHE: &str = "__pycache__/";
@@ -28,8 +26,10 @@ const PYTHON_CACHE: &str = "__pycache__/";
 /// Named bytes and their digests.
 #[derive(Clone, Debug)]
 pub(super) struct SetFiles {
-    /// SHA-256 in hexadecimal by path; paths are relative, parts divided by `/`.
+    /// SHA-256 in hexadecimal by path; paths are relative, parts divided by `/`. Of files of their own.
     digests: BTreeMap<String, String>,
+    /// The files in shards, if the set has any.
+    packed: Option<Arc<PackedFiles>>,
     place: FileStore,
 }
 
@@ -46,7 +46,7 @@ impl SetFiles {
             Ok((path.clone(), hex_sha256(bytes)))
         };
         let digests = files.par_iter().map(digest).collect::<Result<_, SetError>>()?;
-        Ok(Self { digests, place: FileStore::Memory(files) })
+        Ok(Self { digests, packed: None, place: FileStore::Memory(files) })
     }
 
     /// The files of a set on disk; their contents are read and checked when they are asked for.
@@ -59,22 +59,28 @@ impl SetFiles {
             }
             Err(e) => return Err(SetError::io(&directory.join(LISTING), "read")(e)),
         };
-        let mut digests = BTreeMap::new();
-        for (index, line) in listing.lines().enumerate() {
-            let expected = || not_a_set(format!("{LISTING}:{}: expected a SHA-256, two spaces and a path", index + 1));
-            let (digest, path) = listing_parts(line).ok_or_else(expected)?;
-            digests.insert(path.to_string(), digest.to_string());
-        }
-        Ok(Self { digests, place: FileStore::Directory(directory.to_path_buf()) })
+        let digests = digests_in(directory, LISTING, &listing)?;
+        let packed = PackedFiles::open(directory, &digests)?.map(Arc::new);
+        Ok(Self { digests, packed, place: FileStore::Directory(directory.to_path_buf()) })
     }
 
     /// Whether the set has this file.
     pub(super) fn has(&self, path: &str) -> bool {
         self.digests.contains_key(path)
+            || self.packed.as_ref().is_some_and(|packed| packed.digests().contains_key(path))
+    }
+
+    /// SHA-256 by path of the files in shards.
+    fn packed_digests(&self) -> impl Iterator<Item = (&String, &String)> {
+        self.packed.iter().flat_map(|packed| packed.digests())
     }
 
     /// The verified bytes of a file.
     pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
+        let has = |packed: &&Arc<PackedFiles>| !self.is_loose(path) && packed.digests().contains_key(path);
+        if let Some(packed) = self.packed.as_ref().filter(has) {
+            return Ok(packed.read(path, limit_of(path))?.into());
+        }
         let missing = || match &self.place {
             FileStore::Memory(_) => SetError::malformed(path, "the set has no such file"),
             FileStore::Directory(directory) => {
@@ -97,9 +103,14 @@ impl SetFiles {
         }
     }
 
+    /// Whether this is a file of its own, or one of the shards and their list.
+    pub(super) fn is_loose(&self, path: &str) -> bool {
+        self.digests.contains_key(path)
+    }
+
     /// Puts the files that are `wanted` into a folder: hard links, or copies where there can be none.
     pub(super) fn hand_out(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
-        for path in self.digests.keys().filter(|path| wanted(path)) {
+        for path in self.paths().filter(|path| wanted(path)) {
             let target = folder.join(path);
             if let Some(parent) = target.parent() {
                 fs::create_dir_all(parent).map_err(SetError::io(parent, "create"))?;
@@ -120,7 +131,7 @@ impl SetFiles {
         Ok(())
     }
 
-    /// Writes the list of all files, those that are not there too.
+    /// Writes the list of all files of their own, those that are not there too.
     pub(super) fn write_listing(&self, folder: &Path) -> Result<(), SetError> {
         let text: String = self.digests.iter().map(listing_line).collect();
         fs::write(folder.join(LISTING), text).map_err(SetError::io(&folder.join(LISTING), "write"))
@@ -149,14 +160,15 @@ impl SetFiles {
         }
     }
 
-    /// SHA-256 of the listing (without layers and shards): the identity of a set.
+    /// SHA-256 of the listing that the set has without layers and shards: its identity.
     pub(super) fn set_hash(&self) -> String {
-        let repeats = |path: &str| path.starts_with(LAYERS) || path.starts_with(SHARDS);
-        let lines: String = self.digests.iter().filter(|(path, _)| !repeats(path)).map(listing_line).collect();
-        hex_sha256(lines.as_bytes())
+        let counts = |path: &str| !path.starts_with(LAYERS) && !is_packing(path);
+        let files: BTreeMap<&String, &String> =
+            self.digests.iter().chain(self.packed_digests()).filter(|(path, _)| counts(path)).collect();
+        hex_sha256(files.into_iter().map(listing_line).collect::<String>().as_bytes())
     }
 
-    /// Writes every file below `folder`, then those that `more` gives to the writer, and the listing.
+    /// Writes every file below `folder`, as a file of its own, then those that `more` gives to the writer, and the listing.
     pub(super) fn write(
         &self,
         folder: &Path,
@@ -164,18 +176,18 @@ impl SetFiles {
         more: impl FnOnce(&SetWriter<'_>) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
         let writer = SetWriter::new(folder, stop);
-        let paths: Vec<&String> = self.digests.keys().collect();
+        let paths: Vec<&str> = self.paths().filter(|path| !is_packing(path)).collect();
         paths.par_iter().try_for_each(|path| writer.put(path, &self.read(path)?))?;
         more(&writer)?;
         writer.finish()
     }
 
-    /// Paths of the listed files, in alphabetical order.
+    /// Paths of the files of their own, then of those in shards, both in alphabetical order.
     pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
-        self.digests.keys().map(String::as_str)
+        self.digests.keys().chain(self.packed_digests().map(|(path, _)| path)).map(String::as_str)
     }
 
-    /// Number of listed files.
+    /// Number of files of their own.
     pub(super) fn count(&self) -> usize {
         self.digests.len()
     }
@@ -194,7 +206,8 @@ impl SetFiles {
         let full = directory.join(path);
         let found = match File::open(&full).and_then(hex_sha256_of) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                let shards = self.digests.keys().filter(|path| is_shard(path)).count();
+                let (kind, _) = path.rsplit_once('/').unwrap_or_default();
+                let shards = self.digests.keys().filter(|path| is_shard(path) && path.starts_with(kind)).count();
                 return Err(SetError::MissingShard { file: path.to_owned(), shards });
             }
             found => found.map_err(SetError::io(&full, "read"))?,
@@ -224,12 +237,8 @@ impl SetFiles {
 /// Whether `directory` holds the files that its listing names and no others.
 pub(super) fn holds_only_listed(directory: &Path) -> bool {
     let Ok(files) = SetFiles::open(directory) else { return false };
-    let listed = |path: &String| path == LISTING || files.has(path);
+    let listed = |path: &String| path == LISTING || files.is_loose(path);
     files_below(directory, "").is_ok_and(|found| found.iter().all(listed))
-}
-
-fn is_shard(path: &str) -> bool {
-    path.starts_with(SHARDS) && path.ends_with(".tar")
 }
 
 /// The greatest size of a file of a set.
@@ -239,6 +248,7 @@ fn limit_of(path: &str) -> u64 {
         Some("json") => limits::JSON,
         Some("png") => limits::PICTURE,
         Some("exr") => limits::LAYER,
+        Some("sha256") => limits::LISTING,
         _ => limits::ARRAYS,
     }
 }

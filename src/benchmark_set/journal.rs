@@ -9,8 +9,18 @@ use std::sync::{Mutex, PoisonError};
 
 use super::SetError;
 use super::listing::{Stop, files_below, listing_line, listing_parts, unless};
+use super::shard_plan::ShardPlan;
 use crate::input::{self, hex_sha256_of, limits};
 use crate::parallel;
+
+/// SHA-256 of whole files, by their paths.
+#[derive(Debug, Default)]
+pub(super) struct WholeFiles {
+    /// Of files of their own.
+    pub(super) loose: BTreeMap<String, String>,
+    /// Of those in shards.
+    pub(super) packed: BTreeMap<String, String>,
+}
 
 /// A journal that lines are added to, from any thread.
 #[derive(Debug)]
@@ -21,12 +31,14 @@ pub(super) struct Journal {
 
 impl Journal {
     /// Goes on with the journal at `path` of the files in `folder`, or begins one: the files that are whole, by the
-    /// SHA-256 of what is there now. All others in `folder` are removed, for they may be half written.
+    /// SHA-256 of what is there now. All others in `folder` are removed, for they may be half written. Files that lie in
+    /// whole shards of `plan` are whole, too.
     pub(super) fn resume(
         path: &Path,
         folder: &Path,
+        plan: Option<ShardPlan>,
         stop: Stop<'_>,
-    ) -> Result<(Self, BTreeMap<String, String>), SetError> {
+    ) -> Result<(Self, WholeFiles), SetError> {
         let listed: Vec<(String, String)> = listed_in(path)?.into_iter().collect();
         let is_whole = |index: usize| {
             let (path, digest): &(String, String) = &listed[index];
@@ -35,14 +47,18 @@ impl Journal {
         };
         let are_whole = parallel::map(listed.len(), is_whole);
         unless(stop)?;
-        let whole: BTreeMap<String, String> =
-            listed.iter().zip(are_whole).filter(|(_, whole)| *whole).map(|(line, _)| line.clone()).collect();
-        for file in files_below(folder, "")?.iter().filter(|file| !whole.contains_key(*file)) {
+        let (loose, others): (Vec<_>, Vec<_>) = listed.into_iter().zip(are_whole).partition(|(_, whole)| *whole);
+        let loose: BTreeMap<String, String> = loose.into_iter().map(|(line, _)| line).collect();
+        for file in files_below(folder, "")?.iter().filter(|file| !loose.contains_key(*file)) {
             let file = folder.join(file);
             fs::remove_file(&file).map_err(SetError::io(&file, "remove"))?;
         }
+        let tars = |path: &String| plan.and_then(|plan| plan.tars_of(path));
+        let is_packed = |path: &String| tars(path).is_some_and(|tars| tars.iter().all(|tar| loose.contains_key(tar)));
+        let packed = others.into_iter().map(|(line, _)| line).filter(|(path, _)| is_packed(path)).collect();
+        let whole = WholeFiles { loose, packed };
         // written anew: the last line may be cut
-        let lines: String = whole.iter().map(listing_line).collect();
+        let lines: String = whole.loose.iter().chain(&whole.packed).map(listing_line).collect();
         let meanwhile = path.with_extension("writing");
         let written = fs::write(&meanwhile, lines).and_then(|()| fs::rename(&meanwhile, path));
         let opened = written.and_then(|()| File::options().append(true).open(path));
@@ -86,12 +102,12 @@ mod tests {
         let line = |name: &str, text: &str| format!("{}  {name}\n", hex_sha256(text.as_bytes()));
         let lines = line("a", "one") + &line("deep/b", "two") + "nonsense\n" + &line("c", "other") + &line("gone", "x");
         fs::write(&path, lines.clone() + line("d", "four").trim_end()).unwrap();
-        let (journal, whole) = Journal::resume(&path, &folder, &|| false).unwrap();
-        assert_eq!(whole.keys().collect::<Vec<_>>(), ["a", "deep/b"]);
+        let (journal, whole) = Journal::resume(&path, &folder, None, &|| false).unwrap();
+        assert_eq!(whole.loose.keys().collect::<Vec<_>>(), ["a", "deep/b"]);
         assert_eq!(files_below(&folder, "").unwrap(), ["a", "deep/b"]);
         journal.add(&"f".to_owned(), &hex_sha256(b"six")).unwrap();
         let now = fs::read_to_string(&path).unwrap();
         assert_eq!(now, line("a", "one") + &line("deep/b", "two") + &line("f", "six"));
-        assert!(matches!(Journal::resume(&path, &folder, &|| true), Err(SetError::Stopped)));
+        assert!(matches!(Journal::resume(&path, &folder, None, &|| true), Err(SetError::Stopped)));
     }
 }

@@ -34,8 +34,7 @@ pub(super) struct LayerDrawing<'a> {
     pub(super) truth: &'a GroundTruth,
     pub(super) filming: Cow<'a, FilmingRig>,
     /// How colour images look, and the seed of what is random in them.
-    pub(super) images: ImageSettings,
-    pub(super) seed: u64,
+    pub(super) scene: (ImageSettings, u64),
     pub(super) layers: &'a [Layer],
 }
 
@@ -55,10 +54,12 @@ impl LayerDrawing<'_> {
     /// Sees the images of one camera.
     fn observer(&self, camera: usize) -> LayerObserver<'_> {
         let wanted = WantedLayers {
+            // coverage has their data window
+            depth: self.layers.iter().any(|layer| *layer != Layer::Colour),
             normals: self.layers.contains(&Layer::Normals),
             flow: self.layers.contains(&Layer::Flow),
             coverage: self.layers.contains(&Layer::Coverage),
-            colour: self.layers.contains(&Layer::Colour).then_some((self.images, self.seed)),
+            colour: self.layers.contains(&Layer::Colour).then_some(self.scene),
         };
         LayerObserver::from_filming(self.truth, &self.filming, camera, wanted)
     }

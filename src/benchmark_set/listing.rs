@@ -1,5 +1,6 @@
 //! The list of a set's files, as `sha256sum` writes it, and what else all who read or write files of a set share.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -7,6 +8,9 @@ use super::SetError;
 
 /// The list of all files; a directory without it is no set.
 pub(super) const LISTING: &str = "files.sha256";
+
+/// Optional images computed from the truth; not part of the set's identity.
+pub(super) const LAYERS: &str = "truth/layers/";
 
 /// Whether the caller wants to stop; checked before every file.
 pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
@@ -19,6 +23,17 @@ pub(super) fn unless(stop: Stop<'_>) -> Result<(), SetError> {
 /// A line of a listing.
 pub(super) fn listing_line((path, digest): (&String, &String)) -> String {
     format!("{digest}  {path}\n")
+}
+
+/// SHA-256 by path, as the listing `name` of the set in `directory` has them.
+pub(super) fn digests_in(directory: &Path, name: &str, text: &str) -> Result<BTreeMap<String, String>, SetError> {
+    let parts = |(index, line)| {
+        let detail = || format!("{name}:{}: expected a SHA-256, two spaces and a path", index + 1);
+        let not_a_set = || SetError::NotASet { path: directory.to_path_buf(), detail: detail() };
+        let (digest, path) = listing_parts(line).ok_or_else(not_a_set)?;
+        Ok((path.to_owned(), digest.to_owned()))
+    };
+    text.lines().enumerate().map(parts).collect()
 }
 
 /// SHA-256 and path of a line of a listing; `None` if it is none.

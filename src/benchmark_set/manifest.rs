@@ -8,7 +8,7 @@ use std::path::Path;
 use super::files::SetFiles;
 use super::{ContactFacts, RetargetFacts, SetError};
 use crate::input::{self, excerpt, foreign, limits};
-use crate::observation::ObservationFacts;
+use crate::observation::{ImageSettings, ObservationFacts};
 
 pub(super) const PATH: &str = "set.toml";
 pub(super) const FACTS_PATH: &str = "truth/facts.toml";
@@ -89,13 +89,29 @@ pub struct TruthFacts {
     /// Treatment of ground contact; absent if contact was neither measured nor changed, and in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
-    /// Seed of the observations; absent where they are exact, and in sets of older versions.
+    /// Seed of the observations and of colour images; absent where observations are exact and it is the usual 1, and in
+    /// sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub observation_seed: Option<u32>,
+    /// How colour images of the truth look, where silhouettes are not cut out of such images and the scenario says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub images: Option<ImageSettings>,
     /// How the recording fits the actor; absent in sets of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub retargeting: Option<RetargetFacts>,
 }
+
+impl TruthFacts {
+    /// How images of the scene look, and the seed of what is random in them: those that silhouettes were cut out of,
+    /// else those that the truth alone has.
+    pub(super) fn scene(&self, observation: Option<&ObservationFacts>) -> (ImageSettings, u64) {
+        let images = observation.and_then(|facts| facts.images).or(self.images);
+        (images.unwrap_or_default(), self.observation_seed.unwrap_or(USUAL_SEED).into())
+    }
+}
+
+/// Seed of observations in scenarios that do not say any.
+const USUAL_SEED: u32 = 1;
 
 #[derive(Serialize)]
 struct Manifest<'a> {

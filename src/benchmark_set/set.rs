@@ -271,13 +271,9 @@ impl BenchmarkSet {
     }
 
     fn layer_drawing<'a>(&'a self, layers: &'a [Layer]) -> LayerDrawing<'a> {
-        LayerDrawing {
-            truth: &self.truth.ground_truth,
-            filming: Cow::Owned(self.true_filming()),
-            images: self.blind.observation.as_ref().and_then(|facts| facts.images).unwrap_or_default(),
-            seed: self.truth.facts.observation_seed.unwrap_or(1).into(),
-            layers,
-        }
+        let scene = self.truth.facts.scene(self.blind.observation.as_ref());
+        let filming = Cow::Owned(self.true_filming());
+        LayerDrawing { truth: &self.truth.ground_truth, filming, scene, layers }
     }
 }
 

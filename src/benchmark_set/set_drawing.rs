@@ -8,6 +8,7 @@ use super::blind::silhouette_path;
 use super::layer_drawing::LayerDrawing;
 use super::set::silhouette_files;
 use super::set_writer::SetWriter;
+use super::shards::Packing;
 use super::{BenchmarkSet, Layer, SetError, SetParts, shards};
 use crate::camera::FilmingRig;
 use crate::observation::Observation;
@@ -18,7 +19,7 @@ use crate::parallel;
 pub struct SetDrawing<'a> {
     /// Truth images to draw besides the silhouettes.
     pub layers: &'a [Layer],
-    /// Into how many tar shards the files are repeated, below `truth/shards/`.
+    /// In how many tar shards silhouettes and truth images lie, in place of files of their own.
     pub shards: Option<usize>,
     /// A file outside the set's folder that remembers what is whole. With it a drawing goes on where the same one was
     /// interrupted, however that ended.
@@ -51,27 +52,29 @@ impl BenchmarkSet {
         observe: impl Fn(usize) -> Observation + Sync,
     ) -> Result<usize, SetError> {
         parts.check()?;
-        shards::check(drawing.shards, parts.ground_truth.frames.len())?;
-        if drawing.shards.is_some() && parts.observed.filming.is_some_and(FilmingRig::leaves_frames) {
-            let detail = "--shards: its samples hold points of a frame's own time, and images of these cameras are exposed at \
-                          other times (rig.timing.offset_ms, line_delay_us)";
+        if drawing.shards.is_some() && parts.observed.filming.is_some() {
+            let detail = "--shards: expected cameras that stand still and take every frame at its own time, found rig.motion or \
+                          rig.timing; leave out --shards";
             return Err(SetError::inconsistent(detail.to_owned()));
         }
+        let frames = parts.ground_truth.frames.len();
+        let plan = shards::plan(drawing.shards, frames)?;
         let writer = match drawing.journal {
-            Some(journal) => SetWriter::resuming(folder, drawing.stop, journal)?,
+            Some(journal) => SetWriter::resuming(folder, drawing.stop, journal, plan)?,
             None => SetWriter::new(folder, drawing.stop),
         };
         parts.each_file_beside_observations(&mut |path, content| writer.put_same(path, &content))?;
-        if drawing.shards.is_some() {
-            shards::write_readme(&writer)?;
-        }
         let mut there = 0;
-        let ranges = shards::frame_ranges(drawing.shards, parts.ground_truth.frames.len());
-        for (shard, frames) in ranges.into_iter().enumerate() {
-            there += draw_frames(&writer, parts, drawing, &observe, frames.clone())?;
-            if drawing.shards.is_some() {
-                shards::write(&writer, folder, parts, drawing.layers, (shard, frames))?;
+        if let Some(plan) = plan {
+            shards::write_readmes(&writer)?;
+            let packing = Packing { writer: &writer, folder, parts, layers: drawing.layers, plan };
+            for shard in 0..plan.shards {
+                there += draw_frames(&writer, parts, drawing, &observe, plan.frames_of(shard))?;
+                packing.pack(shard)?;
             }
+            packing.remove_empty_folders();
+        } else {
+            there = draw_frames(&writer, parts, drawing, &observe, 0..frames)?;
         }
         writer.finish()?;
         Ok(there)
@@ -108,8 +111,7 @@ fn draw_frames(
         let layers = LayerDrawing {
             truth: parts.ground_truth,
             filming: parts.observed.filming.map_or_else(|| Cow::Owned(FilmingRig::from(parts.rig)), Cow::Borrowed),
-            images: parts.observed.facts.and_then(|facts| facts.images).unwrap_or_default(),
-            seed: parts.facts.observation_seed.unwrap_or(1).into(),
+            scene: parts.facts.scene(parts.observed.facts),
             layers: drawing.layers,
         };
         layers.write(writer, frames, drawing.tick)?;
@@ -120,8 +122,11 @@ fn draw_frames(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmark_set::fixture::with_parts;
-    use crate::benchmark_set::{is_set, verify_hashes};
+    use crate::benchmark_set::export::ShardWriter;
+    use crate::benchmark_set::fixture::{set_of, with_parts};
+    use crate::benchmark_set::listing::files_below;
+    use crate::benchmark_set::shard_plan::frame_of;
+    use crate::benchmark_set::{BlindSet, find_leaks, is_set, layer_channels, verify_hashes};
     use crate::body::fixture::walk;
     use std::fs;
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -165,13 +170,105 @@ mod tests {
         assert_eq!(draw(root.path(), &layers, usize::MAX).unwrap(), FRAMES);
         assert_eq!(listing(root.path()), listing(whole.path()));
         verify_hashes(&root.path().join("set")).unwrap();
-        let shard = root.path().join("set/truth/shards/000001.tar");
+        for kind in ["observations", "truth"] {
+            let shard = root.path().join(format!("set/{kind}/shards/000001.tar"));
+            let whole = fs::read(&shard).unwrap();
+            fs::remove_file(&shard).unwrap();
+            let missing = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
+            assert!(missing.contains("000001.tar: this shard is missing, of 3 that the set lists"), "{missing}");
+            fs::write(&shard, &whole[..whole.len() / 2]).unwrap();
+            let changed = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
+            assert!(changed.contains(&format!("{kind}/shards/000001.tar was changed or truncated")), "{changed}");
+            fs::write(&shard, whole).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_set_with_shards_has_no_image_of_its_own_and_is_read_as_one_without() {
+        let (layers, root) = ([Layer::Depth, Layer::Parts], tempfile::tempdir().unwrap());
+        draw(root.path(), &layers, usize::MAX).unwrap();
+        let place = root.path().join("set");
+        let loose = files_below(&place, "").unwrap();
+        assert!(loose.iter().all(|path| frame_of(path).is_none()), "{loose:?}");
+        assert!(!place.join("observations/cam00").exists() && !place.join("truth/layers").exists());
+        let (packed, own) = (BenchmarkSet::read(&place).unwrap(), set_of(&walk(FRAMES)).unwrap());
+        assert_eq!(packed.blind.set_hash, own.blind.set_hash);
+        assert_eq!(packed.truth, own.truth);
+        let seen = |set: &BenchmarkSet| set.blind.observations().collect::<Result<Vec<_>, _>>().unwrap();
+        assert_eq!(seen(&packed), seen(&own));
+        assert_eq!(layer_channels(&place).unwrap(), ["depth.Z", "id.part"]);
+        // from there, files of their own again
+        let (written, plain) = (root.path().join("written"), root.path().join("plain"));
+        packed.write(&written).unwrap();
+        own.write(&plain).unwrap();
+        assert_eq!(fs::read(written.join("files.sha256")).unwrap(), fs::read(plain.join("files.sha256")).unwrap());
+        let (handed, of_own) = (root.path().join("handed"), root.path().join("of own"));
+        packed.blind.hand_out(&handed).unwrap();
+        own.blind.hand_out(&of_own).unwrap();
+        assert_eq!(files_below(&handed, "").unwrap(), files_below(&of_own, "").unwrap());
+        // without the truth the shards stay
+        let public = root.path().join("public");
+        packed.blind.write_without_truth(&public).unwrap();
+        let public_set = BlindSet::read(&public).unwrap();
+        assert_eq!(public_set.set_hash, own.blind.set_hash);
+        assert_eq!(public_set.observation(4).unwrap(), own.blind.observation(4).unwrap());
+        assert!(public.join("observations/shards/000002.tar").exists() && !public.join("truth").exists());
+        assert!(find_leaks(&place).unwrap().is_empty());
+    }
+
+    #[test]
+    fn shards_that_are_missing_cut_or_changed_are_named_and_all_others_are_read() {
+        let root = tempfile::tempdir().unwrap();
+        draw(root.path(), &[], usize::MAX).unwrap();
+        let shard = root.path().join("set/observations/shards/000001.tar");
+        let whole = fs::read(&shard).unwrap();
+        // seven frames in three shards: two, two, three
+        let read = || {
+            let set = BlindSet::read(&root.path().join("set")).unwrap();
+            assert!([0, 1, 4, 5, 6].iter().all(|frame| set.observation(*frame).is_ok()));
+            set.observation(2).unwrap_err().to_string()
+        };
+        let mut changed = whole.clone();
+        let at = whole.windows(4).position(|bytes| bytes == b"IDAT").unwrap();
+        changed[at + 9] ^= 1;
+        for (bytes, words) in [
+            (
+                &whole[..whole.len() / 2],
+                "observations/shards/000001.tar: this shard is damaged: it was cut off; get it again",
+            ),
+            (&[][..], "this shard is damaged: it was cut off"),
+            (&[7; 4096][..], "at byte 0 is no header of a file"),
+            (&changed, "observations/cam00/silhouette/000002.png in it was changed"),
+        ] {
+            fs::write(&shard, bytes).unwrap();
+            assert!(read().contains(words), "{words}: {}", read());
+        }
+        fs::write(&shard, fs::read(root.path().join("set/observations/shards/000000.tar")).unwrap()).unwrap();
+        assert!(read().contains("it has no observations/cam00/silhouette/000002.png"), "{}", read());
         fs::remove_file(&shard).unwrap();
-        let missing = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
-        assert!(missing.contains("000001.tar: this shard is missing, of 3 that the set lists"), "{missing}");
-        fs::write(&shard, "x").unwrap();
-        let changed = verify_hashes(&root.path().join("set")).unwrap_err().to_string();
-        assert!(changed.contains("000001.tar was changed or truncated"), "{changed}");
+        assert!(read().contains("000001.tar: this shard is missing, of 3 that the set lists"), "{}", read());
+        fs::write(&shard, &whole).unwrap();
+        let list = root.path().join("set/packed.sha256");
+        let lines = fs::read_to_string(&list).unwrap();
+        fs::write(&list, lines.replacen(&lines[..8], "01234567", 1)).unwrap();
+        let set = BlindSet::read(&root.path().join("set")).unwrap();
+        let refused = set.observation(0).unwrap_err().to_string();
+        assert!(refused.contains("packed.sha256 was changed or truncated"), "{refused}");
+    }
+
+    #[test]
+    fn a_pose_that_is_hidden_in_a_shard_of_silhouettes_is_found() {
+        let root = tempfile::tempdir().unwrap();
+        draw(root.path(), &[], usize::MAX).unwrap();
+        let shard = root.path().join("set/observations/shards/000000.tar");
+        let mut more = ShardWriter::new(Vec::new());
+        more.add("pose.json", &b"[1, 2, 3]"[..], 9).unwrap();
+        let mut bytes = more.finish().unwrap();
+        bytes.truncate(1024);
+        bytes.extend(fs::read(&shard).unwrap());
+        fs::write(&shard, bytes).unwrap();
+        let leaks = find_leaks(&root.path().join("set")).unwrap();
+        assert_eq!((leaks.len(), leaks[0].place.as_str()), (1, "pose.json"), "{leaks:?}");
     }
 
     #[test]
@@ -199,12 +296,14 @@ mod tests {
         draw(root.path(), &[], usize::MAX).unwrap();
         let whole = listing(root.path());
         let file = |name: &str| root.path().join("set").join(name);
-        let cut = file("observations/cam00/silhouette/000003.png");
+        let cut = file("observations/shards/000001.tar");
         let bytes = fs::read(&cut).unwrap();
         fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
         fs::write(file("truth/truth.npz"), "").unwrap();
+        fs::create_dir_all(file("observations/cam01/silhouette")).unwrap();
         fs::write(file("observations/cam01/silhouette/000099.png"), "half").unwrap();
-        assert_eq!(draw(root.path(), &[], usize::MAX).unwrap(), FRAMES - 1);
+        // two of seven frames were in that shard
+        assert_eq!(draw(root.path(), &[], usize::MAX).unwrap(), FRAMES - 2);
         assert_eq!(listing(root.path()), whole);
         verify_hashes(&root.path().join("set")).unwrap();
     }

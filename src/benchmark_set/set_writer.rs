@@ -1,6 +1,6 @@
 //! The files of a set on their way to a directory, in any order and from any thread.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -10,8 +10,9 @@ use rayon::prelude::*;
 
 use super::SetError;
 use super::file_content::FileContent;
-use super::journal::Journal;
+use super::journal::{Journal, WholeFiles};
 use super::listing::{LISTING, Stop, listing_line, unless};
+use super::shard_plan::{PACKED, ShardPlan};
 use crate::input::{HashingWriter, hex_sha256};
 
 /// From so many files on, the whole file system is synchronised at once: one by one takes milliseconds a file.
@@ -22,8 +23,7 @@ pub(super) struct SetWriter<'a> {
     folder: &'a Path,
     stop: Stop<'a>,
     journal: Option<Journal>,
-    /// Of every file that is whole.
-    digests: Mutex<BTreeMap<String, String>>,
+    whole: Mutex<WholeFiles>,
     /// Folders that are there.
     folders: Mutex<BTreeSet<String>>,
 }
@@ -31,13 +31,18 @@ pub(super) struct SetWriter<'a> {
 impl<'a> SetWriter<'a> {
     /// Writes into `folder`, where none of the files may be yet.
     pub(super) fn new(folder: &'a Path, stop: Stop<'a>) -> Self {
-        Self { folder, stop, journal: None, digests: Mutex::default(), folders: Mutex::default() }
+        Self { folder, stop, journal: None, whole: Mutex::default(), folders: Mutex::default() }
     }
 
-    /// Goes on with what the journal says to be whole.
-    pub(super) fn resuming(folder: &'a Path, stop: Stop<'a>, journal: &Path) -> Result<Self, SetError> {
-        let (journal, digests) = Journal::resume(journal, folder, stop)?;
-        Ok(Self { journal: Some(journal), digests: Mutex::new(digests), ..Self::new(folder, stop) })
+    /// Goes on with what the journal says to be whole, some of it in the shards of `plan`.
+    pub(super) fn resuming(
+        folder: &'a Path,
+        stop: Stop<'a>,
+        journal: &Path,
+        plan: Option<ShardPlan>,
+    ) -> Result<Self, SetError> {
+        let (journal, whole) = Journal::resume(journal, folder, plan, stop)?;
+        Ok(Self { journal: Some(journal), whole: Mutex::new(whole), ..Self::new(folder, stop) })
     }
 
     /// Whether the caller wants to stop.
@@ -45,9 +50,18 @@ impl<'a> SetWriter<'a> {
         unless(self.stop)
     }
 
-    /// Whether this file is whole.
+    /// Whether this file is whole, be it in a shard.
     pub(super) fn has(&self, path: &str) -> bool {
-        self.digests().contains_key(path)
+        let whole = self.whole();
+        whole.loose.contains_key(path) || whole.packed.contains_key(path)
+    }
+
+    /// Removes a file that is whole in a shard now; it is listed apart.
+    pub(super) fn pack(&self, path: &str) -> Result<(), SetError> {
+        let Some(digest) = self.whole().loose.remove(path) else { return Ok(()) };
+        self.whole().packed.insert(path.to_owned(), digest);
+        let full = self.folder.join(path);
+        fs::remove_file(&full).map_err(SetError::io(&full, "remove"))
     }
 
     /// Writes a file that is not there yet.
@@ -70,13 +84,13 @@ impl<'a> SetWriter<'a> {
         if let Some(journal) = &self.journal {
             journal.add(&path, &digest)?;
         }
-        self.digests().insert(path, digest);
+        self.whole().loose.insert(path, digest);
         Ok(())
     }
 
     /// Writes a file, or makes sure that the one that is there is the same.
     pub(super) fn put_same(&self, path: &str, content: &FileContent) -> Result<(), SetError> {
-        let there = self.digests().get(path).cloned();
+        let there = self.whole().loose.get(path).cloned();
         if let Some(there) = there {
             let mut hashed = HashingWriter::new(std::io::sink());
             hash_into(&mut hashed, Path::new(path), content)?;
@@ -99,7 +113,11 @@ impl<'a> SetWriter<'a> {
 
     /// Makes sure that every file is on the disk, then writes the listing.
     pub(super) fn finish(self) -> Result<(), SetError> {
-        let digests = self.digests.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let packed: String = self.whole().packed.iter().map(listing_line).collect();
+        if !packed.is_empty() {
+            self.put_same(PACKED, &FileContent::Bytes(packed.into_bytes()))?;
+        }
+        let digests = self.whole.into_inner().unwrap_or_else(PoisonError::into_inner).loose;
         // syncing after all writes lets one journal commit serve many files
         unless(self.stop)?;
         if digests.len() < MANY || !sync_file_system(self.folder)? {
@@ -128,8 +146,8 @@ impl<'a> SetWriter<'a> {
         Ok(())
     }
 
-    fn digests(&self) -> MutexGuard<'_, BTreeMap<String, String>> {
-        self.digests.lock().unwrap_or_else(PoisonError::into_inner)
+    fn whole(&self) -> MutexGuard<'_, WholeFiles> {
+        self.whole.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn folders(&self) -> MutexGuard<'_, BTreeSet<String>> {

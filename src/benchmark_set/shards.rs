@@ -1,127 +1,154 @@
-//! The samples of a set as WebDataset's tar shards below `truth/shards/`, for those who train on it.
+//! The images of a set as WebDataset's tar shards, in place of files of their own.
 //!
-//! A shard holds frames that follow each other, all cameras of each. It is written as soon as its files are there, from
-//! these files, by one thread: so its bytes depend on nothing else.
+//! A shard holds frames that follow each other, all cameras of each. Silhouettes lie in shards that trackers may read;
+//! for those who train, other shards hold whole samples: the silhouettes again, the truth, and truth images. The images
+//! of a shard are drawn as files of their own first, so that an interruption loses none of them. Then they are packed by
+//! one thread, so the bytes depend on nothing else, and removed.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::ops::Range;
 use std::path::Path;
 
 use super::blind::silhouette_path;
+use super::cameras_file::observations_directory;
 use super::export::{ShardWriter, sample_facts, sample_key};
 use super::file_content::FileContent;
-use super::files::SHARDS;
 use super::layer_drawing::layer_paths;
+use super::listing::LAYERS;
 use super::set_writer::SetWriter;
+use super::shard_plan::{OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use super::{Layer, SetError, SetParts};
 use crate::input::HashingWriter;
 
-const README: &str = "\
-WebDataset shards. They repeat silhouettes and truth images of the set, and hold the truth: nothing for trackers.
+const README_OBSERVED: &str = "\
+The silhouettes of this set, in order of frames, then cameras.
+
+NNNNNN.tar   observations/camCC/silhouette/FFFFFF.png: what camera CC saw in frame FFFFFF, both from 0; 8-bit grey, 255 body
+
+skiagraph reads them here. For other programs, in the folder of the set: for shard in observations/shards/*.tar; do tar -xf $shard; done
+../../packed.sha256 lists what is in the shards; once unpacked, sha256sum -c packed.sha256 checks it.
+";
+
+const README_WITH_TRUTH: &str = "\
+WebDataset shards. They hold the truth: nothing for trackers.
 
 NNNNNN.tar   samples in order of frames, then cameras; webdataset.WebDataset(\"truth/shards/{000000..NNNNNN}.tar\")
 
 A sample FFFFFF_camCC is frame FFFFFF of camera CC, both from 0, and has
 json         camera, K, R, t, distortion, width, height, frame, time_s, joints and markers (world, metres), markers_2d (pixels, null
              where out of view), visible; names and order as in truth/truth.npz, markers and axes as the set's README.txt has it
-mask.png     what the camera saw: 8-bit grey, 255 body
+mask.png     what the camera saw: 8-bit grey, 255 body; the same file is in observations/shards
 layers.exr   truth images, where the set has them; their channels are named in the file
 depth.png    depth in millimetres, 16-bit grey, 0 without geometry, where the set has depth
 ";
 
-/// What [`README`] is called.
-const README_PATH: &str = "truth/shards/README.txt";
-
-/// Where a shard lies.
-fn path(shard: usize) -> String {
-    format!("{SHARDS}{shard:06}.tar")
-}
-
-/// The frames of one of `shards` shards: as many in each as can be.
-fn frames_of(shard: usize, shards: usize, frames: usize) -> Range<usize> {
-    shard * frames / shards..(shard + 1) * frames / shards
-}
-
-/// Frames that are drawn before others, so that what a shard repeats was just written.
-pub(super) fn frame_ranges(shards: Option<usize>, frames: usize) -> Vec<Range<usize>> {
-    let shards = shards.unwrap_or(1);
-    (0..shards).map(|shard| frames_of(shard, shards, frames)).collect()
-}
-
 /// An error where there are more shards than frames.
-pub(super) fn check(shards: Option<usize>, frames: usize) -> Result<(), SetError> {
+pub(super) fn plan(shards: Option<usize>, frames: usize) -> Result<Option<ShardPlan>, SetError> {
     match shards {
         Some(count) if !(1..=frames).contains(&count) => {
             let detail = format!("expected 1 to {frames} shards, for a shard has at least one frame; found {count}");
             Err(SetError::malformed("--shards", detail))
         }
-        _ => Ok(()),
+        shards => Ok(shards.map(|shards| ShardPlan { shards, frames })),
     }
 }
 
 /// Says what shards are.
-pub(super) fn write_readme(writer: &SetWriter<'_>) -> Result<(), SetError> {
-    writer.put_same(README_PATH, &FileContent::Bytes(README.as_bytes().to_vec()))
+pub(super) fn write_readmes(writer: &SetWriter<'_>) -> Result<(), SetError> {
+    for (kind, text) in [(OBSERVED, README_OBSERVED), (WITH_TRUTH, README_WITH_TRUTH)] {
+        writer.put_same(&format!("{kind}README.txt"), &FileContent::Bytes(text.as_bytes().to_vec()))?;
+    }
+    Ok(())
 }
 
-/// Writes a shard of the files of `frames` in `folder`, unless it is there.
-pub(super) fn write(
-    writer: &SetWriter<'_>,
-    folder: &Path,
-    parts: &SetParts<'_>,
-    layers: &[Layer],
-    (shard, frames): (usize, Range<usize>),
-) -> Result<(), SetError> {
-    if writer.has(&path(shard)) {
-        return Ok(());
+/// What is packed, and from where.
+pub(super) struct Packing<'a> {
+    pub(super) writer: &'a SetWriter<'a>,
+    pub(super) folder: &'a Path,
+    pub(super) parts: &'a SetParts<'a>,
+    pub(super) layers: &'a [Layer],
+    pub(super) plan: ShardPlan,
+}
+
+/// Camera and frame of an image.
+type ImagePlace = (usize, usize);
+
+impl Packing<'_> {
+    /// Writes a shard of the files of its frames, unless it is there, and removes these files.
+    pub(super) fn pack(&self, shard: usize) -> Result<(), SetError> {
+        self.write(&tar_path(OBSERVED, shard), shard, &|to, (camera, frame)| {
+            let path = silhouette_path(camera, frame);
+            self.repeat(to, &path, &path)
+        })?;
+        self.write(&tar_path(WITH_TRUTH, shard), shard, &|to, place| self.add_sample(to, place))?;
+        for (camera, frame) in self.images(shard) {
+            self.writer.pack(&silhouette_path(camera, frame))?;
+            layer_paths(camera, frame, self.layers).iter().try_for_each(|path| self.writer.pack(path))?;
+        }
+        Ok(())
     }
-    let stopped = std::cell::Cell::new(false);
-    let written = writer.create(&path(shard), |file| {
-        let mut shard = ShardWriter::new(HashingWriter::new(BufWriter::new(file)));
-        for frame in frames {
-            for camera in 0..parts.rig.cameras.len() {
-                if writer.unless_stopped().is_err() {
+
+    /// Removes the folders in which nothing is left.
+    pub(super) fn remove_empty_folders(&self) {
+        let of_camera = |camera: usize| {
+            let own = observations_directory(camera);
+            [format!("{own}/silhouette"), own, format!("{LAYERS}cam{camera:02}")]
+        };
+        let folders = (0..self.parts.rig.cameras.len()).flat_map(of_camera).chain([LAYERS.to_owned()]);
+        // one that is not there, or not empty, is no fault
+        folders.for_each(|folder| fs::remove_dir(self.folder.join(folder)).unwrap_or_default());
+    }
+
+    fn images(&self, shard: usize) -> impl Iterator<Item = ImagePlace> + use<> {
+        let cameras = self.parts.rig.cameras.len();
+        self.plan.frames_of(shard).flat_map(move |frame| (0..cameras).map(move |camera| (camera, frame)))
+    }
+
+    fn write(
+        &self,
+        path: &str,
+        shard: usize,
+        add: &dyn Fn(&mut ShardWriter<HashingWriter<BufWriter<&mut File>>>, ImagePlace) -> io::Result<()>,
+    ) -> Result<(), SetError> {
+        if self.writer.has(path) {
+            return Ok(());
+        }
+        let stopped = std::cell::Cell::new(false);
+        let written = self.writer.create(path, |file| {
+            let mut to = ShardWriter::new(HashingWriter::new(BufWriter::new(file)));
+            for place in self.images(shard) {
+                if self.writer.unless_stopped().is_err() {
                     stopped.set(true);
                     return Err(io::Error::other("stopped"));
                 }
-                add_sample(&mut shard, folder, parts, layers, camera, frame)?;
+                add(&mut to, place)?;
             }
-        }
-        let (mut file, digest) = shard.finish()?.finish();
-        file.flush()?;
-        Ok(digest)
-    });
-    if stopped.get() { Err(SetError::Stopped) } else { written }
-}
+            let (mut file, digest) = to.finish()?.finish();
+            file.flush()?;
+            Ok(digest)
+        });
+        if stopped.get() { Err(SetError::Stopped) } else { written }
+    }
 
-fn add_sample<W: Write>(
-    shard: &mut ShardWriter<W>,
-    folder: &Path,
-    parts: &SetParts<'_>,
-    layers: &[Layer],
-    camera: usize,
-    frame: usize,
-) -> io::Result<()> {
-    if !parts.has_image(camera, frame) {
-        return Ok(());
+    fn add_sample<W: Write>(&self, to: &mut ShardWriter<W>, (camera, frame): ImagePlace) -> io::Result<()> {
+        let key = sample_key(camera, frame);
+        let truth = &self.parts.ground_truth.frames[frame];
+        let said = sample_facts(&self.parts.rig.cameras[camera], truth, camera, frame).to_string();
+        to.add(&format!("{key}.json"), said.as_bytes(), said.len() as u64)?;
+        self.repeat(to, &format!("{key}.mask.png"), &silhouette_path(camera, frame))?;
+        for path in layer_paths(camera, frame, self.layers) {
+            let extension = if path.ends_with(".png") { "depth.png" } else { "layers.exr" };
+            self.repeat(to, &format!("{key}.{extension}"), &path)?;
+        }
+        Ok(())
     }
-    let key = sample_key(camera, frame);
-    let truth = &parts.ground_truth.frames[frame];
-    let moved = parts.observed.filming.map(|filming| filming.camera_at(camera, truth.time_s));
-    let seen_by = moved.as_ref().unwrap_or(&parts.rig.cameras[camera]);
-    let said = sample_facts(seen_by, truth, camera, frame).to_string();
-    shard.add(&key, "json", said.as_bytes(), said.len() as u64)?;
-    let mut repeat = |extension: &str, path: &str| {
-        let file = File::open(folder.join(path))?;
+
+    /// Adds a file of the set.
+    fn repeat<W: Write>(&self, to: &mut ShardWriter<W>, name: &str, path: &str) -> io::Result<()> {
+        let file = File::open(self.folder.join(path))?;
         let size = file.metadata()?.len();
-        shard.add(&key, extension, file, size)
-    };
-    repeat("mask.png", &silhouette_path(camera, frame))?;
-    for path in layer_paths(camera, frame, layers) {
-        repeat(if path.ends_with(".png") { "depth.png" } else { "layers.exr" }, &path)?;
+        to.add(name, file, size)
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -129,16 +156,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_frame_is_in_one_shard_and_no_shard_is_empty() {
-        for (frames, shards) in [(1, 1), (7, 3), (529, 8), (9, 9), (10_000, 7)] {
-            let ranges = frame_ranges(Some(shards), frames);
-            assert_eq!(ranges.iter().cloned().flatten().collect::<Vec<_>>(), (0..frames).collect::<Vec<_>>());
-            let sizes = || ranges.iter().map(ExactSizeIterator::len);
-            assert!(sizes().max() <= sizes().min().map(|least| least + 1) && sizes().min() > Some(0));
-        }
-        assert!(check(Some(8), 8).is_ok() && check(None, 1).is_ok());
+    fn more_shards_than_frames_and_none_are_refused() {
+        assert!(plan(Some(8), 8).is_ok() && plan(None, 1).is_ok_and(|plan| plan.is_none()));
         for refused in [0, 9] {
-            let error = check(Some(refused), 8).unwrap_err().to_string();
+            let error = plan(Some(refused), 8).unwrap_err().to_string();
             assert!(error.starts_with("--shards: expected 1 to 8 shards"), "{error}");
         }
     }

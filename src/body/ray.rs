@@ -104,7 +104,7 @@ fn ball_entry(centre: &Point3<f64>, radius: f64, ray: &Ray) -> Option<f64> {
 /// at height `y` along `u` and distance `rho` from it lies on the tangent cone when `c rho = radius_a + k y`; the
 /// sphere that touches the cone there has its centre at height `(y + k radius_a) / c^2`, which must lie in `0..=L`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CapsuleForRays {
+struct CapsuleForRays {
     capsule: TaperedCapsule,
     length: f64,
     axis: Vector3<f64>,
@@ -114,7 +114,7 @@ pub(super) struct CapsuleForRays {
 }
 
 impl CapsuleForRays {
-    pub(super) fn new(capsule: &TaperedCapsule) -> Self {
+    fn new(capsule: &TaperedCapsule) -> Self {
         let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
         let length = (b - a).norm();
         let k = (radius_b - radius_a) / length;
@@ -124,7 +124,7 @@ impl CapsuleForRays {
 
     /// As [`Solid::ray_entry`].
     #[inline]
-    pub(super) fn entry(&self, ray: &Ray) -> Option<f64> {
+    fn entry(&self, ray: &Ray) -> Option<f64> {
         let Self { capsule: TaperedCapsule { a, b, radius_a, radius_b }, length, axis, k, c2, .. } = *self;
         if length <= (radius_b - radius_a).abs() {
             let (centre, radius) = if radius_a >= radius_b { (a, radius_a) } else { (b, radius_b) };

@@ -88,7 +88,7 @@ fn draw_by<T>(
 pub struct RenderOptions<'a> {
     /// Where the complete set goes; its own place then holds it without the truth, for a public challenge.
     pub whole: Option<&'a Path>,
-    /// Into how many tar shards the set's files are repeated for training; `None` for none.
+    /// In how many tar shards silhouettes and truth images lie, in place of files of their own; `None` for none.
     pub shards: Option<usize>,
 }
 

@@ -160,8 +160,8 @@ impl Staged {
                 matched,
                 mismatch: if matched { String::new() } else { mismatch_in_words(file) },
                 contact,
-                observation_seed: (!scenario_observation.is_exact() || !ground_truth.distractors.is_empty())
-                    .then_some(scenario_observation.seed),
+                observation_seed: scenario_observation.seed_to_tell(!ground_truth.distractors.is_empty()),
+                images: scenario_observation.images_of_truth(),
                 retargeting: Some(RetargetFacts::new(&performed.report)),
             },
             report: performed.report,

@@ -10,9 +10,11 @@ use crate::scene::{GroundTruth, SceneFigure};
 /// Samples a pixel's side is divided into for coverage.
 const SAMPLES: u32 = 4;
 
-/// Which images are wanted besides depth and parts.
+/// Which images are wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WantedLayers {
+    /// Depth and parts; drawn for normals and flow, too.
+    pub depth: bool,
     /// Surface normals.
     pub normals: bool,
     /// Optical flow to the camera's next image.
@@ -26,7 +28,7 @@ pub struct WantedLayers {
 /// The exact images of one camera and frame, row by row. Images that were not wanted are empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerImages {
-    /// Depth and part at every pixel's centre, without what props hide.
+    /// Depth and part at every pixel's centre, without what props hide. Its size is there in any case.
     pub depth: DepthImage,
     /// Outward unit normal of the surface in the world; zero where there is no body.
     pub normals: Vec<[f32; 3]>,
@@ -72,8 +74,12 @@ impl<'a> LayerObserver<'a> {
 
     /// The images of one frame, which the truth must have; `None` where the camera takes none.
     pub fn look(&self, frame: usize) -> Option<LayerImages> {
-        let depth = self.observer.depths(frame).remove(0)?;
-        let surface = match self.wanted.normals || self.wanted.flow {
+        let on_surface = self.wanted.normals || self.wanted.flow;
+        let depth = match self.wanted.depth || on_surface {
+            true => self.observer.depths(frame).remove(0)?,
+            false => self.nothing(frame)?,
+        };
+        let surface = match on_surface {
             true => self.observer.surfaces(SceneFigure::Actor, frame).remove(0),
             false => Vec::new(),
         };
@@ -84,7 +90,7 @@ impl<'a> LayerObserver<'a> {
             .map(|pixel| (pixel.y as usize * width + pixel.x as usize, pixel))
             .filter(|(index, _)| layers.depth.part[*index] > 0)
             .collect();
-        let pixels = layers.depth.part.len();
+        let pixels = width * layers.depth.height as usize;
         if self.wanted.normals {
             layers.normals = vec![[0.0; 3]; pixels];
             for (index, pixel) in &shown {
@@ -108,6 +114,14 @@ impl<'a> LayerObserver<'a> {
             layers.colour = planes;
         }
         Some(layers)
+    }
+
+    /// An image without pixels; `None` where the camera takes none.
+    fn nothing(&self, frame: usize) -> Option<DepthImage> {
+        let filming = self.observer.filming();
+        let pinhole = &filming.rig().cameras[0].pinhole;
+        let (width, height) = (pinhole.width, pinhole.height);
+        filming.has_image(0, frame).then(|| DepthImage { width, height, depth: Vec::new(), part: Vec::new() })
     }
 
     /// The body and the camera at the camera's next image.
@@ -159,7 +173,7 @@ fn magnified(camera: &Camera) -> Camera {
 
 fn coverage(fine: &crate::raster::Mask, image: &DepthImage) -> Vec<f32> {
     let width = image.width as usize;
-    let mut counts = vec![0_u8; image.part.len()];
+    let mut counts = vec![0_u8; width * image.height as usize];
     for y in 0..fine.height() {
         for x in fine.runs(y).flatten() {
             counts[(y / SAMPLES) as usize * width + (x / SAMPLES) as usize] += 1;
@@ -176,7 +190,7 @@ mod tests {
     use crate::scene::fixture::rig;
     use nalgebra::{Isometry3, Point2, Point3};
 
-    const ALL: WantedLayers = WantedLayers { normals: true, flow: true, coverage: true, colour: None };
+    const ALL: WantedLayers = WantedLayers { depth: true, normals: true, flow: true, coverage: true, colour: None };
 
     fn truth() -> GroundTruth {
         let solid = Solid::Box { link_from_box: Isometry3::translation(1.5, 0.1, 0.4), half_extents: [0.05, 0.2, 0.4] };

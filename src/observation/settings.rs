@@ -19,7 +19,8 @@ pub struct ObservationSettings {
     /// not. Default: none.
     #[serde(skip_serializing_if = "Corruption::is_none")]
     pub corruption: Corruption,
-    /// Looks of the scene and noise of the sensor, for `silhouette = "segmented"`.
+    /// Looks of the scene and noise of the sensor, for `silhouette = "segmented"`; looks and seed also for the layer
+    /// `colour`.
     #[serde(skip_serializing_if = "is_default")]
     pub images: ImageSettings,
     /// How silhouettes are cut out of images, for `silhouette = "segmented"`.
@@ -80,6 +81,17 @@ impl ObservationSettings {
     /// Whether a tracker is given the truth as the cameras see it.
     pub fn is_exact(&self) -> bool {
         self.silhouette == SilhouetteSource::Exact && self.corruption.is_none()
+    }
+
+    /// Looks of colour images that are truth alone; `None` for the usual ones, and where silhouettes are cut out of
+    /// such images, for then [`Self::facts`] has them.
+    pub fn images_of_truth(&self) -> Option<ImageSettings> {
+        (self.silhouette != SilhouetteSource::Segmented && !is_default(&self.images)).then_some(self.images)
+    }
+
+    /// The seed, where anything is drawn with it or it is not the usual one.
+    pub fn seed_to_tell(&self, with_others: bool) -> Option<u32> {
+        (!self.is_exact() || with_others || self.seed != Self::default().seed).then_some(self.seed)
     }
 
     /// What the set says.

@@ -55,7 +55,7 @@ pub use mesh_topology::MeshTopology;
 pub use morphology::{closed, grown_by_disc, opened};
 pub use overlap::{Overlap, overlap};
 pub use polygon::paint_polygon;
-pub(crate) use ray_strip::{RayStrip, STRIP_RAYS, rays_that_meet};
+pub(crate) use ray_strip::{RayStrip, STRIP_RAYS, entries_of_rays, rays_that_meet};
 pub use signed_distance::{DistanceSample, SignedDistance};
 pub use specks::without_specks;
 pub use tapered_capsule::TaperedCapsule;

@@ -1,4 +1,4 @@
-//! Which of many rays meet a tapered capsule, sixteen at a time.
+//! Which of many rays meet a tapered capsule, and where, sixteen at a time.
 
 use super::TaperedCapsule;
 use crate::simd::{Dispatched, dispatch};
@@ -21,6 +21,41 @@ pub(crate) fn rays_that_meet(
     found.clear();
     found.resize(chosen.len(), 0);
     dispatch(ManyStrips { quadratics: Quadratics::new(capsule, near), strips, chosen, found });
+}
+
+/// For each of the `chosen` strips the depth z at which every ray first is in `capsule` at or beyond z = `near`;
+/// infinite where it never is. The same rays meet it as in [`rays_that_meet`].
+pub(crate) fn entries_of_rays(
+    capsule: &TaperedCapsule,
+    near: f64,
+    strips: &[RayStrip],
+    chosen: &[u32],
+    found: &mut Vec<[f64; STRIP_RAYS]>,
+) {
+    found.clear();
+    found.resize(chosen.len(), [f64::INFINITY; STRIP_RAYS]);
+    dispatch(ManyEntries { quadratics: Quadratics::new(capsule, near), strips, chosen, found });
+}
+
+struct ManyEntries<'a> {
+    quadratics: Quadratics,
+    strips: &'a [RayStrip],
+    chosen: &'a [u32],
+    found: &'a mut [[f64; STRIP_RAYS]],
+}
+
+impl Dispatched for ManyEntries<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        for (index, found) in self.chosen.iter().zip(self.found) {
+            let [us, vs] = &self.strips[*index as usize];
+            for ((found, u), v) in found.iter_mut().zip(us).zip(vs) {
+                *found = self.quadratics.entry(*u, *v);
+            }
+        }
+    }
 }
 
 struct ManyStrips<'a> {
@@ -90,22 +125,59 @@ impl Quadratics {
     /// Without branches. Roots that are not real are NaN, which lies beyond nothing.
     #[inline(always)]
     fn is_met_by(&self, u: f64, v: f64) -> bool {
+        let Crossings { ends, cone, on_cone } = self.crossings(u, v);
+        let beyond = |t: f64| t >= self.near;
+        beyond(ends[0][1]) | beyond(ends[1][1]) | (beyond(cone[0]) & on_cone[0]) | (beyond(cone[1]) & on_cone[1])
+    }
+
+    /// The solid is convex: a ray enters it at the least root and leaves it at the greatest.
+    #[inline(always)]
+    fn entry(&self, u: f64, v: f64) -> f64 {
+        let Crossings { ends, cone, on_cone } = self.crossings(u, v);
+        // what is NaN is neither less nor more
+        let less = |least: f64, t: f64| if t < least { t } else { least };
+        let more = |most: f64, t: f64| if t > most { t } else { most };
+        let (mut enters, mut leaves) = (f64::INFINITY, f64::NEG_INFINITY);
+        for [first, last] in ends {
+            (enters, leaves) = (less(enters, first), more(leaves, last));
+        }
+        for (t, on_cone) in cone.into_iter().zip(on_cone) {
+            let t = if on_cone { t } else { f64::NAN };
+            (enters, leaves) = (less(enters, t), more(leaves, t));
+        }
+        if leaves >= self.near { more(enters, self.near) } else { f64::INFINITY }
+    }
+
+    #[inline(always)]
+    fn crossings(&self, u: f64, v: f64) -> Crossings {
         let square = u * u + v * v + 1.0;
         let [a, b] = self.ends;
         let half_a = u * a[0] + v * a[1] + a[2];
         let half_b = u * b[0] + v * b[1] + b[2];
-        let exit_a = (half_a + (half_a * half_a - square * a[3]).sqrt()) / square;
-        let exit_b = (half_b + (half_b * half_b - square * b[3]).sqrt()) / square;
+        let root_a = (half_a * half_a - square * a[3]).sqrt();
+        let root_b = (half_b * half_b - square * b[3]).sqrt();
         let slope = (u * self.axis[0] + v * self.axis[1] + self.axis[2]) / self.gap;
         let leading = square - self.gap * slope * slope;
         let half = half_a + self.gap * slope * self.start;
         let root = (half * half - leading * self.cone_constant).sqrt();
-        let (t, other) = ((half - root) / leading, (half + root) / leading);
-        let (s, other_s) = (slope * t + self.start, slope * other + self.start);
-        let on_cone = (0.0..=1.0).contains(&s) & (t >= self.near);
-        let on_other = (0.0..=1.0).contains(&other_s) & (other >= self.near);
-        (exit_a >= self.near) | (exit_b >= self.near) | ((on_cone | on_other) & self.has_cone)
+        let cone = [(half - root) / leading, (half + root) / leading];
+        Crossings {
+            ends: [
+                [(half_a - root_a) / square, (half_a + root_a) / square],
+                [(half_b - root_b) / square, (half_b + root_b) / square],
+            ],
+            cone,
+            on_cone: cone.map(|t| (0.0..=1.0).contains(&(slope * t + self.start)) & self.has_cone),
+        }
     }
+}
+
+/// Where a ray crosses the surfaces of a capsule's parts; NaN where it does not.
+struct Crossings {
+    ends: [[f64; 2]; 2],
+    cone: [f64; 2],
+    /// Whether that is on the part of the cone between the balls.
+    on_cone: [bool; 2],
 }
 
 #[cfg(test)]
@@ -141,6 +213,45 @@ mod tests {
                 bits | u16::from(exit.is_some_and(|depth| depth >= 0.1)) << index
             });
             prop_assert_eq!(found, vec![one_by_one]);
+        }
+
+        #[test]
+        fn rays_enter_where_marching_along_them_first_is_inside(
+            ends in prop::array::uniform6(-1.0..1.0_f64),
+            near_z in 0.5..3.0_f64,
+            radii in prop::array::uniform2(0.05..0.5_f64),
+            rays in prop::array::uniform32(-0.8..0.8_f64),
+        ) {
+            let [ax, ay, az, bx, by, bz] = ends;
+            let (a, b) = (Point3::new(ax, ay, az + near_z), Point3::new(bx, by, bz + near_z));
+            let capsule = TaperedCapsule { a, b, radius_a: radii[0], radius_b: radii[1] };
+            let mut strip = [[0.0; STRIP_RAYS]; 2];
+            rays.iter().enumerate().for_each(|(index, ray)| strip[index / 16][index % 16] = *ray);
+            let (mut found, mut met, near) = (Vec::new(), Vec::new(), 0.1);
+            entries_of_rays(&capsule, near, &[strip], &[0], &mut found);
+            rays_that_meet(&capsule, near, &[strip], &[0], &mut met);
+            // the least distance to the surface of a ball of the solid, negative inside, convex along the axis
+            let distance = |p: Point3<f64>| {
+                let ball = |s: f64| (p - (a + (b - a) * s)).norm() - radii[0] - s * (radii[1] - radii[0]);
+                let (mut low, mut high) = (0.0, 1.0);
+                for _ in 0..80 {
+                    let (left, right) = ((2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0);
+                    if ball(left) < ball(right) { high = right } else { low = left }
+                }
+                ball(low).min(ball(0.0)).min(ball(1.0))
+            };
+            for (index, entry) in found[0].iter().enumerate() {
+                prop_assert_eq!(entry.is_finite(), met[0] >> index & 1 == 1);
+                let at = |z: f64| distance(Point3::new(strip[0][index] * z, strip[1][index] * z, z));
+                if !entry.is_finite() {
+                    prop_assert!((0..100).all(|i| at(near + 0.06 * f64::from(i)) > -1e-9));
+                } else if *entry > near {
+                    prop_assert!(at(*entry).abs() < 2e-5, "{} off", at(*entry));
+                    prop_assert!((0..20).all(|i| at(near + (entry - near) * f64::from(i) / 20.0) > -1e-9));
+                } else {
+                    prop_assert!(*entry == near && at(near) < 2e-5);
+                }
+            }
         }
     }
 }

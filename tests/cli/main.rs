@@ -4,6 +4,7 @@ mod bad_input;
 mod browser;
 mod calibration;
 mod check;
+mod colour;
 mod compare;
 mod contact;
 mod corruption;

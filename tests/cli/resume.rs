@@ -113,10 +113,54 @@ fn shards_more_than_frames_are_refused_and_a_missing_one_is_named() {
     assert!(many.code == 2 && many.stderr.contains("--shards: expected 1 to 5 shards"), "{}", many.stderr);
     assert_eq!(room.entries(), ["tiny.toml"]);
     room.succeed("render tiny.toml --shards 2 --out set -q");
-    fs::remove_file(room.path("set/truth/shards/000001.tar")).unwrap();
-    let said = room.skiagraph(["verify", "set"]);
-    assert_eq!(said.code, 1);
-    let text = said.stdout + &said.stderr;
+    let shard = room.path("set/truth/shards/000001.tar");
+    let whole = fs::read(&shard).unwrap();
+    fs::remove_file(&shard).unwrap();
+    let verified = || {
+        let said = room.skiagraph(["verify", "set"]);
+        assert_eq!(said.code, 1);
+        said.stdout + &said.stderr
+    };
+    let text = verified();
     assert_eq!(text.matches("000001.tar").count(), 1, "{text}");
     assert!(text.contains("is missing, of 2 shards that the set lists"), "{text}");
+    fs::write(&shard, &whole[..whole.len() / 3]).unwrap();
+    let text = verified();
+    assert!(text.matches("000001.tar").count() == 1 && text.contains("was changed or truncated"), "{text}");
+}
+
+#[test]
+fn a_set_with_shards_is_tracked_evaluated_and_verified_as_one_without_and_a_lost_shard_is_said_once() {
+    let room = room();
+    let layers = "layers=[\"depth\",\"parts\"]";
+    room.succeed(&format!("render tiny.toml {layers} --out plain -q"));
+    room.succeed(&format!("render tiny.toml {layers} --shards 2 --out packed -q"));
+    for set in ["plain", "packed"] {
+        room.succeed(&format!(
+            "track {set} --tracker annealed_particle_filter particles=20 layers=2 --out {set}-run -q"
+        ));
+        let verified = room.succeed(&format!("verify {set}"));
+        assert!(verified.stdout.contains("is sound: 11 checks, no fault"), "{}", verified.stdout);
+    }
+    let poses = |set: &str| {
+        let run = room.path(&format!("{set}-run"));
+        fs::read(run.join("poses.npz")).unwrap()
+    };
+    assert_eq!(poses("plain"), poses("packed"));
+    let scores = |set: &str| room.succeed(&format!("evaluate {set} plain-run/poses.npz --json")).stdout;
+    let metrics = |set: &str| serde_json::from_str::<serde_json::Value>(&scores(set)).unwrap()["metrics"].clone();
+    assert!(metrics("plain").is_object() && metrics("plain") == metrics("packed"));
+    room.succeed("inspect packed");
+    room.succeed("export packed --to coco --out exported");
+    let shard = room.path("packed/observations/shards/000001.tar");
+    let whole = fs::read(&shard).unwrap();
+    for (bytes, words) in [(None, "this shard is missing, of 2"), (Some(&whole[..700]), "it was cut off")] {
+        fs::remove_file(&shard).unwrap();
+        bytes.map(|bytes| fs::write(&shard, bytes).unwrap());
+        let refused = room.skiagraph("track packed --tracker annealed_particle_filter --out lost".split(' '));
+        assert_eq!(refused.code, 2, "{}", refused.stderr);
+        assert_eq!(refused.stderr.matches("observations/shards/000001.tar").count(), 1, "{}", refused.stderr);
+        assert!(refused.stderr.contains(words), "{}", refused.stderr);
+        fs::write(&shard, &whole).unwrap();
+    }
 }

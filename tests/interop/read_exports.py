@@ -209,7 +209,7 @@ def webdataset():
         own = (root / f"observations/cam{camera:02}/silhouette/{frame:06}.png").read_bytes()
         said = json.loads(sample["json"])
         assert sample["mask.png"] == own and said["K"] == cameras[camera]["K"]
-        # shards of a set repeat its truth images
+        # shards of a set have its truth images
         for name, layer in (("layers.exr", f"{frame:06}.exr"), ("depth.png", f"{frame:06}-depth.png")):
             layer = root / f"truth/layers/cam{camera:02}" / layer
             assert (name in sample) == (layer.exists() and out.name == "shards")

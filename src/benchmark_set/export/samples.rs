@@ -1,6 +1,7 @@
 //! Samples of a tar shard as WebDataset reads them: files of one key follow each other.
 
-use std::io::{Read, Write};
+use std::collections::BTreeMap;
+use std::io::{self, Read, Seek, SeekFrom, Write};
 
 use serde_json::{Value, json};
 
@@ -15,24 +16,55 @@ impl<W: Write> ShardWriter<W> {
         Self(tar::Builder::new(to))
     }
 
-    /// Adds a file of the sample `key`; its header depends on its name and size alone.
-    pub(in crate::benchmark_set) fn add(
-        &mut self,
-        key: &str,
-        extension: &str,
-        bytes: impl Read,
-        size: u64,
-    ) -> std::io::Result<()> {
+    /// Adds a file; its header depends on its name and size alone.
+    pub(in crate::benchmark_set) fn add(&mut self, name: &str, bytes: impl Read, size: u64) -> io::Result<()> {
         let mut header = tar::Header::new_ustar();
         header.set_size(size);
         header.set_mode(0o644);
         header.set_mtime(0);
-        self.0.append_data(&mut header, format!("{key}.{extension}"), bytes)
+        self.0.append_data(&mut header, name, bytes)
     }
 
     /// The end of the shard.
-    pub(in crate::benchmark_set) fn finish(self) -> std::io::Result<W> {
+    pub(in crate::benchmark_set) fn finish(self) -> io::Result<W> {
         self.0.into_inner()
+    }
+}
+
+/// First byte and size of every file of a shard, by its name.
+pub(in crate::benchmark_set) type TarPlaces = BTreeMap<String, (u64, u64)>;
+
+/// Size of a tar's blocks.
+const BLOCK: u64 = 512;
+
+/// Where the files of a shard lie. Headers alone are read.
+///
+/// # Errors
+/// [`io::ErrorKind::UnexpectedEof`] where it was cut off, [`io::ErrorKind::InvalidData`] where a header is none.
+pub(in crate::benchmark_set) fn tar_places(shard: &mut (impl Read + Seek)) -> io::Result<TarPlaces> {
+    let length = shard.seek(SeekFrom::End(0))?;
+    let (mut places, mut at) = (TarPlaces::new(), 0_u64);
+    loop {
+        let mut block = [0; BLOCK as usize];
+        shard.seek(SeekFrom::Start(at))?;
+        shard.read_exact(&mut block)?;
+        if block == [0; BLOCK as usize] {
+            return Ok(places);
+        }
+        let header = tar::Header::from_byte_slice(&block);
+        // the sum of all bytes, with spaces in place of the sum itself
+        let sum = block.iter().enumerate().map(|(i, byte)| if (148..156).contains(&i) { 32 } else { u32::from(*byte) });
+        if header.cksum().ok() != Some(sum.sum()) {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, format!("at byte {at} is no header of a file")));
+        }
+        let (first, size) = (at + BLOCK, header.entry_size()?);
+        let end = first.checked_add(size).filter(|end| *end <= length).ok_or(io::ErrorKind::UnexpectedEof)?;
+        let name = String::from_utf8_lossy(&header.path_bytes()).into_owned();
+        if let Some((before, _)) = places.insert(name, (first, size)) {
+            let detail = format!("the files at bytes {before} and {first} have one name");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, detail));
+        }
+        at = end.next_multiple_of(BLOCK);
     }
 }
 
@@ -69,4 +101,46 @@ pub(in crate::benchmark_set) fn facts(
         "markers_2d": pixels,
         "visible": truth.visible[camera_index],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    fn shard(files: &[(&str, &[u8])]) -> Vec<u8> {
+        let mut shard = ShardWriter::new(Vec::new());
+        files.iter().for_each(|(name, bytes)| shard.add(name, *bytes, bytes.len() as u64).unwrap());
+        shard.finish().unwrap()
+    }
+
+    #[test]
+    fn files_of_a_shard_are_found_where_the_crate_that_wrote_it_finds_them() {
+        let long = vec![7; 1500];
+        let bytes = shard(&[("a.json", b"one"), ("a.png", &long), ("empty", b""), ("deep/er/b.png", &long[..512])]);
+        let places = tar_places(&mut Cursor::new(&bytes)).unwrap();
+        let mut archive = tar::Archive::new(&bytes[..]);
+        let known = archive.entries().unwrap().map(|entry| {
+            let entry = entry.unwrap();
+            (entry.path().unwrap().display().to_string(), (entry.raw_file_position(), entry.size()))
+        });
+        assert_eq!(places, known.collect());
+        let (at, size) = places["a.png"];
+        assert_eq!(bytes[at as usize..(at + size) as usize], long);
+    }
+
+    #[test]
+    fn shards_that_were_cut_or_are_none_are_refused() {
+        let whole = shard(&[("a", &[1; 700]), ("b", &[2; 40])]);
+        let kind = |bytes: &[u8]| tar_places(&mut Cursor::new(bytes)).unwrap_err().kind();
+        // amid a header, amid a file, after the last file
+        for length in [0, 100, 1000, 1600, 2200, 2560] {
+            assert_eq!(kind(&whole[..length]), io::ErrorKind::UnexpectedEof, "{length} of {}", whole.len());
+        }
+        assert_eq!(kind(&[b'x'; 600]), io::ErrorKind::InvalidData);
+        let mut other = whole.clone();
+        other[3] ^= 1;
+        assert_eq!(kind(&other), io::ErrorKind::InvalidData);
+        assert_eq!(kind(&shard(&[("a", b"1"), ("a", b"2")])), io::ErrorKind::InvalidData);
+    }
 }

@@ -44,8 +44,8 @@ impl TarShard {
         folder.create(&name, |file| {
             let mut shard = ShardWriter::new(file);
             for (key, said, png) in &self.samples {
-                shard.add(key, "json", said.as_slice(), said.len() as u64)?;
-                shard.add(key, "mask.png", png.as_slice(), png.len() as u64)?;
+                shard.add(&format!("{key}.json"), said.as_slice(), said.len() as u64)?;
+                shard.add(&format!("{key}.mask.png"), png.as_slice(), png.len() as u64)?;
             }
             shard.finish().map(|_| ())
         })?;

@@ -9,13 +9,15 @@
 mod numbers;
 mod secret;
 
-use std::fs;
 use std::path::Path;
+use std::{fs, io};
 
 use self::numbers::{NumberSequence, sequences};
 use self::secret::{Secret, secrets};
+use super::export::tar_places;
 use super::files::SetFiles;
 use super::listing::{LISTING, files_below};
+use super::shard_plan::{PACKED, frame_of, is_shard};
 use super::{SetError, TruthSet, body_file, start_file};
 
 /// A pose of the test in a file that trackers may read.
@@ -37,14 +39,33 @@ pub struct Leak {
 /// # Errors
 /// [`SetError`] where the truth, or a file that may hold numbers, cannot be read.
 pub fn find_leaks(directory: &Path) -> Result<Vec<Leak>, SetError> {
-    let body = SetFiles::open(directory)?.read(start_file::BODY_PATH)?.into_owned();
+    let files = SetFiles::open(directory)?;
+    let body = files.read(start_file::BODY_PATH)?;
     let secrets = secrets(&TruthSet::read(directory)?, &body_file::from_json(start_file::BODY_PATH, &body)?);
-    let outside = |path: &String| !path.starts_with("truth/") && path != LISTING;
+    let outside = |path: &String| !path.starts_with("truth/") && path != LISTING && path != PACKED;
     let mut leaks = Vec::new();
     for file in files_below(directory, "")?.into_iter().filter(outside) {
         let path = directory.join(&file);
+        if is_shard(&file) {
+            leaks.extend(leaks_in_shard(&files, &file, &path)?);
+            continue;
+        }
         let bytes = fs::read(&path).map_err(SetError::io(&path, "read"))?;
         leaks.extend(leaks_of(&file, &bytes, &secrets)?);
+    }
+    Ok(leaks)
+}
+
+/// What is in a shard besides silhouettes, which are looked at one by one.
+fn leaks_in_shard(files: &SetFiles, file: &str, path: &Path) -> Result<Vec<Leak>, SetError> {
+    let broken = |e: io::Error| SetError::BrokenShard { file: file.to_owned(), detail: e.to_string() };
+    let places = fs::File::open(path).and_then(|mut shard| tar_places(&mut shard)).map_err(broken)?;
+    let mut leaks = Vec::new();
+    for name in places.keys() {
+        match frame_of(name).is_some() && files.has(name) {
+            true => leaks.extend(leaks_of(name, &files.read(name)?, &[])?),
+            false => leaks.push(leak(file, name, "a file that is no silhouette of the set".to_owned(), None)),
+        }
     }
     Ok(leaks)
 }

@@ -19,6 +19,9 @@ pub(super) fn check(directory: &Path, files: &SetFiles) -> Outcome {
             .collect(),
         // without the truth nobody knows what to look for
         Err(SetError::Tampered { file, .. }) => return Err(format!("not checked: {file} was changed")),
+        Err(SetError::MissingShard { file, .. } | SetError::BrokenShard { file, .. }) => {
+            return Err(format!("not checked: {file} is damaged or missing"));
+        }
         Err(error) => vec![error.into()],
     };
     Ok((format!("{outside} files outside truth/"), faults))

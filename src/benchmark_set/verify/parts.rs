@@ -126,8 +126,9 @@ impl ReadParts {
 
     /// How images of the scene look, and the seed of what is random in them.
     pub(super) fn images(&self) -> (ImageSettings, u64) {
-        let (facts, seed) = self.observed();
-        (facts.images.unwrap_or_default(), seed)
+        let observation = self.manifest.as_ref().and_then(|manifest| manifest.observation.as_ref());
+        let facts = self.facts.as_ref().map(|facts| facts.scene(observation));
+        facts.unwrap_or_else(|| TruthFacts::default().scene(observation))
     }
 
     /// Why silhouettes and the given cameras need not fit the truth, where the set says so.

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Point3, Vector3};
 
 use crate::camera::Camera;
-use crate::raster::{Mask, RayStrip, STRIP_RAYS, TaperedCapsule, rays_that_meet};
+use crate::raster::{Mask, RayStrip, STRIP_RAYS, TaperedCapsule, entries_of_rays, rays_that_meet};
 
 /// Side of a tile, pixels: a row of a tile is a strip.
 const TILE: u32 = STRIP_RAYS as u32;
@@ -69,6 +69,34 @@ pub(super) struct PixelRays {
     tiles: Vec<Tile>,
 }
 
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PixelWindow {
+    left: u32,
+    top: u32,
+    width: u32,
+    height: u32,
+}
+
+impl PixelWindow {
+    /// Number of pixels.
+    pub(super) fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// The place of a pixel in it, row by row.
+    #[inline]
+    pub(super) fn place(&self, x: u32, y: u32) -> usize {
+        (y - self.top) as usize * self.width as usize + (x - self.left) as usize
+    }
+
+    /// The pixel at a place.
+    pub(super) fn pixel(&self, place: usize) -> (u32, u32) {
+        let width = self.width as usize;
+        (self.left + (place % width) as u32, self.top + (place / width) as u32)
+    }
+}
+
 /// A square of pixels and its view.
 struct Tile {
     left: u32,
@@ -114,6 +142,20 @@ impl PixelRays {
         [us[(x % TILE) as usize], vs[(x % TILE) as usize]]
     }
 
+    /// A rectangle with every pixel that looks into one of these views.
+    pub(super) fn window(&self, views: impl Iterator<Item = IdealRectangle>) -> PixelWindow {
+        let (mut low, mut high) = ([self.width, self.height], [0, 0]);
+        for view in views {
+            for tile in self.tiles.iter().filter(|tile| tile.view.meets(&view)) {
+                low = [low[0].min(tile.left), low[1].min(tile.top)];
+                high =
+                    [high[0].max((tile.left + TILE).min(self.width)), high[1].max((tile.top + TILE).min(self.height))];
+            }
+        }
+        let [left, top] = low;
+        PixelWindow { left, top, width: high[0].saturating_sub(left), height: high[1].saturating_sub(top) }
+    }
+
     /// The tiles that overlap `view`.
     pub(super) fn tiles(&self, view: &IdealRectangle) -> Tiles<'_> {
         Tiles { rays: self, chosen: self.tiles.iter().filter(|t| t.view.meets(view)).collect() }
@@ -121,20 +163,43 @@ impl PixelRays {
 
     /// Sets the pixels of a mask of the camera's size that see `capsule` at or beyond z = `near`, which are in `view`.
     pub(super) fn paint_capsule(&self, capsule: &TaperedCapsule, view: &IdealRectangle, near: f64, mask: &mut Mask) {
-        let tiles = self.tiles.iter().filter(|tile| tile.view.meets(view));
-        let strips = tiles.flat_map(|tile| {
-            let strip = move |y: u32| (y, tile.left, y as usize * self.strips_a_row + (tile.left / TILE) as usize);
-            (tile.top..(tile.top + TILE).min(self.height)).map(strip)
-        });
         let is_full = |mask: &Mask, x: u32, y: u32| mask.row(y)[x as usize / 64] >> (x % 64) & 0xffff == 0xffff;
-        let strips = strips.filter(|(y, x, index)| self.views[*index].meets(view) && !is_full(mask, *x, *y));
-        let strips: Vec<_> = strips.collect();
-        let chosen: Vec<u32> = strips.iter().map(|(_, _, index)| *index as u32).collect();
+        let (places, chosen) = self.strips_in(view, |x, y| !is_full(mask, x, y));
         let mut found = Vec::new();
         rays_that_meet(capsule, near, &self.strips, &chosen, &mut found);
-        for ((y, x, _), bits) in strips.into_iter().zip(found) {
+        for ((x, y), bits) in places.into_iter().zip(found) {
             mask.row_mut(y)[x as usize / 64] |= u64::from(bits) << (x % 64);
         }
+    }
+
+    /// Calls `visit` with every pixel that sees `capsule`, which is in `view`, at or beyond z = `near`, and the least
+    /// depth at which it does.
+    pub(super) fn each_entry(
+        &self,
+        capsule: &TaperedCapsule,
+        view: &IdealRectangle,
+        near: f64,
+        mut visit: impl FnMut(u32, u32, f64),
+    ) {
+        let (places, chosen) = self.strips_in(view, |_, _| true);
+        let mut found = Vec::new();
+        entries_of_rays(capsule, near, &self.strips, &chosen, &mut found);
+        for ((left, y), depths) in places.into_iter().zip(found) {
+            for (x, depth) in (left..).zip(depths).filter(|(_, depth)| *depth < f64::INFINITY) {
+                visit(x, y, depth);
+            }
+        }
+    }
+
+    /// The strips that look into `view`: their first pixels, and their places among all, of those that are `wanted`.
+    fn strips_in(&self, view: &IdealRectangle, wanted: impl Fn(u32, u32) -> bool) -> (Vec<(u32, u32)>, Vec<u32>) {
+        let tiles = self.tiles.iter().filter(|tile| tile.view.meets(view));
+        let strips = tiles.flat_map(|tile| {
+            let strip = move |y: u32| ((tile.left, y), y as usize * self.strips_a_row + (tile.left / TILE) as usize);
+            (tile.top..(tile.top + TILE).min(self.height)).map(strip)
+        });
+        let seen = strips.filter(|((x, y), index)| self.views[*index].meets(view) && wanted(*x, *y));
+        seen.map(|(place, index)| (place, index as u32)).unzip()
     }
 
     fn pixels(&self, left: u32, top: u32) -> impl Iterator<Item = (u32, u32, [f64; 2])> {

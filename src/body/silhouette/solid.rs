@@ -2,8 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::pixel_rays::{PixelRays, Reach};
-use crate::body::ray::CapsuleForRays;
+use super::pixel_rays::{IdealRectangle, PixelRays, Reach};
 use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 
@@ -17,24 +16,27 @@ pub(super) fn each_depth(
     near: f64,
     visit: &mut impl FnMut(u32, u32, f64, u32),
 ) {
-    if let Solid::Mesh { vertices, triangles } = solid {
-        let vertices: Vec<Point3<f64>> = vertices.iter().map(|v| camera_from_link * v).collect();
-        return each_depth_of_mesh(&vertices, triangles, rays, near, visit);
+    match solid {
+        Solid::Mesh { vertices, triangles } => {
+            let vertices: Vec<Point3<f64>> = vertices.iter().map(|v| camera_from_link * v).collect();
+            return each_depth_of_mesh(&vertices, triangles, rays, near, visit);
+        }
+        Solid::TaperedCapsule(capsule) => {
+            let capsule = capsule.transformed(camera_from_link);
+            let Some(view) = reach_of_capsule(&capsule).view(near) else { return };
+            return rays.each_entry(&capsule, &view, near, |x, y, depth| visit(x, y, depth, 0));
+        }
+        _ => {}
     }
     let Some(view) = reach_of(solid, camera_from_link).view(near) else { return };
     let link_from_camera = camera_from_link.inverse();
     // one product of a matrix a pixel in place of two by quaternions
     let (turn, centre) = (link_from_camera.rotation.to_rotation_matrix(), link_from_camera.translation.vector);
-    let capsule = match solid {
-        Solid::TaperedCapsule(capsule) => Some(CapsuleForRays::new(capsule)),
-        _ => None,
-    };
     rays.tiles(&view).each_pixel(&view, |x, y, direction| {
         // The direction's z is 1: lengths along the ray count in depth.
         let direction = turn * direction;
         let ray = Ray { origin: Point3::from(centre + direction * near), direction };
-        let entry = capsule.as_ref().map_or_else(|| solid.ray_entry(&ray), |capsule| capsule.entry(&ray));
-        if let Some(beyond) = entry {
+        if let Some(beyond) = solid.ray_entry(&ray) {
             visit(x, y, near + beyond, 0);
         }
     });
@@ -52,6 +54,11 @@ pub(super) fn paint(solid: &Solid, camera_from_link: &Isometry3<f64>, rays: &Pix
         }
         _ => each_depth(solid, camera_from_link, rays, near, &mut |x, y, _, _| mask.set(x, y, true)),
     }
+}
+
+/// The image region of the part of a solid beyond z = `near`.
+pub(super) fn view_of(solid: &Solid, camera_from_link: &Isometry3<f64>, near: f64) -> Option<IdealRectangle> {
+    reach_of(solid, camera_from_link).view(near)
 }
 
 /// A box in the camera's frame around a solid.

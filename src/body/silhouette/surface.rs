@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
+use super::pixel_rays::Reach;
 use super::{SilhouettePainter, solid};
 use crate::body::{Humanoid, LinkFrames, Prop, Skin, Solid};
 
@@ -82,20 +83,21 @@ impl SilhouettePainter {
 
     /// Of a skin: the part is the link that carries most of the triangle, the normal the triangle's.
     fn surface_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> Vec<SurfacePixel> {
-        let (width, near) = (self.camera.pinhole.width as usize, self.camera.pinhole.near);
+        let near = self.camera.pinhole.near;
         let world_from_camera = self.camera.camera_from_world.inverse();
         skin.deform_with(&self.camera.camera_from_world, frames, &mut self.skin);
         let (rays, vertices) = (self.rays(), &self.skin);
-        let mut nearest = vec![NOTHING; width * self.camera.pinhole.height as usize];
+        let window = rays.window(Reach::around(vertices.iter().copied()).view(near).into_iter());
+        let mut nearest = vec![NOTHING; window.pixels()];
         solid::each_depth_of_mesh(vertices, skin.triangles(), rays, near, &mut |x, y, depth, facet| {
-            let pixel = &mut nearest[y as usize * width + x as usize];
+            let pixel = &mut nearest[window.place(x, y)];
             if (depth as f32) < pixel.depth as f32 {
                 *pixel = Nearest { depth, part: skin.part_of(facet as usize), solid: 0, facet };
             }
         });
         let seen = nearest.iter().enumerate().filter(|(_, pixel)| pixel.part != u32::MAX);
-        seen.map(|(index, pixel)| {
-            let (x, y, part) = ((index % width) as u32, (index / width) as u32, pixel.part as usize);
+        seen.map(|(place, pixel)| {
+            let ((x, y), part) = (window.pixel(place), pixel.part as usize);
             let [u, v] = rays.ray(x, y);
             let in_camera = Point3::new(u, v, 1.0) * pixel.depth;
             let corners = skin.triangles()[pixel.facet as usize].map(|corner| vertices[corner as usize]);
@@ -112,15 +114,20 @@ impl SilhouettePainter {
     }
 
     fn surface_of(&mut self, parts: &[(&[Solid], Isometry3<f64>)]) -> Vec<SurfacePixel> {
-        let (width, near) = (self.camera.pinhole.width as usize, self.camera.pinhole.near);
+        let near = self.camera.pinhole.near;
         let camera_from_world = self.camera.camera_from_world;
         let rays = self.rays();
-        let mut nearest = vec![NOTHING; width * self.camera.pinhole.height as usize];
+        let views = parts.iter().flat_map(|(solids, world_from_link)| {
+            let camera_from_link = camera_from_world * world_from_link;
+            solids.iter().filter_map(move |solid| solid::view_of(solid, &camera_from_link, near))
+        });
+        let window = rays.window(views);
+        let mut nearest = vec![NOTHING; window.pixels()];
         for (part, (solids, world_from_link)) in parts.iter().enumerate() {
             let camera_from_link = camera_from_world * world_from_link;
             for (index, solid) in solids.iter().enumerate() {
                 solid::each_depth(solid, &camera_from_link, rays, near, &mut |x, y, depth, facet| {
-                    let pixel = &mut nearest[y as usize * width + x as usize];
+                    let pixel = &mut nearest[window.place(x, y)];
                     // as depth images compare, so that ties fall alike
                     if (depth as f32) < pixel.depth as f32 {
                         *pixel = Nearest { depth, part: part as u32, solid: index as u32, facet };
@@ -131,8 +138,8 @@ impl SilhouettePainter {
         let links_from_camera: Vec<Isometry3<f64>> =
             parts.iter().map(|(_, world_from_link)| (camera_from_world * world_from_link).inverse()).collect();
         let seen = nearest.iter().enumerate().filter(|(_, pixel)| pixel.part != u32::MAX);
-        seen.map(|(index, pixel)| {
-            let (x, y, part) = ((index % width) as u32, (index / width) as u32, pixel.part as usize);
+        seen.map(|(place, pixel)| {
+            let ((x, y), part) = (window.pixel(place), pixel.part as usize);
             let [u, v] = rays.ray(x, y);
             let in_camera = Point3::new(u, v, 1.0) * pixel.depth;
             let point_in_link = links_from_camera[part] * in_camera;

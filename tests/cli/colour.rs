@@ -1,0 +1,38 @@
+//! Colour images as truth, whatever silhouettes are made of.
+
+use skiagraph::benchmark_set::{BlindSet, layer_channels};
+
+use super::sandbox::{Sandbox, TINY};
+
+#[test]
+fn colour_images_look_as_their_settings_say_without_segmentation_too() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    let image = |set: &str| room.read(&format!("{set}/truth/layers/cam01/000002.exr"));
+    let render = |set: &str, more: &str| {
+        room.succeed(&format!("render tiny.toml layers=[\"colour\"] {more} --out {set} -q"));
+        let verified = room.succeed(&format!("verify {set}"));
+        assert!(verified.stdout.contains("no fault"), "{}", verified.stdout);
+    };
+    render("usual", "");
+    assert_eq!(layer_channels(&room.path("usual")).unwrap(), ["B", "G", "R"]);
+    for (set, more) in [
+        ("seeded", "observation.seed=7"),
+        ("contrast", "observation.images.clothing_contrast=110"),
+        ("shadeless", "observation.images.shadow=false"),
+        (
+            "corrupted",
+            "observation.silhouette=corrupted observation.corruption.holes=0.1 observation.images.shadow=false",
+        ),
+    ] {
+        render(set, more);
+        assert_ne!(image(set), image("usual"), "{more} changes nothing");
+    }
+    assert_eq!(image("corrupted"), image("shadeless"), "silhouettes are none of its business");
+    render("grey", "observation.images.grey=true");
+    assert_eq!(layer_channels(&room.path("grey")).unwrap(), ["Y"]);
+    // layers come with a set, and are no part of what it is
+    room.succeed("render tiny.toml observation.images.grey=true --out without -q");
+    let hash = |set: &str| BlindSet::read(&room.path(set)).unwrap().set_hash;
+    assert_eq!(hash("grey"), hash("without"));
+}
