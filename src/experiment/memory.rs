@@ -35,7 +35,8 @@ fn refusal(rig: &CameraRig, needed: f64, available: f64) -> Option<String> {
 /// Bytes that segmentation needs at most.
 fn needed(rig: &CameraRig, images: &ImageSettings, threads: usize) -> f64 {
     let channels = if images.grey { 1.0 } else { 3.0 };
-    let mixture = PERIODS * (2.0 * channels + 1.0) * 4.0;
+    // densities in single precision, and bounds of a byte each
+    let mixture = PERIODS * ((2.0 * channels + 1.0) * 4.0 + 2.0 * channels);
     let learned_from = PERIODS * f64::from(images.background_frames) * channels;
     let busy = threads.min(rig.cameras.len()) as f64;
     let largest = pixels(rig).fold(0.0, f64::max);

@@ -5,8 +5,11 @@
 //! `BackgroundSubtraction.m`, `[Sigal 2010]`). `256^-C` is the density of a foreground of even colours; `risk` is what
 //! a false alarm costs compared with a miss. Densities are compared as logarithms, for they underflow. A variance is at
 //! least 1 grey value squared: that is the rounding of the image, and less makes saturated pixels flicker.
+//!
+//! Nearly all pixels are decided by [`CertainBounds`]; the masks are those that densities alone give.
 
 use super::BackgroundError;
+use super::bounds::{ALL, BLOCK, ByteLane, CertainBounds, Flags, PixelGaussian, bytes_of, count, to_bits};
 use super::lanes::{LANES, PixelLane, groups_per_row, lane_of, put};
 use crate::observation::Image;
 use crate::raster::Mask;
@@ -37,6 +40,7 @@ pub struct BackgroundMixture {
     blocks: Vec<Vec<PixelLane>>,
     /// Logarithm of the density below which a pixel is foreground.
     threshold: f32,
+    bounds: CertainBounds,
 }
 
 impl BackgroundMixture {
@@ -54,9 +58,18 @@ impl BackgroundMixture {
         if let Some(other) = periods.iter().flat_map(|period| period.iter()).find(|image| image.shape() != shape) {
             return Err(BackgroundError::Shape { found: other.shape(), expected: shape });
         }
-        let blocks = periods.iter().map(|period| component(period, shape, components)).collect();
-        let threshold = -(shape.2 as f64) * 256_f64.ln() - risk.0.ln();
-        Ok(Self { shape, components, blocks, threshold: threshold as f32 })
+        let blocks: Vec<_> = periods.iter().map(|period| component(period, shape, components)).collect();
+        let threshold = (-(shape.2 as f64) * 256_f64.ln() - risk.0.ln()) as f32;
+        let (groups, channels) = (groups_per_row(shape.0), shape.2);
+        let bounds = CertainBounds::new(shape, components, threshold, |component, x, y, look| {
+            let first = (y as usize * groups + x as usize / LANES) * (2 * channels + 1);
+            let at = |index: usize| blocks[component][first + index][x as usize % LANES];
+            let [means, precisions] =
+                [0, channels].map(|from| [0, 1, 2].map(|c: usize| at(from + c.min(channels - 1))));
+            let (means, precisions) = (&means[..channels], &precisions[..channels]);
+            look(PixelGaussian { means, precisions, at_mean: at(2 * channels) });
+        });
+        Ok(Self { shape, components, blocks, threshold, bounds })
     }
 
     /// Width, height and channels of its images.
@@ -142,24 +155,79 @@ impl<const CHANNELS: usize> Dispatched for Classify<'_, CHANNELS> {
     fn work(self) {
         let Self { model, image, mask } = self;
         let (width, groups) = (image.width() as usize, groups_per_row(image.width()));
-        // the component that explained the last group is tried first: where it explains all eight pixels the others,
-        // which are most of the memory, need not be looked at
+        // the component that explained the last block is tried first: where it explains all pixels the others need not
+        // be looked at
         let mut likely = 0;
         for y in 0..image.height() as usize {
             let rows: [&[u8]; CHANNELS] = std::array::from_fn(|c| &image.planes()[c][y * width..(y + 1) * width]);
-            for group in 0..groups {
-                let pixels: [PixelLane; CHANNELS] = std::array::from_fn(|c| lane_of(rows[c], group));
-                let first = (y * groups + group) * (2 * CHANNELS + 1);
-                let score = log_density(&model.blocks[likely][first..first + 2 * CHANNELS + 1], &pixels);
-                if score.iter().all(|s| *s >= model.threshold) {
+            for column in 0..model.bounds.per_row() {
+                let block = y * model.bounds.per_row() + column;
+                let pixels: [ByteLane; CHANNELS] = std::array::from_fn(|c| bytes_of(rows[c], column));
+                let background = model.bounds.explained(likely, block, &pixels);
+                if background == ALL {
                     continue;
                 }
-                let (bits, best) = decide::<CHANNELS>(model, first, &pixels, score, likely);
+                let (background, best) = explained_by_any(model, block, &pixels, background, likely);
                 likely = best;
-                put(mask, y as u32, group, bits);
+                if background == ALL {
+                    continue;
+                }
+                let (background, surely) = (to_bits(&background), to_bits(&excluded_by_all(model, block, &pixels)));
+                for eight in 0..BLOCK / LANES {
+                    let byte = |bits: u32| (bits >> (eight * LANES)) as u8;
+                    let (mut bits, open) = (byte(surely), !byte(background | surely));
+                    let group = column * (BLOCK / LANES) + eight;
+                    if open != 0 {
+                        let pixels = std::array::from_fn(|c| lane_of(rows[c], group));
+                        let first = (y * groups + group) * (2 * CHANNELS + 1);
+                        bits |= open & decide::<CHANNELS>(model, first, &pixels);
+                    }
+                    if bits != 0 {
+                        put(mask, y as u32, group, bits);
+                    }
+                }
             }
         }
     }
+}
+
+/// The pixels of a block that any component surely explains, some of which `known` are by the component `likely`; and
+/// the component that explains most of them.
+#[inline(always)]
+fn explained_by_any<const CHANNELS: usize>(
+    model: &BackgroundMixture,
+    block: usize,
+    pixels: &[ByteLane; CHANNELS],
+    known: Flags,
+    likely: usize,
+) -> (Flags, usize) {
+    let (mut any, mut best, mut most) = (known, likely, count(&known));
+    for component in (0..model.components).filter(|component| *component != likely) {
+        let explained = model.bounds.explained(component, block, pixels);
+        for (any, explained) in any.iter_mut().zip(&explained) {
+            *any |= explained;
+        }
+        if count(&explained) > most {
+            (best, most) = (component, count(&explained));
+        }
+    }
+    (any, best)
+}
+
+/// The pixels of a block that surely are foreground.
+#[inline(always)]
+fn excluded_by_all<const CHANNELS: usize>(
+    model: &BackgroundMixture,
+    block: usize,
+    pixels: &[ByteLane; CHANNELS],
+) -> Flags {
+    let mut all = ALL;
+    for component in 0..model.components {
+        for (all, excluded) in all.iter_mut().zip(model.bounds.excluded(component, block, pixels)) {
+            *all &= excluded;
+        }
+    }
+    all
 }
 
 /// Logarithm of the weighted density of one component at eight pixels.
@@ -176,25 +244,14 @@ fn log_density<const CHANNELS: usize>(block: &[PixelLane], pixels: &[PixelLane; 
     score
 }
 
-/// The foreground among eight pixels, by all components, and the component that explains most of them.
+/// The foreground among eight pixels.
 #[inline(always)]
-fn decide<const CHANNELS: usize>(
-    model: &BackgroundMixture,
-    first: usize,
-    pixels: &[PixelLane; CHANNELS],
-    known: PixelLane,
-    likely: usize,
-) -> (u8, usize) {
-    let mut most = known;
-    let (mut best, mut explained) = (likely, count_above(&known, model.threshold));
-    for (index, blocks) in model.blocks.iter().enumerate().filter(|(index, _)| *index != likely) {
+fn decide<const CHANNELS: usize>(model: &BackgroundMixture, first: usize, pixels: &[PixelLane; CHANNELS]) -> u8 {
+    let mut most = [f32::NEG_INFINITY; LANES];
+    for blocks in &model.blocks {
         let score = log_density(&blocks[first..first + 2 * CHANNELS + 1], pixels);
         for (most, score) in most.iter_mut().zip(score) {
             *most = if score > *most { score } else { *most };
-        }
-        let above = count_above(&score, model.threshold);
-        if above > explained {
-            (best, explained) = (index, above);
         }
     }
     // the sum lies between the greatest density and K times it
@@ -204,12 +261,7 @@ fn decide<const CHANNELS: usize>(
         let is_foreground = most < surely_less || (most < model.threshold && sum_is_below(model, first, pixels, lane));
         bits |= u8::from(is_foreground) << lane;
     }
-    (bits, best)
-}
-
-#[inline(always)]
-fn count_above(score: &PixelLane, threshold: f32) -> u32 {
-    score.iter().map(|s| u32::from(*s >= threshold)).sum()
+    bits
 }
 
 /// Whether the densities of all components together are below the threshold, by the logarithm of the sum.
@@ -288,6 +340,54 @@ mod tests {
             assert!(expected.count() > 40 && expected.count() < u64::from(width) * 40 - 20, "{}", expected.count());
             assert!(differing <= 1, "{differing} pixels at the threshold, which f32 may turn");
         }
+    }
+
+    #[test]
+    fn masks_are_those_that_densities_alone_give_also_of_odd_backgrounds() {
+        // deviations from none to a fifth of all grey values, saturated pixels, components near each other and far
+        for (seed, (width, channels, risk)) in (0..).zip([(70, 3, 1.0), (64, 1, 100.0), (33, 3, 1e-4), (5, 1, 1e6)]) {
+            let deviation = |i: usize| [0.0, 0.5, 2.0, 3.0, 5.0, 9.0, 20.0, 45.0][i % 8];
+            let image = |period: u64, number: u64| {
+                let shift = [0.0, 4.0, -30.0][period as usize];
+                let mut random = stream(seed, Purpose::Corruption, period, number, 0);
+                let mut value = |i: usize| {
+                    let level = (i * 37 % 300) as f64 - 20.0 + shift;
+                    (level + deviation(i) * normal(&mut random)).round().clamp(0.0, 255.0) as u8
+                };
+                let planes = (0..channels).map(|_| (0..width as usize * 48).map(&mut value).collect());
+                Image::from_planes(width, 48, planes.collect()).unwrap()
+            };
+            let periods = [0, 1, 2].map(|period| (0..12).map(|number| image(period, number)).collect::<Vec<_>>());
+            let model = BackgroundMixture::learn(&periods.each_ref().map(Vec::as_slice), Risk(risk)).unwrap();
+            let mut foreground = 0;
+            for (number, spread) in (0..12).zip([0.0, 2.0, 4.0, 8.0, 16.0, 60.0].into_iter().cycle()) {
+                let mut random = stream(seed, Purpose::Corruption, 9, number, 0);
+                let mut other = |value: &u8| (f64::from(*value) + spread * normal(&mut random)).round() as u8;
+                let planes = periods[number as usize % 3][0].planes();
+                let planes = planes.iter().map(|plane| plane.iter().map(&mut other).collect());
+                let image = Image::from_planes(width, 48, planes.collect()).unwrap();
+                let found = model.foreground(&image).unwrap();
+                foreground += found.count();
+                assert_eq!(found, by_densities(&model, &image));
+            }
+            assert!(foreground > 20 && foreground < 11 * 48 * u64::from(width), "{foreground}");
+        }
+    }
+
+    /// Without bounds, eight pixels at a time.
+    fn by_densities(model: &BackgroundMixture, image: &Image) -> Mask {
+        let (width, height, channels) = image.shape();
+        let mut mask = Mask::new(width, height);
+        for (y, group) in (0..height).flat_map(|y| (0..groups_per_row(width)).map(move |group| (y, group))) {
+            let row = |c: usize| &image.planes()[c][(y * width) as usize..((y + 1) * width) as usize];
+            let first = (y as usize * groups_per_row(width) + group) * (2 * channels + 1);
+            let bits = match channels {
+                1 => decide::<1>(model, first, &[lane_of(row(0), group)]),
+                _ => decide::<3>(model, first, &[0, 1, 2].map(|c| lane_of(row(c), group))),
+            };
+            put(&mut mask, y, group, bits);
+        }
+        mask
     }
 
     #[test]

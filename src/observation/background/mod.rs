@@ -4,6 +4,7 @@
 //! was recorded, learned once. [`OnlineBackground`] learns while it goes on (`[Stauffer 1999]`). [`Cleaning`] and
 //! [`ShadowRule`] make masks of either fit for a tracker.
 
+mod bounds;
 mod cleaning;
 mod lanes;
 mod mixture;
