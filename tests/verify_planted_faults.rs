@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, ReadChannels, ReadLayers, WritableImage};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, ReadChannels, ReadLayers, WritableImage, f16};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -776,8 +776,8 @@ fn brightness_with_red_and_blue_exchanged_and_up_to_255_is_found() {
     });
     let wide = set.layers(1, 2, |channels| {
         for channel in channels.iter_mut().filter(|c| ["R", "G", "B"].contains(&c.name.to_string().as_str())) {
-            let FlatSamples::F32(values) = &mut channel.sample_data else { panic!() };
-            values.iter_mut().for_each(|value| *value *= 255.0);
+            let FlatSamples::F16(values) = &mut channel.sample_data else { panic!() };
+            values.iter_mut().for_each(|value| *value = f16::from_f32(value.to_f32() * 255.0));
         }
     });
     set.found_in_spite_of_good_hashes("layers", &exchanged, &["red and blue are exchanged"]);

@@ -15,15 +15,24 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 /// The PNG of a depth image.
 pub(super) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError> {
     let mut pixels = vec![0; 2 * image.depth.len()];
-    let shown = pixels.as_chunks_mut::<2>().0.iter_mut().zip(&image.depth).filter(|(_, depth)| depth.is_finite());
-    shown.for_each(|(pixel, depth)| *pixel = millimetres(*depth).to_be_bytes());
+    // most of an image shows nothing
+    for (pixels, depths) in pixels.chunks_mut(2 * RUN).zip(image.depth.chunks(RUN)) {
+        if depths.iter().any(|depth| *depth < f32::INFINITY) {
+            let each = pixels.as_chunks_mut::<2>().0.iter_mut().zip(depths);
+            each.for_each(|(pixel, depth)| *pixel = millimetres(*depth).to_be_bytes());
+        }
+    }
     grey_png::encode(file, [image.width, image.height], png::BitDepth::Sixteen, &pixels)
 }
 
-/// What stands for a depth in metres.
+/// Pixels that are looked at together.
+const RUN: usize = 16;
+
+/// What stands for a depth in metres, rounded, halves upwards.
 pub(super) fn millimetres(depth: f32) -> u16 {
     match depth.is_finite() {
-        true => (f64::from(depth) * 1000.0).round().clamp(1.0, 65_535.0) as u16,
+        // in double precision product and sum are exact, and what is left of the whole number is cut off
+        true => (f64::from(depth) * 1000.0 + 0.5).clamp(1.0, 65_535.0) as u16,
         false => 0,
     }
 }
@@ -53,6 +62,15 @@ pub(super) fn decode(file: &str, bytes: &[u8], [width, height]: [u32; 2]) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn millimetres_are_the_nearest_and_halves_are_rounded_up() {
+        let rounded = |depth: f32| (f64::from(depth) * 1000.0).round().clamp(1.0, 65_535.0) as u16;
+        let depths =
+            (1..200_000).map(|i| i as f32 * 0.000_372_1).chain((0..4096).map(|i| i as f32 / 64.0 + 0.007_812_5));
+        depths.for_each(|depth| assert_eq!(millimetres(depth), rounded(depth), "{depth}"));
+        assert_eq!([0.0, f32::MIN_POSITIVE, 1e30, f32::INFINITY, f32::NAN].map(millimetres), [1, 1, 65_535, 0, 0]);
+    }
 
     #[test]
     fn depths_are_read_back_in_millimetres_and_nothing_is_zero() {

@@ -7,17 +7,18 @@
 //! | `normal.X`, `.Y`, `.Z` | float | outward unit normal in the world, 0 without geometry |
 //! | `forward.u`, `.v` | float | pixels to the place of the same surface point in the next frame, NaN without |
 //! | `A` | float | share of 4 x 4 samples of the pixel that see the body |
-//! | `R`, `G`, `B`; `Y` if grey | float | brightness of the scene before the sensor, 0 to 1 |
+//! | `R`, `G`, `B`; `Y` if grey | half | brightness of the scene before the sensor, 0 to 1 |
 //!
-//! All are 32 bits. The data window is the bounding box of what shows the body, with colour the whole image; the
+//! All are 32 bits but brightness, of 16 bits and good for a sixteenth of a grey value. The data window is the bounding box of what shows the body, with colour the whole image; the
 //! display window is the image. Outside the data window there is no geometry.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
-    LayerAttributes, LineOrder, ReadChannels as _, ReadLayers as _, Vec2, WritableImage,
+    LayerAttributes, LineOrder, ReadChannels as _, ReadLayers as _, Vec2, WritableImage, f16,
 };
 use serde::{Deserialize, Serialize};
 
@@ -55,22 +56,22 @@ pub(super) fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Resu
     let image = &images.depth;
     let window = DataWindow::new(images, layers);
     let floats = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
-    let part_of = |values: &[[f32; 3]], axis: usize| window.crop(values).into_iter().map(|v| v[axis]).collect();
     let channels_of = |layer: &Layer| match layer {
-        Layer::Depth => vec![floats("depth.Z", window.crop(&image.depth))],
-        Layer::Parts => vec![AnyChannel::new("id.part", FlatSamples::U32(window.crop(&image.part)))],
+        Layer::Depth => vec![floats("depth.Z", window.crop(&image.depth, |v| v))],
+        Layer::Parts => vec![AnyChannel::new("id.part", FlatSamples::U32(window.crop(&image.part, |v| v)))],
         Layer::Normals => {
             let names = ["normal.X", "normal.Y", "normal.Z"].into_iter().enumerate();
-            names.map(|(axis, name)| floats(name, part_of(&images.normals, axis))).collect()
+            names.map(|(axis, name)| floats(name, window.crop(&images.normals, |v| v[axis]))).collect()
         }
         Layer::Flow => {
-            let along = |axis: usize| window.crop(&images.flow).into_iter().map(|v| v[axis]).collect();
-            vec![floats("forward.u", along(0)), floats("forward.v", along(1))]
+            let names = ["forward.u", "forward.v"].into_iter().enumerate();
+            names.map(|(axis, name)| floats(name, window.crop(&images.flow, |v| v[axis]))).collect()
         }
-        Layer::Coverage => vec![floats("A", window.crop(&images.coverage))],
+        Layer::Coverage => vec![floats("A", window.crop(&images.coverage, |v| v))],
         Layer::Colour => {
             let names = if images.colour.len() == 1 { &["Y"][..] } else { &["R", "G", "B"] };
-            names.iter().zip(&images.colour).map(|(name, plane)| floats(name, window.crop(plane))).collect()
+            let halves = |plane: &Vec<f32>| FlatSamples::F16(window.crop(plane, f16::from_f32));
+            names.iter().zip(&images.colour).map(|(name, plane)| AnyChannel::new(*name, halves(plane))).collect()
         }
     };
     let mut chosen = layers.to_vec();
@@ -106,7 +107,7 @@ pub(super) struct LayerImage {
     floats: BTreeMap<&'static str, Vec<f32>>,
 }
 
-/// Channels of 32-bit floats besides depth, and their value where there is no geometry.
+/// Channels of floats besides depth, and their value where there is no geometry.
 const FLOATS: [(&str, f32); 10] = [
     ("normal.X", 0.0),
     ("normal.Y", 0.0),
@@ -172,11 +173,15 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
             }
             (name, samples) => {
                 let Some((name, outside)) = FLOATS.into_iter().find(|(known, _)| *known == name) else { continue };
-                let FlatSamples::F32(values) = samples else {
-                    return Err(malformed(format!("{name}: expected 32-bit floating-point numbers")));
+                let values = match samples {
+                    FlatSamples::F32(values) => Cow::Borrowed(values.as_slice()),
+                    FlatSamples::F16(values) => values.iter().map(|value| value.to_f32()).collect(),
+                    FlatSamples::U32(_) => {
+                        return Err(malformed(format!("{name}: expected floating-point numbers")));
+                    }
                 };
                 let mut whole = vec![outside; pixels];
-                places.zip(values).for_each(|((x, y), v)| inside(x, y).iter().for_each(|i| whole[*i] = *v));
+                places.zip(&*values).for_each(|((x, y), v)| inside(x, y).iter().for_each(|i| whole[*i] = *v));
                 image.floats.insert(name, whole);
             }
         }
@@ -243,10 +248,11 @@ impl DataWindow {
         Self { left, top, width: right - left, height: bottom - top, image_width }
     }
 
-    fn crop<T: Copy>(&self, pixels: &[T]) -> Vec<T> {
+    /// What the rectangle has of an image.
+    fn crop<T: Copy, S>(&self, pixels: &[T], sample: impl Fn(T) -> S) -> Vec<S> {
         let mut cropped = Vec::with_capacity(self.width * self.height);
         for row in pixels.chunks(self.image_width).skip(self.top).take(self.height) {
-            cropped.extend_from_slice(&row[self.left..self.left + self.width]);
+            cropped.extend(row[self.left..self.left + self.width].iter().map(|value| sample(*value)));
         }
         cropped
     }
@@ -330,6 +336,9 @@ mod tests {
             (vec!["A".to_owned()], Vec2(5, 4), Vec2(3, 1))
         );
         let coloured = layers(&[super::Layer::Colour, super::Layer::Depth]);
+        assert_eq!(coloured.channel_data.list[2].sample_data, FlatSamples::F16(vec![f16::from_f32(0.1); 63]));
+        let read = decode("x", &encode("x", &images, &[super::Layer::Colour]).unwrap()).unwrap();
+        assert!((read.floats(["R"]).unwrap()[0][5] - 0.1).abs() < 1e-4);
         assert_eq!(
             (names(&coloured), coloured.size),
             (["B", "G", "R", "depth.Z"].map(str::to_owned).to_vec(), Vec2(9, 7))

@@ -73,6 +73,9 @@ pub(super) struct Packing<'a> {
 /// Camera and frame of an image.
 type ImagePlace = (usize, usize);
 
+/// A shard on its way to a file.
+type ShardFile<'a> = ShardWriter<HashingWriter<BufWriter<&'a mut File>>>;
+
 impl Packing<'_> {
     /// Writes a shard of the files of its frames, unless it is there, and removes these files.
     pub(super) fn pack(&self, shard: usize) -> Result<(), SetError> {
@@ -108,7 +111,7 @@ impl Packing<'_> {
         &self,
         path: &str,
         shard: usize,
-        add: &dyn Fn(&mut ShardWriter<HashingWriter<BufWriter<&mut File>>>, ImagePlace) -> io::Result<()>,
+        add: &dyn Fn(&mut ShardFile<'_>, ImagePlace) -> io::Result<()>,
     ) -> Result<(), SetError> {
         if self.writer.has(path) {
             return Ok(());

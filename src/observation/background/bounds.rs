@@ -235,12 +235,12 @@ mod tests {
             let pixels: [ByteLane; 3] = std::array::from_fn(|c| std::array::from_fn(|i| at(i, c)));
             let explained = to_bits(&bounds.explained(0, 0, &pixels));
             let excluded = to_bits(&bounds.excluded(0, 0, &pixels));
-            for i in 0..32 {
-                let mut score = at_mean;
-                for c in 0..3 {
-                    let off = f32::from(pixels[c][i]) - means[c];
-                    score -= off * off * precisions[c];
-                }
+            let score_of = |i: usize| (0..3).fold(at_mean, |score, c| {
+                let off = f32::from(pixels[c][i]) - means[c];
+                score - off * off * precisions[c]
+            });
+            for i in 0..BLOCK {
+                let score = score_of(i);
                 let is = |bits: u32| bits >> i & 1 == 1;
                 prop_assert!(!is(explained) || score >= threshold, "{score} is below {threshold}");
                 prop_assert!(!is(excluded) || score < threshold - (components as f32).ln(), "{score}, {threshold}");
