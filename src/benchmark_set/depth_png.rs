@@ -4,6 +4,7 @@
 use super::SetError;
 use super::grey_png;
 use super::listing::LAYERS;
+use super::shown_rows::{ShownRow, shown_rows};
 use crate::body::DepthImage;
 use crate::input::foreign;
 
@@ -15,18 +16,14 @@ pub(super) fn path(camera: usize, frame: usize) -> String {
 /// The PNG of a depth image.
 pub(super) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError> {
     let mut pixels = vec![0; 2 * image.depth.len()];
-    // most of an image shows nothing
-    for (pixels, depths) in pixels.chunks_mut(2 * RUN).zip(image.depth.chunks(RUN)) {
-        if depths.iter().any(|depth| *depth < f32::INFINITY) {
-            let each = pixels.as_chunks_mut::<2>().0.iter_mut().zip(depths);
-            each.for_each(|(pixel, depth)| *pixel = millimetres(*depth).to_be_bytes());
-        }
+    let all = pixels.as_chunks_mut::<2>().0;
+    for ShownRow { y, first, end } in shown_rows(image) {
+        let shown = y * image.width as usize + first..y * image.width as usize + end;
+        let each = all[shown.clone()].iter_mut().zip(&image.depth[shown]);
+        each.for_each(|(pixel, depth)| *pixel = millimetres(*depth).to_be_bytes());
     }
     grey_png::encode(file, [image.width, image.height], png::BitDepth::Sixteen, &pixels)
 }
-
-/// Pixels that are looked at together.
-const RUN: usize = 16;
 
 /// What stands for a depth in metres, rounded, halves upwards.
 pub(super) fn millimetres(depth: f32) -> u16 {

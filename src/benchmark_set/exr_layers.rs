@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use super::SetError;
 use super::files::SetFiles;
 use super::listing::LAYERS;
+use super::shown_rows::{ShownRow, ends, shown_rows};
 use crate::input::foreign;
 use crate::observation::LayerImages;
 
@@ -209,12 +210,6 @@ pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetErr
     Ok(channels.map(|channel| channel.name.to_string()).collect())
 }
 
-/// Where the first value of a row is that is wanted, and where the last one ends.
-fn ends<T>(row: &[T], is_wanted: impl Fn(&T) -> bool) -> Option<(usize, usize)> {
-    let first = row.iter().position(&is_wanted)?;
-    Some((first, row.iter().rposition(is_wanted)? + 1))
-}
-
 /// The smallest rectangle around the figure; one pixel if it is empty, because EXR has no empty window.
 struct DataWindow {
     left: usize,
@@ -232,15 +227,14 @@ impl DataWindow {
             return Self { left: 0, top: 0, width: image_width, height: image_height, image_width };
         }
         let coverage = if layers.contains(&Layer::Coverage) { &images.coverage[..] } else { &[] };
+        let of_shares = coverage.chunks_exact(image_width.max(1)).enumerate().filter_map(|(y, shares)| {
+            let (first, end) = ends(shares, |share| *share > 0.0)?;
+            Some(ShownRow { y, first, end })
+        });
         let (mut left, mut right, mut top, mut bottom) = (image_width, 0, image_height, 0);
-        for y in 0..image_height {
-            let row = y * image_width..(y + 1) * image_width;
-            let of_parts = ends(&image.part[row.clone()], |part| *part > 0);
-            let of_shares = coverage.get(row).and_then(|shares| ends(shares, |share| *share > 0.0));
-            for (first, end) in [of_parts, of_shares].into_iter().flatten() {
-                (left, right) = (left.min(first), right.max(end));
-                (top, bottom) = (top.min(y), y + 1);
-            }
+        for ShownRow { y, first, end } in shown_rows(image).chain(of_shares) {
+            (left, right) = (left.min(first), right.max(end));
+            (top, bottom) = (top.min(y), bottom.max(y + 1));
         }
         if left >= right {
             return Self { left: 0, top: 0, width: 1, height: 1, image_width };

@@ -57,6 +57,7 @@ mod set_drawing;
 mod set_writer;
 mod shard_plan;
 mod shards;
+mod shown_rows;
 mod silhouette_png;
 mod spread_file;
 mod start_file;

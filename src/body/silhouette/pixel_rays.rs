@@ -46,13 +46,22 @@ impl IdealRectangle {
         (0..2).all(|i| self.low[i] <= other.high[i] && self.high[i] >= other.low[i])
     }
 
-    /// The smallest rectangle around rays; those without direction (NaN) add nothing.
-    fn around(rays: impl Iterator<Item = [f64; 2]>) -> Self {
-        let nowhere = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
-        rays.fold(nowhere, |view, ray| Self {
-            low: [view.low[0].min(ray[0]), view.low[1].min(ray[1])],
-            high: [view.high[0].max(ray[0]), view.high[1].max(ray[1])],
-        })
+    const NOWHERE: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+
+    /// The smallest rectangle around the rays of a strip; those without direction (NaN) add nothing.
+    fn around(strip: &RayStrip) -> Self {
+        let [low, high] = [Self::NOWHERE.low, Self::NOWHERE.high];
+        let least = |i: usize| strip[i].iter().fold(low[i], |least, v| if *v < least { *v } else { least });
+        let most = |i: usize| strip[i].iter().fold(high[i], |most, v| if *v > most { *v } else { most });
+        Self { low: [least(0), least(1)], high: [most(0), most(1)] }
+    }
+
+    /// The smallest rectangle around both.
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            low: [self.low[0].min(other.low[0]), self.low[1].min(other.low[1])],
+            high: [self.high[0].max(other.high[0]), self.high[1].max(other.high[1])],
+        }
     }
 }
 
@@ -115,25 +124,27 @@ impl PixelRays {
         let (width, height) = (camera.pinhole.width, camera.pinhole.height);
         let strips_a_row = width.div_ceil(TILE) as usize;
         let mut strips = vec![[[f64::NAN; STRIP_RAYS]; 2]; strips_a_row * height as usize];
+        let ideal = camera.distortion.is_none();
         for y in 0..height {
             for x in 0..width {
                 let (u, v) = camera.pinhole.normalised(&Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-                if let Some((u, v)) = camera.distortion.undistort(u, v) {
+                if let Some((u, v)) = if ideal { Some((u, v)) } else { camera.distortion.undistort(u, v) } {
                     let [us, vs] = &mut strips[y as usize * strips_a_row + (x / TILE) as usize];
                     (us[(x % TILE) as usize], vs[(x % TILE) as usize]) = (u, v);
                 }
             }
         }
-        let rays_of = |[us, vs]: &RayStrip| std::array::from_fn::<_, STRIP_RAYS, _>(|i| [us[i], vs[i]]);
-        let views = strips.iter().map(|strip| IdealRectangle::around(rays_of(strip).into_iter())).collect();
-        let mut whole = Self { width, height, strips_a_row, strips, views, tiles: Vec::new() };
+        let views: Vec<IdealRectangle> = strips.iter().map(IdealRectangle::around).collect();
+        let mut tiles = Vec::with_capacity(strips_a_row * height.div_ceil(TILE) as usize);
         for top in (0..height).step_by(TILE as usize) {
-            for left in (0..width).step_by(TILE as usize) {
-                let view = IdealRectangle::around(whole.pixels(left, top).map(|(_, _, ray)| ray));
-                whole.tiles.push(Tile { left, top, view });
+            for (column, left) in (0..width).step_by(TILE as usize).enumerate() {
+                let rows = top as usize..(top + TILE).min(height) as usize;
+                let of_strips = rows.map(|y| &views[y * strips_a_row + column]);
+                let view = of_strips.fold(IdealRectangle::NOWHERE, |whole, view| whole.and(view));
+                tiles.push(Tile { left, top, view });
             }
         }
-        whole
+        Self { width, height, strips_a_row, strips, views, tiles }
     }
 
     /// The ray of one pixel, NaN where the lens shows nothing.
