@@ -128,7 +128,8 @@ impl BlindSet {
     }
 
     /// Puts the blind side into a folder, for a program that shall not see the truth: hard links where the file system
-    /// allows them, copies elsewhere and of silhouettes in shards. The list of files stays out: hashes of the truth would confirm a guess.
+    /// allows them, copies elsewhere and of silhouettes in shards. The list of files stays out: hashes of the truth
+    /// would confirm a guess.
     ///
     /// # Errors
     /// [`SetError`] if a file is missing or cannot be written.

@@ -9,8 +9,9 @@
 //! | `A` | float | share of 4 x 4 samples of the pixel that see the body |
 //! | `R`, `G`, `B`; `Y` if grey | half | brightness of the scene before the sensor, 0 to 1 |
 //!
-//! All are 32 bits but brightness, of 16 bits and good for a sixteenth of a grey value. The data window is the bounding box of what shows the body, with colour the whole image; the
-//! display window is the image. Outside the data window there is no geometry.
+//! All are 32 bits but brightness, of 16 bits and good for a sixteenth of a grey value. The data window is the bounding
+//! box of what shows the body, with colour the whole image; the display window is the image. Outside the data window
+//! there is no geometry.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -1,8 +1,8 @@
 //! The files of a set, in memory or in a directory, each known by its SHA-256.
 //!
 //! `files.sha256` lists them as `sha256sum` does (`sha256sum -c files.sha256` proves a set without this program). It is
-//! written last: a directory without it is not a set. Every read is checked against it. In sets with shards, silhouettes
-//! and truth images are read from there, by the same paths.
+//! written last: a directory without it is not a set. Every read is checked against it. In sets with shards,
+//! silhouettes and truth images are read from there, by the same paths.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -168,7 +168,8 @@ impl SetFiles {
         hex_sha256(files.into_iter().map(listing_line).collect::<String>().as_bytes())
     }
 
-    /// Writes every file below `folder`, as a file of its own, then those that `more` gives to the writer, and the listing.
+    /// Writes every file below `folder`, as a file of its own, then those that `more` gives to the writer, and the
+    /// listing.
     pub(super) fn write(
         &self,
         folder: &Path,

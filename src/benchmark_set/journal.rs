@@ -31,8 +31,8 @@ pub(super) struct Journal {
 
 impl Journal {
     /// Goes on with the journal at `path` of the files in `folder`, or begins one: the files that are whole, by the
-    /// SHA-256 of what is there now. All others in `folder` are removed, for they may be half written. Files that lie in
-    /// whole shards of `plan` are whole, too.
+    /// SHA-256 of what is there now. All others in `folder` are removed, for they may be half written. Files that lie
+    /// in whole shards of `plan` are whole, too.
     pub(super) fn resume(
         path: &Path,
         folder: &Path,

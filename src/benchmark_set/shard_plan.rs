@@ -114,10 +114,10 @@ mod tests {
     fn images_are_found_by_the_keys_of_samples_and_silhouettes_by_their_paths() {
         let plan = ShardPlan { shards: 3, frames: 7 };
         let place = |path: &str| plan.place_of(path).map(|place| (place.tar, place.name));
-        let key = sample_key(11, 4);
+        let key = sample_key(11, 3);
         let truth = |name: String| Some(("truth/shards/000001.tar".to_owned(), name));
-        assert_eq!(place(&exr_layers::path(11, 4)), truth(format!("{key}.layers.exr")));
-        assert_eq!(place(&depth_png::path(11, 4)), truth(format!("{key}.depth.png")));
+        assert_eq!(place(&exr_layers::path(11, 3)), truth(format!("{key}.layers.exr")));
+        assert_eq!(place(&depth_png::path(11, 3)), truth(format!("{key}.depth.png")));
         let mask = silhouette_path(2, 6);
         assert_eq!(place(&mask), Some(("observations/shards/000002.tar".to_owned(), mask.clone())));
         for other in ["set.toml", "observations/shards/000000.tar", "truth/layers/README", "truth/truth.npz"] {

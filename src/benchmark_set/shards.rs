@@ -2,8 +2,8 @@
 //!
 //! A shard holds frames that follow each other, all cameras of each. Silhouettes lie in shards that trackers may read;
 //! for those who train, other shards hold whole samples: the silhouettes again, the truth, and truth images. The images
-//! of a shard are drawn as files of their own first, so that an interruption loses none of them. Then they are packed by
-//! one thread, so the bytes depend on nothing else, and removed.
+//! of a shard are drawn as files of their own first, so that an interruption loses none of them. Then they are packed
+//! by one thread, so the bytes depend on nothing else, and removed.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};

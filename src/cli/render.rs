@@ -41,9 +41,9 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", conflicts_with = "ladder")]
     truth: Option<PathBuf>,
 
-    /// Put silhouettes and truth images into N tar shards each, instead of a file each: SET/observations/shards/NNNNNN.tar
-    /// for trackers, and for WebDataset SET/truth/shards/NNNNNN.tar, a sample a frame and camera with its mask, camera,
-    /// joints, markers and truth images
+    /// Put silhouettes and truth images into N tar shards each, instead of a file each:
+    /// SET/observations/shards/NNNNNN.tar for trackers, and for WebDataset SET/truth/shards/NNNNNN.tar, a sample a
+    /// frame and camera with its mask, camera, joints, markers and truth images
     #[arg(long, value_name = "N")]
     shards: Option<usize>,
 

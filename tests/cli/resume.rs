@@ -147,7 +147,7 @@ fn a_set_with_shards_is_tracked_evaluated_and_verified_as_one_without_and_a_lost
         fs::read(run.join("poses.npz")).unwrap()
     };
     assert_eq!(poses("plain"), poses("packed"));
-    let scores = |set: &str| room.succeed(&format!("evaluate {set} plain-run/poses.npz --json")).stdout;
+    let scores = |set: &str| room.succeed(&format!("evaluate {set} {set}-run --json")).stdout;
     let metrics = |set: &str| serde_json::from_str::<serde_json::Value>(&scores(set)).unwrap()["metrics"].clone();
     assert!(metrics("plain").is_object() && metrics("plain") == metrics("packed"));
     room.succeed("inspect packed");

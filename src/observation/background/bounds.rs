@@ -1,10 +1,10 @@
 //! Pixels that a frozen mixture surely calls background or foreground, found with small whole numbers.
 //!
 //! A pixel is background where one component alone explains it: where `sum_c ((x_c - mu_c) / sigma_c)^2 <= T`, with `T`
-//! twice what its logarithmic density at the mean has above the threshold. Each mean is rounded to a grey value and each
-//! `1 / (sigma_c sqrt(T))` up to a small whole number, and what that loses is added to the distance: so sums below the
-//! limit say *surely background*. With distances and weights rounded the other way, sums above a higher limit for all
-//! components say *surely foreground*. Pixels in between, one in a thousand, are left to the densities themselves.
+//! twice what its logarithmic density at the mean has above the threshold. Each mean is rounded to a grey value and
+//! each `1 / (sigma_c sqrt(T))` up to a small whole number, and what that loses is added to the distance: so sums below
+//! the limit say *surely background*. With distances and weights rounded the other way, sums above a higher limit for
+//! all components say *surely foreground*. Pixels in between, one in a thousand, are left to the densities themselves.
 //! Twice a channel a byte, in place of two floats and one more, is what makes it fast: memory is what it waits for.
 
 /// Pixels of a block.
