@@ -106,6 +106,7 @@ pub(in crate::benchmark_set) fn facts(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
     use std::io::Cursor;
 
     fn shard(files: &[(&str, &[u8])]) -> Vec<u8> {
@@ -142,5 +143,19 @@ mod tests {
         other[3] ^= 1;
         assert_eq!(kind(&other), io::ErrorKind::InvalidData);
         assert_eq!(kind(&shard(&[("a", b"1"), ("a", b"2")])), io::ErrorKind::InvalidData);
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_a_shard_holds_its_files_lie_in_it(changes in prop::collection::vec((0_usize..4096, any::<u8>()), 0..9)) {
+            let mut bytes = shard(&[("a.json", b"one"), ("a.png", &[3; 900]), ("b", &[])]);
+            for (at, value) in changes {
+                let length = bytes.len();
+                bytes[at % length] = value;
+            }
+            if let Ok(places) = tar_places(&mut Cursor::new(&bytes)) {
+                prop_assert!(places.values().all(|(at, size)| at + size <= bytes.len() as u64));
+            }
+        }
     }
 }
