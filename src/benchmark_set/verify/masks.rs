@@ -4,7 +4,7 @@ use super::parts::ReadParts;
 use super::{Fault, Outcome, Thoroughness};
 use crate::benchmark_set::blind::silhouette_path;
 use crate::benchmark_set::files::SetFiles;
-use crate::benchmark_set::{SetError, silhouette_png};
+use crate::benchmark_set::silhouette_png;
 use crate::camera::{CameraRig, FilmingRig};
 use crate::observation::{
     CorruptedObserver, Observation, ObservationFacts, Observer, SegmentedObserver, SilhouetteSource,
