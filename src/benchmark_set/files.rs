@@ -108,25 +108,15 @@ impl SetFiles {
         self.digests.contains_key(path)
     }
 
-    /// Puts the files that are `wanted` into a folder: hard links, or copies where there can be none.
+    /// Puts copies of the files that are `wanted` into a folder. No links: whoever writes into the copy must not change
+    /// the set.
     pub(super) fn hand_out(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
         for path in self.paths().filter(|path| wanted(path)) {
             let target = folder.join(path);
             if let Some(parent) = target.parent() {
                 fs::create_dir_all(parent).map_err(SetError::io(parent, "create"))?;
             }
-            let linked = match &self.place {
-                FileStore::Directory(directory) => {
-                    let source = directory.join(path);
-                    // a link to a link would lead to the set
-                    source.symlink_metadata().is_ok_and(|found| found.is_file())
-                        && fs::hard_link(&source, &target).is_ok()
-                }
-                FileStore::Memory(_) => false,
-            };
-            if !linked {
-                fs::write(&target, &*self.read(path)?).map_err(SetError::io(&target, "write"))?;
-            }
+            fs::write(&target, &*self.read(path)?).map_err(SetError::io(&target, "write"))?;
         }
         Ok(())
     }

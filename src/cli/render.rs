@@ -60,6 +60,9 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    if let Some(truth) = &arguments.truth {
+        check_apart(&arguments.out, truth)?;
+    }
     match arguments.ladder.as_deref().and_then(CorruptionAxis::named) {
         None => {
             let (_, made) = one_set(arguments, &arguments.scenario.open()?, &arguments.out, volume)?;
@@ -70,6 +73,21 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         Some(axis) => ladder(arguments, axis, volume)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses a place of the truth that is the other set's, or within it, or around it.
+fn check_apart(out: &Path, truth: &Path) -> Result<(), ExperimentError> {
+    let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let (public, complete) = (whole(out), whole(truth));
+    if !public.starts_with(&complete) && !complete.starts_with(&public) {
+        return Ok(());
+    }
+    let detail = format!(
+        "expected a folder beside that of --out, found {} and --out {}; neither may hold the other",
+        truth.display(),
+        out.display()
+    );
+    Err(ExperimentError::Argument { argument: "--truth", detail })
 }
 
 /// One set a level. All scenarios are read before the first set is made.

@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     exec: Option<String>,
 
     /// Ask the program for five frames and say whether it follows the protocol (exit code 1 if not); writes nothing
-    #[arg(long, requires = "exec")]
+    #[arg(long, requires = "exec", conflicts_with = "tracker")]
     dry_run: bool,
 
     /// Seconds that the program may take for a frame

@@ -34,14 +34,23 @@ impl Metric {
         }
     }
 
-    /// Whether `value` is worse than `other`; never for a diagnosis.
+    /// Whether `value` is worse than `other` by more than round-off; never for a diagnosis.
     pub fn is_worse(&self, value: f64, other: f64) -> bool {
         match self.direction {
-            Direction::LowerIsBetter => value > other,
-            Direction::HigherIsBetter => value < other,
+            Direction::LowerIsBetter => change(other, value) > 0.0,
+            Direction::HigherIsBetter => change(other, value) < 0.0,
             Direction::Neither => false,
         }
     }
+}
+
+/// Share of a value by which sums in another order may differ.
+const ROUND_OFF: f64 = 1e-9;
+
+/// `to` less `from`; 0 where they differ by no more than round-off.
+pub(super) fn change(from: f64, to: f64) -> f64 {
+    let difference = to - from;
+    if difference.abs() <= ROUND_OFF * from.abs().max(to.abs()) { 0.0 } else { difference }
 }
 
 /// What a metric found in one sequence.

@@ -75,7 +75,8 @@ pub use camera_summary::PerCameraSummary;
 pub use comparison::{
     AgainstBase, ClipValues, ComparedMetric, Difference, DifferenceRule, Finding, JointDifference, LostTracks,
     MeasuredClip, MeasuredMetric, MeasuredRuns, MergeError, NotComparable, Rate, RateDifference, RunComparison,
-    SideFacts, compare_runs, difference, holm, independent_difference, lost_tracks, seeds_in_words, shown_once,
+    SideFacts, compare_runs, difference, do_pair, holm, independent_difference, lost_tracks, seeds_in_words,
+    shown_once,
 };
 pub use evaluate::{Evaluation, JointError, MetricValue, evaluate};
 pub use gate::{
@@ -84,6 +85,7 @@ pub use gate::{
 };
 pub use interval::{BOOTSTRAP_RUNS, FEWEST_RUNS, Interval, IntervalRule, ValueRange, mean_interval};
 pub use marker_list::{MarkerList, PackedMarkers};
+use metric::change;
 pub use metric::{Direction, Measurement, Metric, Unit};
 pub use pck::{CurvePoint, PCK_THRESHOLD_MM};
 pub use per_frame::write_per_frame;

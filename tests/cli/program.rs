@@ -181,6 +181,19 @@ fn a_program_is_handed_no_truth() {
     assert!(!seen.contains("/truth") && !seen.contains("sha256") && !seen.contains("/set/"), "{seen}");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_program_that_writes_into_what_it_is_handed_does_not_change_the_set() {
+    let room = room();
+    let script = std::fs::read_to_string(shipped("examples/external/frozen.sh")).unwrap();
+    let spoils = "folder=$(printf %s \"$hello\" | sed 's/.*\"folder\":\"\\([^\"]*\\)\".*/\\1/'); \
+                  find \"$folder\" -name '*.png' -exec sh -c 'echo broken > \"$1\"; echo 1 >> spoilt' _ {} \\;";
+    room.write("spoil.sh", script.replacen("read -r hello;", &format!("read -r hello; {spoils};"), 1));
+    assert_eq!(record(&room, "sh spoil.sh", &[])["answers"]["poses"], 5);
+    assert!(room.read("spoilt").len() >= 10, "it found images to spoil");
+    room.succeed("verify set");
+}
+
 #[test]
 fn a_set_without_its_truth_is_tracked_and_measured_where_the_truth_is() {
     let room = Sandbox::new();
@@ -191,6 +204,11 @@ fn a_set_without_its_truth_is_tracked_and_measured_where_the_truth_is() {
     let refused = room.skiagraph(["evaluate", "public", "run"]);
     assert!(refused.code == 2 && refused.stderr.contains("truth/"), "{}", refused.stderr);
     room.succeed("evaluate secret run");
+    for (out, truth) in [("nested", "nested"), ("nested", "nested/truth"), ("nested/public", "nested")] {
+        let nested = room.skiagraph(["render", "tiny.toml", "--out", out, "--truth", truth]);
+        assert!(nested.code == 2 && nested.stderr.contains("--truth: expected a folder beside"), "{}", nested.stderr);
+        assert!(!room.path("nested").exists());
+    }
     let again = room.skiagraph(["render", "tiny.toml", "--out", "other", "--truth", "secret"]);
     assert!(again.code == 2 && again.stderr.contains("secret"), "{}", again.stderr);
     assert!(!room.path("other").exists());

@@ -1,8 +1,8 @@
 //! The difference of two sides' means over clips, with its 95 % interval.
 //!
-//! The unit is the run (clip x seed), never the frame. Where both sides have the same seeds of every clip, runs are
-//! paired: the differences of the pairs are summarised like any values ([`mean_interval`]). Else the sides are
-//! independent: their values, those of the base with the opposite sign, are strata of one mean, whose interval is
+//! The unit is the run (clip x seed), never the frame. Where both sides share most seeds of every clip ([`do_pair`]),
+//! runs are paired and seeds of one side alone left out: the differences of the pairs are summarised like any values
+//! ([`mean_interval`]). Else the sides are independent: their values, those of the base with the opposite sign, are strata of one mean, whose interval is
 //! Welch's (`[Welch 1938]`) below ten runs a clip and side and the stratified BCa bootstrap from ten on.
 
 use std::fmt;
@@ -13,7 +13,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::evaluation::interval::{IntervalRule, ValueRange, are_equal, mean_interval};
 use crate::evaluation::statistics::variance;
 use crate::evaluation::student::{freedom_of_mean, mean_of_means};
-use crate::evaluation::{Interval, mean};
+use crate::evaluation::{Interval, change, mean};
 
 /// Values of one clip, with their seeds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -87,11 +87,25 @@ impl Difference {
     }
 }
 
-/// The difference over these clips, runs paired where both sides have the same seeds; `None` if a clip lacks a value on
+/// Fewest seeds in common that are paired where either side has others, too.
+const FEWEST_IN_COMMON: usize = 3;
+
+/// Whether runs of two sides with these seeds are paired: those of the same seeds, and those that have at least three in
+/// common and no more than as many others on either side.
+pub fn do_pair(base: &[u64], other: &[u64]) -> bool {
+    let common = base.iter().filter(|seed| other.contains(seed)).count();
+    let most = base.len().max(other.len());
+    common == most || (common >= FEWEST_IN_COMMON && 2 * common >= most)
+}
+
+/// The difference over these clips, runs paired where both sides share most seeds; `None` if a clip lacks a value on
 /// either side, or there is no clip.
 pub fn difference(clips: &[ClipValues]) -> Option<Difference> {
-    let pairs: Option<Vec<Vec<f64>>> = clips.iter().map(pairs).collect();
-    difference_of(clips, pairs)
+    let common: Option<Vec<ClipValues>> = clips.iter().map(ClipValues::in_common).collect();
+    match common {
+        Some(clips) => difference_of(&clips, Some(clips.iter().map(pairs).collect())),
+        None => difference_of(clips, None),
+    }
 }
 
 /// As [`difference`], of sides whose seeds have nothing in common even where they are the same numbers: of runs on
@@ -116,7 +130,7 @@ fn difference_of(clips: &[ClipValues], pairs: Option<Vec<Vec<f64>>>) -> Option<D
     let nothing = Difference {
         base: whole.0,
         other: whole.1,
-        difference: whole.1 - whole.0,
+        difference: change(whole.0, whole.1),
         ci95: None,
         p: None,
         standard_error: None,
@@ -133,16 +147,23 @@ fn difference_of(clips: &[ClipValues], pairs: Option<Vec<Vec<f64>>>) -> Option<D
     Some(strata.completed(nothing, pairs.is_some()))
 }
 
-/// Other minus base, seed by seed; `None` if the sides do not have the same seeds.
-fn pairs(clip: &ClipValues) -> Option<Vec<f64>> {
-    let sorted = |side: &[(u64, f64)]| {
-        let mut side = side.to_vec();
-        side.sort_by_key(|(seed, _)| *seed);
-        side
-    };
-    let (base, other) = (sorted(&clip.base), sorted(&clip.other));
-    let same = base.len() == other.len() && base.iter().zip(&other).all(|(a, b)| a.0 == b.0);
-    same.then(|| base.iter().zip(&other).map(|(a, b)| b.1 - a.1).collect())
+impl ClipValues {
+    /// The runs of seeds that both sides have, by seed; `None` where runs are not paired.
+    fn in_common(&self) -> Option<Self> {
+        let seeds = |side: &[(u64, f64)]| side.iter().map(|(seed, _)| *seed).collect::<Vec<u64>>();
+        let [base, other] = [&self.base, &self.other].map(|side| seeds(side));
+        let shared = |side: &[(u64, f64)], there: &[u64]| {
+            let mut shared: Vec<_> = side.iter().copied().filter(|(seed, _)| there.contains(seed)).collect();
+            shared.sort_by_key(|(seed, _)| *seed);
+            shared
+        };
+        do_pair(&base, &other).then(|| Self { base: shared(&self.base, &other), other: shared(&self.other, &base) })
+    }
+}
+
+/// Other minus base, seed by seed, of runs in the order of the same seeds.
+fn pairs(clip: &ClipValues) -> Vec<f64> {
+    clip.base.iter().zip(&clip.other).map(|((_, base), (_, other))| change(*base, *other)).collect()
 }
 
 /// Lists whose mean of means, times `scale`, is the difference.
@@ -228,6 +249,25 @@ mod tests {
         assert!((ends.high - ends.low - 2.0 * t * f64::sqrt(squared)).abs() < 1e-9, "{ends:?}");
         let above = found.p_above(0.0).unwrap();
         assert!((2.0 * above - found.p.unwrap()).abs() < 1e-12, "half of the two-sided one");
+    }
+
+    #[test]
+    fn seeds_in_common_are_paired_where_they_are_most_and_the_others_left_out() {
+        let more = difference(&[clip(&[1.0, 2.0, 4.0], &[1.5, 2.4, 4.6, 90.0, 80.0], 0)]).unwrap();
+        assert_eq!((more.rule, more.runs), (DifferenceRule::PairedT, [3, 3]));
+        assert!((more.difference - 0.5).abs() < 1e-12, "{more:?}");
+        let few = difference(&[clip(&[1.0, 2.0, 4.0], &[1.5, 2.4, 4.6, 9.0, 8.0, 7.0, 6.0], 0)]).unwrap();
+        assert_eq!((few.rule, few.runs), (DifferenceRule::Welch, [3, 7]));
+        let shifted = difference(&[clip(&[1.0, 2.0, 4.0, 3.0], &[4.6, 9.0, 8.0, 7.0], 2)]).unwrap();
+        assert_eq!(shifted.rule, DifferenceRule::Welch, "two in common");
+    }
+
+    #[test]
+    fn what_differs_by_round_off_alone_does_not_differ() {
+        let values = [116.4, 117.2, 115.9];
+        let moved = values.map(|value| value + 8e-14);
+        let same = difference(&[clip(&values, &moved, 0)]).unwrap();
+        assert_eq!((same.difference, same.rule), (0.0, DifferenceRule::Exact));
     }
 
     #[test]

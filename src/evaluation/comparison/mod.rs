@@ -23,7 +23,7 @@ pub use compare::{
     AgainstBase, ComparedMetric, Finding, JointDifference, LostTracks, NotComparable, RunComparison, SideFacts,
     compare_runs, lost_tracks, shown_once,
 };
-pub use difference::{ClipValues, Difference, DifferenceRule, difference, independent_difference};
+pub use difference::{ClipValues, Difference, DifferenceRule, difference, do_pair, independent_difference};
 pub use holm::holm;
 #[cfg(test)]
 pub(in crate::evaluation) use measured_runs::fixture;

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::more_seeds::seeds_to_decide;
 use super::{Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, MetricMargin};
 use crate::evaluation::comparison::{
-    ClipValues, Difference, DifferenceRule, MeasuredClip, MeasuredRuns, difference, holm, lost_tracks, seeds_in_words,
-    set_difference,
+    ClipValues, Difference, DifferenceRule, MeasuredClip, MeasuredRuns, difference, do_pair, holm, lost_tracks,
+    seeds_in_words, set_difference,
 };
 use crate::evaluation::{Direction, Interval, Unit, find_metric};
 
@@ -76,8 +76,9 @@ impl Sides<'_> {
                 return Err(GateRefusal::SeedPolicy { clip: clip.clone(), baseline, run });
             }
             if known != new {
+                let how = if do_pair(&base.seeds, &run.seeds) { "those in common are paired" } else { "not paired" };
                 notes.push(format!(
-                    "`{clip}`: seeds {} against the baseline's {}: not paired",
+                    "`{clip}`: seeds {} against the baseline's {}: {how}",
                     seeds_in_words(&run.seeds),
                     seeds_in_words(&base.seeds)
                 ));
@@ -241,7 +242,7 @@ impl Sides<'_> {
         }
     }
 
-    /// A guard, which fails and is never inconclusive: errors leave out what has no estimate.
+    /// A guard: errors leave out what has no estimate. Inconclusive only where the mean fell by more than the margin.
     fn coverage(&self) -> Result<Option<Check>, GateRefusal> {
         let any = self.clips().any(|(_, base, _)| !base.values("coverage").is_empty());
         let budgeted = self.rules.budgets.iter().any(|budget| budget.metric == "coverage");
@@ -252,7 +253,8 @@ impl Sides<'_> {
         let mut check = self.budget(&MetricMargin { metric: "coverage".to_owned(), margin, clip: None })?;
         check.kind = CheckKind::Coverage;
         check.more_seeds = None;
-        if check.verdict == GateVerdict::Inconclusive {
+        let fell = check.worse_by.zip(check.margin).is_some_and(|(worse_by, margin)| worse_by > margin);
+        if check.verdict == GateVerdict::Inconclusive && !fell {
             check.verdict = GateVerdict::Pass;
         }
         Ok(Some(check))

@@ -245,7 +245,7 @@ pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
     let ready: Ready = serde_json::from_value(Value::Object(object)).map_err(|e| excerpt(&format!("ready: {e}")))?;
     match &ready.protocol {
         Some(other) if other != protocol => {
-            Err(format!("it speaks the protocol {:?}, expected {protocol:?}", excerpt(other)))
+            Err(format!("speaks the protocol {:?}, expected {protocol:?}", excerpt(other)))
         }
         None if protocol == PROTOCOL_OF_FILMING => Err(format!(
             "expected \"protocol\": {protocol:?} in ready: the set's cameras move or take images at times of their own, \
@@ -278,7 +278,12 @@ pub(super) fn read_answer(line: &str, body: &Humanoid) -> Result<Reply, String> 
 
 fn message(line: &str) -> Result<(String, Map<String, Value>), String> {
     let value: Value = serde_json::from_str(line).map_err(|_| {
-        format!("expected one JSON object a line, found {:?}; print messages to standard error", excerpt(line))
+        let no_number = line.starts_with('{') && ["NaN", "Infinity"].iter().any(|word| line.contains(word));
+        let hint = match no_number {
+            true => "NaN and Infinity are no JSON; use null for a point that is not estimated",
+            false => "print messages to standard error",
+        };
+        format!("expected one JSON object a line, found {:?}; {hint}", excerpt(line))
     })?;
     let Value::Object(object) = value else { return Err(format!("expected a JSON object, found {:?}", excerpt(line))) };
     match object.get("type").and_then(Value::as_str) {
