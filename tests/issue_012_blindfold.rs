@@ -156,7 +156,7 @@ fn takes_of_one_subject_and_halves_of_one_take_are_told_apart_and_formats_of_one
     files.retain(|path| path.extension().is_some_and(|e| e == "amc"));
     files.sort();
     let clips: Vec<Clip> = files.iter().map(|path| read(path, &ReadOptions::default()).unwrap()).collect();
-    let of = |clip: &Clip| MotionFingerprint::from_clip(clip).unwrap();
+    let of = |clip: &Clip| MotionFingerprint::from_clip(clip, &Default::default()).unwrap();
     let takes: Vec<MotionFingerprint> = clips.iter().map(of).collect();
     for (i, a) in takes.iter().enumerate() {
         for (j, b) in takes.iter().enumerate().skip(i) {

@@ -137,12 +137,14 @@ pub(super) fn read_part(
     if settings.first_frame.is_none() {
         clip = clip.without_inserted_rest_pose();
     }
+    let fingerprint = MotionFingerprint::from_clip(&clip, &settings.joint_map)
+        .map_err(|e| scenario_error_at("joint_map", e.to_string()))?;
     let source = SourceRecording {
         clip: settings.clip.clone(),
         sha256: Some(sha256),
         first_frame: last + 1 - clip.frames.len(),
         last_frame: last,
-        fingerprint: Some(MotionFingerprint::from_clip(&clip)?),
+        fingerprint: Some(fingerprint),
     };
     let was_cyclic = clip.cyclic;
     if settings.mirror {

@@ -6,6 +6,8 @@
 //! the space of these distances, they are compared path to path, so the frame rate has little effect. Two cycles of the
 //! same walk differ by several hundredths, copies by less than a thousandth.
 
+use std::collections::BTreeMap;
+
 use super::RetargetError;
 use super::anatomy::Anatomy;
 use crate::body::{Landmark, Markers};
@@ -69,12 +71,14 @@ pub struct SharedFrames {
 }
 
 impl MotionFingerprint {
-    /// Of all frames of a clip; best taken at the rate of its file.
+    /// Of all frames of a clip; best taken at the rate of its file. Landmarks are found by the joints' own names; only
+    /// where these are not recognised by `joint_map` ([`super::RetargetOptions::landmarks`]), so that another map of a
+    /// known skeleton does not make another recording of it.
     ///
     /// # Errors
-    /// [`RetargetError`] if the landmarks cannot be found by the joints' names.
-    pub fn from_clip(clip: &Clip) -> Result<Self, RetargetError> {
-        let anatomy = Anatomy::from_clip(clip, &Default::default())?;
+    /// [`RetargetError`] if the landmarks cannot be found by the joints' names nor by the map.
+    pub fn from_clip(clip: &Clip, joint_map: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
+        let anatomy = Anatomy::from_clip(clip, &Default::default()).or_else(|_| Anatomy::from_clip(clip, joint_map))?;
         let row = |frame: usize| distances(&anatomy.observe(clip, frame).markers);
         Ok(Self { rows: (0..clip.frames.len()).map(row).collect() })
     }
@@ -178,11 +182,15 @@ mod tests {
     }
 
     fn deepmimic(text: &str) -> MotionFingerprint {
-        MotionFingerprint::from_clip(&parse_deepmimic(text, "a.txt", &ReadOptions::default()).unwrap()).unwrap()
+        MotionFingerprint::from_clip(
+            &parse_deepmimic(text, "a.txt", &ReadOptions::default()).unwrap(),
+            &Default::default(),
+        )
+        .unwrap()
     }
 
     fn fingerprint(clip: &Clip) -> MotionFingerprint {
-        MotionFingerprint::from_clip(clip).unwrap()
+        MotionFingerprint::from_clip(clip, &Default::default()).unwrap()
     }
 
     #[test]

@@ -1,0 +1,70 @@
+//! Issue 16: `[motion] joint_map` was read, but the guard against learning from the test looked at the recording without
+//! it, so that no recording with joints of unknown names could be used.
+
+use std::fs;
+use std::path::Path;
+
+use skiagraph::experiment::Staged;
+use skiagraph::scenario::ScenarioFile;
+
+/// Landmarks and the joints of `scenarios/motions/01_01.bvh`, counted from its root.
+const MAP: [(&str, &str); 15] = [
+    ("pelvis", "j02+j07"),
+    ("thorax", "j14"),
+    ("head_top", "j16:tip"),
+    ("left_shoulder", "j18"),
+    ("left_elbow", "j19"),
+    ("left_wrist", "j20"),
+    ("right_shoulder", "j25"),
+    ("right_elbow", "j26"),
+    ("right_wrist", "j27"),
+    ("left_hip", "j02"),
+    ("left_knee", "j03"),
+    ("left_ankle", "j04"),
+    ("right_hip", "j07"),
+    ("right_knee", "j08"),
+    ("right_ankle", "j09"),
+];
+
+/// The recording with joints whose names say nothing.
+fn renamed() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions/01_01.bvh");
+    let text = fs::read_to_string(path).unwrap();
+    let mut joints = 0;
+    let line = |line: &str| {
+        let is_joint = ["ROOT ", "JOINT "].iter().any(|word| line.trim_start().starts_with(word));
+        match line.rsplit_once(' ').filter(|_| is_joint) {
+            Some((before, _)) => {
+                joints += 1;
+                format!("{before} j{:02}\n", joints - 1)
+            }
+            None => format!("{line}\n"),
+        }
+    };
+    text.lines().map(line).collect()
+}
+
+fn staged(folder: &Path, map: &str) -> Result<Staged, String> {
+    let overrides = [
+        "motion.clip=odd.bvh".to_owned(),
+        "motion.first_frame=400".to_owned(),
+        "motion.last_frame=520".to_owned(),
+        "motion.loop_to_s=1".to_owned(),
+        format!("motion.joint_map={{{map}}}"),
+    ];
+    let path = folder.join("walk.toml");
+    fs::write(&path, skiagraph::scenario::DEFAULT_SCENARIO).unwrap();
+    let file = ScenarioFile::open(&path, &overrides).map_err(|e| e.to_string())?;
+    Staged::new(&file, None).map_err(|e| e.to_string())
+}
+
+#[test]
+fn a_recording_whose_joints_have_unknown_names_is_used_by_its_map() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("odd.bvh"), renamed()).unwrap();
+    let map: Vec<String> = MAP.iter().map(|(landmark, joint)| format!("{landmark} = \"{joint}\"")).collect();
+    let found = staged(folder.path(), &map.join(", ")).unwrap();
+    assert_eq!(found.frames(), 61);
+    let message = staged(folder.path(), "").err().unwrap();
+    assert!(message.contains("joint_map") && message.contains("left_hip"), "{message}");
+}
