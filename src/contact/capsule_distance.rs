@@ -219,7 +219,8 @@ mod tests {
     }
 
     /// Parry's distance of the axes minus the radii: its GJK on round solids is only accurate to a few tenths of a
-    /// millimetre.
+    /// millimetre. That of axes is computed in single precision, and of axes that are all but parallel it is too far by up
+    /// to half a millimetre, for it takes another pair of points.
     fn parry(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
         use parry3d::math::{Pose, Vector};
         let axis = |c: &TaperedCapsule| {
@@ -253,7 +254,9 @@ mod tests {
         fn capsules_are_as_far_apart_as_parry_says(a in solid(), b in solid()) {
             let (a, b) = (plain(a), plain(b));
             let ours = tapered_capsule_distance(&a, &b);
-            prop_assert!((ours - parry(&a, &b)).abs() < 1e-4, "{ours} {}", parry(&a, &b));
+            let all_but_parallel = (a.b - a.a).normalize().cross(&(b.b - b.a).normalize()).norm() < 0.05;
+            let above = if all_but_parallel { 1e-3 } else { 1e-4 };
+            prop_assert!((-above..1e-4).contains(&(ours - parry(&a, &b))), "{ours} {}", parry(&a, &b));
             prop_assert!((ours - tapered_capsule_distance(&b, &a)).abs() < 1e-12);
         }
 

@@ -13,6 +13,13 @@ use crate::body::{
 /// A body whose markers stay farther than this from the mesh's landmarks is another one, metres, root mean square.
 const WORST_FIT: f64 = 0.06;
 
+/// Heights of meshes that may be human, metres.
+const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.3..=3.0;
+
+/// How far the lowest vertex of a mesh without landmarks may lie from the soles of the body that it was modelled on,
+/// metres.
+const FARTHEST_SOLES_M: f64 = 0.15;
+
 /// Feet whose ankle is this far from their link's origin have no ankle joint, metres.
 const AT_ORIGIN: f64 = 0.03;
 
@@ -24,8 +31,10 @@ const AT_ORIGIN: f64 = 0.03;
 /// pose.
 pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinError> {
     let bare = Humanoid { skin: None, ..template.clone() };
+    let lowest = check_height(mesh)?;
     if mesh.landmarks.is_empty() {
         let bind = bare.link_frames(&bare.zero_pose());
+        check_soles(mesh, lowest, &bare, &bind)?;
         let skin = Skin::bound(mesh, &bare, &bind)?;
         return Ok(Humanoid { skin: Some(Arc::new(skin)), ..bare });
     }
@@ -52,6 +61,36 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
     let skin = Skin::bound(mesh, &sized, &bind)?;
     let fitted = Humanoid { skin: Some(Arc::new(skin)), ..sized };
     Ok(Humanoid { skin: fitted.reshaped(&inverse(&shape)).skin, ..bare })
+}
+
+/// Refuses meshes that are no human's size; how low the mesh reaches.
+fn check_height(mesh: &SkinMesh) -> Result<f64, SkinError> {
+    let ends = mesh.vertices.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v.z), h.max(v.z)]);
+    let height = ends[1] - ends[0];
+    if HEIGHTS_M.contains(&height) {
+        return Ok(ends[0]);
+    }
+    let detail = format!(
+        "is {height:.3} m high, expected {} to {} m: check `metres_per_unit` and `up`",
+        HEIGHTS_M.start(),
+        HEIGHTS_M.end()
+    );
+    Err(SkinError::Landmarks { skin: mesh.name.clone(), detail })
+}
+
+/// Refuses meshes without landmarks that do not stand where the body does.
+fn check_soles(mesh: &SkinMesh, lowest: f64, body: &Humanoid, bind: &LinkFrames) -> Result<(), SkinError> {
+    let links: Vec<usize> = (0..body.links.len()).collect();
+    let Some(soles) = body.lowest_point(bind, &links) else { return Ok(()) };
+    if (lowest - soles.z).abs() <= FARTHEST_SOLES_M {
+        return Ok(());
+    }
+    let detail = format!(
+        "has its lowest vertex at {lowest:.3} m and no landmarks; `{}`, on which such a mesh is modelled at the zero \
+         pose, has its soles at {:.3} m: move the mesh, or give its landmarks",
+        body.name, soles.z
+    );
+    Err(SkinError::Landmarks { skin: mesh.name.clone(), detail })
 }
 
 /// Balls of the left and of the right foot.
@@ -128,6 +167,22 @@ mod tests {
             let head = bare.markers(&bare.link_frames(&bare.zero_pose()))[Landmark::HeadTop as usize].unwrap();
             assert!((high - head.z).abs() < 0.02, "{robot}");
         }
+    }
+
+    #[test]
+    fn meshes_of_another_size_and_those_that_stand_elsewhere_are_refused() {
+        let body = shipped("actor").unwrap();
+        let refused = |mesh: &SkinMesh| with_skin(&body, mesh).unwrap_err().to_string();
+        for factor in [0.001, 20.0] {
+            let mut mesh = shipped_skin("person_coarse").unwrap();
+            mesh.vertices.iter_mut().chain(mesh.landmarks.values_mut()).for_each(|place| place.coords *= factor);
+            let message = refused(&mesh);
+            assert!(message.contains("m high, expected 0.3 to 3 m"), "{message}");
+        }
+        let mut mesh = shipped_skin("person_coarse").unwrap();
+        mesh.landmarks.clear();
+        mesh.vertices.iter_mut().for_each(|vertex| vertex.z += 5.0);
+        assert!(refused(&mesh).contains("has its lowest vertex at"), "{}", refused(&mesh));
     }
 
     #[test]
