@@ -23,8 +23,8 @@ use crate::observation::{Observation, ObservationFacts};
 use crate::parallel;
 use crate::scene::GroundTruth;
 
-/// The entries of every set's directory; those with shards have `packed.sha256` too, those whose cameras move or keep times
-/// of their own `cameras.npz`.
+/// The entries of every set's directory; those with shards have `packed.sha256` too, those whose cameras move or keep
+/// times of their own `cameras.npz`.
 pub const SET_ENTRIES: [&str; 8] =
     [manifest::PATH, README, truth_file::READER_PATH, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 

@@ -137,8 +137,8 @@ impl Unseen {
         let distance =
             |a: &[f64], b: &[f64]| a.iter().zip(b).take(compared).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
         let motions = frames.iter().map(|frame| frame.motion + 1).max().unwrap_or(0);
-        let mut by_motion = vec![Products::new(graph.chart.dimensions()); motions];
-        let mut all = Products::new(graph.chart.dimensions());
+        let mut by_motion = vec![MeanProducts::new(graph.chart.dimensions()); motions];
+        let mut all = MeanProducts::new(graph.chart.dimensions());
         for SeenFrame { motion, frame, observation } in &frames {
             let others = frames.iter().filter(|other| other.motion != *motion || other.frame.abs_diff(*frame) > apart);
             let far = |other: &SeenFrame| distance(observation, &other.observation);
@@ -150,7 +150,7 @@ impl Unseen {
                 by_motion[*motion].add(&difference);
             }
         }
-        Self { all: all.mean(), by_motion: by_motion.into_iter().map(Products::mean).collect() }
+        Self { all: all.mean(), by_motion: by_motion.into_iter().map(MeanProducts::mean).collect() }
     }
 
     /// Of the numbers of a pose, its height last, in all training.
@@ -191,12 +191,12 @@ fn seen_frames(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>) ->
 
 /// A mean of outer products.
 #[derive(Clone)]
-struct Products {
+struct MeanProducts {
     sum: DMatrix<f64>,
     count: f64,
 }
 
-impl Products {
+impl MeanProducts {
     fn new(dimensions: usize) -> Self {
         Self { sum: DMatrix::zeros(dimensions, dimensions), count: 0.0 }
     }
