@@ -279,7 +279,10 @@ fn tracker_body(
         false => {
             let body = template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid)));
             match file.scenario.actor.shape {
-                Some(_) => of_its_mass(&body, &actor.humanoid).map_err(unmet)?,
+                Some(_) => of_its_mass(&body, &actor.humanoid).map_err(|detail| {
+                    let detail = format!("the tracker's body cannot have the actor's mass: {detail}");
+                    scenario_error(file, "actor.shape", detail)
+                })?,
                 None => body,
             }
         }

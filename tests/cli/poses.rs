@@ -75,6 +75,16 @@ fn a_known_error_is_found_in_every_format_unit_and_axis() {
 }
 
 #[test]
+fn the_bvh_that_is_exported_comes_back_as_the_truth() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml actor.robot=tracker25 tracker_body.mismatch=none --out set");
+    room.succeed("export set --to bvh --out bvh");
+    let found = error(&room, "--poses bvh/bvh/actor.bvh");
+    assert!(found < 0.01, "six decimals of centimetres and degrees: {found} mm");
+}
+
+#[test]
 fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     let (room, truth) = room();
     let refused = |arguments: &str, parts: &[&str]| {
@@ -88,6 +98,10 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     refused("--poses mm.csv", &["1000 times as large", "--units mm"]);
     room.write("cm.csv", csv(&truth, &names(), |place| place.map(|v| 100.0 * v)));
     refused("--poses cm.csv", &["100 times as large", "--units cm"]);
+    room.write("m.csv", csv(&truth, &names(), |place| place));
+    for unit in ["mm", "cm", "in"] {
+        refused(&format!("--poses m.csv --units {unit}"), &["declared as another unit", "--units m"]);
+    }
     room.write("short.csv", csv(&truth[..3], &names(), |place| place));
     refused("--poses short.csv", &["it has 3 frames, the set 5"]);
     let unknown: Vec<String> = (0..15).map(|i| format!("point{i}")).collect();

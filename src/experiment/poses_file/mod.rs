@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 
+use self::names::NameKind;
 use super::ExperimentError;
 use super::error::read_file;
 use super::tracking::Tracked;
@@ -71,15 +72,23 @@ pub(super) fn read_poses(
             return Err(malformed(detail));
         }
     };
-    let estimates = points.into_estimates(path, set, declared)?;
+    let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
+    let estimates = points.into_estimates(path, set, declared, first)?;
     Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
 }
 
-/// Joint positions of a BVH file; the reader turns them to metres, Z up.
+/// Joint positions of a BVH file, turned to metres, Z up. Y is up unless the user declares otherwise, and then Z is the
+/// set's x and X its y, as `export --to bvh` writes them: a BVH body faces +Z with its left at +X.
 fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, ExperimentError> {
-    let options = ReadOptions { metres_per_unit: declared.metres_per_unit, up: declared.up, ..ReadOptions::default() };
+    let up = declared.up.unwrap_or(UpAxis::Y);
+    let options = ReadOptions { metres_per_unit: declared.metres_per_unit, up: Some(up), ..ReadOptions::default() };
     let clip = read(path, &options)?;
-    let frame = |frame: usize| clip.joint_positions(frame).iter().map(|place| Some(place.coords.into())).collect();
+    // recordings are read as x, -z, y
+    let place = |place: &Point3<f64>| match up {
+        UpAxis::Y => [-place.y, place.x, place.z],
+        UpAxis::Z => place.coords.into(),
+    };
+    let frame = |frame: usize| clip.joint_positions(frame).iter().map(|at| Some(place(at))).collect();
     Ok(PointFile {
         names: clip.skeleton.joints.iter().map(|joint| joint.name.clone()).collect(),
         frames_per_second: Some(clip.frames_per_second),
@@ -109,11 +118,12 @@ impl PointFile {
         path: &Path,
         set: &BenchmarkSet,
         declared: &PosesDeclared,
+        first: NameKind,
     ) -> Result<Estimates, ExperimentError> {
         let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
         let body = &set.blind.start.body;
         let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
-        let columns = names::columns(&self.names, map.as_ref(), body).map_err(malformed)?;
+        let columns = names::columns(&self.names, map.as_ref(), body, first).map_err(malformed)?;
         // the reader of BVH has applied what is declared
         let is_done = self.metres_per_unit == Some(1.0) && self.up == Some(UpAxis::Z);
         let metres = if is_done { 1.0 } else { declared.metres_per_unit.or(self.metres_per_unit).unwrap_or(1.0) };

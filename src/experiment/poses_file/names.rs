@@ -7,6 +7,14 @@ use crate::body::{Humanoid, LANDMARKS};
 use crate::experiment::ExperimentError;
 use crate::input::{self, excerpt, foreign, limits};
 
+/// What a name is where it is both a marker's and a joint's or link's, as that of a thorax.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NameKind {
+    Marker,
+    /// Of files whose columns are bones.
+    Joint,
+}
+
 /// Columns with the names that they have here.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct NamedColumns {
@@ -32,6 +40,7 @@ pub(super) fn columns(
     names: &[String],
     map: Option<&BTreeMap<String, String>>,
     body: &Humanoid,
+    first: NameKind,
 ) -> Result<NamedColumns, String> {
     let markers = LANDMARKS.map(|landmark| landmark.name());
     let joints: Vec<&str> = body.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -59,6 +68,7 @@ pub(super) fn columns(
         let is = |known: &&&str| plain(known) == plain(ours);
         let of_link = || links.iter().find(|(link, _)| plain(link) == plain(ours)).map(|(_, joint)| joint);
         let (kind, known) = match (markers.iter().find(is), joints.iter().find(is).or_else(of_link)) {
+            (Some(_), Some(joint)) if first == NameKind::Joint => (&mut found.joints, *joint),
             (Some(marker), _) => (&mut found.markers, *marker),
             (None, Some(joint)) => (&mut found.joints, *joint),
             (None, None) if map.is_some() => {
@@ -109,13 +119,13 @@ mod tests {
 
     #[test]
     fn names_are_known_whatever_their_case_and_others_are_left_out_and_told() {
-        let found = columns(&names(&["Pelvis", "Left Knee", "Nose"]), None, &person()).unwrap();
+        let found = columns(&names(&["Pelvis", "Left Knee", "Nose"]), None, &person(), NameKind::Marker).unwrap();
         let known: Vec<&str> = found.markers.iter().map(|(_, name)| name.as_str()).collect();
         assert_eq!(known, ["pelvis", "left_knee"]);
         assert_eq!(found.note.as_deref(), Some("has names that were left out: Nose"));
-        let none = columns(&names(&["a", "b"]), None, &person()).unwrap_err();
+        let none = columns(&names(&["a", "b"]), None, &person(), NameKind::Marker).unwrap_err();
         assert!(none.contains("a, b") && none.contains("--joint-map"), "{none}");
-        let twice = columns(&names(&["pelvis", "PELVIS"]), None, &person()).unwrap_err();
+        let twice = columns(&names(&["pelvis", "PELVIS"]), None, &person(), NameKind::Marker).unwrap_err();
         assert!(twice.contains("two columns"), "{twice}");
     }
 
@@ -124,16 +134,16 @@ mod tests {
         let body = shipped("tracker25").unwrap();
         let (joint, link) = (&body.joints[4].name, &body.links[5].name);
         assert_ne!(joint, link);
-        let found = columns(&names(&[link.as_str()]), None, &body).unwrap();
+        let found = columns(&names(&[link.as_str()]), None, &body, NameKind::Marker).unwrap();
         assert_eq!(found.joints, [(0, joint.clone())]);
-        let twice = columns(&names(&[link.as_str(), joint.as_str()]), None, &body).unwrap_err();
+        let twice = columns(&names(&[link.as_str(), joint.as_str()]), None, &body, NameKind::Marker).unwrap_err();
         assert!(twice.contains("two columns"), "{twice}");
     }
 
     #[test]
     fn a_map_must_name_columns_and_markers() {
         let map = |theirs: &str, ours: &str| BTreeMap::from([(theirs.to_owned(), ours.to_owned())]);
-        let columns = |map| columns(&names(&["LKnee", "x"]), Some(&map), &person());
+        let columns = |map| columns(&names(&["LKnee", "x"]), Some(&map), &person(), NameKind::Marker);
         assert_eq!(columns(map("LKnee", "left_knee")).unwrap().markers, [(0, "left_knee".to_owned())]);
         assert!(columns(map("RKnee", "left_knee")).unwrap_err().contains("\"RKnee\""));
         assert!(columns(map("LKnee", "nose")).unwrap_err().contains("\"nose\""));

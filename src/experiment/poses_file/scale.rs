@@ -15,8 +15,8 @@ const UNITS: [(&str, f64); 3] = [
     ("inches (--units in; of .npz, multiply by 0.0254)", 39.37),
 ];
 
-/// Refuses an estimate whose body is many times as large as the start pose. A small one may be a tracker that
-/// collapses, and is measured.
+/// Refuses an estimate whose body is many times as large as the start pose, or smaller by just the factor of a unit. Any
+/// other small one may be a tracker that collapses, and is measured.
 ///
 /// # Errors
 /// The sizes, and the units that they suggest.
@@ -26,8 +26,18 @@ pub(in crate::experiment) fn check_scale(set: &BlindSet, estimates: &Estimates) 
     let frames = estimates.sequences.iter().flat_map(|sequence| &sequence.markers);
     let mut ratios: Vec<f64> = frames.filter_map(|frame| ratio(frame, &start)).collect();
     ratios.sort_by(f64::total_cmp);
-    let Some(typical) = quantile(&ratios, 0.5).filter(|typical| *typical > TOO_LARGE) else { return Ok(()) };
-    let unit = UNITS.iter().find(|(_, factor)| (typical / factor).max(factor / typical) < FITS);
+    let Some(typical) = quantile(&ratios, 0.5) else { return Ok(()) };
+    let fits = |factor: f64| (typical / factor).max(factor / typical) < FITS;
+    if UNITS.iter().any(|(_, factor)| fits(1.0 / factor)) {
+        return Err(format!(
+            "the estimated body has {typical:.4} of the size of the start pose: its numbers seem to be metres, declared as \
+             another unit; say --units m"
+        ));
+    }
+    if typical <= TOO_LARGE {
+        return Ok(());
+    }
+    let unit = UNITS.iter().find(|(_, factor)| fits(*factor));
     let guess = unit.map_or_else(|| "in other units".to_owned(), |(unit, _)| format!("in {unit}"));
     Err(format!(
         "the estimated body is {typical:.0} times as large as the start pose: it seems to be {guess}, expected metres"
