@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{Humanoid, Landmark, Markers};
+use super::{Humanoid, Landmark, Markers, Pose};
 
 /// Cosine of the greatest angle between the body's axes and those of its root that counts as a leaning trunk and not as
 /// different axes: 35 degrees.
@@ -17,6 +17,13 @@ impl Humanoid {
     pub fn root_from_body(&self) -> UnitQuaternion<f64> {
         let markers = self.markers(&self.link_frames(&self.zero_pose()));
         axes(&markers).map_or_else(UnitQuaternion::identity, |[x, y]| from_axes(x, y))
+    }
+
+    /// The zero pose with its root turned so that the body stands and faces along X, whatever its links' axes are.
+    pub fn standing_pose(&self) -> Pose {
+        let mut pose = self.zero_pose();
+        pose.world_from_root.rotation = self.root_from_body().inverse();
+        pose
     }
 
     /// Rotation of every link at the zero pose in the body's axes (X forward, Y left, Z up).

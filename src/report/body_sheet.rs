@@ -9,7 +9,7 @@ use super::cell::{colour, new_picture, png};
 use super::html::render_page;
 use super::lettering::draw_text;
 use super::{FactGroup, ReportError};
-use crate::body::{Humanoid, Motion, Pose, SilhouettePainter};
+use crate::body::{Humanoid, LinkFrames, Motion, Pose, SilhouettePainter};
 use crate::camera::{Camera, FieldOfView};
 
 /// Views of the turntable, and most poses.
@@ -29,8 +29,10 @@ const USED: [u8; 3] = [0xe0, 0x8a, 0x3c];
 const LINKS: [[f64; 3]; 5] =
     [[0.80, 0.84, 0.88], [0.56, 0.74, 0.62], [0.62, 0.68, 0.84], [0.86, 0.72, 0.56], [0.76, 0.62, 0.76]];
 
-/// The camera looks from this many statures away.
-const DISTANCE: f64 = 4.5;
+/// The camera looks from this many times half the height of a view away.
+const DISTANCE: f64 = 7.0;
+/// What a view shows beyond the links' origins and markers, as a factor: flesh.
+const FLESH: f64 = 1.15;
 
 const TEMPLATE: &str = include_str!("body_page.html");
 
@@ -58,10 +60,11 @@ struct Page<'a> {
 }
 
 impl BodySheet<'_> {
-    /// Four poses of any body: as it stands, at the middle of its joints' ranges, and most of the way to their ends.
+    /// Four poses of any body: as it stands, at the middle of its joints' ranges, and nine tenths of the way to their
+    /// ends. Ranges are cut at 1.5 rad.
     pub fn four_poses(body: &Humanoid) -> Vec<(String, Pose)> {
         let towards = |share: f64| {
-            let mut pose = body.zero_pose();
+            let mut pose = body.standing_pose();
             for (angle, limits) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
                 let (lower, upper) = (limits.lower.max(-1.5), limits.upper.min(1.5));
                 *angle = lower + share * (upper - lower);
@@ -69,10 +72,10 @@ impl BodySheet<'_> {
             pose
         };
         vec![
-            ("ZERO POSE".to_owned(), body.zero_pose()),
+            ("ZERO POSE".to_owned(), body.standing_pose()),
             ("MIDDLE OF ALL LIMITS".to_owned(), towards(0.5)),
-            ("80 % TO LOWER LIMITS".to_owned(), towards(0.1)),
-            ("80 % TO UPPER LIMITS".to_owned(), towards(0.9)),
+            ("NEAR LOWER LIMITS".to_owned(), towards(0.1)),
+            ("NEAR UPPER LIMITS".to_owned(), towards(0.9)),
         ]
     }
 
@@ -92,7 +95,7 @@ impl BodySheet<'_> {
         for index in 0..ACROSS {
             let azimuth = 360.0 * index as f64 / ACROSS as f64;
             let at = [MARGIN + index as u32 * CELL[0], 40];
-            self.view(&mut picture, &self.body.zero_pose(), azimuth, at)?;
+            self.view(&mut picture, &self.body.standing_pose(), azimuth, at)?;
             caption(&mut picture, &format!("{azimuth:.0} DEG"), at);
         }
         for (index, (name, pose)) in self.poses.iter().take(ACROSS).enumerate() {
@@ -116,16 +119,13 @@ impl BodySheet<'_> {
     /// The body from `azimuth` degrees about the vertical, 0 from ahead, shaded.
     fn view(&self, picture: &mut Pixmap, pose: &Pose, azimuth: f64, [left, top]: [u32; 2]) -> Result<(), ReportError> {
         let frames = self.body.link_frames(pose);
-        let rest = self.body.link_frames(&self.body.zero_pose());
-        let heights = || rest.0.iter().map(|frame| frame.translation.z);
-        let tall = (heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min)).max(0.1);
-        let middle =
-            frames.0.iter().map(|frame| frame.translation.vector).sum::<Vector3<f64>>() / frames.0.len() as f64;
-        let [ahead, aside, _] = pose.forward().unwrap_or([1.0, 0.0, 0.0]);
-        let heading = libm::atan2(aside, ahead) + azimuth.to_radians();
+        let middle = middle_of(&frames);
+        let ahead = pose.world_from_root.rotation * self.body.root_from_body() * Vector3::x();
+        let heading = libm::atan2(ahead.y, ahead.x) + azimuth.to_radians();
         let target = Point3::from(middle);
-        let away = Vector3::new(libm::cos(heading), libm::sin(heading), 0.15) * (DISTANCE * tall);
-        let view = FieldOfView::Vertical(2.0 * libm::atan(0.64 / DISTANCE));
+        let distance = DISTANCE * self.half_height();
+        let away = Vector3::new(libm::cos(heading), libm::sin(heading), 0.15) * distance;
+        let view = FieldOfView::Vertical(2.0 * libm::atan(1.0 / DISTANCE));
         let camera = Camera::look_at("view", target + away, target, Vector3::z(), view, CELL[0], CELL[1])
             .map_err(|error| ReportError::Plot(error.to_string()))?;
         let light = (away.normalize() + Vector3::z() * 0.6).normalize();
@@ -139,6 +139,22 @@ impl BodySheet<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Half the height, metres, that every view shows, so that all links and markers of all poses lie in it.
+    fn half_height(&self) -> f64 {
+        let aspect = f64::from(CELL[1]) / f64::from(CELL[0]);
+        let standing = self.body.standing_pose();
+        let poses = self.poses.iter().map(|(_, pose)| pose).chain([&standing]);
+        let reach = |pose: &Pose| {
+            let frames = self.body.link_frames(pose);
+            let middle = middle_of(&frames);
+            let origins = frames.0.iter().map(|frame| frame.translation.vector);
+            let markers = self.body.markers(&frames).into_iter().flatten().map(|marker| marker.coords);
+            let off = origins.chain(markers).map(|place| place - middle);
+            off.map(|off| off.z.abs().max(aspect * off.x.hypot(off.y))).fold(0.1, f64::max)
+        };
+        FLESH * poses.map(reach).fold(0.1, f64::max)
     }
 
     /// A bar for every angle from its lower to its upper limit, and what a motion uses of it.
@@ -177,6 +193,11 @@ impl BodySheet<'_> {
             bar(0.0, 0.0, 12.0, WORDS);
         }
     }
+}
+
+/// Mean of the links' origins.
+fn middle_of(frames: &LinkFrames) -> Vector3<f64> {
+    frames.0.iter().map(|frame| frame.translation.vector).sum::<Vector3<f64>>() / frames.0.len() as f64
 }
 
 fn caption(picture: &mut Pixmap, text: &str, [left, top]: [u32; 2]) {

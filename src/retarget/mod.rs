@@ -48,7 +48,7 @@ pub use shape_fit::fit_shape;
 pub use skin_fit::with_skin;
 
 use crate::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
-use crate::input::excerpt;
+use crate::input::{excerpt, plain};
 use crate::mocap::Clip;
 
 /// Number of frames, spread over the clip, that are posed from positions only for the calibration of joint frames.
@@ -98,14 +98,24 @@ pub struct Retargeted {
     pub report: RetargetReport,
 }
 
+/// Most characters of a list of joints.
+const MOST_LISTED: usize = 2000;
+
+/// A map to be pasted, whose values are to be filled in.
+fn map_to_fill_in(missing: &str) -> String {
+    let entries: Vec<String> = missing.split(", ").map(|landmark| format!("{landmark} = \"\"")).collect();
+    entries.join(", ")
+}
+
 /// Why a clip cannot be retargeted.
 #[derive(Debug, thiserror::Error)]
 pub enum RetargetError {
     /// A landmark cannot be found by name.
     #[error(
         "no joint of the recording is recognised as: {missing}; name them in `joint_map` of `[motion]` (\"Joint\", \"Joint:tip\" or \
-         \"Joint+Joint\"); its joints are: {}",
-        excerpt(joints)
+         \"Joint+Joint\"): joint_map = {{ {} }}; its joints are: {}",
+        map_to_fill_in(missing),
+        plain(&joints.chars().take(MOST_LISTED).collect::<String>())
     )]
     MissingLandmarks {
         /// Landmarks that were not found.

@@ -63,7 +63,9 @@ fn more_seeds_are_those_of_a_longer_run_and_only_they_are_run() {
     if code == 3 {
         assert_eq!(json["verdict"], "inconclusive");
         let (_, json, stderr) = ask(difference, "--add-seeds 2");
-        assert_eq!(json["checks"][0]["difference"]["runs"], serde_json::json!([5, 7]), "{stderr}");
+        // all runs, or those of the seeds in common where their pairs tell more
+        let runs = &json["checks"][0]["difference"]["runs"];
+        assert!([[5, 7], [5, 5]].iter().any(|known| *runs == serde_json::json!(known)), "{runs}: {stderr}");
         assert_eq!(room.read("mine/run.json"), before, "the run itself is untouched");
         room.succeed("run tiny.toml --seeds 7 particles=11 --out mine-seven");
         let value = |path: &str, seed: usize| {

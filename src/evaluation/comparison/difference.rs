@@ -1,8 +1,8 @@
 //! The difference of two sides' means over clips, with its 95 % interval.
 //!
 //! The unit is the run (clip x seed), never the frame. Where both sides share most seeds of every clip ([`do_pair`]),
-//! runs are paired and seeds of one side alone left out: the differences of the pairs are summarised like any values
-//! ([`mean_interval`]). Else the sides are independent: their values, those of the base with the opposite sign, are strata of one mean, whose interval is
+//! runs are paired and seeds of one side alone left out, if the pairs tell more than all runs: the differences of the
+//! pairs are summarised like any values ([`mean_interval`]). Else the sides are independent: their values, those of the base with the opposite sign, are strata of one mean, whose interval is
 //! Welch's (`[Welch 1938]`) below ten runs a clip and side and the stratified BCa bootstrap from ten on.
 
 use std::fmt;
@@ -99,13 +99,22 @@ pub fn do_pair(base: &[u64], other: &[u64]) -> bool {
 }
 
 /// The difference over these clips, runs paired where both sides share most seeds; `None` if a clip lacks a value on
-/// either side, or there is no clip.
+/// either side, or there is no clip. Where a side has further seeds, whichever has the smaller standard error: the pairs,
+/// or all runs without pairs.
 pub fn difference(clips: &[ClipValues]) -> Option<Difference> {
     let common: Option<Vec<ClipValues>> = clips.iter().map(ClipValues::in_common).collect();
-    match common {
-        Some(clips) => difference_of(&clips, Some(clips.iter().map(pairs).collect())),
-        None => difference_of(clips, None),
-    }
+    let Some(common) = common else { return difference_of(clips, None) };
+    let paired = difference_of(&common, Some(common.iter().map(pairs).collect()))?;
+    let left_out = clips
+        .iter()
+        .zip(&common)
+        .any(|(all, common)| all.base.len() > common.base.len() || all.other.len() > common.other.len());
+    let whole = difference_of(clips, None).filter(|_| left_out);
+    let tells_more = |whole: &Difference| match (whole.standard_error, paired.standard_error) {
+        (Some(whole), Some(paired)) => whole < paired,
+        _ => false,
+    };
+    Some(whole.filter(tells_more).unwrap_or(paired))
 }
 
 /// As [`difference`], of sides whose seeds have nothing in common even where they are the same numbers: of runs on
@@ -252,8 +261,11 @@ mod tests {
     }
 
     #[test]
-    fn seeds_in_common_are_paired_where_they_are_most_and_the_others_left_out() {
+    fn seeds_in_common_are_paired_where_they_are_most_and_tell_more() {
         let more = difference(&[clip(&[1.0, 2.0, 4.0], &[1.5, 2.4, 4.6, 90.0, 80.0], 0)]).unwrap();
+        let opposite =
+            difference(&[clip(&[1.0, 2.0, 3.0, 4.0, 5.0], &[5.0, 4.0, 3.0, 2.0, 1.0, 3.0, 3.0], 0)]).unwrap();
+        assert_eq!((opposite.rule, opposite.runs), (DifferenceRule::Welch, [5, 7]), "pairs differ more than runs");
         assert_eq!((more.rule, more.runs), (DifferenceRule::PairedT, [3, 3]));
         assert!((more.difference - 0.5).abs() < 1e-12, "{more:?}");
         let few = difference(&[clip(&[1.0, 2.0, 4.0], &[1.5, 2.4, 4.6, 9.0, 8.0, 7.0, 6.0], 0)]).unwrap();

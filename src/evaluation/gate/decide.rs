@@ -76,7 +76,11 @@ impl Sides<'_> {
                 return Err(GateRefusal::SeedPolicy { clip: clip.clone(), baseline, run });
             }
             if known != new {
-                let how = if do_pair(&base.seeds, &run.seeds) { "those in common are paired" } else { "not paired" };
+                let how = if do_pair(&base.seeds, &run.seeds) {
+                    "those in common are paired if that tells more"
+                } else {
+                    "not paired"
+                };
                 notes.push(format!(
                     "`{clip}`: seeds {} against the baseline's {}: {how}",
                     seeds_in_words(&run.seeds),

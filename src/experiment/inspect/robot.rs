@@ -26,7 +26,7 @@ pub struct RobotSummary {
     pub degrees_of_freedom: Vec<DegreeSummary>,
     /// Mass of all links.
     pub mass_kg: f64,
-    /// Height of the box around all links' origins in the zero pose; solids are not counted.
+    /// Height of the box around all links' origins in the zero pose, stood upright; solids are not counted.
     pub height_m: f64,
     /// Body markers that it has no place for.
     pub missing_markers: Vec<&'static str>,
@@ -57,7 +57,7 @@ pub(super) fn read(name: &str, path: &Path) -> Result<Humanoid, UrdfError> {
 impl RobotSummary {
     pub(super) fn new(from: &str, body: &Humanoid) -> Self {
         let finite = |value: f64| value.is_finite().then_some(value);
-        let heights = || body.link_frames(&body.zero_pose()).0.into_iter().map(|f| f.translation.vector.z);
+        let heights = || body.link_frames(&body.standing_pose()).0.into_iter().map(|f| f.translation.vector.z);
         let markers = LANDMARKS.iter().zip(&body.markers).filter(|(_, place)| place.is_none());
         Self {
             schema: INSPECT_SCHEMA,
