@@ -1,5 +1,5 @@
-//! Issue 16: `[motion] joint_map` was read, but the guard against learning from the test looked at the recording without
-//! it, so that no recording with joints of unknown names could be used.
+//! Issue 16: `[motion] joint_map` was read, but the guard against learning from the test looked at the recording
+//! without it, so that no recording with joints of unknown names could be used.
 
 use std::fs;
 use std::path::Path;

@@ -15,9 +15,10 @@ use crate::report::{comparison_markdown, comparison_text, difference_page};
 /// RUN is the directory of a run, or a directory of runs (one clip each, or several seeds of one). All are compared
 /// with the first. If there is a single RUN, the runs in it are compared with each other: the methods of a scenario.
 ///
-/// Runs are paired by clip and seed where both sides share most of their seeds; seeds of one side are then left out, unless all runs tell more. Intervals are over clip x seed, never over
-/// frames: Student's or Welch's t below ten seeds, a BCa bootstrap from ten on, none below three. p values are adjusted
-/// for the number of metrics (Holm). The share of runs that lose the body is compared by itself.
+/// Runs are paired by clip and seed where both sides share most of their seeds; seeds of one side are then left out,
+/// unless all runs tell more. Intervals are over clip x seed, never over frames: Student's or Welch's t below ten
+/// seeds, a BCa bootstrap from ten on, none below three. p values are adjusted for the number of metrics (Holm). The
+/// share of runs that lose the body is compared by itself.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph compare runs/main runs/mine\n  \
                         skiagraph compare runs/200 runs/400 runs/800 --html particles.html\n  \

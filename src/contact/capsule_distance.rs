@@ -219,8 +219,8 @@ mod tests {
     }
 
     /// Parry's distance of the axes minus the radii: its GJK on round solids is only accurate to a few tenths of a
-    /// millimetre. That of axes is computed in single precision, and of axes that are all but parallel it is too far by up
-    /// to half a millimetre, for it takes another pair of points.
+    /// millimetre. That of axes is computed in single precision, and of axes that are all but parallel it is too far by
+    /// up to half a millimetre, for it takes another pair of points.
     fn parry(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
         use parry3d::math::{Pose, Vector};
         let axis = |c: &TaperedCapsule| {

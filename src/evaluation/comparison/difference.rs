@@ -2,8 +2,9 @@
 //!
 //! The unit is the run (clip x seed), never the frame. Where both sides share most seeds of every clip ([`do_pair`]),
 //! runs are paired and seeds of one side alone left out, if the pairs tell more than all runs: the differences of the
-//! pairs are summarised like any values ([`mean_interval`]). Else the sides are independent: their values, those of the base with the opposite sign, are strata of one mean, whose interval is
-//! Welch's (`[Welch 1938]`) below ten runs a clip and side and the stratified BCa bootstrap from ten on.
+//! pairs are summarised like any values ([`mean_interval`]). Else the sides are independent: their values, those of the
+//! base with the opposite sign, are strata of one mean, whose interval is Welch's (`[Welch 1938]`) below ten runs a
+//! clip and side and the stratified BCa bootstrap from ten on.
 
 use std::fmt;
 
@@ -90,8 +91,8 @@ impl Difference {
 /// Fewest seeds in common that are paired where either side has others, too.
 const FEWEST_IN_COMMON: usize = 3;
 
-/// Whether runs of two sides with these seeds are paired: those of the same seeds, and those that have at least three in
-/// common and no more than as many others on either side.
+/// Whether runs of two sides with these seeds are paired: those of the same seeds, and those that have at least three
+/// in common and no more than as many others on either side.
 pub fn do_pair(base: &[u64], other: &[u64]) -> bool {
     let common = base.iter().filter(|seed| other.contains(seed)).count();
     let most = base.len().max(other.len());
@@ -99,8 +100,8 @@ pub fn do_pair(base: &[u64], other: &[u64]) -> bool {
 }
 
 /// The difference over these clips, runs paired where both sides share most seeds; `None` if a clip lacks a value on
-/// either side, or there is no clip. Where a side has further seeds, whichever has the smaller standard error: the pairs,
-/// or all runs without pairs.
+/// either side, or there is no clip. Where a side has further seeds, whichever has the smaller standard error: the
+/// pairs, or all runs without pairs.
 pub fn difference(clips: &[ClipValues]) -> Option<Difference> {
     let common: Option<Vec<ClipValues>> = clips.iter().map(ClipValues::in_common).collect();
     let Some(common) = common else { return difference_of(clips, None) };

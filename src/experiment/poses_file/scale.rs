@@ -15,8 +15,8 @@ const UNITS: [(&str, f64); 3] = [
     ("inches (--units in; of .npz, multiply by 0.0254)", 39.37),
 ];
 
-/// Refuses an estimate whose body is many times as large as the start pose, or smaller by just the factor of a unit. Any
-/// other small one may be a tracker that collapses, and is measured.
+/// Refuses an estimate whose body is many times as large as the start pose, or smaller by just the factor of a unit.
+/// Any other small one may be a tracker that collapses, and is measured.
 ///
 /// # Errors
 /// The sizes, and the units that they suggest.
