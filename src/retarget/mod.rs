@@ -115,7 +115,7 @@ pub enum RetargetError {
         "no joint of the recording is recognised as: {missing}; name them in `joint_map` of `[motion]` (\"Joint\", \"Joint:tip\" or \
          \"Joint+Joint\"): joint_map = {{ {} }}; its joints are: {}",
         map_to_fill_in(missing),
-        plain(&joints.chars().take(MOST_LISTED).collect::<String>())
+        plain(joints.chars().take(MOST_LISTED).collect::<String>())
     )]
     MissingLandmarks {
         /// Landmarks that were not found.
