@@ -45,7 +45,7 @@ impl LimbSides {
     pub(super) fn mean_distance(&self, limbs: &[TaperedCapsule]) -> f64 {
         let (mut sum, mut count) = (0.0, 0_u32);
         for [from, to] in limbs.iter().flat_map(sides).flatten() {
-            let (Some(from), Some(to)) = (self.project(&from), self.project(&to)) else { continue };
+            let (Some(from), Some(to)) = (project(&self.pinhole, &from), project(&self.pinhole, &to)) else { continue };
             let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
             // what lies far outside the picture is not walked along pixel by pixel
             let steps = (dx.hypot(dy) / SPACING).ceil().clamp(1.0, 1e3) as u32;
@@ -66,12 +66,12 @@ impl LimbSides {
         let pixel = y as usize * self.pinhole.width as usize + x as usize;
         f64::from(self.distances[pixel])
     }
+}
 
-    fn project(&self, point: &Point3<f64>) -> Option<[f64; 2]> {
-        let Pinhole { focal, principal_point, near, .. } = self.pinhole;
-        let pixel = |i: usize| principal_point[i] + focal[i] * point[i] / point.z;
-        (point.z > near).then(|| [pixel(0), pixel(1)])
-    }
+/// The pixel of a point of the camera frame; `None` of what is not before the camera.
+pub(super) fn project(pinhole: &Pinhole, point: &Point3<f64>) -> Option<[f64; 2]> {
+    let pixel = |i: usize| pinhole.principal_point[i] + pinhole.focal[i] * point[i] / point.z;
+    (point.z > pinhole.near).then(|| [pixel(0), pixel(1)])
 }
 
 /// Where the two planes through the camera's centre that touch both balls of a limb touch them; `None` where one ball
@@ -79,7 +79,7 @@ impl LimbSides {
 ///
 /// A plane of unit normal `n` touches the balls at `a - ra n` and `b - rb n` where `n.a = ra` and `n.b = rb`. With
 /// `w = a x b` and `q = ra b - rb a` that is `n = (q x w +- w sqrt(|w|^2 - |q|^2)) / |w|^2`.
-fn sides(limb: &TaperedCapsule) -> [Option<[Point3<f64>; 2]>; 2] {
+pub(super) fn sides(limb: &TaperedCapsule) -> [Option<[Point3<f64>; 2]>; 2] {
     let (a, b) = (limb.a.coords, limb.b.coords);
     let (w, q) = (a.cross(&b), limb.radius_a * b - limb.radius_b * a);
     let (square, rest) = (w.norm_squared(), w.norm_squared() - q.norm_squared());

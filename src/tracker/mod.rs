@@ -25,6 +25,7 @@ mod estimate;
 mod fixture;
 mod frozen;
 mod likelihood;
+mod limb_insides;
 mod limb_sides;
 mod observed_view;
 mod partition;

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::calibration::OutlineImportance;
 use super::descent::{self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineResidual, OutlineSample};
+use super::limb_insides::LimbInsides;
 use super::limb_sides::LimbSides;
 use super::observed_view::{ComparisonRoad, ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
@@ -15,7 +16,7 @@ use crate::camera::{Camera, CameraRig, Distortion};
 use crate::motion_model::{Evidence, NormalEquations};
 use crate::observation::Observation;
 use crate::parallel;
-use crate::raster::{Mask, MaskComparison, Overlap, TaperedCapsule};
+use crate::raster::{Mask, Overlap, TaperedCapsule};
 
 /// `E = 1/N_v sum_v (D_s + alpha D_c)`: `[Skinned APF]` Eq. 3, alpha inside the sum; to each view's part a third term
 /// may be added, for the sides of limbs ([`SilhouetteSettings::limb_side_weight`]).
@@ -52,6 +53,8 @@ struct ObservedCamera {
     /// Which pixels of the pinhole's image the camera shows; `None` where it shows them all.
     shown: Option<Mask>,
     observed: ObservedView,
+    /// The insides of limbs; `None` where they are not sampled.
+    insides: Option<LimbInsides>,
     /// The sides of limbs; `None` where they weigh nothing.
     sides: Option<LimbSides>,
     /// The outline that a descent brings the model's to; `None` where none was seen, and without descent.
@@ -91,15 +94,30 @@ impl SilhouetteLikelihood {
     pub fn with_descent(self) -> Self {
         Self { outline: Some(BodyOutline::new(&self.body)), ..self }
     }
-
-    /// What one view adds to the sum of Eq. 3; `None` where neither side has a pixel.
-    fn view_energy(&self, MaskComparison { overlap, contour }: MaskComparison) -> Option<f64> {
-        let silhouette = self.settings.silhouette.value(&overlap)?;
-        Some(silhouette + contour.map_or(0.0, |contour| self.settings.contour_weight * contour))
-    }
 }
 
 impl SilhouetteLikelihood {
+    /// What one view adds to the sum of Eq. 3, without the sides of limbs; `None` where neither side has a pixel.
+    fn view_energy(
+        &self,
+        index: usize,
+        view: &ObservedCamera,
+        placed: &mut PlacedBody,
+        buffers: &mut ViewScratch,
+    ) -> Option<f64> {
+        let is_drawn = view.insides.is_none() || self.settings.contour_weight > 0.0;
+        let drawn = is_drawn.then(|| view.observed.compare(&self.body, placed, &view.camera, index, buffers));
+        let silhouette = match &view.insides {
+            None => drawn.and_then(|drawn| self.settings.silhouette.value(&drawn.overlap)),
+            Some(insides) => {
+                capsules_in_camera(&self.body, &placed.frames, &view.camera, &mut placed.capsules);
+                insides.share_missed(&placed.capsules)
+            }
+        };
+        let contour = drawn.and_then(|drawn| drawn.contour).unwrap_or(0.0);
+        Some(silhouette? + self.settings.contour_weight * contour)
+    }
+
     /// What the sides of the limbs of a body with its links at `frames` add to a view's energy.
     fn sides_energy(&self, view: &ObservedCamera, frames: &LinkFrames, limbs: &mut Vec<TaperedCapsule>) -> f64 {
         let Some(sides) = &view.sides else { return 0.0 };
@@ -233,8 +251,7 @@ impl SilhouetteLikelihood {
         }
         let (mut sum, mut count) = (0.0, 0.0);
         for (index, view) in self.views.iter().enumerate().filter(|(_, view)| view.has_image) {
-            let comparison = view.observed.compare(&self.body, placed, &view.camera, index, &mut buffers.views);
-            if let Some(energy) = self.view_energy(comparison) {
+            if let Some(energy) = self.view_energy(index, view, placed, &mut buffers.views) {
                 sum += energy + self.sides_energy(view, &placed.frames, &mut buffers.limbs);
                 count += 1.0;
             }
@@ -257,12 +274,13 @@ impl ObservedCamera {
         let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
         let observed = ObservedView::new(&camera, nothing, road, settings);
         let shown = rectification.as_ref().and_then(Rectification::shown);
-        Self { camera, has_image: true, rectification, shown, observed, sides: None, outline: None }
+        Self { camera, has_image: true, rectification, shown, observed, insides: None, sides: None, outline: None }
     }
 
     fn observe(&mut self, mask: &Mask, road: ComparisonRoad, descends: bool, settings: &SilhouetteSettings) {
         let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
         let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
+        self.insides = (settings.silhouette == SilhouetteTerm::Sampled).then(|| LimbInsides::new(pinhole, &ideal));
         self.sides = (settings.limb_side_weight > 0.0).then(|| LimbSides::new(pinhole, &ideal, tau));
         self.outline = descends
             .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
@@ -272,7 +290,7 @@ impl ObservedCamera {
 }
 
 impl SilhouetteTerm {
-    /// The term's value; `None` where neither mask has a pixel.
+    /// The term's value by areas; `None` where neither mask has a pixel, and of samples, which know no areas.
     fn value(self, overlap: &Overlap) -> Option<f64> {
         if overlap.union() == 0 {
             return None;
@@ -284,6 +302,7 @@ impl SilhouetteTerm {
         Some(match self {
             Self::Bidirectional => 0.5 * (share(overlap.only_model) + share(overlap.only_observed)),
             Self::Overlap => 1.0 - overlap.iou(),
+            Self::Sampled => return None,
         })
     }
 }

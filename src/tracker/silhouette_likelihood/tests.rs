@@ -119,6 +119,38 @@ fn sides_of_limbs_add_their_weight_and_draw_a_limb_to_its_contour() {
 }
 
 #[test]
+fn sampled_insides_take_the_place_of_areas_and_are_one_sided() {
+    let at = |contour_weight, x| {
+        let settings = SilhouetteSettings { silhouette: SilhouetteTerm::Sampled, contour_weight, ..Default::default() };
+        energy(&body(), &rig(), settings, &standing(), &moved([x, 0.0, 0.0]))
+    };
+    assert_eq!(at(0.0, 0.0), 0.0);
+    let costs = [0.02, 0.1, 0.4].map(|x| at(0.0, x));
+    assert!(costs.windows(2).all(|c| c[0] < c[1]) && costs[2] <= 1.0, "{costs:?}");
+    // the contour is weighed beside them as beside areas
+    let by_area = |weight| {
+        let settings = SilhouetteSettings { contour_weight: weight, ..Default::default() };
+        energy(&body(), &rig(), settings, &standing(), &moved([0.1, 0.0, 0.0]))
+    };
+    assert!((at(0.5, 0.1) - at(0.0, 0.1) - (by_area(0.5) - by_area(0.0))).abs() < 1e-12);
+    // a body of thinner limbs inside the silhouette costs nothing, which areas would tell
+    let mut thin = body();
+    for solid in thin.links.iter_mut().flat_map(|link| &mut link.solids) {
+        if let Solid::TaperedCapsule(capsule) = solid {
+            (capsule.radius_a, capsule.radius_b) = (0.7 * capsule.radius_a, 0.7 * capsule.radius_b);
+        }
+    }
+    let settings = |silhouette| SilhouetteSettings { silhouette, contour_weight: 0.0, ..Default::default() };
+    let inside = |term| {
+        let mut likelihood = SilhouetteLikelihood::new(thin.clone(), &rig(), settings(term)).unwrap();
+        likelihood.prepare(&seen(&body(), &standing(), &rig())).unwrap();
+        likelihood.energy(&standing(), &mut likelihood.scratch())
+    };
+    assert_eq!(inside(SilhouetteTerm::Sampled), 0.0);
+    assert!(inside(SilhouetteTerm::Overlap) > 0.1);
+}
+
+#[test]
 fn the_road_over_capsules_and_the_road_over_masks_meet() {
     let settings = SilhouetteSettings::default();
     let mut roads = [ComparisonRoad::Capsules, ComparisonRoad::Masks].map(|road| {
