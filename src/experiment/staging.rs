@@ -18,7 +18,7 @@ use crate::benchmark_set::{
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{CameraRig, FilmingRig};
-use crate::contact::check_feet;
+use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
 use crate::input::excerpt;
 use crate::motion_model::{Prediction, ProposalScales};
@@ -51,6 +51,8 @@ pub struct Staged {
     pub sources: Vec<SourceRecording>,
     /// Where takes were joined.
     pub seams: Vec<Seam>,
+    /// How many times as fast as recorded each frame is; empty where all are as fast.
+    pub pace: Vec<f64>,
     /// The same of every training motion.
     pub training_sources: Vec<SourceRecording>,
     /// What the tracker is told.
@@ -85,10 +87,10 @@ impl Staged {
         let tracker_template =
             dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         check_surface(file, "tracker_body.robot", &tracker_template)?;
-        let Performance { retargeted: mut performed, seams } =
+        let Performance { retargeted: mut performed, seams, pace } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         performed.humanoid = performed.humanoid.with_masses_of_skin();
-        let contact = apply_contact(file, &mut performed)?;
+        let contact = apply_contact(file, &mut performed, &pace)?;
         let body = tracker_body(file, &tracker_template, &performed, same_robot)?.with_masses_of_skin();
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
@@ -96,9 +98,10 @@ impl Staged {
             None if same_robot => (spread(&body, &performed.motion)?, Vec::new()),
             None => {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
-                let mut own = recordings.performed_by(file, robot, &tracker_template)?.retargeted;
+                let Performance { retargeted: mut own, pace, .. } =
+                    recordings.performed_by(file, robot, &tracker_template)?;
                 if check_feet(&own.humanoid).is_ok() {
-                    plant_feet_if_asked(scenario.actor.contact, &mut own)?;
+                    plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
                 (spread(&body, &own.motion)?, Vec::new())
             }
@@ -153,6 +156,7 @@ impl Staged {
             start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
             sources: recordings.sources(),
             seams,
+            pace,
             training_sources,
             refitted,
             facts: TruthFacts {
@@ -212,11 +216,18 @@ fn footless(key: &str, body: &Humanoid) -> Option<String> {
 }
 
 /// As [`plant_feet_if_asked`], but a body that is to be simulated is.
-fn apply_contact(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
+fn apply_contact(
+    file: &ScenarioFile,
+    performed: &mut Retargeted,
+    pace: &[f64],
+) -> Result<Option<ContactFacts>, ExperimentError> {
     if file.scenario.actor.contact != ContactMode::Simulate {
-        return plant_feet_if_asked(file.scenario.actor.contact, performed);
+        return plant_feet_if_asked(file.scenario.actor.contact, performed, Pace(pace));
     }
-    let settings = simulation_settings(file, &performed.humanoid, performed.motion.duration_s())?;
+    let settings = SimulationSettings {
+        pace: pace.to_vec(),
+        ..simulation_settings(file, &performed.humanoid, performed.motion.duration_s())?
+    };
     let simulated = simulate(&performed.humanoid, &performed.motion, &settings)?;
     performed.motion = simulated.motion;
     Ok(Some(ContactFacts::simulated(&performed.humanoid, &settings, &simulated.report)))
@@ -252,6 +263,7 @@ fn simulation_settings(
         root_wrench: settings.root_wrench.unwrap_or(default.root_wrench),
         pushes: settings.push.iter().map(push).collect::<Result<_, _>>()?,
         props: file.scenario.prop.iter().map(PropSettings::prop).collect(),
+        pace: default.pace,
     })
 }
 

@@ -9,6 +9,7 @@ mod compare;
 mod contact;
 mod corruption;
 mod distractors;
+mod edited;
 mod export;
 mod filming;
 mod gate;
