@@ -94,3 +94,23 @@ fn robots_recordings_and_skins_are_pictured() {
     let clip = json(&room, &["embedded:walk"]);
     assert!(clip["fit"]["mean_mm"].as_f64().unwrap() < 5.0, "{}", clip["fit"]);
 }
+
+/// A recording with unknown names was refused as soon as a picture was asked for.
+#[test]
+fn facts_of_a_recording_with_unknown_joints_are_printed_although_there_is_no_picture() {
+    let room = Sandbox::new();
+    let text = fs::read_to_string(shipped("scenarios/motions/01_01.bvh")).unwrap();
+    let mut count = 0;
+    let renamed = text.lines().map(|line| {
+        let indent = &line[..line.len() - line.trim_start().len()];
+        let kind = line.trim_start().split(' ').next().unwrap();
+        count += 1;
+        if ["ROOT", "JOINT"].contains(&kind) { format!("{indent}{kind} thing{count}\n") } else { format!("{line}\n") }
+    });
+    room.write("strange.bvh", renamed.collect::<String>());
+    let plain = room.skiagraph(["inspect", "strange.bvh"]);
+    let drawn = room.skiagraph(["inspect", "strange.bvh", "--out", "strange.png"]);
+    assert_eq!((plain.code, drawn.code), (0, 0), "{}", drawn.stderr);
+    assert!(drawn.stdout.contains("cannot be retargeted") && drawn.stdout.contains("there is no picture"));
+    assert!(!drawn.stdout.contains("pictures:") && room.entries() == ["strange.bvh"], "{:?}", room.entries());
+}
