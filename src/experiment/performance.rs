@@ -148,12 +148,13 @@ impl<'a> Recordings<'a> {
             made.motion = varied.motion;
         }
         if let Some(frames) = settings.frames {
-            let found = made.motion.poses.len();
+            let (found, rate) = (made.motion.poses.len(), settings.frames_per_second);
             if found < frames {
                 let message = format!(
-                    "expected at most the {found} frames that the edited motion has at {} Hz, found {frames}; add takes \
-                     or loop_to_s",
-                    settings.frames_per_second
+                    "expected at most the {found} frames ({:.2} s) that the edited motion has at {rate} Hz, found {frames} \
+                     ({:.2} s); add takes or loop_to_s",
+                    found as f64 / rate,
+                    frames as f64 / rate
                 );
                 return Err(scenario_error(file, &format!("{}.frames", self.table), message));
             }

@@ -82,9 +82,10 @@ impl Staged {
         };
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
-        let actor_template = dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        let (actor_template, notes_of_skin) =
+            dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
         check_surface(file, "actor.robot", &actor_template)?;
-        let tracker_template =
+        let (tracker_template, notes_of_tracker) =
             dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         check_surface(file, "tracker_body.robot", &tracker_template)?;
         let Performance { retargeted: mut performed, seams, pace } =
@@ -133,10 +134,12 @@ impl Staged {
         let rate = ground_truth.frames_per_second;
         notes.extend(moments.iter().flat_map(|moments| filming::notes(moments, &rig, rate)));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
-        notes.extend(actor_template.notes.iter().map(|note| format!("actor.robot: {note}")));
+        notes.extend(robot_notes("actor", &actor_template, &notes_of_skin));
         if !same_robot {
-            notes.extend(tracker_template.notes.iter().map(|note| format!("tracker_body.robot: {note}")));
+            notes.extend(robot_notes("tracker_body", &tracker_template, &notes_of_tracker));
         }
+        notes.extend(notes_of_skin.iter().map(|note| format!("actor.skin: {note}")));
+        notes.extend(notes_of_tracker.iter().map(|note| format!("tracker_body.skin: {note}")));
         notes.extend(other_notes);
         notes.extend(footless("actor.robot", &ground_truth.actor));
         notes.extend(footless("tracker_body.robot", &body));
@@ -208,6 +211,12 @@ fn check_surface(file: &ScenarioFile, key: &str, body: &Humanoid) -> Result<(), 
     let message = "expected a body that cameras can see, found no link with geometry: give its links <collision> or \
                    <visual> elements, or a skin";
     Err(scenario_error(file, key, message.to_owned()))
+}
+
+/// Notes of a robot's file; the body's last notes are those of its skin.
+fn robot_notes(table: &str, body: &Humanoid, of_skin: &[String]) -> Vec<String> {
+    let own = body.notes.len().saturating_sub(of_skin.len());
+    body.notes[..own].iter().map(|note| format!("{table}.robot: {note}")).collect()
 }
 
 /// What to tell the user about a body that cannot stand.

@@ -63,7 +63,12 @@ pub(super) fn load(
         plant_feet_if_asked(file.scenario.actor.contact, &mut performed, Pace(&pace))?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {
-            let message = format!("expected at least 3 frames to learn from, found {}", motion.poses.len());
+            let (found, rate) = (motion.poses.len(), motion.frames_per_second);
+            let message = format!(
+                "expected at least 3 frames ({:.3} s) to learn from, found {found} ({:.3} s)",
+                3.0 / rate,
+                found as f64 / rate
+            );
             return Err(scenario_error_at("clip", message));
         }
         learned.training.motions.push(motion);
