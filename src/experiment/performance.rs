@@ -164,7 +164,7 @@ impl<'a> Recordings<'a> {
             let led = along_path(&retargeted.humanoid, &made.motion, &settings.path_m, Pace(&pace));
             made.motion = led.map_err(at(file, &self.table, "path_m"))?;
         }
-        place(&mut made.motion, settings)
+        place(&retargeted.humanoid, &mut made.motion, settings)
             .map_err(|e| scenario_error(file, &format!("{}.heading_deg", self.table), e))?;
         retargeted.motion = made.motion;
         retargeted.report.notes.extend(made.seams.iter().map(in_words));

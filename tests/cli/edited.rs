@@ -65,3 +65,24 @@ fn a_take_that_cannot_follow_or_is_too_short_is_named_by_its_own_key() {
     assert!(message.contains("motion.then[1].clip") && message.contains("too short to be joined"), "{message}");
     assert!(message.contains(" s (38 frames at 60 Hz)") && message.contains("frames); use more"), "{message}");
 }
+
+/// Only repetitions of the first take were listed, and a varied tempo moved all of them by the same share.
+#[test]
+fn seams_of_every_take_are_listed_in_the_order_of_the_motion_that_is_finally_there() {
+    let takes = "clip = \"01_01.bvh\"\nframes_per_second = 30.0\nfirst_frame = 2\nlast_frame = 300\nloop_to_s = 5.0\n\
+                 [[motion.then]]\nclip = \"01_01.bvh\"\nfirst_frame = 2\nlast_frame = 300\nloop_to_s = 7.0\n\
+                 [motion.join]\nwithin_mm = 2000.0";
+    let count = |staged: &Staged| staged.seams.len();
+    let plain = staged(takes, "off").unwrap();
+    assert!(count(&plain) >= 4, "{:?}", plain.seams);
+    for staged in
+        [&plain, &staged(&format!("{takes}\n[motion.variation]\nseed = 4\ntempo_percent = 20.0"), "off").unwrap()]
+    {
+        assert_eq!(count(staged), count(&plain));
+        assert!(staged.seams.windows(2).all(|pair| pair[0].end <= pair[1].first), "{:?}", staged.seams);
+        assert!(staged.seams.iter().all(|seam| seam.first < seam.end && seam.end <= staged.frames()));
+    }
+    // the seam between the takes lies where the second one's frames begin
+    let last = plain.seams.last().unwrap();
+    assert!(last.first > plain.frames() / 2, "{:?} of {}", plain.seams, plain.frames());
+}

@@ -24,6 +24,7 @@ mod same_numbers;
 mod sandbox;
 mod scenarios;
 mod segment;
+mod skins;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;

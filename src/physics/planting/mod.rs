@@ -277,6 +277,7 @@ mod tests {
         let (body, motion) = statue(0.3, 1.0);
         let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         assert_eq!((fixed.report.after.standing, fixed.report.raised_mm), (0.0, 0.0));
+        assert!(fixed.report.after.skate_mm_per_s.is_sign_positive(), "0, not -0");
         assert!(fixed.report.moved_most.mm < 1e-3 && fixed.report.to_string().contains("no foot ever stands"));
     }
 
