@@ -124,8 +124,8 @@ impl Joined {
         self
     }
 
-    /// Which take each frame is of, as long as the seams are those between takes: in a blend, the one that is left up to
-    /// its middle.
+    /// Which take each frame is of, as long as the seams are those between takes: in a blend, up to its middle the one
+    /// that is left.
     pub fn takes_of_frames(&self) -> Vec<usize> {
         let middles: Vec<usize> = self.seams.iter().map(|seam| usize::midpoint(seam.first, seam.end)).collect();
         (0..self.motion.poses.len()).map(|frame| middles.iter().filter(|middle| **middle <= frame).count()).collect()

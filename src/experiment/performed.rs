@@ -32,8 +32,8 @@ pub(super) fn retargeted(
     })
 }
 
-/// Does to the motion what `[actor] contact` says; what came of it. `pace` is that of [`super::performance`]. Where the test is simulated, what is only
-/// learned from is fixed.
+/// Does to the motion what `[actor] contact` says; what came of it. `pace` is that of [`super::performance`]. Where
+/// the test is simulated, what is only learned from is fixed.
 pub(super) fn plant_feet_if_asked(
     mode: ContactMode,
     performed: &mut Retargeted,

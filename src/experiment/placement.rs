@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use crate::body::{Humanoid, Motion};
 use crate::scenario::MotionSettings;
 
-/// Turns a motion of `body` about the vertical and moves it over the ground so that its first frame is as the settings want it;
-/// without any it stays as it is, to the bit.
+/// Turns a motion of `body` about the vertical and moves it over the ground so that its first frame is as the settings
+/// want it; without any it stays as it is, to the bit.
 ///
 /// # Errors
 /// In words, where a heading is wanted of a body that is upside down in the first frame.

@@ -10,7 +10,8 @@ use crate::retarget::with_skin;
 use crate::scenario::{ScenarioFile, SkinBlending};
 use std::sync::Arc;
 
-/// `robot` with the skin of that name, if one is given, and notes of the skin, which are also the body's last ones; `table` is `actor` or `tracker_body`.
+/// `robot` with the skin of that name, if one is given, and notes of the skin, which are also the body's last ones;
+/// `table` is `actor` or `tracker_body`.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the key, and what is wrong with the skin or its fit.

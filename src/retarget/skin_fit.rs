@@ -116,7 +116,8 @@ fn targets(mesh: &SkinMesh) -> Result<(Markers, Toes), SkinError> {
     Ok((targets, ["left_toes", "right_toes"].map(|name| mesh.landmarks.get(name).copied())))
 }
 
-/// Markers do not tell how feet are turned: in the bind pose they lie as at the zero pose, flat, and point to the balls of the mesh's feet.
+/// Markers do not tell how feet are turned: in the bind pose they lie as at the zero pose, flat, and point to the balls
+/// of the mesh's feet.
 fn flatten_feet(body: &Humanoid, targets: &Markers, toes: Toes, bind: &mut LinkFrames) {
     let zero = body.link_frames(&body.standing_pose());
     let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle];

@@ -1,4 +1,4 @@
-//! Motions that are played at another speed, repeated and joined, as scenarios make them of the clips that are built in.
+//! Motions that are played at another speed, repeated and joined, as scenarios make them of built-in clips.
 
 use std::path::Path;
 

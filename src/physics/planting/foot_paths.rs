@@ -50,9 +50,8 @@ fn moved(frames: &LinkFrames, links: &[usize], by: &Vector3<f64>) -> LinkFrames 
 ///
 /// In a stance the foot keeps its orientation, and its offset is such that the material at its lowest point does not
 /// move: it stands, or rolls without slipping, with its lowest point at z = 0; its free position on the ground is the
-/// nearest to its recorded mean. Between two stances a smooth step joins the offsets, whose rates decay within 0.05 s of the
-/// recording;
-/// the foot is raised wherever it would sink.
+/// nearest to its recorded mean. Between two stances a smooth step joins the offsets, whose rates decay within 0.05 s
+/// of the recording; the foot is raised wherever it would sink.
 fn offsets(track: &ContactTrack, stances: &[Stance], clip: &GroundTrackInput<'_>) -> Vec<Vector3<f64>> {
     let frames = clip.frames;
     let mut offsets = vec![Vector3::zeros(); frames.len()];

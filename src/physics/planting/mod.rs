@@ -61,8 +61,8 @@ pub fn plant_feet_at_pace(
     plant_on_paths(body, motion, rule, pace, planted)
 }
 
-/// As [`plant_feet_at_pace`], with feet held only in the recorded stances: skating around them is left to the simulation that
-/// follows, and feet that are held longer swing faster.
+/// As [`plant_feet_at_pace`], with feet held only in the recorded stances: skating around them is left to the
+/// simulation that follows, and feet that are held longer swing faster.
 pub(super) fn plant_feet_in_recorded_stances(
     body: &Humanoid,
     motion: &Motion,
