@@ -3,7 +3,7 @@
 //! Robots define the axes of their links freely, for example with Y up or X to the right. The positions of hips and
 //! thorax at the zero pose determine the body's own axes.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::{Humanoid, Landmark, Markers, Pose};
 
@@ -17,6 +17,16 @@ impl Humanoid {
     pub fn root_from_body(&self) -> UnitQuaternion<f64> {
         let markers = self.markers(&self.link_frames(&self.zero_pose()));
         axes(&markers).map_or_else(UnitQuaternion::identity, |[x, y]| from_axes(x, y))
+    }
+
+    /// Where the body faces in a pose: as [`Pose::heading`], of the body's own axes in place of its root's.
+    pub fn heading(&self, pose: &Pose) -> Option<f64> {
+        let root_from_body = self.root_from_body();
+        if root_from_body == UnitQuaternion::identity() {
+            return pose.heading();
+        }
+        let world_from_body = pose.world_from_root * root_from_body;
+        Pose { world_from_root: world_from_body, joint_angles: DVector::zeros(0) }.heading()
     }
 
     /// The zero pose with its root turned so that the body stands and faces along X, whatever its links' axes are.
@@ -92,6 +102,9 @@ mod tests {
             }
             let angle = turned.root_from_body().angle_to(&turn);
             assert!(angle < 0.02, "{angle} rad off");
+            let mut pose = turned.standing_pose();
+            pose.world_from_root = Isometry3::rotation(Vector3::z() * 0.7) * pose.world_from_root;
+            assert!((turned.heading(&pose).unwrap() - 0.7).abs() < 1e-9, "whatever the axes of its root are");
         }
     }
 }

@@ -95,12 +95,14 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
     let found = inspect(&arguments.what, arguments.metres_per_unit, arguments.against.as_deref(), to)
         .map_err(|e| e.about(&arguments.what))?;
-    arguments.out.iter().for_each(|page| volume.written(page));
+    let is_drawn = !matches!(&found, Inspected::Clip(clip) if clip.fit.is_none());
+    let page = arguments.out.as_ref().filter(|_| is_drawn);
+    page.iter().for_each(|page| volume.written(page));
     if arguments.json {
         output::print_json(&found)?;
     } else {
         output::print(&in_words(&arguments.what.display().to_string(), &found))?;
-        if let Some(page) = &arguments.out {
+        if let Some(page) = page {
             output::print(&format!("\n  pictures: {}", page.display()))?;
         }
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{ContactError, ContactRule, FOOT_NAMES, Stance, Surface, SurfacePoint, stances};
+use super::{ContactError, ContactRule, FOOT_NAMES, Pace, Stance, Surface, SurfacePoint, stances};
 use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::parallel;
 
@@ -84,7 +84,26 @@ impl GroundContacts {
     /// [`ContactError`] for invalid thresholds, a motion that is empty, belongs to another body or is not finite, and
     /// a body whose feet have no geometry.
     pub fn from_motion(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<Self, ContactError> {
-        Self::from_frames(body, body, &link_frames(body, motion)?, motion.frames_per_second, rule)
+        Self::from_motion_at_pace(body, motion, rule, Pace::default())
+    }
+
+    /// As [`Self::from_motion`], with stances found at the speed of the recording that the motion passes at `pace`.
+    /// Velocities are those of the motion.
+    ///
+    /// # Errors
+    /// As [`Self::from_motion`].
+    pub fn from_motion_at_pace(
+        body: &Humanoid,
+        motion: &Motion,
+        rule: &ContactRule,
+        pace: Pace<'_>,
+    ) -> Result<Self, ContactError> {
+        let frames = link_frames(body, motion)?;
+        let frames_per_second = motion.frames_per_second;
+        Self::from_track_input(
+            body,
+            &GroundTrackInput { surface: body, frames: &frames, frames_per_second, rule, pace },
+        )
     }
 
     /// As [`Self::from_motion`], with the links at `frames` and `surface` around them.
@@ -98,16 +117,21 @@ impl GroundContacts {
         frames_per_second: f64,
         rule: &ContactRule,
     ) -> Result<Self, ContactError> {
-        rule.check()?;
-        let clip = GroundTrackInput { surface, frames, frames_per_second, rule };
+        let pace = Pace::default();
+        Self::from_track_input(body, &GroundTrackInput { surface, frames, frames_per_second, rule, pace })
+    }
+
+    /// Of tracks' input.
+    pub(crate) fn from_track_input(body: &Humanoid, clip: &GroundTrackInput<'_>) -> Result<Self, ContactError> {
+        clip.rule.check()?;
         let [left, right] = body.foot_links();
         let foot = |name, links| {
             clip.track(name, links).ok_or_else(|| ContactError::NoFoot { body: body.name.clone(), foot: name })
         };
         let links = parallel::map(body.links.len(), |link| clip.track(&body.links[link].name, vec![link]));
         Ok(Self {
-            frames_per_second,
-            rule: *rule,
+            frames_per_second: clip.frames_per_second,
+            rule: *clip.rule,
             links: links.into_iter().flatten().collect(),
             feet: [foot(FOOT_NAMES[0], left)?, foot(FOOT_NAMES[1], right)?],
         })
@@ -157,6 +181,7 @@ pub(crate) struct GroundTrackInput<'a> {
     pub(crate) frames: &'a [LinkFrames],
     pub(crate) frames_per_second: f64,
     pub(crate) rule: &'a ContactRule,
+    pub(crate) pace: Pace<'a>,
 }
 
 impl GroundTrackInput<'_> {
@@ -164,17 +189,18 @@ impl GroundTrackInput<'_> {
     pub(crate) fn track(&self, name: &str, links: Vec<usize>) -> Option<ContactTrack> {
         let lowest = self.frames.iter().map(|frames| self.surface.lowest_point(frames, &links));
         let lowest = lowest.collect::<Option<Vec<_>>>()?;
-        let reach = self.rule.speed_reach(self.frames_per_second);
         let measures: Vec<(f64, f64)> = lowest
             .iter()
             .enumerate()
             .map(|(frame, lowest)| {
+                let pace = self.pace.at(frame);
+                let reach = self.rule.speed_reach(self.frames_per_second / pace);
                 let speed = |centre| self.velocity_about(centre, frame, lowest, reach).norm();
                 let least = least_speed(frame, self.frames.len(), reach, speed);
-                (lowest.point.z, if self.rule.looks_ahead { least } else { speed(frame) })
+                (lowest.point.z, if self.rule.looks_ahead { least } else { speed(frame) } / pace)
             })
             .collect();
-        let labels = self.rule.label(&measures, self.frames_per_second);
+        let labels = self.rule.label_at_pace(&measures, self.frames_per_second, self.pace);
         let frames = lowest.iter().zip(labels).enumerate().map(|(frame, (lowest, in_contact))| GroundContact {
             gap_m: lowest.point.z,
             point: lowest.point,

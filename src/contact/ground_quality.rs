@@ -27,7 +27,8 @@ impl GroundQuality {
         let frames = contacts.feet[0].frames.len();
         let standing = (0..frames).filter(|&f| contacts.feet.iter().any(|foot| foot.frames[f].in_contact)).count();
         Self {
-            skate_mm_per_s: skate / stands.len().max(1) as f64,
+            // a sum of nothing is -0
+            skate_mm_per_s: skate / stands.len().max(1) as f64 + 0.0,
             penetration_mm: all.map(|contact| 1000.0 * contact.penetration_m()).fold(0.0, f64::max),
             float_mm: stands.iter().map(|contact| 1000.0 * contact.gap_m).fold(0.0, f64::max),
             standing: standing as f64 / frames.max(1) as f64,

@@ -30,6 +30,7 @@ mod error;
 mod ground_contacts;
 mod ground_quality;
 mod interpenetration;
+mod pace;
 mod prop_contacts;
 mod rule;
 mod self_collision;
@@ -43,6 +44,7 @@ pub use ground_contacts::{ContactTrack, GroundContact, GroundContacts, check_fee
 pub(crate) use ground_contacts::{GroundTrackInput, link_frames};
 pub use ground_quality::GroundQuality;
 pub use interpenetration::{Depths, Interpenetration, InterpenetrationScratch};
+pub use pace::Pace;
 pub use prop_contacts::{PropContact, PropContacts, PropTrack};
 pub use rule::ContactRule;
 pub use self_collision::{Collision, LeftOut, LinkPair, SelfCollision};

@@ -1,6 +1,6 @@
 //! The rule for standing on the ground.
 
-use super::{ContactError, stances};
+use super::{ContactError, Pace, stances};
 
 /// Thresholds with hysteresis in both directions of time: a contact is a period low and slow enough to *continue* that
 /// contains, for a minimum time, a period low and slow enough to *begin*. Forward-only hysteresis would let one dip of
@@ -90,10 +90,15 @@ impl ContactRule {
 
     /// Whether each frame is in contact, by its gap (metres) and the speed of its lowest point (m/s).
     pub(super) fn label(&self, frames: &[(f64, f64)], frames_per_second: f64) -> Vec<bool> {
+        self.label_at_pace(frames, frames_per_second, Pace::default())
+    }
+
+    /// As [`Self::label`], with speeds and times of the recording that is passed at a pace of its own.
+    pub(super) fn label_at_pace(&self, frames: &[(f64, f64)], frames_per_second: f64, pace: Pace<'_>) -> Vec<bool> {
         let comes = Thresholds { gap_m: self.enter_gap_m, speed_m_per_s: self.enter_speed_m_per_s };
         let lasts = Thresholds { gap_m: self.leave_gap_m, speed_m_per_s: self.leave_speed_m_per_s };
         if !self.looks_ahead {
-            return self.label_at_once(frames, frames_per_second, [&comes, &lasts]);
+            return self.label_at_once(frames, frames_per_second, pace, [&comes, &lasts]);
         }
         let mut labels: Vec<bool> = frames.iter().map(|frame| lasts.hold(*frame)).collect();
         let runs = stances(&labels);
@@ -101,7 +106,7 @@ impl ContactRule {
             let ends = [run.start, run.end - 1].map(|end| end == 0 || end + 1 == frames.len());
             let is_cut_off = ends[0] && comes.hold(frames[run.start]) || ends[1] && comes.hold(frames[run.end - 1]);
             let around = &frames[run.start.saturating_sub(1)..(run.end + 1).min(frames.len())];
-            let below_s = comes.held(around) / frames_per_second;
+            let below_s = comes.held(around) / frames_per_second * pace.at(run.start);
             let comes_at_all = frames[run.clone()].iter().any(|frame| comes.hold(*frame));
             if !(comes_at_all && (is_cut_off || below_s >= self.shortest_s)) {
                 labels[run.clone()].fill(false);
@@ -109,7 +114,8 @@ impl ContactRule {
         }
         for pair in stances(&labels).windows(2) {
             let around = &frames[pair[0].end - 1..=pair[1].start];
-            let away_s = ((around.len() - 1) as f64 - lasts.held(around)) / frames_per_second;
+            let away = (around.len() - 1) as f64 - lasts.held(around);
+            let away_s = away / frames_per_second * pace.at(pair[0].end);
             if away_s < self.shortest_s {
                 labels[pair[0].end..pair[1].start].fill(true);
             }
@@ -121,6 +127,7 @@ impl ContactRule {
         &self,
         frames: &[(f64, f64)],
         frames_per_second: f64,
+        pace: Pace<'_>,
         [comes, lasts]: [&Thresholds; 2],
     ) -> Vec<bool> {
         let on = |standing: &mut bool, frame: &(f64, f64)| {
@@ -129,7 +136,7 @@ impl ContactRule {
         };
         let mut labels: Vec<bool> = frames.iter().scan(false, on).collect();
         for stance in stances(&labels) {
-            if (stance.len() as f64) < self.shortest_s * frames_per_second {
+            if (stance.len() as f64) * pace.at(stance.start) < self.shortest_s * frames_per_second {
                 labels[stance].fill(false);
             }
         }

@@ -17,6 +17,8 @@ pub enum EditError {
         plain(to)
     )]
     Apart {
+        /// Which of the takes that one is that should follow, from 0; 0 for a take that should follow itself.
+        index: usize,
         /// The take that is left.
         from: String,
         /// The take that should follow.
@@ -32,13 +34,19 @@ pub enum EditError {
     },
     /// A take that a blend does not fit into.
     #[error(
-        "`{}` is too short to be joined: expected at least {needed} frames, twice the time of a blend, found {frames}; \
-         use more of it, or a shorter `join.blend_s`",
-        plain(take)
+        "`{}` is too short to be joined: expected at least {:.2} s ({needed} frames at {frames_per_second} Hz), twice the \
+         time of a blend, found {:.2} s ({frames} frames); use more of it, or a shorter `join.blend_s`",
+        plain(take),
+        *needed as f64 / frames_per_second,
+        *frames as f64 / frames_per_second
     )]
     Short {
+        /// Which of the takes that is, from 0.
+        index: usize,
         /// The take.
         take: String,
+        /// Frames a second.
+        frames_per_second: f64,
         /// Its frames.
         frames: usize,
         /// The least number of frames.
@@ -47,8 +55,7 @@ pub enum EditError {
     /// A path that feet cannot follow.
     #[error(
         "the path turns faster than feet can follow: by {turn_deg:.0} degrees at ({x:.2}, {y:.2}) m while the {foot} \
-         stands from {from_s:.2} s to {to_s:.2} s, and a hip allows {limit_deg:.0} degrees; widen the curve there, or \
-         lower `speed`"
+         stands from {from_s:.2} s to {to_s:.2} s, and a hip allows {limit_deg:.0} degrees; widen the curve there"
     )]
     TurnsTooFast {
         /// The turn during the stance, degrees.

@@ -71,8 +71,8 @@ pub fn joined(body: &Humanoid, takes: &[Take], settings: &JoinSettings) -> Resul
     let mut joined = Joined { motion: first.motion.clone(), seams: Vec::new() };
     // frame of the joined motion at which the present take's frame 0 would be
     let mut begin = 0_isize;
-    for pair in takes.windows(2) {
-        let transition = Transition::between(body, &pair[0], &pair[1], settings)?;
+    for (index, pair) in takes.windows(2).enumerate() {
+        let transition = Transition::between(body, [(index, &pair[0]), (index + 1, &pair[1])], settings)?;
         begin = joined.append(body, begin, &pair[0], &pair[1], &transition);
     }
     joined.motion = joined.motion.made_continuous(body);
@@ -88,7 +88,7 @@ pub fn repeated(body: &Humanoid, take: &Take, duration_s: f64, settings: &JoinSe
     let frames = libm::ceil(duration_s * take.motion.frames_per_second - 1e-6).max(1.0) as usize + 1;
     let mut joined = Joined { motion: take.motion.clone(), seams: Vec::new() };
     if joined.motion.poses.len() < frames {
-        let transition = Transition::between(body, take, take, settings)?;
+        let transition = Transition::between(body, [(0, take), (0, take)], settings)?;
         let mut begin = 0_isize;
         while joined.motion.poses.len() < frames {
             begin = joined.append(body, begin, take, take, &transition);
@@ -100,6 +100,37 @@ pub fn repeated(body: &Humanoid, take: &Take, duration_s: f64, settings: &JoinSe
 }
 
 impl Joined {
+    /// Adds the seams that each take has within itself, in frames of that take, as far as the transitions between the
+    /// takes leave them in.
+    pub fn with_seams_of_takes(mut self, of_takes: Vec<Vec<Seam>>) -> Self {
+        let between = std::mem::take(&mut self.seams);
+        for (index, seams) in of_takes.into_iter().enumerate() {
+            let before = index.checked_sub(1).and_then(|before| between.get(before));
+            let begin = before.map_or(0, |seam| seam.first.cast_signed() - seam.to.1.cast_signed());
+            let present = before.map_or(0, |seam| seam.end);
+            let end = between.get(index).map_or(self.motion.poses.len(), |seam| seam.first);
+            let moved = |frame: usize| {
+                begin.saturating_add_unsigned(frame).clamp(present.cast_signed(), end.max(present).cast_signed())
+            };
+            for mut seam in seams {
+                (seam.first, seam.end) = (moved(seam.first).unsigned_abs(), moved(seam.end).unsigned_abs());
+                if seam.first < seam.end {
+                    self.seams.push(seam);
+                }
+            }
+        }
+        self.seams.extend(between);
+        self.seams.sort_by_key(|seam| seam.first);
+        self
+    }
+
+    /// Which take each frame is of, as long as the seams are those between takes: in a blend, up to its middle the one
+    /// that is left.
+    pub fn takes_of_frames(&self) -> Vec<usize> {
+        let middles: Vec<usize> = self.seams.iter().map(|seam| usize::midpoint(seam.first, seam.end)).collect();
+        (0..self.motion.poses.len()).map(|frame| middles.iter().filter(|middle| **middle <= frame).count()).collect()
+    }
+
     /// Leaves out all frames from `frames` on, and seams that begin there.
     pub fn cut(&mut self, frames: usize) {
         self.motion.poses.truncate(frames);
@@ -138,13 +169,16 @@ struct Transition {
 }
 
 impl Transition {
-    fn between(body: &Humanoid, from: &Take, to: &Take, settings: &JoinSettings) -> Result<Self, EditError> {
+    /// The takes with their numbers, from 0.
+    fn between(body: &Humanoid, takes: [(usize, &Take); 2], settings: &JoinSettings) -> Result<Self, EditError> {
+        let [(_, from), (to_index, to)] = takes;
         let rate = from.motion.frames_per_second;
         let blend = libm::round(settings.blend_s * rate).max(1.0) as usize;
-        for take in [from, to] {
+        for (index, take) in takes {
             let (frames, needed) = (take.motion.poses.len(), 2 * blend + 2);
             if frames < needed {
-                return Err(EditError::Short { take: take.name.clone(), frames, needed });
+                let take = take.name.clone();
+                return Err(EditError::Short { index, take, frames_per_second: rate, frames, needed });
             }
         }
         let own = PoseClouds::new(body, &from.motion, blend);
@@ -154,6 +188,7 @@ impl Transition {
         let closest = nearest(&own, leaving, &other, entering);
         if closest.distance_m > settings.within_m {
             return Err(EditError::Apart {
+                index: to_index,
                 from: from.name.clone(),
                 to: to.name.clone(),
                 closest_mm: 1000.0 * closest.distance_m,
@@ -249,6 +284,30 @@ mod tests {
     }
 
     #[test]
+    fn seams_within_takes_are_where_their_frames_are_in_the_joined_motion() {
+        let (body, part) = (person(), take("part", 0..150));
+        let repeats = |times: f64, name: &str| {
+            let made = repeated(&body, &part, times * part.motion.duration_s(), &JoinSettings::default()).unwrap();
+            (Take { name: name.to_owned(), motion: made.motion }, made.seams)
+        };
+        let ((first, of_first), (second, of_second)) = (repeats(3.0, "first"), repeats(4.0, "second"));
+        let takes = [first, second];
+        let made = joined(&body, &takes, &JoinSettings::default()).unwrap();
+        let between = made.seams[0].clone();
+        let of_frames = made.takes_of_frames();
+        assert_eq!((of_frames[between.first], of_frames[between.end]), (0, 1));
+        let made = made.with_seams_of_takes(vec![of_first, of_second.clone()]);
+        assert!(made.seams.windows(2).all(|pair| pair[0].end <= pair[1].first), "{:?}", made.seams);
+        let later: Vec<&Seam> = made.seams.iter().filter(|seam| seam.first > between.first).collect();
+        assert!(later.len() >= 2, "{:?}", made.seams);
+        for (seam, own) in later.iter().rev().zip(of_second.iter().rev()) {
+            let (there, here) = (&takes[1].motion.poses[own.first], &made.motion.poses[seam.first]);
+            assert!((&there.joint_angles - &here.joint_angles).amax() < 1e-9);
+            assert_eq!(seam.end - seam.first, own.end - own.first);
+        }
+    }
+
+    #[test]
     fn takes_that_are_nowhere_alike_are_refused_with_the_closest_distance() {
         let (body, first) = (person(), take("stand", 0..100));
         let mut second = take("handstand", 0..100);
@@ -259,6 +318,6 @@ mod tests {
         let mut short = first.clone();
         short.motion.poses.truncate(8);
         let error = joined(&body, &[first, short], &JoinSettings::default()).unwrap_err().to_string();
-        assert!(error.contains("too short to be joined") && error.contains("found 8"), "{error}");
+        assert!(error.contains("too short to be joined") && error.contains("found 0.13 s (8 frames)"), "{error}");
     }
 }

@@ -37,4 +37,4 @@ pub use joining::{JoinSettings, Joined, Seam, Take, joined, repeated};
 pub use path::{GREATEST_TURN_IN_A_STANCE, along_path};
 pub use pose_distance::{Closest, PoseClouds};
 pub use transfer::carried_over;
-pub use variation::{Variation, varied};
+pub use variation::{Variation, Varied, varied};

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
 use super::EditError;
 use super::curve::{Curve, unwrap};
 use crate::body::{Humanoid, Motion, Pose};
-use crate::contact::{ContactRule, FOOT_NAMES, GroundContacts};
+use crate::contact::{ContactRule, FOOT_NAMES, GroundContacts, Pace};
 
 /// The body may turn by at most this about a standing foot, radians: 45 degrees, the range of a hip's rotation to
 /// either side (`[Norkin 2009]`).
@@ -24,12 +24,17 @@ const SWAY_S: f64 = 0.35;
 const SLOW: f64 = 0.15;
 
 /// `motion`, continuous, along the path through `waypoints` (metres, on the ground), from the first on; a longer motion
-/// goes straight on after the last one.
+/// goes straight on after the last one. Stances are found at the speed of the recording that it passes at `pace`.
 ///
 /// # Errors
 /// [`EditError`] for waypoints that are no path, a motion that stays in place, and a path that turns by more than
 /// [`GREATEST_TURN_IN_A_STANCE`] while a foot stands.
-pub fn along_path(body: &Humanoid, motion: &Motion, waypoints: &[[f64; 2]]) -> Result<Motion, EditError> {
+pub fn along_path(
+    body: &Humanoid,
+    motion: &Motion,
+    waypoints: &[[f64; 2]],
+    pace: Pace<'_>,
+) -> Result<Motion, EditError> {
     let curve = Curve::through(waypoints)?;
     let way = Way::from_motion(motion);
     let travelled_m = way.lengths.last().copied().unwrap_or(0.0);
@@ -37,7 +42,7 @@ pub fn along_path(body: &Humanoid, motion: &Motion, waypoints: &[[f64; 2]]) -> R
         return Err(EditError::StaysInPlace { travelled_m, least_m: LEAST_TRAVEL });
     }
     let turns: Vec<f64> = way.lengths.iter().zip(&way.headings).map(|(l, heading)| curve.at(*l).1 - heading).collect();
-    check_turns(body, motion, &turns, |frame| curve.at(way.lengths[frame]).0)?;
+    check_turns(body, motion, pace, &turns, |frame| curve.at(way.lengths[frame]).0)?;
     let led = |(frame, pose): (usize, &Pose)| {
         let (there, _) = curve.at(way.lengths[frame]);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turns[frame]);
@@ -55,10 +60,11 @@ pub fn along_path(body: &Humanoid, motion: &Motion, waypoints: &[[f64; 2]]) -> R
 fn check_turns(
     body: &Humanoid,
     motion: &Motion,
+    pace: Pace<'_>,
     turns: &[f64],
     place: impl Fn(usize) -> Vector2<f64>,
 ) -> Result<(), EditError> {
-    let contacts = GroundContacts::from_motion(body, motion, &ContactRule::default())?;
+    let contacts = GroundContacts::from_motion_at_pace(body, motion, &ContactRule::default(), pace)?;
     for (foot, track) in FOOT_NAMES.into_iter().zip(&contacts.feet) {
         for stance in track.stances() {
             let turned: f64 = turns[stance.clone()].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
@@ -166,7 +172,7 @@ mod tests {
     #[test]
     fn a_straight_path_of_the_same_heading_only_moves_the_motion() {
         let (body, motion) = glide(1.0, 0.1, 3.0);
-        let led = along_path(&body, &motion, &[[1.0, 1.0], [9.0, 1.0]]).unwrap();
+        let led = along_path(&body, &motion, &[[1.0, 1.0], [9.0, 1.0]], Pace::default()).unwrap();
         for (was, is) in motion.poses.iter().zip(&led.poses) {
             let moved = is.world_from_root.translation.vector - was.world_from_root.translation.vector;
             assert!((moved - Vector3::new(1.0, 0.7, 0.0)).norm() < 1e-9, "{moved}");
@@ -177,7 +183,8 @@ mod tests {
     #[test]
     fn a_bent_path_is_followed_at_the_motions_own_speed_facing_along_it() {
         let (body, motion) = glide(1.2, 0.5, 6.0);
-        let led = along_path(&body, &motion, &[[0.0, 0.0], [2.0, 0.0], [4.0, 2.0], [4.0, 4.0]]).unwrap();
+        let led =
+            along_path(&body, &motion, &[[0.0, 0.0], [2.0, 0.0], [4.0, 2.0], [4.0, 4.0]], Pace::default()).unwrap();
         let places: Vec<_> = led.poses.iter().map(|p| p.world_from_root.translation.vector).collect();
         for pair in places.windows(2) {
             assert!(((pair[1] - pair[0]).norm() * 60.0 - 1.2).abs() < 0.03, "{}", (pair[1] - pair[0]).norm() * 60.0);
@@ -195,14 +202,15 @@ mod tests {
         let (body, mut motion) = glide(0.2, 0.0, 8.0);
         // slow enough to stand all the time
         motion.frames_per_second = 60.0;
-        let error = along_path(&body, &motion, &[[0.0, 0.0], [0.5, 0.0], [0.5, 0.6]]).unwrap_err().to_string();
+        let error =
+            along_path(&body, &motion, &[[0.0, 0.0], [0.5, 0.0], [0.5, 0.6]], Pace::default()).unwrap_err().to_string();
         assert!(error.contains("turns faster than feet can follow") && error.contains("allows 45 degrees"), "{error}");
     }
 
     #[test]
     fn a_motion_that_stays_in_place_is_refused() {
         let (body, motion) = glide(0.01, 0.0, 2.0);
-        let error = along_path(&body, &motion, &[[0.0, 0.0], [5.0, 0.0]]).unwrap_err().to_string();
+        let error = along_path(&body, &motion, &[[0.0, 0.0], [5.0, 0.0]], Pace::default()).unwrap_err().to_string();
         assert!(error.contains("travels 0.02 m"), "{error}");
     }
 }

@@ -27,24 +27,45 @@ impl Default for Variation {
 /// The slowest that a drift makes a motion, a share of its tempo.
 const SLOWEST: f64 = 0.3;
 
-/// `motion`, continuous, varied. It lasts a little longer or shorter. Angles stay within the joint limits, or as far
-/// beyond as they were.
-pub fn varied(body: &Humanoid, motion: &Motion, variation: &Variation) -> Motion {
-    let timed = with_tempo(body, motion, variation);
-    let swung = with_amplitude(body, &timed, variation);
-    with_posture(body, swung, variation).made_continuous(body)
+/// A varied motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Varied {
+    /// The motion, continuous.
+    pub motion: Motion,
+    /// Which frame of the original each of its frames shows, between two of them a fraction; ascending.
+    pub shows: Vec<f64>,
 }
 
-fn with_tempo(body: &Humanoid, motion: &Motion, variation: &Variation) -> Motion {
+impl Varied {
+    /// The frames that show frames `first` to before `end` of the original; the nearest one where none does.
+    pub fn frames_of(&self, first: usize, end: usize) -> std::ops::Range<usize> {
+        let begins = self.shows.partition_point(|shown| *shown < first as f64);
+        let ends = self.shows.partition_point(|shown| *shown <= end as f64 - 1.0);
+        begins..ends.max(begins + 1).min(self.shows.len())
+    }
+}
+
+/// `motion`, continuous, varied. It lasts a little longer or shorter. Angles stay within the joint limits, or as far
+/// beyond as they were.
+pub fn varied(body: &Humanoid, motion: &Motion, variation: &Variation) -> Varied {
+    let (timed, shows) = with_tempo(body, motion, variation);
+    let swung = with_amplitude(body, &timed, variation);
+    Varied { motion: with_posture(body, swung, variation).made_continuous(body), shows }
+}
+
+/// And which frame of the original each frame shows.
+fn with_tempo(body: &Humanoid, motion: &Motion, variation: &Variation) -> (Motion, Vec<f64>) {
     let drift = Drift::new(variation.seed, 0);
     let last = motion.poses.len().saturating_sub(1) as f64;
-    let (mut poses, mut position, mut seconds) = (Vec::with_capacity(motion.poses.len()), 0.0, 0.0);
+    let mut poses = Vec::with_capacity(motion.poses.len());
+    let (mut shows, mut position, mut seconds) = (Vec::new(), 0.0, 0.0);
     while position <= last {
         poses.extend(motion.at_frame(body, position));
+        shows.push(position);
         position += (1.0 + variation.tempo * drift.at(seconds)).max(SLOWEST);
         seconds += 1.0 / motion.frames_per_second;
     }
-    Motion { frames_per_second: motion.frames_per_second, poses }
+    (Motion { frames_per_second: motion.frames_per_second, poses }, shows)
 }
 
 fn with_amplitude(body: &Humanoid, motion: &Motion, variation: &Variation) -> Motion {
@@ -123,7 +144,7 @@ mod tests {
     fn without_drift_nothing_changes() {
         let (body, motion) = (person(), walk(90).made_continuous(&person()));
         let none = Variation { seed: 1, tempo: 0.0, amplitude: 0.0, posture: 0.0 };
-        let same = varied(&body, &motion, &none);
+        let same = varied(&body, &motion, &none).motion;
         assert_eq!(same.poses.len(), motion.poses.len());
         for (a, b) in same.poses.iter().zip(&motion.poses) {
             assert!((&a.joint_angles - &b.joint_angles).amax() < 1e-12);
@@ -141,7 +162,7 @@ mod tests {
             pose
         };
         let motion = Motion { frames_per_second: 60.0, poses: (0..300).map(pose).collect() };
-        let with = |seed| varied(&body, &motion, &Variation { seed, ..Variation::default() });
+        let with = |seed| varied(&body, &motion, &Variation { seed, ..Variation::default() }).motion;
         assert_eq!(with(3), with(3));
         assert_ne!(with(3), with(4));
         for pose in &with(3).poses {
@@ -151,11 +172,28 @@ mod tests {
         }
     }
 
+    /// A seam's frames were scaled by how much longer the whole motion had become.
+    #[test]
+    fn frames_of_the_original_are_found_again_where_they_are_shown() {
+        let still = Motion { frames_per_second: 60.0, poses: vec![person().zero_pose(); 600] };
+        let varied = varied(&person(), &still, &Variation { seed: 2, tempo: 0.2, ..Variation::default() });
+        assert_eq!(varied.shows.len(), varied.motion.poses.len());
+        for (first, end) in [(0, 20), (150, 168), (300, 318), (580, 600)] {
+            let frames = varied.frames_of(first, end);
+            let inside = |shown: f64| (first as f64..=(end - 1) as f64).contains(&shown);
+            let found: Vec<usize> = (0..varied.shows.len()).filter(|&frame| inside(varied.shows[frame])).collect();
+            assert_eq!((found[0], found[found.len() - 1] + 1), (frames.start, frames.end));
+        }
+        let scaled = 300.0 * varied.shows.len() as f64 / 600.0;
+        assert!((scaled - varied.frames_of(300, 318).start as f64).abs() > 5.0, "the old way is told apart: {scaled}");
+        assert_eq!(varied.frames_of(0, 1), 0..1);
+    }
+
     #[test]
     fn a_slower_tempo_takes_longer_and_legs_keep_their_posture() {
         let body = shipped("actor").unwrap();
         let still = Motion { frames_per_second: 60.0, poses: vec![body.zero_pose(); 200] };
-        let moved = varied(&body, &still, &Variation { seed: 5, ..Variation::default() });
+        let moved = varied(&body, &still, &Variation { seed: 5, ..Variation::default() }).motion;
         let arm = body.find_degree_of_freedom("left_elbow_flexion").unwrap();
         let knee = body.find_degree_of_freedom("left_knee_flexion").unwrap();
         assert!(moved.poses.iter().any(|pose| pose.joint_angles[arm] > 0.005));

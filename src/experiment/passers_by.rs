@@ -70,9 +70,11 @@ fn passer_by(
     let frames_per_second = file.scenario.motion.frames_per_second;
     let motion = MotionSettings { frames_per_second, ..settings.motion.clone() };
     let key = format!("{table}.robot");
-    let template = dressed(file, table, template, settings.skin.as_ref(), SkinBlending::Linear)?;
+    let (template, skin_notes) = dressed(file, table, template, settings.skin.as_ref(), SkinBlending::Linear)?;
     let recordings = Recordings::load(&alone, &format!("{table}.motion"), &motion, mocap_directory)?;
     let Performance { retargeted, .. } = recordings.performed_by(&alone, (&key, &settings.robot), &template)?;
     let poses = retargeted.motion.poses;
-    Ok((Distractor { name, body: retargeted.humanoid, poses }, retargeted.report.notes))
+    let skin_notes = skin_notes.into_iter().map(|note| format!("skin: {note}"));
+    let notes = skin_notes.chain(retargeted.report.notes).collect();
+    Ok((Distractor { name, body: retargeted.humanoid, poses }, notes))
 }

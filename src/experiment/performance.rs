@@ -10,6 +10,7 @@ use super::placement::place;
 use super::{ExperimentError, clip_file::UsedRecording};
 use crate::benchmark_set::SourceRecording;
 use crate::body::{Humanoid, Motion};
+use crate::contact::Pace;
 use crate::editing::{
     EditError, JoinSettings, Joined, Seam, Take, Variation, along_path, carried_over, joined, repeated, varied,
 };
@@ -29,6 +30,8 @@ pub(super) struct Performance {
     pub(super) retargeted: Retargeted,
     /// Where takes were joined.
     pub(super) seams: Vec<Seam>,
+    /// How many times as fast as recorded each frame is; empty where all are as fast.
+    pub(super) pace: Vec<f64>,
 }
 
 impl<'a> Recordings<'a> {
@@ -86,9 +89,8 @@ impl<'a> Recordings<'a> {
             if let Some(duration) = settings.loop_to_s.filter(|_| !recording.was_cyclic) {
                 let longer = repeated(body, &take, duration, &self.join()).map_err(at(file, table, "loop_to_s"))?;
                 take.motion = longer.motion;
-                if takes.is_empty() {
-                    seams = longer.seams;
-                }
+                seams.resize(takes.len(), Vec::new());
+                seams.push(longer.seams);
             }
             takes.push(take);
             match &mut first {
@@ -99,71 +101,80 @@ impl<'a> Recordings<'a> {
         let Some(retargeted) = first else {
             return Err(scenario_error(file, &self.table, "expected a recording, found none".to_owned()));
         };
-        let mut made = joined(&retargeted.humanoid, &takes, &self.join()).map_err(at(file, &self.table, "then"))?;
-        // seams of the first take's repetitions that its transition to the next has left in
-        let kept = made.seams.first().map_or(usize::MAX, |seam| seam.first);
-        seams.retain(|seam| seam.end <= kept);
-        seams.append(&mut made.seams);
-        made.seams = seams;
-        self.edit(file, retargeted, made)
+        let made = joined(&retargeted.humanoid, &takes, &self.join()).map_err(|error| {
+            let index = match &error {
+                EditError::Apart { index, .. } | EditError::Short { index, .. } => *index,
+                _ => 0,
+            };
+            at(file, self.takes.get(index).map_or(&self.table, |(table, ..)| table), "clip")(error)
+        })?;
+        let pace = self.pace(&made);
+        self.edit(file, Performance { retargeted, seams: Vec::new(), pace }, made.with_seams_of_takes(seams))
+    }
+
+    /// How many times as fast as recorded each frame is, before it is varied.
+    fn pace(&self, made: &Joined) -> Vec<f64> {
+        let speeds: Vec<f64> = self.takes.iter().map(|(_, settings, _)| settings.speed.unwrap_or(1.0)).collect();
+        if speeds.iter().all(|speed| *speed == 1.0) {
+            return Vec::new();
+        }
+        made.takes_of_frames().into_iter().map(|take| speeds[take]).collect()
     }
 
     /// Variation, path, place and length.
     fn edit(
         &self,
         file: &ScenarioFile,
-        mut retargeted: Retargeted,
+        performance: Performance,
         mut made: Joined,
     ) -> Result<Performance, ExperimentError> {
         let settings = self.settings;
+        let Performance { mut retargeted, mut pace, .. } = performance;
         if let Some(v) = &settings.variation {
-            let before = made.motion.poses.len();
             let variation = Variation {
                 seed: u64::from(v.seed),
                 tempo: v.tempo_percent / 100.0,
                 amplitude: v.amplitude_percent / 100.0,
                 posture: v.posture_deg.to_radians(),
             };
-            made.motion = varied(&retargeted.humanoid, &made.motion, &variation);
-            let growth = made.motion.poses.len() as f64 / before.max(1) as f64;
-            made.seams.iter_mut().for_each(|seam| move_in_time(seam, growth));
+            let varied = varied(&retargeted.humanoid, &made.motion, &variation);
+            for seam in &mut made.seams {
+                let frames = varied.frames_of(seam.first, seam.end);
+                (seam.first, seam.end) = (frames.start, frames.end);
+            }
+            if !pace.is_empty() {
+                pace = varied.shows.iter().map(|shown| pace[libm::round(*shown) as usize]).collect();
+            }
+            made.motion = varied.motion;
         }
         if let Some(frames) = settings.frames {
-            let found = made.motion.poses.len();
+            let (found, rate) = (made.motion.poses.len(), settings.frames_per_second);
             if found < frames {
                 let message = format!(
-                    "expected at most the {found} frames that the edited motion has at {} Hz, found {frames}; add takes \
-                     or loop_to_s",
-                    settings.frames_per_second
+                    "expected at most the {found} frames ({:.2} s) that the edited motion has at {rate} Hz, found {frames} \
+                     ({:.2} s); add takes or loop_to_s",
+                    found as f64 / rate,
+                    frames as f64 / rate
                 );
                 return Err(scenario_error(file, &format!("{}.frames", self.table), message));
             }
             made.cut(frames);
         }
         if !settings.path_m.is_empty() {
-            made.motion = along_path(&retargeted.humanoid, &made.motion, &settings.path_m).map_err(at(
-                file,
-                &self.table,
-                "path_m",
-            ))?;
+            let led = along_path(&retargeted.humanoid, &made.motion, &settings.path_m, Pace(&pace));
+            made.motion = led.map_err(at(file, &self.table, "path_m"))?;
         }
-        place(&mut made.motion, settings)
+        place(&retargeted.humanoid, &mut made.motion, settings)
             .map_err(|e| scenario_error(file, &format!("{}.heading_deg", self.table), e))?;
         retargeted.motion = made.motion;
         retargeted.report.notes.extend(made.seams.iter().map(in_words));
-        Ok(Performance { retargeted, seams: made.seams })
+        Ok(Performance { retargeted, seams: made.seams, pace })
     }
 
     fn join(&self) -> JoinSettings {
         let keys = &self.settings.join;
         JoinSettings { blend_s: keys.blend_s, within_m: keys.within_mm / 1000.0 }
     }
-}
-
-/// A seam where the tempo has drifted: about where it now is.
-fn move_in_time(seam: &mut Seam, growth: f64) {
-    let moved = |frame: usize| libm::round(frame as f64 * growth) as usize;
-    (seam.first, seam.end) = (moved(seam.first), moved(seam.end));
 }
 
 fn at<'a>(file: &'a ScenarioFile, table: &'a str, key: &'static str) -> impl Fn(EditError) -> ExperimentError + 'a {

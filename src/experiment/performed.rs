@@ -6,10 +6,10 @@ use super::ExperimentError;
 use super::error::scenario_error;
 use crate::benchmark_set::ContactFacts;
 use crate::body::{Humanoid, LinkFrames, Markers, Motion};
-use crate::contact::{ContactRule, GroundContacts, GroundQuality};
+use crate::contact::{ContactRule, GroundContacts, GroundQuality, Pace};
 use crate::input::excerpt;
 use crate::mocap::Clip;
-use crate::physics::plant_feet;
+use crate::physics::plant_feet_at_pace;
 use crate::retarget::{FitOptions, RetargetError, RetargetOptions, Retargeted, fit_motion_to_markers, retarget};
 use crate::scenario::{ContactMode, ScenarioFile};
 
@@ -32,21 +32,22 @@ pub(super) fn retargeted(
     })
 }
 
-/// Does to the motion what `[actor] contact` says; what came of it. Where the test is simulated, what is only
-/// learned from is fixed.
+/// Does to the motion what `[actor] contact` says; what came of it. `pace` is that of [`super::performance`]. Where
+/// the test is simulated, what is only learned from is fixed.
 pub(super) fn plant_feet_if_asked(
     mode: ContactMode,
     performed: &mut Retargeted,
+    pace: Pace<'_>,
 ) -> Result<Option<ContactFacts>, ExperimentError> {
     let rule = ContactRule::default();
     Ok(match mode {
         ContactMode::Off => None,
         ContactMode::Measure => {
-            let contacts = GroundContacts::from_motion(&performed.humanoid, &performed.motion, &rule)?;
+            let contacts = GroundContacts::from_motion_at_pace(&performed.humanoid, &performed.motion, &rule, pace)?;
             Some(ContactFacts::measured(&GroundQuality::from_contacts(&contacts)))
         }
         ContactMode::Fix | ContactMode::Simulate => {
-            let fixed = plant_feet(&performed.humanoid, &performed.motion, &rule)?;
+            let fixed = plant_feet_at_pace(&performed.humanoid, &performed.motion, &rule, pace)?;
             performed.motion = fixed.motion;
             Some(ContactFacts::fixed(&fixed.report))
         }

@@ -2,21 +2,22 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use crate::body::Motion;
+use crate::body::{Humanoid, Motion};
 use crate::scenario::MotionSettings;
 
-/// Turns a motion about the vertical and moves it over the ground so that its first frame is as the settings want it;
-/// without any it stays as it is, to the bit.
+/// Turns a motion of `body` about the vertical and moves it over the ground so that its first frame is as the settings
+/// want it; without any it stays as it is, to the bit.
 ///
 /// # Errors
 /// In words, where a heading is wanted of a body that is upside down in the first frame.
-pub(super) fn place(motion: &mut Motion, settings: &MotionSettings) -> Result<(), String> {
+pub(super) fn place(body: &Humanoid, motion: &mut Motion, settings: &MotionSettings) -> Result<(), String> {
     let Some(first) = motion.poses.first() else { return Ok(()) };
     let was = first.world_from_root.translation.vector;
     let turn = match settings.heading_deg {
         None => UnitQuaternion::identity(),
         Some(wanted) => {
-            let heading = first.heading().ok_or("expected a heading in the first frame, found the body upside down")?;
+            let heading =
+                body.heading(first).ok_or("expected a heading in the first frame, found the body upside down")?;
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), wanted.to_radians() - heading)
         }
     };
@@ -35,7 +36,7 @@ pub(super) fn place(motion: &mut Motion, settings: &MotionSettings) -> Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::fixture::walk;
+    use crate::body::fixture::{person, walk};
 
     fn settings(start_m: Option<[f64; 2]>, heading_deg: Option<f64>) -> MotionSettings {
         MotionSettings { start_m, heading_deg, ..MotionSettings::from_clip("a.bvh") }
@@ -43,7 +44,7 @@ mod tests {
 
     fn placed(settings: &MotionSettings) -> Motion {
         let mut motion = walk(20);
-        place(&mut motion, settings).unwrap();
+        place(&person(), &mut motion, settings).unwrap();
         motion
     }
 

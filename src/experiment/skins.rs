@@ -10,7 +10,8 @@ use crate::retarget::with_skin;
 use crate::scenario::{ScenarioFile, SkinBlending};
 use std::sync::Arc;
 
-/// `robot` with the skin of that name, if one is given; `table` is `actor` or `tracker_body`.
+/// `robot` with the skin of that name, if one is given, and notes of the skin, which are also the body's last ones;
+/// `table` is `actor` or `tracker_body`.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the key, and what is wrong with the skin or its fit.
@@ -20,8 +21,8 @@ pub(super) fn dressed(
     robot: Humanoid,
     skin: Option<&String>,
     blending: SkinBlending,
-) -> Result<Humanoid, ExperimentError> {
-    let Some(name) = skin else { return Ok(robot) };
+) -> Result<(Humanoid, Vec<String>), ExperimentError> {
+    let Some(name) = skin else { return Ok((robot, Vec::new())) };
     let unusable = |error: SkinError| scenario_error(file, &format!("{table}.skin"), error.to_string());
     let mesh = skin_named(&file.folder, Path::new(name)).map_err(unusable)?;
     let mut body = with_skin(&robot, &mesh).map_err(unusable)?;
@@ -29,7 +30,8 @@ pub(super) fn dressed(
         body.skin = body.skin.map(|skin| Arc::new(Skin::clone(&skin).with_blending(Blending::DualQuaternion)));
     }
     body.notes.extend(mesh.notes.iter().map(|note| format!("skin {}: {note}", excerpt(name))));
-    Ok(body)
+    let notes = mesh.notes.iter().map(|note| format!("{}: {note}", excerpt(name))).collect();
+    Ok((body, notes))
 }
 
 /// A skin that ships, or one of a file below `folder`.

@@ -18,7 +18,7 @@ use crate::benchmark_set::{
 };
 use crate::body::{BodyShape, Humanoid, Markers, Motion, SHIPPED_ROBOTS, UrdfError, shipped};
 use crate::camera::{CameraRig, FilmingRig};
-use crate::contact::check_feet;
+use crate::contact::{Pace, check_feet};
 use crate::editing::Seam;
 use crate::input::excerpt;
 use crate::motion_model::{Prediction, ProposalScales};
@@ -51,6 +51,8 @@ pub struct Staged {
     pub sources: Vec<SourceRecording>,
     /// Where takes were joined.
     pub seams: Vec<Seam>,
+    /// How many times as fast as recorded each frame is; empty where all are as fast.
+    pub pace: Vec<f64>,
     /// The same of every training motion.
     pub training_sources: Vec<SourceRecording>,
     /// What the tracker is told.
@@ -80,15 +82,16 @@ impl Staged {
         };
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
-        let actor_template = dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
+        let (actor_template, notes_of_skin) =
+            dressed(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
         check_surface(file, "actor.robot", &actor_template)?;
-        let tracker_template =
+        let (tracker_template, notes_of_tracker) =
             dressed(file, "tracker_body", tracker_template, tracker.skin.as_ref(), SkinBlending::Linear)?;
         check_surface(file, "tracker_body.robot", &tracker_template)?;
-        let Performance { retargeted: mut performed, seams } =
+        let Performance { retargeted: mut performed, seams, pace } =
             recordings.performed_by(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
         performed.humanoid = performed.humanoid.with_masses_of_skin();
-        let contact = apply_contact(file, &mut performed)?;
+        let contact = apply_contact(file, &mut performed, &pace)?;
         let body = tracker_body(file, &tracker_template, &performed, same_robot)?.with_masses_of_skin();
         let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
@@ -96,9 +99,10 @@ impl Staged {
             None if same_robot => (spread(&body, &performed.motion)?, Vec::new()),
             None => {
                 let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
-                let mut own = recordings.performed_by(file, robot, &tracker_template)?.retargeted;
+                let Performance { retargeted: mut own, pace, .. } =
+                    recordings.performed_by(file, robot, &tracker_template)?;
                 if check_feet(&own.humanoid).is_ok() {
-                    plant_feet_if_asked(scenario.actor.contact, &mut own)?;
+                    plant_feet_if_asked(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
                 (spread(&body, &own.motion)?, Vec::new())
             }
@@ -130,10 +134,12 @@ impl Staged {
         let rate = ground_truth.frames_per_second;
         notes.extend(moments.iter().flat_map(|moments| filming::notes(moments, &rig, rate)));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
-        notes.extend(actor_template.notes.iter().map(|note| format!("actor.robot: {note}")));
+        notes.extend(robot_notes("actor", &actor_template, &notes_of_skin));
         if !same_robot {
-            notes.extend(tracker_template.notes.iter().map(|note| format!("tracker_body.robot: {note}")));
+            notes.extend(robot_notes("tracker_body", &tracker_template, &notes_of_tracker));
         }
+        notes.extend(notes_of_skin.iter().map(|note| format!("actor.skin: {note}")));
+        notes.extend(notes_of_tracker.iter().map(|note| format!("tracker_body.skin: {note}")));
         notes.extend(other_notes);
         notes.extend(footless("actor.robot", &ground_truth.actor));
         notes.extend(footless("tracker_body.robot", &body));
@@ -153,6 +159,7 @@ impl Staged {
             start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
             sources: recordings.sources(),
             seams,
+            pace,
             training_sources,
             refitted,
             facts: TruthFacts {
@@ -206,17 +213,30 @@ fn check_surface(file: &ScenarioFile, key: &str, body: &Humanoid) -> Result<(), 
     Err(scenario_error(file, key, message.to_owned()))
 }
 
+/// Notes of a robot's file; the body's last notes are those of its skin.
+fn robot_notes(table: &str, body: &Humanoid, of_skin: &[String]) -> Vec<String> {
+    let own = body.notes.len().saturating_sub(of_skin.len());
+    body.notes[..own].iter().map(|note| format!("{table}.robot: {note}")).collect()
+}
+
 /// What to tell the user about a body that cannot stand.
 fn footless(key: &str, body: &Humanoid) -> Option<String> {
     check_feet(body).err().map(|e| format!("{key}: {e}; contact is not measured"))
 }
 
 /// As [`plant_feet_if_asked`], but a body that is to be simulated is.
-fn apply_contact(file: &ScenarioFile, performed: &mut Retargeted) -> Result<Option<ContactFacts>, ExperimentError> {
+fn apply_contact(
+    file: &ScenarioFile,
+    performed: &mut Retargeted,
+    pace: &[f64],
+) -> Result<Option<ContactFacts>, ExperimentError> {
     if file.scenario.actor.contact != ContactMode::Simulate {
-        return plant_feet_if_asked(file.scenario.actor.contact, performed);
+        return plant_feet_if_asked(file.scenario.actor.contact, performed, Pace(pace));
     }
-    let settings = simulation_settings(file, &performed.humanoid, performed.motion.duration_s())?;
+    let settings = SimulationSettings {
+        pace: pace.to_vec(),
+        ..simulation_settings(file, &performed.humanoid, performed.motion.duration_s())?
+    };
     let simulated = simulate(&performed.humanoid, &performed.motion, &settings)?;
     performed.motion = simulated.motion;
     Ok(Some(ContactFacts::simulated(&performed.humanoid, &settings, &simulated.report)))
@@ -252,6 +272,7 @@ fn simulation_settings(
         root_wrench: settings.root_wrench.unwrap_or(default.root_wrench),
         pushes: settings.push.iter().map(push).collect::<Result<_, _>>()?,
         props: file.scenario.prop.iter().map(PropSettings::prop).collect(),
+        pace: default.pace,
     })
 }
 

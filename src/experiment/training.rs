@@ -4,10 +4,11 @@ use std::path::Path;
 
 use super::ExperimentError;
 use super::error::scenario_error;
-use super::performance::Recordings;
+use super::performance::{Performance, Recordings};
 use super::performed::{markers, plant_feet_if_asked, refit};
 use crate::benchmark_set::{SourceRecording, TrainingMotions};
 use crate::body::Humanoid;
+use crate::contact::Pace;
 use crate::scenario::ScenarioFile;
 
 /// What a scenario's tracker may learn from.
@@ -57,11 +58,17 @@ pub(super) fn load(
             return Err(scenario_error_at("clip", message));
         }
         let robot = ("actor.robot", file.scenario.actor.robot.as_str());
-        let mut performed = recordings.performed_by(file, robot, actor_template)?.retargeted;
-        plant_feet_if_asked(file.scenario.actor.contact, &mut performed)?;
+        let Performance { retargeted: mut performed, pace, .. } =
+            recordings.performed_by(file, robot, actor_template)?;
+        plant_feet_if_asked(file.scenario.actor.contact, &mut performed, Pace(&pace))?;
         let motion = refit(body, &markers(&performed.humanoid, &performed.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {
-            let message = format!("expected at least 3 frames to learn from, found {}", motion.poses.len());
+            let (found, rate) = (motion.poses.len(), motion.frames_per_second);
+            let message = format!(
+                "expected at least 3 frames ({:.3} s) to learn from, found {found} ({:.3} s)",
+                3.0 / rate,
+                found as f64 / rate
+            );
             return Err(scenario_error_at("clip", message));
         }
         learned.training.motions.push(motion);

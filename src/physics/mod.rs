@@ -34,5 +34,5 @@ mod simulation;
 pub use constants::GRAVITY;
 pub use dynamics::{Dynamics, DynamicsFrame, DynamicsSummary, Efforts, GROUND_FRICTION, PointForce, inverse_dynamics};
 pub use error::PhysicsError;
-pub use planting::{MostMoved, PlantedMotion, PlantingReport, plant_feet};
+pub use planting::{MostMoved, PlantedMotion, PlantingReport, plant_feet, plant_feet_at_pace};
 pub use simulation::{Push, Simulated, SimulationReport, SimulationSettings, simulate};

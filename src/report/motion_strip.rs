@@ -85,7 +85,8 @@ impl MotionStrip<'_> {
     fn silhouette(&self, picture: &mut Pixmap, frame: usize, [left, top]: [u32; 2]) -> Result<(), ReportError> {
         let pose = &self.motion.poses[frame];
         let place = pose.world_from_root.translation.vector;
-        let [x, y, _] = pose.forward().unwrap_or([1.0, 0.0, 0.0]);
+        let heading = self.body.heading(pose).unwrap_or(0.0);
+        let (x, y) = (libm::cos(heading), libm::sin(heading));
         let aside = Vector3::new(-y, x, 0.0) * DISTANCE;
         let target = Point3::new(place.x, place.y, LOOK_AT_HEIGHT.max(place.z - 0.3));
         let view = FieldOfView::Vertical(2.0 * libm::atan(1.12 / DISTANCE));

@@ -29,6 +29,7 @@ mod person;
 mod planted;
 mod residuals;
 mod shape_fit;
+mod skin_check;
 mod skin_fit;
 mod spine;
 mod turning;

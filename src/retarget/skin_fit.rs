@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
+use super::skin_check::check_placed;
 use super::{FitOptions, SegmentLengths, fit_shape, fit_to_markers};
 use crate::body::{
     BodyShape, Humanoid, LANDMARKS, Landmark, LinkFrames, LinkShape, Markers, Skin, SkinError, SkinMesh,
@@ -27,21 +28,23 @@ const AT_ORIGIN: f64 = 0.03;
 /// on the template itself at its zero pose.
 ///
 /// # Errors
-/// [`SkinError`] for weights of another skeleton, landmarks that are missing, and a body that cannot take the mesh's
-/// pose.
+/// [`SkinError`] for weights of another skeleton, landmarks that are missing, a body that cannot take the mesh's pose,
+/// and a mesh whose limbs do not lie at the body's.
 pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinError> {
     let bare = Humanoid { skin: None, ..template.clone() };
     let lowest = check_height(mesh)?;
+    Skin::check_segments(mesh, &bare)?;
     if mesh.landmarks.is_empty() {
         let bind = bare.link_frames(&bare.zero_pose());
         check_soles(mesh, lowest, &bare, &bind)?;
         let skin = Skin::bound(mesh, &bare, &bind)?;
+        check_placed(&skin, &bare, &bind)?;
         return Ok(Humanoid { skin: Some(Arc::new(skin)), ..bare });
     }
     let (targets, toes) = targets(mesh)?;
     let shape = fit_shape(&bare, &SegmentLengths::from_places(&targets, toes));
     let sized = bare.reshaped(&shape);
-    let mut start = sized.zero_pose();
+    let mut start = sized.standing_pose();
     if let Some(pelvis) = targets[Landmark::Pelvis as usize] {
         start.world_from_root.translation.vector = pelvis.coords;
     }
@@ -49,7 +52,8 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
     if fit.residual_rms_m > WORST_FIT {
         let detail = format!(
             "`{}` comes within {:.0} mm of its landmarks (root mean square), expected {:.0}: the mesh must be metres, X \
-             forward, Y left, Z up, and its landmarks those of a human in a pose that the body can take",
+             forward, Y left, Z up, and its landmarks those of a human in a pose that the body can take, left and right not \
+             swapped",
             template.name,
             1000.0 * fit.residual_rms_m,
             1000.0 * WORST_FIT
@@ -59,6 +63,7 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
     let mut bind = sized.link_frames(&fit.pose);
     flatten_feet(&sized, &targets, toes, &mut bind);
     let skin = Skin::bound(mesh, &sized, &bind)?;
+    check_placed(&skin, &sized, &bind)?;
     let fitted = Humanoid { skin: Some(Arc::new(skin)), ..sized };
     Ok(Humanoid { skin: fitted.reshaped(&inverse(&shape)).skin, ..bare })
 }
@@ -111,9 +116,10 @@ fn targets(mesh: &SkinMesh) -> Result<(Markers, Toes), SkinError> {
     Ok((targets, ["left_toes", "right_toes"].map(|name| mesh.landmarks.get(name).copied())))
 }
 
-/// Markers do not tell how feet are turned: in the bind pose they lie flat and point to the balls of the mesh's feet.
+/// Markers do not tell how feet are turned: in the bind pose they lie as at the zero pose, flat, and point to the balls
+/// of the mesh's feet.
 fn flatten_feet(body: &Humanoid, targets: &Markers, toes: Toes, bind: &mut LinkFrames) {
-    let zero = body.link_frames(&body.zero_pose());
+    let zero = body.link_frames(&body.standing_pose());
     let ankles = [Landmark::LeftAnkle, Landmark::RightAnkle];
     for ((ankle, toes), links) in ankles.into_iter().zip(toes).zip(body.foot_links()) {
         let (Some(marker), Some(place), Some(&foot)) =

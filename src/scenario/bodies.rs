@@ -129,7 +129,7 @@ pub enum SkinBlending {
 }
 
 impl SkinBlending {
-    fn is_linear(&self) -> bool {
+    pub(super) fn is_linear(&self) -> bool {
         *self == Self::Linear
     }
 }

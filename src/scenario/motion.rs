@@ -35,7 +35,8 @@ pub struct MotionSettings {
     /// guessed from motion and bones, with a note; required if no usual unit makes a body of 1.2 to 2.3 m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub metres_per_unit: Option<f64>,
-    /// The file's upward axis. Default: defined by the format; for BVH guessed from the skeleton, with a note.
+    /// The file's upward axis. Default: defined by the format; with a note for BVH, guessed from the skeleton, and for
+    /// TRC, usually Y, from the body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<UpwardAxis>,
     /// Ground position `[x, y]` of the body's root in the first frame used: the motion is moved there. Metres. Default:

@@ -199,6 +199,8 @@ fn shape(s: &ShapeSettings) -> RangeCheck {
 }
 
 fn actor(a: &ActorSettings) -> RangeCheck {
+    let is_dressed = a.skin.is_some() || a.skin_blending.is_linear();
+    require("actor.skin_blending", is_dressed, "it only with a `skin`, which it blends", "no skin")?;
     if let Some(shape) = &a.shape {
         self::shape(shape)?;
     }

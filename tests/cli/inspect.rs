@@ -94,3 +94,58 @@ fn robots_recordings_and_skins_are_pictured() {
     let clip = json(&room, &["embedded:walk"]);
     assert!(clip["fit"]["mean_mm"].as_f64().unwrap() < 5.0, "{}", clip["fit"]);
 }
+
+/// A recording with unknown names was refused as soon as a picture was asked for.
+#[test]
+fn facts_of_a_recording_with_unknown_joints_are_printed_although_there_is_no_picture() {
+    let room = Sandbox::new();
+    let text = fs::read_to_string(shipped("scenarios/motions/01_01.bvh")).unwrap();
+    let mut count = 0;
+    let renamed = text.lines().map(|line| {
+        let indent = &line[..line.len() - line.trim_start().len()];
+        let kind = line.trim_start().split(' ').next().unwrap();
+        count += 1;
+        if ["ROOT", "JOINT"].contains(&kind) { format!("{indent}{kind} thing{count}\n") } else { format!("{line}\n") }
+    });
+    room.write("strange.bvh", renamed.collect::<String>());
+    let plain = room.skiagraph(["inspect", "strange.bvh"]);
+    let drawn = room.skiagraph(["inspect", "strange.bvh", "--out", "strange.png"]);
+    assert_eq!((plain.code, drawn.code), (0, 0), "{}", drawn.stderr);
+    assert!(drawn.stdout.contains("cannot be retargeted") && drawn.stdout.contains("there is no picture"));
+    assert!(!drawn.stdout.contains("pictures:") && room.entries() == ["strange.bvh"], "{:?}", room.entries());
+}
+
+/// A standing body whose third axis points up: markers by the names of landmarks, two frames, metres.
+const Z_UP: [(&str, [f64; 3]); 15] = [
+    ("pelvis", [2.0, 3.0, 0.95]),
+    ("thorax", [2.0, 3.0, 1.45]),
+    ("head_top", [2.0, 3.0, 1.75]),
+    ("left_shoulder", [2.0, 3.18, 1.4]),
+    ("left_elbow", [2.0, 3.2, 1.1]),
+    ("left_wrist", [2.05, 3.2, 0.85]),
+    ("right_shoulder", [2.0, 2.82, 1.4]),
+    ("right_elbow", [2.0, 2.8, 1.1]),
+    ("right_wrist", [2.05, 2.8, 0.85]),
+    ("left_hip", [2.0, 3.09, 0.93]),
+    ("left_knee", [2.02, 3.09, 0.5]),
+    ("left_ankle", [2.0, 3.09, 0.08]),
+    ("right_hip", [2.0, 2.91, 0.93]),
+    ("right_knee", [2.02, 2.91, 0.5]),
+    ("right_ankle", [2.0, 2.91, 0.08]),
+];
+
+#[test]
+fn a_trc_file_with_z_up_stands_and_it_is_said_why() {
+    let room = Sandbox::new();
+    let names: String = Z_UP.iter().map(|(name, _)| format!("\t{name}\t\t")).collect();
+    let row: String = Z_UP.iter().flat_map(|(_, place)| place).map(|c| format!("\t{c}")).collect();
+    room.write(
+        "z.trc",
+        format!(
+            "PathFileType\t4\t(X/Y/Z)\tz.trc\nDataRate\tUnits\n60\tm\nFrame#\tTime{names}\n\t\tX1\n\n1\t0.0{row}\n2\t0.1{row}\n"
+        ),
+    );
+    let said = json(&room, &["z.trc"]);
+    assert!((1.5..1.8).contains(&said["height_m"].as_f64().unwrap()), "{said}");
+    assert!(said["notes"].to_string().contains("up axis: Z, although TRC files usually have Y"), "{said}");
+}

@@ -9,6 +9,7 @@ mod compare;
 mod contact;
 mod corruption;
 mod distractors;
+mod edited;
 mod export;
 mod filming;
 mod gate;
@@ -23,6 +24,7 @@ mod same_numbers;
 mod sandbox;
 mod scenarios;
 mod segment;
+mod skins;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;

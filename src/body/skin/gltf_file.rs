@@ -1,24 +1,28 @@
-//! glTF 2.0 (`.gltf`, `.glb`): the meshes of the first skin, with its joints and weights. The `gltf` crate reads and
-//! validates the document.
+//! glTF 2.0 (`.gltf`, `.glb`): all meshes that the joints of one figure move, in one skin, with its joints and weights.
+//! The `gltf` crate reads and validates the document.
 //!
 //! glTF has Y up and metres; bodies face +Z. The mesh is taken as its nodes pose it, which is how programs show the
 //! file without an animation: `v = sum_i w_i T_i B_i v0` with the nodes' `T_i` and the inverse bind matrices `B_i`.
 //! Joints become body segments by their names; fingers and other joints without a segment of their own belong to the
 //! nearest joint above that has one. The landmarks that bind the skin to a body are the origins of the joints.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Semantic;
 use nalgebra::{Matrix4, Point3, Vector4};
 
 use super::gltf_numbers::{Buffers, rows};
-use super::joint_names::{ORIGINS, Vocabulary, nearest_segment};
+use super::joint_names::{ORIGINS, Vocabulary};
 use super::mesh::{MOST_TRIANGLES, MOST_VERTICES, SkinError, SkinMesh};
 use crate::input::{excerpt, foreign};
 
 /// Most joints that a skin may have.
 const MOST_JOINTS: usize = 10_000;
+/// Most skins that a figure may have: one of every garment.
+const MOST_SKINS: usize = 100;
+/// Most meshes that a message names.
+const MOST_NAMED: usize = 8;
 /// Most nodes that a file may have.
 const MOST_NODES: usize = 1_000_000;
 /// Heights from ankle to crown that a body may have, metres: a file in centimetres is not taken for a giant.
@@ -41,11 +45,14 @@ pub(super) fn parse(
         return Err(malformed(format!("{} nodes; expected at most {MOST_NODES}", document.nodes().len())));
     }
     let buffers = buffers(file, &document, blob.as_deref(), read)?;
-    let skin = document.nodes().filter(|node| node.mesh().is_some()).find_map(|node| node.skin());
-    let skin = skin.ok_or_else(|| {
-        malformed("expected a node with a mesh and a skin, found none; export the mesh with its armature".to_owned())
-    })?;
-    let joints = SkinJoints::of(&document, &skin, &buffers).map_err(malformed)?;
+    let skinned: Vec<gltf::Node<'_>> =
+        document.nodes().filter(|node| node.mesh().is_some() && node.skin().is_some()).collect();
+    if skinned.is_empty() {
+        return Err(malformed(
+            "expected a node with a mesh and a skin, found none; export the mesh with its armature".to_owned(),
+        ));
+    }
+    let joints = FigureJoints::of(&document, &skinned, &buffers).map_err(malformed)?;
     let mut mesh = SkinMesh {
         name: std::path::Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
         vertices: Vec::new(),
@@ -54,16 +61,46 @@ pub(super) fn parse(
         landmarks: BTreeMap::new(),
         notes: joints.notes.clone(),
     };
+    mesh.notes.extend(left_out(&document));
     let mut weights: BTreeMap<String, BTreeMap<u32, f64>> = BTreeMap::new();
-    for node in document.nodes().filter(|node| node.skin().is_some_and(|own| own.index() == skin.index())) {
+    for node in &skinned {
+        let own = node.skin().and_then(|skin| joints.of_skins.get(&skin.index())).map_or(&[][..], Vec::as_slice);
         for primitive in node.mesh().into_iter().flat_map(|own| own.primitives()) {
-            add(&primitive, &buffers, &joints, &mut mesh, &mut weights).map_err(malformed)?;
+            add(&primitive, &buffers, own, &mut mesh, &mut weights)
+                .map_err(|detail| malformed(format!("{}: {detail}", name_of(node))))?;
         }
     }
     mesh.weights = Some(weights.into_iter().map(|(name, own)| (name, own.into_iter().collect())).collect());
     let mut mesh = mesh.checked(file)?;
     mesh.landmarks = joints.landmarks(&mesh).map_err(malformed)?;
     mesh.checked(file)
+}
+
+/// How a mesh is called in messages: as its node, else as itself, else by its number.
+fn name_of(node: &gltf::Node<'_>) -> String {
+    let mesh = node.mesh();
+    let name = node.name().or_else(|| mesh.as_ref().and_then(gltf::Mesh::name));
+    let number = mesh.as_ref().map_or(0, gltf::Mesh::index);
+    name.map_or_else(|| format!("mesh {number}"), |name| format!("mesh `{}`", excerpt(name)))
+}
+
+/// The names of some meshes, the first few of many.
+fn names_of<'a>(nodes: impl Iterator<Item = &'a gltf::Node<'a>>) -> String {
+    let mut names: Vec<String> = nodes.map(name_of).collect();
+    let more = names.len().saturating_sub(MOST_NAMED);
+    names.truncate(MOST_NAMED);
+    if more > 0 {
+        names.push(format!("{more} more"));
+    }
+    names.join(", ")
+}
+
+/// A note of meshes without a skin.
+fn left_out(document: &gltf::Document) -> Option<String> {
+    let bare: Vec<gltf::Node<'_>> =
+        document.nodes().filter(|node| node.mesh().is_some() && node.skin().is_none()).collect();
+    let names = names_of(bare.iter());
+    (!bare.is_empty()).then(|| format!("left out, for no joint moves them (they have no skin): {names}"))
 }
 
 /// The document, validated, and the binary chunk of a `.glb`.
@@ -140,7 +177,7 @@ fn decoded(uri: &str) -> String {
 fn add(
     primitive: &gltf::Primitive<'_>,
     buffers: &Buffers,
-    joints: &SkinJoints,
+    joints: &[SkinJoint],
     mesh: &mut SkinMesh,
     weights: &mut BTreeMap<String, BTreeMap<u32, f64>>,
 ) -> Result<(), String> {
@@ -172,9 +209,9 @@ fn add(
         let vertex = first + index as u32;
         let mut posed = Vector4::zeros();
         for (carrier, share) in carriers.iter().zip(shares).filter(|(_, share)| **share != 0.0) {
-            let joint = joints.all.get(*carrier as usize).ok_or_else(|| {
-                format!("vertex {vertex} has joint {carrier}; the skin has {}, from 0", joints.all.len())
-            })?;
+            let joint = joints
+                .get(*carrier as usize)
+                .ok_or_else(|| format!("vertex {vertex} has joint {carrier}; the skin has {}, from 0", joints.len()))?;
             posed += joint.place_from_mesh * place.to_homogeneous() * *share;
             *weights.entry(joint.segment.clone()).or_default().entry(vertex).or_default() += share;
         }
@@ -210,51 +247,68 @@ struct SkinJoint {
     place_from_mesh: Matrix4<f64>,
 }
 
-/// The joints of a skin, by their number in it.
-struct SkinJoints {
-    all: Vec<SkinJoint>,
+/// The joints of all skins of one figure.
+struct FigureJoints {
+    /// By the number of a skin, its joints by their number in it.
+    of_skins: BTreeMap<usize, Vec<SkinJoint>>,
     /// Origins of joints that begin a segment.
     origins: BTreeMap<String, Point3<f64>>,
     names: Vec<String>,
     notes: Vec<String>,
 }
 
-impl SkinJoints {
-    fn of(document: &gltf::Document, skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Self, String> {
-        let nodes: Vec<(usize, String)> = skin
-            .joints()
-            .take(MOST_JOINTS + 1)
-            .map(|joint| (joint.index(), joint.name().unwrap_or_default().to_owned()))
-            .collect();
-        if nodes.len() > MOST_JOINTS {
-            return Err(format!("a skin of more than {MOST_JOINTS} joints"));
+impl FigureJoints {
+    /// Of the skins of these nodes, which must be of one skeleton.
+    fn of(document: &gltf::Document, skinned: &[gltf::Node<'_>], buffers: &Buffers) -> Result<Self, String> {
+        let skins: BTreeMap<usize, gltf::Skin<'_>> =
+            skinned.iter().filter_map(|node| node.skin()).map(|skin| (skin.index(), skin)).collect();
+        if skins.len() > MOST_SKINS {
+            return Err(format!("{} skins; expected at most {MOST_SKINS}", skins.len()));
         }
-        let inverse: Vec<[f64; 16]> = match skin.inverse_bind_matrices() {
-            Some(accessor) => rows(&accessor, buffers, (&[DataType::F32], Dimensions::Mat4), MOST_JOINTS)?,
-            None => vec![std::array::from_fn(|i| f64::from(u8::from(i % 5 == 0))); nodes.len()],
-        };
-        if inverse.len() != nodes.len() {
-            return Err(format!("{} joints and {} inverse bind matrices", nodes.len(), inverse.len()));
+        let mut names: BTreeMap<usize, String> = BTreeMap::new();
+        let mut nodes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut order = Vec::new();
+        for (index, skin) in &skins {
+            for joint in skin.joints().take(MOST_JOINTS + 1) {
+                nodes.entry(*index).or_default().push(joint.index());
+                let name = || joint.name().unwrap_or_default().to_owned();
+                if let std::collections::btree_map::Entry::Vacant(new) = names.entry(joint.index()) {
+                    new.insert(name());
+                    order.push(joint.index());
+                }
+            }
+            if nodes.get(index).map_or(0, Vec::len) > MOST_JOINTS {
+                return Err(format!("a skin of more than {MOST_JOINTS} joints"));
+            }
         }
         let tree = NodeTree::of(document)?;
-        let vocabulary = Vocabulary::of(nodes.iter().map(|(_, name)| name.as_str()));
+        let vocabulary = Vocabulary::of(names.values().map(String::as_str));
+        check_one_figure(document, skinned, &nodes, &tree, vocabulary)?;
         let own: BTreeMap<usize, String> =
-            nodes.iter().filter_map(|(node, name)| Some((*node, vocabulary.segment(name)?))).collect();
-        let mut joints = Self { all: Vec::new(), origins: BTreeMap::new(), names: Vec::new(), notes: Vec::new() };
+            names.iter().filter_map(|(node, name)| Some((*node, vocabulary.segment(name)?))).collect();
+        let mut joints =
+            Self { of_skins: BTreeMap::new(), origins: BTreeMap::new(), names: Vec::new(), notes: Vec::new() };
         let mut unknown = Vec::new();
-        for ((node, name), inverse) in nodes.iter().zip(&inverse) {
-            let world = tree.world.get(*node).copied().unwrap_or_else(Matrix4::identity);
+        for node in &order {
+            let name = names.get(node).map_or("", String::as_str);
             match own.get(node) {
                 Some(segment) => {
-                    let origin = forward(world.column(3).xyz());
+                    let origin = forward(tree.world(*node).column(3).xyz());
                     joints.origins.entry(segment.clone()).or_insert(origin);
                 }
                 None => unknown.push(excerpt(name)),
             }
-            let segment = nearest_segment(*node, &tree.parents, &own).unwrap_or_else(|| "pelvis".to_owned());
-            let place_from_mesh = world * Matrix4::from_column_slice(inverse);
-            joints.all.push(SkinJoint { segment, place_from_mesh });
-            joints.names.push(name.clone());
+            joints.names.push(name.to_owned());
+        }
+        let segments = tree.nearest_segments(&own);
+        for (index, skin) in &skins {
+            let nodes = nodes.get(index).map_or(&[][..], Vec::as_slice);
+            let inverse = inverse_bind_matrices(skin, buffers, nodes.len())?;
+            let joint = |(node, inverse): (&usize, &[f64; 16])| SkinJoint {
+                segment: segments.get(*node).copied().flatten().unwrap_or("pelvis").to_owned(),
+                place_from_mesh: tree.world(*node) * Matrix4::from_column_slice(inverse),
+            };
+            joints.of_skins.insert(*index, nodes.iter().zip(&inverse).map(joint).collect());
         }
         if !unknown.is_empty() {
             let unknown = excerpt(&unknown.join(", "));
@@ -313,14 +367,96 @@ impl SkinJoints {
     }
 }
 
+/// The inverse bind matrices of a skin of so many joints.
+fn inverse_bind_matrices(skin: &gltf::Skin<'_>, buffers: &Buffers, joints: usize) -> Result<Vec<[f64; 16]>, String> {
+    let inverse: Vec<[f64; 16]> = match skin.inverse_bind_matrices() {
+        Some(accessor) => rows(&accessor, buffers, (&[DataType::F32], Dimensions::Mat4), MOST_JOINTS)?,
+        None => vec![std::array::from_fn(|i| f64::from(u8::from(i % 5 == 0))); joints],
+    };
+    match inverse.len() == joints {
+        true => Ok(inverse),
+        false => Err(format!("{joints} joints and {} inverse bind matrices", inverse.len())),
+    }
+}
+
+/// Refuses skins of several skeletons: `nodes` are the joints of every skin.
+fn check_one_figure(
+    document: &gltf::Document,
+    skinned: &[gltf::Node<'_>],
+    nodes: &BTreeMap<usize, Vec<usize>>,
+    tree: &NodeTree,
+    vocabulary: Vocabulary,
+) -> Result<(), String> {
+    let mut is_joint = vec![false; tree.world.len()];
+    nodes.values().flatten().for_each(|node| is_joint[*node] = true);
+    for node in document.nodes().filter(|node| node.name().is_some_and(|name| vocabulary.segment(name).is_some())) {
+        is_joint[node.index()] = true;
+    }
+    let skeletons = tree.tops(&is_joint);
+    let of_skin = |skin: usize| -> BTreeSet<usize> {
+        nodes.get(&skin).into_iter().flatten().filter_map(|node| skeletons[*node]).collect()
+    };
+    let mut waiting: Vec<(usize, BTreeSet<usize>)> = nodes.keys().map(|skin| (*skin, of_skin(*skin))).collect();
+    let first = skinned.iter().find_map(|node| node.skin()).map_or(0, |skin| skin.index());
+    let mut figure = of_skin(first);
+    let mut found = 0;
+    while waiting.len() != found {
+        found = waiting.len();
+        waiting.retain(|(skin, own)| {
+            let belongs = *skin == first || own.is_empty() || own.iter().any(|top| figure.contains(top));
+            if belongs {
+                figure.extend(own);
+            }
+            !belongs
+        });
+    }
+    if waiting.is_empty() {
+        return Ok(());
+    }
+    let is_other = |node: &&gltf::Node<'_>| {
+        node.skin().is_some_and(|skin| waiting.iter().any(|(other, _)| *other == skin.index()))
+    };
+    Err(format!(
+        "meshes of several skeletons: {} and, apart from them, {}; expected one figure: export one of them",
+        names_of(skinned.iter().filter(|node| !is_other(node))),
+        names_of(skinned.iter().filter(is_other))
+    ))
+}
+
 /// The nodes of a file.
 struct NodeTree {
     parents: Vec<Option<usize>>,
     /// World from node, by the node's number.
     world: Vec<Matrix4<f64>>,
+    /// Parents before their children.
+    order: Vec<usize>,
 }
 
 impl NodeTree {
+    /// World from node.
+    fn world(&self, node: usize) -> Matrix4<f64> {
+        self.world.get(node).copied().unwrap_or_else(Matrix4::identity)
+    }
+
+    /// For every node the topmost of `marked` that it is or hangs on, directly or over any others.
+    fn tops(&self, marked: &[bool]) -> Vec<Option<usize>> {
+        let mut tops = vec![None; self.parents.len()];
+        for &node in &self.order {
+            tops[node] = self.parents[node].and_then(|parent| tops[parent]).or_else(|| marked[node].then_some(node));
+        }
+        tops
+    }
+
+    /// For every node its own segment, or that of the nearest node above that has one.
+    fn nearest_segments<'a>(&self, own: &'a BTreeMap<usize, String>) -> Vec<Option<&'a str>> {
+        let mut segments = vec![None; self.parents.len()];
+        for &node in &self.order {
+            let above = || self.parents[node].and_then(|parent| segments[parent]);
+            segments[node] = own.get(&node).map(String::as_str).or_else(above);
+        }
+        segments
+    }
+
     fn of(document: &gltf::Document) -> Result<Self, String> {
         let nodes: Vec<gltf::Node<'_>> = document.nodes().collect();
         let mut parents = vec![None; nodes.len()];
@@ -335,16 +471,16 @@ impl NodeTree {
         }
         let mut world = vec![Matrix4::identity(); nodes.len()];
         let mut waiting: Vec<usize> = (0..nodes.len()).filter(|node| parents[*node].is_none()).collect();
-        let mut reached = 0;
+        let mut order = Vec::with_capacity(nodes.len());
         while let Some(node) = waiting.pop() {
-            reached += 1;
+            order.push(node);
             let own = nodes[node].transform().matrix();
             let own = Matrix4::from_fn(|row, column| f64::from(own[column][row]));
             world[node] = parents[node].map_or(own, |parent: usize| world[parent] * own);
             waiting.extend(&below[node]);
         }
-        match reached == nodes.len() {
-            true => Ok(Self { parents, world }),
+        match order.len() == nodes.len() {
+            true => Ok(Self { parents, world, order }),
             false => Err("nodes that are their own ancestors".to_owned()),
         }
     }
@@ -401,6 +537,30 @@ mod tests {
         assert_eq!(mesh.triangles, [[0, 1, 2]]);
         assert_eq!(mesh.weights.unwrap()["head"], [(0, 1.0), (1, 1.0), (2, 1.0)]);
         assert_eq!(mesh.landmarks["left_ankle"], Point3::origin());
+    }
+
+    /// The same with more nodes and skins; the joints of the first are nodes 1 to 15.
+    fn more(nodes: &str, skins: &str) -> String {
+        let skins = if skins.is_empty() { String::new() } else { format!(", {skins}") };
+        let text = text("b.bin", 96);
+        let text = text.replacen("],\n            \"skins\"", &format!(", {nodes}],\n            \"skins\""), 1);
+        text.replacen("}],\n            \"meshes\"", &format!("}}{skins}],\n            \"meshes\""), 1)
+    }
+
+    /// Only meshes of the first skin were read; hair and clothes with skins of their own were dropped without a word.
+    #[test]
+    fn all_meshes_of_one_skeleton_are_one_skin_and_what_no_joint_moves_is_told() {
+        let hair = r#"{"name": "Hair", "mesh": 0, "skin": 1}, {"name": "Sword", "mesh": 0}"#;
+        let file = more(hair, r#"{"joints": [1, 2, 3]}"#);
+        let mesh = parse("a.gltf", file.as_bytes(), &|_| Ok(buffer())).unwrap();
+        assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (6, 2));
+        assert_eq!(mesh.triangles[1], [3, 4, 5]);
+        assert_eq!(mesh.vertices[5], mesh.vertices[2]);
+        assert_eq!(mesh.weights.unwrap()["head"].len(), 6);
+        assert!(mesh.notes.iter().any(|note| note.ends_with("(they have no skin): mesh `Sword`")), "{:?}", mesh.notes);
+        let dog = r#"{"name": "Dog", "mesh": 0, "skin": 1}, {"name": "Tail1"}, {"name": "Tail2"}, {"name": "Tail3"}"#;
+        let found = message(&more(dog, r#"{"joints": [17, 18, 19]}"#), &buffer());
+        assert!(found.contains("several skeletons: mesh 0 and, apart from them, mesh `Dog`;"), "{found}");
     }
 
     #[test]

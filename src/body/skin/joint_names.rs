@@ -1,7 +1,5 @@
 //! Which body segment a joint of a skinned file is, by its name as common programs spell it.
 
-use std::collections::BTreeMap;
-
 /// Landmarks at the origins of segments, without their side.
 pub(super) const ORIGINS: [(&str, &str); 7] = [
     ("shoulder", "upper_arm"),
@@ -102,21 +100,6 @@ fn side_of(name: &str) -> (Option<&'static str>, &str) {
         }
     }
     (None, name)
-}
-
-/// For every joint the segment that it belongs to: its own, or that of the nearest joint above that has one. `parents`
-/// and `names` are by number of a node.
-pub(super) fn nearest_segment(
-    mut node: usize,
-    parents: &[Option<usize>],
-    own: &BTreeMap<usize, String>,
-) -> Option<String> {
-    loop {
-        if let Some(segment) = own.get(&node) {
-            return Some(segment.clone());
-        }
-        node = (*parents.get(node)?)?;
-    }
 }
 
 #[cfg(test)]

@@ -65,12 +65,13 @@ pub enum SkinError {
     },
     /// The skin belongs to another skeleton.
     #[error(
-        "skin `{}` has weights for {}, which `{}` does not have; its links are: {}; rename the groups of the weights, \
+        "skin `{}` has weights for {}, which `{}` does not have{}; its links are: {}; rename the groups of the weights, \
          or leave the weights out to have them found by distance",
         excerpt(skin),
         excerpt(segments),
         excerpt(body),
-        excerpt(links)
+        unknown,
+        links
     )]
     OtherSkeleton {
         /// The skin.
@@ -79,6 +80,8 @@ pub enum SkinError {
         segments: String,
         /// The body.
         body: String,
+        /// Landmarks that the body lacks, in words; empty where it has all.
+        unknown: String,
         /// The body's links.
         links: String,
     },

@@ -17,6 +17,7 @@ mod gltf_numbers;
 mod joint_names;
 mod masses;
 mod mesh;
+mod recognised;
 mod reshape;
 mod segment_solids;
 mod segments;
@@ -103,6 +104,11 @@ impl Skin {
             None => automatic::weights(body, bind, &mesh.vertices, &mesh.triangles)?,
         };
         Ok(Self::assemble(&mesh.name, mesh.vertices.clone(), mesh.triangles.clone(), &influences, bind.0.clone()))
+    }
+
+    /// Refuses a mesh with weights of segments that no link of `body` carries, before anything is fitted.
+    pub(crate) fn check_segments(mesh: &SkinMesh, body: &Humanoid) -> Result<(), SkinError> {
+        mesh.weights.as_ref().map_or(Ok(()), |weights| segments::check(weights, mesh, body))
     }
 
     /// A skin of its parts; `influences` has one list a vertex.

@@ -1,8 +1,10 @@
 //! Which link of a body carries a segment that weights are given for.
 
 use super::mesh::{SkinError, SkinMesh};
+use super::recognised::links_of_segments;
 use super::{Influence, MOST_INFLUENCES};
-use crate::body::Humanoid;
+use crate::body::{Humanoid, LANDMARKS};
+use crate::input::excerpt;
 use std::collections::BTreeMap;
 
 /// Where a body has no link of a segment's own, the segment that carries it; without the side.
@@ -18,26 +20,19 @@ const CARRIED_BY: [(&str, &str); 9] = [
     ("torso", "pelvis"),
 ];
 
+/// Most links that a message names.
+const MOST_NAMED: usize = 100;
+
 /// The influences of every vertex: names become links, the greatest are kept and brought to a sum of 1.
 pub(super) fn of_links(
     weights: &BTreeMap<String, Vec<(u32, f64)>>,
     mesh: &SkinMesh,
     body: &Humanoid,
 ) -> Result<Vec<Vec<Influence>>, SkinError> {
-    let found: Vec<(&String, Option<usize>)> = weights.keys().map(|name| (name, link_of(body, name))).collect();
-    let missing: Vec<&str> = found.iter().filter(|(_, link)| link.is_none()).map(|(name, _)| name.as_str()).collect();
-    if !missing.is_empty() {
-        let links: Vec<&str> = body.links.iter().map(|link| link.name.as_str()).collect();
-        return Err(SkinError::OtherSkeleton {
-            skin: mesh.name.clone(),
-            segments: missing.join(", "),
-            body: body.name.clone(),
-            links: links.join(", "),
-        });
-    }
+    let found = found(weights, mesh, body)?;
     let mut influences = vec![Vec::<Influence>::new(); mesh.vertices.len()];
-    for ((_, link), pairs) in found.iter().zip(weights.values()) {
-        let Some(link) = link.and_then(|link| u32::try_from(link).ok()) else { continue };
+    for (link, pairs) in found.into_iter().zip(weights.values()) {
+        let link = link as u32;
         for (vertex, weight) in pairs.iter().filter(|(_, weight)| *weight > 0.0) {
             let own = &mut influences[*vertex as usize];
             match own.iter_mut().find(|influence| influence.link == link) {
@@ -50,6 +45,38 @@ pub(super) fn of_links(
     Ok(influences)
 }
 
+/// Whether every segment has a link.
+pub(super) fn check(
+    weights: &BTreeMap<String, Vec<(u32, f64)>>,
+    mesh: &SkinMesh,
+    body: &Humanoid,
+) -> Result<(), SkinError> {
+    found(weights, mesh, body).map(drop)
+}
+
+/// The link of every segment, in the order of their names.
+fn found(
+    weights: &BTreeMap<String, Vec<(u32, f64)>>,
+    mesh: &SkinMesh,
+    body: &Humanoid,
+) -> Result<Vec<usize>, SkinError> {
+    let segments = SegmentLinks::new(body);
+    let found: Vec<(&String, Option<usize>)> = weights.keys().map(|name| (name, segments.link_of(name))).collect();
+    let missing: Vec<&str> = found.iter().filter(|(_, link)| link.is_none()).map(|(name, _)| name.as_str()).collect();
+    if missing.is_empty() {
+        return Ok(found.into_iter().filter_map(|(_, link)| link).collect());
+    }
+    let links: Vec<String> = body.links.iter().take(MOST_NAMED).map(|link| excerpt(&link.name)).collect();
+    let more = body.links.len().saturating_sub(MOST_NAMED);
+    Err(SkinError::OtherSkeleton {
+        skin: mesh.name.clone(),
+        segments: missing.join(", "),
+        body: body.name.clone(),
+        unknown: unknown_landmarks(body),
+        links: if more == 0 { links.join(", ") } else { format!("{} and {more} more", links.join(", ")) },
+    })
+}
+
 /// Keeps the [`MOST_INFLUENCES`] greatest, in the order of links, with a sum of 1.
 pub(super) fn keep_greatest(own: &mut Vec<Influence>) {
     own.sort_by(|a, b| b.weight.total_cmp(&a.weight).then(a.link.cmp(&b.link)));
@@ -59,11 +86,47 @@ pub(super) fn keep_greatest(own: &mut Vec<Influence>) {
     own.iter_mut().for_each(|influence| influence.weight /= sum);
 }
 
-/// The link of that name, or the one that carries the segment.
-fn link_of(body: &Humanoid, name: &str) -> Option<usize> {
-    if let Some(link) = body.find_link(name) {
-        return Some(link);
+/// Landmarks that the body lacks, in words; empty where it has all.
+fn unknown_landmarks(body: &Humanoid) -> String {
+    let pairs = LANDMARKS.iter().zip(&body.markers);
+    let unknown: Vec<&str> = pairs.filter(|(_, marker)| marker.is_none()).map(|(own, _)| own.name()).collect();
+    match unknown.is_empty() {
+        true => String::new(),
+        false => format!(
+            " (no link has such a name, and none is recognised: it lacks the landmarks {}; place them with fixed, empty \
+             links marker_NAME)",
+            unknown.join(", ")
+        ),
     }
+}
+
+/// Segments whose links have these names on a robot that is built as the ones that ship.
+const OWN_LIMBS: [&str; 4] = ["upper_arm", "forearm", "thigh", "shank"];
+
+/// The links of a body's segments.
+struct SegmentLinks<'a> {
+    body: &'a Humanoid,
+    /// Of a robot with other names.
+    recognised: Option<BTreeMap<String, usize>>,
+}
+
+impl<'a> SegmentLinks<'a> {
+    fn new(body: &'a Humanoid) -> Self {
+        let has = |part: &str| ["left", "right"].iter().all(|side| body.find_link(&format!("{side}_{part}")).is_some());
+        Self { body, recognised: (!OWN_LIMBS.into_iter().all(has)).then(|| links_of_segments(body)) }
+    }
+
+    /// The link of that name, the one that is recognised as the segment, or the one that carries it.
+    fn link_of(&self, name: &str) -> Option<usize> {
+        let recognised = || self.recognised.as_ref().and_then(|links| links.get(name).copied());
+        let own = self.body.find_link(name).or_else(recognised).or_else(|| carrier(self.body, name));
+        // what ships has its pelvis at the root; of other robots that is not known
+        own.or_else(|| (self.recognised.is_none() && is_of_trunk(name)).then_some(0))
+    }
+}
+
+/// The link that carries a segment without a link of its own.
+fn carrier(body: &Humanoid, name: &str) -> Option<usize> {
     let (side, mut part) = match name.split_once('_') {
         Some((side @ ("left" | "right"), part)) => (side, part),
         _ => ("", name),
@@ -77,13 +140,23 @@ fn link_of(body: &Humanoid, name: &str) -> Option<usize> {
             }
         }
     }
-    (part == "pelvis").then_some(0)
+    None
+}
+
+/// Whether a segment belongs to the trunk, which the pelvis carries in the end.
+fn is_of_trunk(name: &str) -> bool {
+    let part = name.split_once('_').map_or(name, |(_, part)| part);
+    name == "pelvis" || CARRIED_BY[3..].iter().any(|(segment, _)| [name, part].contains(segment))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::body::shipped;
+
+    fn link_of(body: &Humanoid, name: &str) -> Option<usize> {
+        SegmentLinks::new(body).link_of(name)
+    }
 
     #[test]
     fn segments_that_a_body_lacks_are_carried_by_the_next_one() {
@@ -97,6 +170,20 @@ mod tests {
         assert_eq!(on_tracker("head"), "head");
         assert_eq!(on_tracker("abdomen"), on_tracker("pelvis"));
         assert_eq!(link_of(&actor, "tail"), None);
+    }
+
+    /// The thorax of a robot with other names was given to its root.
+    #[test]
+    fn segments_of_robots_with_other_names_are_recognised_or_unknown_but_never_the_roots() {
+        let mut body = shipped("actor").unwrap();
+        body.links.iter_mut().for_each(|link| link.name = format!("part_of_{}", link.name));
+        for name in ["thorax", "left_upper_arm", "right_toes", "head"] {
+            assert_eq!(body.links[link_of(&body, name).unwrap()].name, format!("part_of_{name}"));
+        }
+        body.markers = Default::default();
+        for name in ["pelvis", "thorax", "left_upper_arm", "head"] {
+            assert_eq!(link_of(&body, name), None);
+        }
     }
 
     #[test]

@@ -64,11 +64,17 @@ fn one() -> f64 {
 pub fn read_skin(path: &Path) -> Result<SkinMesh, SkinError> {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
     let read = |name: &str, limit: u64| -> Result<Vec<u8>, SkinError> {
-        let inside = below(&folder, name).ok_or_else(|| SkinError::Malformed {
-            file: path.display().to_string(),
-            detail: format!("names the file `{}`; expected one in its own folder or below", excerpt(name)),
-        })?;
-        input::read(&inside, limit).map_err(|source| SkinError::Unreadable { path: inside, source })
+        let refuse = |detail: String| {
+            let detail = format!("names the file `{}`{detail}", excerpt(name));
+            SkinError::Malformed { file: path.display().to_string(), detail }
+        };
+        let outside = || refuse("; expected one in its own folder or below".to_owned());
+        let unreadable = |source: std::io::Error| refuse(format!(", which cannot be read: {source}"));
+        let inside = below(&folder, name).ok_or_else(outside)?;
+        if leads_out(&folder, &inside).map_err(unreadable)? {
+            return Err(refuse(", a link that leads out of its folder; expected one in it or below".to_owned()));
+        }
+        input::read(&inside, limit).map_err(unreadable)
     };
     let whole =
         input::read(path, limits::MESH).map_err(|source| SkinError::Unreadable { path: path.to_owned(), source })?;
@@ -102,6 +108,12 @@ fn below(folder: &Path, name: &str) -> Option<PathBuf> {
     (plain && name.components().next().is_some()).then(|| folder.join(name))
 }
 
+/// Whether a file below a folder is elsewhere once links are followed.
+fn leads_out(folder: &Path, inside: &Path) -> std::io::Result<bool> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    Ok(!inside.canonicalize()?.starts_with(folder.canonicalize()?))
+}
+
 /// Gives the bytes of a file of that name, at most as many as that.
 pub(super) type Read<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, SkinError> + 'a;
 
@@ -126,11 +138,14 @@ pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh,
     }
     let (vertices, triangles) = mesh_from_bytes(&record.mesh, &read(&record.mesh, limits::MESH)?)
         .map_err(|detail| malformed(format!("mesh `{}`: {detail}", excerpt(&record.mesh))))?;
+    let mut notes = Vec::new();
     let weights = match &record.weights {
         None => None,
         Some(name) => {
             let bytes = read(name, limits::MESH)?;
-            Some(weights_file::parse(name, &String::from_utf8_lossy(&bytes))?)
+            let mut weights = weights_file::parse(name, &String::from_utf8_lossy(&bytes))?;
+            notes.extend(without_empty_groups(name, &mut weights));
+            Some(weights)
         }
     };
     let place = |point: [f64; 3]| record.up.turned(point.map(|c| c * record.metres_per_unit));
@@ -141,9 +156,19 @@ pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh,
         triangles,
         weights,
         landmarks: record.landmarks.iter().map(|(name, point)| (name.clone(), place(*point))).collect(),
-        notes: Vec::new(),
+        notes,
     };
     mesh.checked(file)
+}
+
+/// Leaves out groups that carry nothing; a note of them.
+fn without_empty_groups(file: &str, weights: &mut BTreeMap<String, Vec<(u32, f64)>>) -> Option<String> {
+    let is_empty = |own: &Vec<(u32, f64)>| own.iter().all(|(_, weight)| *weight == 0.0);
+    let empty: Vec<&str> = weights.iter().filter(|(_, own)| is_empty(own)).map(|(name, _)| name.as_str()).collect();
+    let note = format!("groups of {} without any weight, left out: {}", excerpt(file), excerpt(&empty.join(", ")));
+    let note = (!empty.is_empty()).then_some(note);
+    weights.retain(|_, own| !is_empty(own));
+    note
 }
 
 #[cfg(test)]
@@ -155,6 +180,9 @@ mod tests {
             Ok(match name {
                 "m.obj" => b"v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n".to_vec(),
                 "w.json" => br#"{"weights": {"pelvis": [[0, 1], [1, 1], [2, 1]]}}"#.to_vec(),
+                "empty.json" => {
+                    br#"{"weights": {"pelvis": [[0, 1], [1, 1], [2, 1]], "head": [[0, 0]], "tail": []}}"#.to_vec()
+                }
                 "short.json" => br#"{"weights": {"pelvis": [[0, 1], [1, 0.4], [2, 1]]}}"#.to_vec(),
                 _ => return Err(SkinError::NotShipped { name: name.to_owned(), known: String::new() }),
             })
@@ -178,6 +206,37 @@ mod tests {
         assert!(message("mesh = \"m.obj\"\n[landmarks]\ntail = [0, 0, 0]").contains("`tail` is no landmark"));
         assert!(message("mesh = \"m.obj\"\nmetres_per_unit = nan").contains("metres_per_unit: expected a length"));
         assert!(message("mash = \"m.obj\"").starts_with("s.toml: "));
+    }
+
+    #[test]
+    fn groups_without_weights_are_left_out_with_a_note() {
+        let mesh = with("mesh = \"m.obj\"\nweights = \"empty.json\"").unwrap();
+        assert_eq!(mesh.weights.unwrap().into_keys().collect::<Vec<_>>(), ["pelvis"]);
+        assert_eq!(mesh.notes, ["groups of empty.json without any weight, left out: head, tail"]);
+    }
+
+    #[test]
+    fn a_file_that_is_missing_or_a_link_out_of_the_folder_is_told_with_the_skin_that_names_it() {
+        let room = tempfile::tempdir().unwrap();
+        let folder = room.path().join("skins");
+        std::fs::create_dir(&folder).unwrap();
+        let skin = folder.join("s.toml");
+        std::fs::write(&skin, "schema = \"skiagraph.skin/1\"\nmesh = \"m.obj\"").unwrap();
+        let message = || read_skin(&skin).unwrap_err().to_string();
+        let found = message();
+        assert!(found.contains("s.toml: names the file `m.obj`, which cannot be read: "), "{found}");
+        #[cfg(unix)]
+        {
+            let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+            std::fs::write(room.path().join("secret.obj"), obj).unwrap();
+            std::os::unix::fs::symlink("../secret.obj", folder.join("m.obj")).unwrap();
+            let found = message();
+            assert!(found.contains("`m.obj`, a link that leads out of its folder"), "{found}");
+            std::fs::remove_file(folder.join("m.obj")).unwrap();
+            std::fs::write(folder.join("own.obj"), obj).unwrap();
+            std::os::unix::fs::symlink("own.obj", folder.join("m.obj")).unwrap();
+            assert!(read_skin(&skin).is_ok(), "a link within the folder");
+        }
     }
 
     #[test]

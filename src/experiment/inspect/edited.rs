@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::super::{Destination, ExperimentError, Staged, inputs::Inputs};
 use super::INSPECT_SCHEMA;
 use crate::body::{Humanoid, Motion};
-use crate::contact::{ContactRule, ContactTrack, GroundContacts, GroundQuality};
+use crate::contact::{ContactRule, ContactTrack, GroundContacts, GroundQuality, Pace};
 use crate::editing::Seam;
 use crate::experiment::partial_file::PartialFile;
 use crate::report::MotionStrip;
@@ -115,7 +115,8 @@ pub fn inspect_scenario(
     let place = picture.map(|to| place_of(file, mocap_directory, to)).transpose()?;
     let staged = Staged::new(file, mocap_directory)?;
     let (body, motion) = (&staged.ground_truth.actor, staged.ground_truth.motion());
-    let contacts = GroundContacts::from_motion(body, &motion, &ContactRule::default()).ok();
+    let (rule, pace) = (ContactRule::default(), Pace(&staged.pace));
+    let contacts = GroundContacts::from_motion_at_pace(body, &motion, &rule, pace).ok();
     if let Some(place) = place {
         let stances = contacts.as_ref().map_or_else(Default::default, |c| c.feet.each_ref().map(|foot| foot.stances()));
         let seams = staged.seams.iter().map(|seam| seam.first..seam.end).collect();

@@ -58,7 +58,7 @@ enum InspectedKind {
 
 /// Looks at what `path` is: a file, a set's directory, `embedded:NAME`, or a robot that ships. A model may be held
 /// `against` another of the same motions; pictures are written to `page`; of a recording `metres_per_unit` may
-/// be said.
+/// be said. There are no pictures of a recording that cannot be retargeted, which a note says.
 ///
 /// # Errors
 /// [`ExperimentError`] that names what cannot be read or is nothing of ours.
@@ -86,10 +86,13 @@ pub fn inspect(
         InspectedKind::Clip => {
             let place = body_picture::place_of(page, path)?;
             let clip = clip_file::read_whole(path, metres_per_unit)?;
-            let (summary, performed) = ClipSummary::performed(&clip)?;
-            if place.is_some() {
-                let performed = performed?;
-                body_picture::put(place, || body_picture::of_clip(&summary, &performed))?;
+            let (mut summary, performed) = ClipSummary::performed(&clip)?;
+            match performed {
+                Ok(performed) => body_picture::put(place, || body_picture::of_clip(&summary, &performed))?,
+                Err(_) if place.is_some() => {
+                    summary.notes.push("there is no picture: no body can perform it".to_owned())
+                }
+                Err(_) => {}
             }
             Inspected::Clip(summary)
         }

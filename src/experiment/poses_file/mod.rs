@@ -94,6 +94,7 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
         frames_per_second: Some(clip.frames_per_second),
         metres_per_unit: Some(1.0),
         up: Some(UpAxis::Z),
+        up_is_usual: false,
         frames: (0..clip.frames.len()).map(frame).collect(),
         notes: clip.notes.clone(),
     })

@@ -174,7 +174,15 @@ pub(crate) fn parse(all: &[u8]) -> Result<PointFile, String> {
     let mut notes = Vec::new();
     let metres_per_unit = unit(&parameters, &mut notes)?;
     let frames = (0..layout.frames).map(|frame| layout.frame(bytes, frame)).collect::<Result<_, String>>()?;
-    Ok(PointFile { names, frames_per_second: rate, metres_per_unit, up: up(&parameters), frames, notes })
+    Ok(PointFile {
+        names,
+        frames_per_second: rate,
+        metres_per_unit,
+        up: up(&parameters),
+        up_is_usual: false,
+        frames,
+        notes,
+    })
 }
 
 /// Labels of all points; further ones than 255 stand in LABELS2 and so on.

@@ -56,9 +56,11 @@ impl Placed {
             let detail = format!("a point {found:.3e} m away; expected {FARTHEST} at most: is the unit right?");
             return Err(malformed(file, detail));
         }
-        let up = match options.up.or(points.up) {
-            Some(up) => up,
-            None => guessed_up(&tracks, &mut notes),
+        let up = match (options.up, points.up) {
+            (Some(up), _) => up,
+            (None, Some(usual)) if points.up_is_usual => confirmed_up(&tracks, usual, &mut notes),
+            (None, Some(up)) => up,
+            (None, None) => guessed_up(&tracks, &mut notes),
         };
         if up == UpAxis::Y {
             let turned = |place: &mut Option<Point3<f64>>| *place = place.map(|p| Point3::new(p.x, -p.z, p.y));
@@ -68,8 +70,51 @@ impl Placed {
     }
 }
 
+/// Floors are usually at 0, metres.
+const NEAR_FLOOR: f64 = 0.2;
+
+/// The format's usual axis, or the other one where the body stands along that: a note says why. A body that lies on the
+/// floor of the usual axis does not stand along the other.
+fn confirmed_up(tracks: &BTreeMap<&String, Track>, usual: UpAxis, notes: &mut Vec<String>) -> UpAxis {
+    let rise = rise(tracks);
+    let (along_usual, along_other, other) = match usual {
+        UpAxis::Y => (rise.y, rise.z, UpAxis::Z),
+        UpAxis::Z => (rise.z, rise.y, UpAxis::Y),
+    };
+    let is_on_floor = |axis: UpAxis| lowest(tracks, axis).abs() <= NEAR_FLOOR;
+    let stands = along_other > along_usual && (is_on_floor(other) || !is_on_floor(usual));
+    let up = if stands { other } else { usual };
+    let why = if stands { "although TRC files usually have" } else { "as TRC files usually have it, not" };
+    let unused = if stands { usual } else { other };
+    notes.push(format!(
+        "up axis: {up:?}, {why} {unused:?}: the shoulders lie {along_usual:.2} m above the feet along {usual:?} and \
+         {along_other:.2} m along {other:?}; `up` sets another"
+    ));
+    up
+}
+
+/// Where the lowest point is along an axis in the middle one of the frames, metres.
+fn lowest(tracks: &BTreeMap<&String, Track>, axis: UpAxis) -> f64 {
+    let frames = tracks.values().map(Vec::len).max().unwrap_or(0);
+    let of = |frame: usize| {
+        let places = tracks.values().filter_map(|track| track.get(frame).copied().flatten());
+        places.map(|place| if axis == UpAxis::Y { place.y } else { place.z }).min_by(f64::total_cmp)
+    };
+    let mut lowest: Vec<f64> = (0..frames).filter_map(of).collect();
+    lowest.sort_by(f64::total_cmp);
+    lowest.get(lowest.len() / 2).copied().unwrap_or(0.0)
+}
+
 /// The axis along which the highest points of the body lie farthest above the lowest.
 fn guessed_up(tracks: &BTreeMap<&String, Track>, notes: &mut Vec<String>) -> UpAxis {
+    let rise = rise(tracks);
+    let up = if rise.y > rise.z { UpAxis::Y } else { UpAxis::Z };
+    notes.push(format!("up axis guessed: {up:?}"));
+    up
+}
+
+/// From the mean of the feet to the mean of the shoulders, metres.
+fn rise(tracks: &BTreeMap<&String, Track>) -> Vector3<f64> {
     let mean = |wanted: &dyn Fn(&str) -> bool| {
         let places = tracks.iter().filter(|(name, _)| wanted(name)).flat_map(|(_, track)| track.iter().flatten());
         let (sum, count) = places.fold((Vector3::zeros(), 0.0), |(sum, count), p| (sum + p.coords, count + 1.0));
@@ -78,9 +123,7 @@ fn guessed_up(tracks: &BTreeMap<&String, Track>, notes: &mut Vec<String>) -> UpA
     let high =
         mean(&|name| ["C7", "CLAV", "thorax", "LSHO", "RSHO", "left_shoulder", "right_shoulder"].contains(&name));
     let low = mean(&|name| name.ends_with("ANK") || name.ends_with("ankle") || name.ends_with("TOE"));
-    let up = if (high - low).y > (high - low).z { UpAxis::Y } else { UpAxis::Z };
-    notes.push(format!("up axis guessed: {up:?}"));
-    up
+    high - low
 }
 
 /// Points of every frame, with what was filled in told.
@@ -129,4 +172,61 @@ fn without_gaps(
 
 fn is_seen(track: &Track, count: usize) -> bool {
     missing(track).frames as f64 <= (1.0 - LEAST_SEEN) * count as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mocap::{ReadOptions, UpAxis, parse_markers};
+
+    /// A standing body, X forward, Y left, Z up, metres.
+    const BODY: [(&str, [f64; 3]); 15] = [
+        ("pelvis", [0.0, 0.0, 0.95]),
+        ("thorax", [0.0, 0.0, 1.45]),
+        ("head_top", [0.0, 0.0, 1.75]),
+        ("left_shoulder", [0.0, 0.18, 1.4]),
+        ("left_elbow", [0.0, 0.2, 1.1]),
+        ("left_wrist", [0.05, 0.2, 0.85]),
+        ("right_shoulder", [0.0, -0.18, 1.4]),
+        ("right_elbow", [0.0, -0.2, 1.1]),
+        ("right_wrist", [0.05, -0.2, 0.85]),
+        ("left_hip", [0.0, 0.09, 0.93]),
+        ("left_knee", [0.02, 0.09, 0.5]),
+        ("left_ankle", [0.0, 0.09, 0.08]),
+        ("right_hip", [0.0, -0.09, 0.93]),
+        ("right_knee", [0.02, -0.09, 0.5]),
+        ("right_ankle", [0.0, -0.09, 0.08]),
+    ];
+
+    /// Two frames of it with its coordinates as `place` writes them.
+    fn file(place: impl Fn([f64; 3]) -> [f64; 3]) -> String {
+        let names: String = BODY.iter().map(|(name, _)| format!("\t{name}\t\t")).collect();
+        let row: String = BODY.iter().flat_map(|(_, at)| place(*at)).map(|c| format!("\t{c}")).collect();
+        format!(
+            "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tUnits\n60\tm\nFrame#\tTime{names}\n\t\tX1\n\n\
+             1\t0.0{row}\n2\t0.1{row}\n"
+        )
+    }
+
+    /// Height of the head above the pelvis, and what is said of the axis.
+    fn read(text: &str, up: Option<UpAxis>) -> (f64, String) {
+        let options = ReadOptions { up, ..ReadOptions::default() };
+        let clip = parse_markers(text.as_bytes(), "a.trc", &options).unwrap();
+        let places = clip.joint_positions(0);
+        let of = |name: &str| clip.skeleton.joints.iter().position(|joint| joint.name == name).unwrap();
+        (places[of("neck")].z - places[of("pelvis")].z, clip.notes.join("; "))
+    }
+
+    /// Files with Z up were laid on their side.
+    #[test]
+    fn a_body_that_stands_along_z_has_z_up_and_one_that_lies_has_not() {
+        let (height, notes) = read(&file(|[x, y, z]| [x + 2.0, y + 3.0, z]), None);
+        assert!(height > 0.4 && notes.contains("up axis: Z, although TRC files usually have Y"), "{height} {notes}");
+        let (height, notes) = read(&file(|[x, y, z]| [x + 2.0, z, 3.0 - y]), None);
+        assert!(height > 0.4 && notes.contains("up axis: Y, as TRC files usually have it"), "{height} {notes}");
+        // on its back, the head away: along Z it is long, but the floor is that of Y
+        let (height, notes) = read(&file(|[x, y, z]| [-y, x + 0.1, z + 2.0]), None);
+        assert!(height.abs() < 0.1 && notes.contains("up axis: Y"), "{height} {notes}");
+        let (height, notes) = read(&file(|[x, y, z]| [-y, x + 0.1, z + 2.0]), Some(UpAxis::Z));
+        assert!(height > 0.4 && !notes.contains("up axis"), "{height} {notes}");
+    }
 }

@@ -24,6 +24,8 @@ pub(crate) struct PointFile {
     /// As the file declares it.
     pub(crate) metres_per_unit: Option<f64>,
     pub(crate) up: Option<UpAxis>,
+    /// Whether that is only what its format usually has.
+    pub(crate) up_is_usual: bool,
     /// One entry a frame, one a name; `None` where a point is not seen.
     pub(crate) frames: Vec<Vec<Option<[f64; 3]>>>,
     pub(crate) notes: Vec<String>,

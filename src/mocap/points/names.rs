@@ -108,6 +108,7 @@ impl KnownPoints {
                 })
             };
             let columns = wanted.split('+').map(|label| column(label.trim())).collect::<Result<Vec<_>, _>>()?;
+            known.unknown.retain(|label| columns.iter().all(|column| labels[*column] != *label));
             known.columns.insert(name.clone(), columns);
         }
         known.unknown.retain(|label| {
@@ -195,7 +196,7 @@ mod tests {
         let known = KnownPoints::of("f", &labels, &map("left_ankle", "one+two")).unwrap();
         assert_eq!(known.columns["left_ankle"], [0, 1]);
         assert_eq!(known.columns["LKNE"], [4]);
-        assert_eq!(known.unknown, ["a:one", "a:two", "a:strange"]);
+        assert_eq!(known.unknown, ["a:strange"], "what the map names is used");
         let wrong = KnownPoints::of("f", &labels, &map("left_tail", "one")).unwrap_err().to_string();
         assert!(wrong.contains("`left_tail` is no marker or landmark; expected one of LFHD"), "{wrong}");
         let wrong = KnownPoints::of("f", &labels, &map("left_ankle", "three")).unwrap_err().to_string();

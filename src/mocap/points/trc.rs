@@ -1,4 +1,5 @@
-//! TRC, the marker format of OpenSim and Pose2Sim: a header of five lines, then a row a frame; Y up.
+//! TRC, the marker format of OpenSim and Pose2Sim: a header of five lines, then a row a frame; usually Y up,
+//! which the file does not say.
 
 use super::{MOST_POINTS, PointFile};
 use crate::input::excerpt;
@@ -48,6 +49,7 @@ pub(crate) fn parse(text: &str) -> Result<PointFile, String> {
         frames_per_second: Some(rate),
         metres_per_unit: Some(metres_per_unit),
         up: Some(UpAxis::Y),
+        up_is_usual: true,
         frames,
         notes: Vec::new(),
     })

@@ -18,7 +18,7 @@ const RATES_DIE_OUT_S: f64 = 0.05;
 pub(super) fn planted(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
     let mut held: Vec<bool> = track.frames.iter().map(|frame| frame.in_contact).collect();
     loop {
-        let offsets = offsets(track, &stances(&held), clip.frames, clip.frames_per_second);
+        let offsets = offsets(track, &stances(&held), clip);
         let frames: Vec<LinkFrames> =
             clip.frames.iter().zip(&offsets).map(|(frames, offset)| moved(frames, &track.links, offset)).collect();
         let Some(planned) = (GroundTrackInput { frames: &frames, ..*clip }).track(&track.name, track.links.clone())
@@ -37,7 +37,7 @@ pub(super) fn planted(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<
 
 /// Offsets of one foot that hold it in its recorded stances.
 pub(super) fn planted_in_recorded_stances(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
-    offsets(track, &track.stances(), clip.frames, clip.frames_per_second)
+    offsets(track, &track.stances(), clip)
 }
 
 fn moved(frames: &LinkFrames, links: &[usize], by: &Vector3<f64>) -> LinkFrames {
@@ -50,21 +50,17 @@ fn moved(frames: &LinkFrames, links: &[usize], by: &Vector3<f64>) -> LinkFrames 
 ///
 /// In a stance the foot keeps its orientation, and its offset is such that the material at its lowest point does not
 /// move: it stands, or rolls without slipping, with its lowest point at z = 0; its free position on the ground is the
-/// nearest to its recorded mean. Between two stances a smooth step joins the offsets, whose rates decay within 0.05 s;
-/// the foot is raised wherever it would sink.
-fn offsets(
-    track: &ContactTrack,
-    stances: &[Stance],
-    frames: &[LinkFrames],
-    frames_per_second: f64,
-) -> Vec<Vector3<f64>> {
-    let reach = RATES_DIE_OUT_S * frames_per_second;
+/// nearest to its recorded mean. Between two stances a smooth step joins the offsets, whose rates decay within 0.05 s
+/// of the recording; the foot is raised wherever it would sink.
+fn offsets(track: &ContactTrack, stances: &[Stance], clip: &GroundTrackInput<'_>) -> Vec<Vector3<f64>> {
+    let frames = clip.frames;
     let mut offsets = vec![Vector3::zeros(); frames.len()];
     for stance in stances {
         plant(track, frames, stance, &mut offsets[stance.clone()]);
     }
     for pair in stances.windows(2) {
         let rates = [slope(&pair[0], true), slope(&pair[1], false)];
+        let reach = RATES_DIE_OUT_S * clip.frames_per_second / clip.pace.at(pair[0].end - 1);
         join(&mut offsets, pair[0].end - 1, pair[1].start, rates, reach);
     }
     if let (Some(first), Some(last)) = (stances.first(), stances.last()) {

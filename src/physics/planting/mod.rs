@@ -10,7 +10,7 @@ mod report;
 use nalgebra::Vector3;
 
 use crate::body::{Humanoid, JointKind, Landmark, LinkFrames, LinkPoint, Motion, Pose};
-use crate::contact::{ContactError, ContactRule, ContactTrack, GroundContacts, GroundTrackInput, link_frames};
+use crate::contact::{ContactError, ContactRule, ContactTrack, GroundContacts, GroundTrackInput, Pace, link_frames};
 use crate::parallel;
 use foot_paths::{planted, planted_in_recorded_stances};
 use out_of_ground::{LinkLifts, lift_whole_body};
@@ -44,36 +44,54 @@ pub struct PlantedMotion {
 /// # Errors
 /// As [`GroundContacts::from_motion`].
 pub fn plant_feet(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Result<PlantedMotion, ContactError> {
-    plant_on_paths(body, motion, rule, planted)
+    plant_feet_at_pace(body, motion, rule, Pace::default())
 }
 
-/// As [`plant_feet`], with feet held only in the recorded stances: skating around them is left to the simulation that
-/// follows, and feet that are held longer swing faster.
+/// As [`plant_feet`], with stances found at the speed of the recording that the motion passes at `pace`: feet of a walk
+/// in slow motion swing as they did in the recording.
+///
+/// # Errors
+/// As [`GroundContacts::from_motion`].
+pub fn plant_feet_at_pace(
+    body: &Humanoid,
+    motion: &Motion,
+    rule: &ContactRule,
+    pace: Pace<'_>,
+) -> Result<PlantedMotion, ContactError> {
+    plant_on_paths(body, motion, rule, pace, planted)
+}
+
+/// As [`plant_feet_at_pace`], with feet held only in the recorded stances: skating around them is left to the
+/// simulation that follows, and feet that are held longer swing faster.
 pub(super) fn plant_feet_in_recorded_stances(
     body: &Humanoid,
     motion: &Motion,
     rule: &ContactRule,
+    pace: Pace<'_>,
 ) -> Result<PlantedMotion, ContactError> {
-    plant_on_paths(body, motion, rule, planted_in_recorded_stances)
+    plant_on_paths(body, motion, rule, pace, planted_in_recorded_stances)
 }
 
 fn plant_on_paths(
     body: &Humanoid,
     motion: &Motion,
     rule: &ContactRule,
+    pace: Pace<'_>,
     path: fn(&GroundTrackInput<'_>, &ContactTrack) -> Vec<Vector3<f64>>,
 ) -> Result<PlantedMotion, ContactError> {
-    let before = GroundContacts::from_motion(body, motion, rule)?;
+    let before = GroundContacts::from_motion_at_pace(body, motion, rule, pace)?;
     let depth = depth_of_feet(&before);
     let raised_m = if depth > rule.enter_gap_m { depth } else { 0.0 };
     let old = raised(motion, raised_m);
     let frames = link_frames(body, &old)?;
-    let contacts = GroundContacts::from_frames(body, body, &frames, motion.frames_per_second, rule)?;
-    let clip = GroundTrackInput { surface: body, frames: &frames, frames_per_second: motion.frames_per_second, rule };
+    let frames_per_second = motion.frames_per_second;
+    let clip = GroundTrackInput { surface: body, frames: &frames, frames_per_second, rule, pace };
+    let contacts = GroundContacts::from_track_input(body, &clip)?;
     let paths = contacts.feet.each_ref().map(|foot| path(&clip, foot));
     let mut planted_motion = FeetOnPaths { body, old: &old, frames: &frames, feet: feet(body), paths }.solve();
     let lifts = lift_whole_body(body, &mut planted_motion);
-    let report = report(body, [&old, &planted_motion], [&before, &contacts], raised_m, &lifts, rule)?;
+    let after = GroundContacts::from_motion_at_pace(body, &planted_motion, rule, pace)?;
+    let report = report(body, [&old, &planted_motion], [&before, &contacts, &after], raised_m, &lifts)?;
     Ok(PlantedMotion { motion: planted_motion, report })
 }
 
@@ -259,6 +277,7 @@ mod tests {
         let (body, motion) = statue(0.3, 1.0);
         let fixed = plant_feet(&body, &motion, &ContactRule::default()).unwrap();
         assert_eq!((fixed.report.after.standing, fixed.report.raised_mm), (0.0, 0.0));
+        assert!(fixed.report.after.skate_mm_per_s.is_sign_positive(), "0, not -0");
         assert!(fixed.report.moved_most.mm < 1e-3 && fixed.report.to_string().contains("no foot ever stands"));
     }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::body::{Humanoid, Motion};
-use crate::contact::{ContactError, ContactRule, GroundContacts, GroundQuality, link_frames};
+use crate::contact::{ContactError, GroundContacts, GroundQuality, link_frames};
 
 /// Smallest reported lift of the whole body, metres.
 const TOLD: f64 = 0.001;
@@ -69,19 +69,18 @@ impl fmt::Display for PlantingReport {
     }
 }
 
-/// `before` are the contacts of the original motion, `on_ground` those after raising; `lifts` of the whole body in
+/// `before` are the contacts of the original motion, `on_ground` those after raising, `after` those of the planted one;
+/// `lifts` of the whole body in
 /// metres.
 pub(super) fn report(
     body: &Humanoid,
     [old, planted]: [&Motion; 2],
-    [before, on_ground]: [&GroundContacts; 2],
+    [before, on_ground, after]: [&GroundContacts; 3],
     raised_m: f64,
     lifts: &[f64],
-    rule: &ContactRule,
 ) -> Result<PlantingReport, ContactError> {
-    let mut after = GroundContacts::from_motion(body, planted, rule)?;
-    let own = GroundQuality::from_contacts(&after);
-    for (foot, as_was) in after.feet.iter_mut().zip(&on_ground.feet) {
+    let mut in_old_stances = after.clone();
+    for (foot, as_was) in in_old_stances.feet.iter_mut().zip(&on_ground.feet) {
         foot.frames.iter_mut().zip(&as_was.frames).for_each(|(frame, as_was)| frame.in_contact = as_was.in_contact);
     }
     let (mut sum, mut count, mut most) = (0.0, 0_usize, MostMoved::default());
@@ -103,8 +102,8 @@ pub(super) fn report(
     }
     Ok(PlantingReport {
         before: GroundQuality::from_contacts(before),
-        after: own,
-        after_in_old_stances: GroundQuality::from_contacts(&after),
+        after: GroundQuality::from_contacts(after),
+        after_in_old_stances: GroundQuality::from_contacts(&in_old_stances),
         raised_mm: 1000.0 * raised_m,
         lifted_mm: 1000.0 * lifts.iter().copied().fold(0.0, f64::max),
         lifted_frames: lifts.iter().filter(|lift| **lift > TOLD).count(),

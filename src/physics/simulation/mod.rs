@@ -29,7 +29,7 @@ use slowed::slowed;
 
 use super::planting::plant_feet_in_recorded_stances;
 use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
-use crate::contact::{ContactError, ContactRule, GroundContacts, GroundQuality, link_frames, solid_distance};
+use crate::contact::{ContactError, ContactRule, GroundContacts, GroundQuality, Pace, link_frames, solid_distance};
 use crate::physics::PhysicsError;
 
 /// Least number of steps a second.
@@ -69,9 +69,10 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
     }
     check_props(body, &recorded[0], &settings.props)?;
     let rule = ContactRule { looks_ahead: false, ..ContactRule::default() };
-    let planted = plant_feet_in_recorded_stances(body, motion, &rule)?.motion;
+    let pace = Pace(&settings.pace);
+    let planted = plant_feet_in_recorded_stances(body, motion, &rule, pace)?.motion;
     let frames = link_frames(body, &planted)?;
-    let contacts = GroundContacts::from_frames(body, body, &frames, motion.frames_per_second, &rule)?;
+    let contacts = GroundContacts::from_motion_at_pace(body, &planted, &rule, pace)?;
     let cleared = slowed(body, clearance::cleared(body, &planted, &frames, &contacts));
     let reference = Reference::new(body, &cleared, &contacts, LEAST_RATE)
         .ok_or(ContactError::EmptyMotion { poses: motion.poses.len(), frames_per_second: motion.frames_per_second })?;
@@ -92,7 +93,7 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
         ..simulated
     };
     let (moved_until_fall_mm, _) = distances_mm(body, motion, &upright)?;
-    let contacts = GroundContacts::from_motion(body, &simulated, &ContactRule::default())?;
+    let contacts = GroundContacts::from_motion_at_pace(body, &simulated, &ContactRule::default(), pace)?;
     let report = SimulationReport {
         duration_s: motion.duration_s(),
         fell_at_s: fell_at_frame.map(|frame| frame as f64 / motion.frames_per_second),

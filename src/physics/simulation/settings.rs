@@ -18,6 +18,8 @@ pub struct SimulationSettings {
     pub pushes: Vec<Push>,
     /// The props.
     pub props: Vec<Prop>,
+    /// How many times as fast as recorded each frame of the motion is ([`crate::contact::Pace`]); empty for as fast.
+    pub pace: Vec<f64>,
 }
 
 /// A push: a constant force for [`Push::DURATION_S`] at a link's centre of mass.
@@ -40,7 +42,7 @@ impl Push {
 
 impl Default for SimulationSettings {
     fn default() -> Self {
-        Self { friction: 0.8, root_wrench: 0.0, pushes: Vec::new(), props: Vec::new() }
+        Self { friction: 0.8, root_wrench: 0.0, pushes: Vec::new(), props: Vec::new(), pace: Vec::new() }
     }
 }
 

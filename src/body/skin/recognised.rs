@@ -1,0 +1,192 @@
+//! Which links of any robot carry the segments of a person: by the landmarks that its joints are recognised as.
+//!
+//! A segment's link is the last one on the way along a limb whose joint is nearer to the segment's upper end than to
+//! its lower one: of a joint of several hinges the last.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use crate::body::{Humanoid, JointKind, Landmark, LinkFrames};
+
+/// Hinges of a wrist or an ankle are nearer to its landmark than this share of the segment above.
+const NEAR: f64 = 0.2;
+/// Joints of toes and of collar bones are farther than this share of a segment from ankle and shoulder: of the shank,
+/// and of the upper arm.
+const APART: f64 = 0.25;
+/// Of the way from the hips to the neck, joints up to here move the abdomen.
+const LOW_IN_TRUNK: f64 = 0.3;
+/// Hinges of one joint are nearer to each other than this, metres.
+const SAME_JOINT_M: f64 = 0.02;
+
+/// Links of segments, by the segments' names.
+pub(super) fn links_of_segments(body: &Humanoid) -> BTreeMap<String, usize> {
+    let robot = Robot { body, frames: body.link_frames(&body.zero_pose()) };
+    let mut links: BTreeMap<String, usize> = BTreeMap::new();
+    let mut put = |side: &str, part: &str, link: Option<usize>| {
+        let name = if side.is_empty() { part.to_owned() } else { format!("{side}_{part}") };
+        links.extend(link.map(|link| (name, link)));
+    };
+    for (part, link) in robot.trunk() {
+        put("", part, link);
+    }
+    use Landmark as L;
+    for (side, arm, leg) in [
+        ("left", [L::LeftShoulder, L::LeftElbow, L::LeftWrist], [L::LeftHip, L::LeftKnee, L::LeftAnkle]),
+        ("right", [L::RightShoulder, L::RightElbow, L::RightWrist], [L::RightHip, L::RightKnee, L::RightAnkle]),
+    ] {
+        if let Some(limb) = robot.limb(arm) {
+            let [upper, fore, hand] = limb.links;
+            put(side, "upper_arm", Some(upper));
+            put(side, "forearm", Some(fore));
+            put(side, "hand", Some(hand));
+            put(side, "clavicle", robot.clavicle(&limb));
+        }
+        if let Some(limb) = robot.limb(leg) {
+            let [thigh, shank, foot] = limb.links;
+            put(side, "thigh", Some(thigh));
+            put(side, "shank", Some(shank));
+            put(side, "foot", Some(foot));
+            put(side, "toes", Some(robot.toes(&limb)));
+        }
+    }
+    links
+}
+
+/// A robot at its zero pose.
+struct Robot<'a> {
+    body: &'a Humanoid,
+    frames: LinkFrames,
+}
+
+/// The three segments of a limb.
+struct Limb {
+    links: [usize; 3],
+    /// Its upper, middle and lower joint, root's frame, metres.
+    joints: [Vector3<f64>; 3],
+}
+
+impl Robot<'_> {
+    fn origin(&self, link: usize) -> Vector3<f64> {
+        self.frames[link].translation.vector
+    }
+
+    /// The link of a landmark, and its place.
+    fn landmark(&self, landmark: Landmark) -> Option<(usize, Vector3<f64>)> {
+        let marker = self.body.markers[landmark as usize]?;
+        Some((marker.link, (self.frames[marker.link] * marker.point_in_link).coords))
+    }
+
+    /// The links from the root to this one.
+    fn path(&self, link: usize) -> Vec<usize> {
+        let mut path: Vec<usize> = std::iter::successors(Some(link), |&link| self.body.parent(link)).collect();
+        path.reverse();
+        path
+    }
+
+    /// Links that a joint moves against this one.
+    fn moved_by(&self, link: usize) -> impl Iterator<Item = usize> {
+        let joints = self.body.joints.iter().enumerate();
+        let moving = joints.filter(move |(_, joint)| joint.parent == link && joint.kind != JointKind::Fixed);
+        moving.map(|(joint, _)| joint + 1)
+    }
+
+    fn limb(&self, landmarks: [Landmark; 3]) -> Option<Limb> {
+        let [(_, upper), (_, middle), (end, lower)] =
+            [self.landmark(landmarks[0])?, self.landmark(landmarks[1])?, self.landmark(landmarks[2])?];
+        let reach = NEAR * (lower - middle).norm();
+        let mut path = self.path(end);
+        let mut last = end;
+        while let Some(next) = self.moved_by(last).find(|&next| (self.origin(next) - lower).norm() <= reach) {
+            path.push(next);
+            last = next;
+        }
+        let nearer = |link: usize, to: &Vector3<f64>, than: &Vector3<f64>| {
+            (self.origin(link) - to).norm() < (self.origin(link) - than).norm()
+        };
+        let is_end = |link: usize| (self.origin(link) - lower).norm() <= reach;
+        let first = path.iter().rposition(|&link| nearer(link, &upper, &middle))?;
+        let second = path.iter().rposition(|&link| nearer(link, &middle, &lower) && !is_end(link))?;
+        let third = path.iter().rposition(|&link| is_end(link)).filter(|third| *third > second).unwrap_or(second);
+        let links = [path[first], path[second], path[third]];
+        (first < second).then_some(Limb { links, joints: [upper, middle, lower] })
+    }
+
+    /// Pelvis, abdomen, thorax, neck and head.
+    fn trunk(&self) -> [(&'static str, Option<usize>); 5] {
+        let [pelvis, thorax, head] = [Landmark::Pelvis, Landmark::Thorax, Landmark::HeadTop].map(|l| self.landmark(l));
+        let abdomen = || {
+            let ((low, hips), (high, neck)) = (pelvis?, thorax?);
+            let up = neck - hips;
+            let is_low = |link: usize| (self.origin(link) - hips).dot(&up) <= LOW_IN_TRUNK * up.norm_squared();
+            let path = self.path(high);
+            let own = path.iter().position(|&link| link == low).map_or(&[][..], |at| &path[at + 1..]);
+            Some(own.iter().copied().filter(|&link| is_low(link)).last().unwrap_or(low))
+        };
+        let neck = || {
+            let ((low, _), (high, _)) = (thorax?, head?);
+            let path = self.path(high);
+            let own = path.iter().position(|&link| link == low).map_or(&[][..], |at| &path[at + 1..]);
+            let is_apart = |link: &usize| (self.origin(*link) - self.origin(high)).norm() > SAME_JOINT_M;
+            Some(own.iter().copied().filter(is_apart).last().unwrap_or(low))
+        };
+        let link = |found: Option<(usize, Vector3<f64>)>| found.map(|(link, _)| link);
+        [
+            ("pelvis", link(pelvis)),
+            ("abdomen", abdomen()),
+            ("thorax", link(thorax)),
+            ("neck", neck()),
+            ("head", link(head)),
+        ]
+    }
+
+    /// The last link between thorax and upper arm that begins well before the shoulder, else the thorax.
+    fn clavicle(&self, arm: &Limb) -> Option<usize> {
+        let (thorax, _) = self.landmark(Landmark::Thorax)?;
+        let [shoulder, elbow, _] = arm.joints;
+        let path = self.path(arm.links[0]);
+        let above = path.iter().position(|&link| link == thorax).map_or(&[][..], |at| &path[at + 1..path.len() - 1]);
+        let begins_before = |link: &usize| (self.origin(*link) - shoulder).norm() > APART * (elbow - shoulder).norm();
+        Some(above.iter().copied().filter(begins_before).last().unwrap_or(thorax))
+    }
+
+    /// The first link below the foot that begins well away from the ankle, else the foot.
+    fn toes(&self, leg: &Limb) -> usize {
+        let [_, knee, ankle] = leg.joints;
+        let begins_away = |link: &usize| (self.origin(*link) - ankle).norm() > APART * (knee - ankle).norm();
+        self.moved_by(leg.links[2]).find(begins_away).unwrap_or(leg.links[2])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+
+    /// The robot that ships, with other names: what names tell must be found by its landmarks.
+    #[test]
+    fn the_links_of_the_actor_are_found_without_their_names() {
+        let actor = shipped("actor").unwrap();
+        let found = links_of_segments(&actor);
+        for segment in ["pelvis", "abdomen", "thorax", "neck", "head"] {
+            assert_eq!(actor.links[found[segment]].name, segment);
+        }
+        for side in ["left", "right"] {
+            for part in ["clavicle", "upper_arm", "forearm", "hand", "thigh", "shank", "foot", "toes"] {
+                let segment = format!("{side}_{part}");
+                assert_eq!(actor.links[found[&segment]].name, segment);
+            }
+        }
+    }
+
+    #[test]
+    fn segments_without_a_joint_of_their_own_are_carried_by_the_next_and_unknown_limbs_by_none() {
+        let mut tracker = shipped("tracker25").unwrap();
+        let found = links_of_segments(&tracker);
+        assert_eq!(tracker.links[found["left_hand"]].name, "left_forearm");
+        assert_eq!(tracker.links[found["right_toes"]].name, "right_shank");
+        tracker.markers[Landmark::LeftKnee as usize] = None;
+        let found = links_of_segments(&tracker);
+        assert!(!found.contains_key("left_shank") && found.contains_key("right_shank"));
+    }
+}
