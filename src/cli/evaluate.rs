@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
+use crate::benchmark_set::SetPlace;
 use crate::experiment::{PosesDeclared, REPORT_FILE, evaluate_run};
 use crate::mocap::UpAxis;
 
@@ -32,11 +33,16 @@ use crate::mocap::UpAxis;
 #[command(after_help = "Examples:\n  skiagraph evaluate sets/walk runs/walk\n  \
                         skiagraph evaluate sets/walk runs/walk --json\n  \
                         skiagraph evaluate sets/walk mine.npz --out results/mine\n  \
+                        skiagraph evaluate public/walk runs/walk --truth secret/walk\n  \
                         skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
     #[arg(value_name = "SET")]
     set: PathBuf,
+
+    /// Folder of the complete set, of a set that was rendered with --truth
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
 
     /// Directory of the run, or a file of poses
     #[arg(value_name = "RUN", required_unless_present = "poses", conflicts_with = "poses")]
@@ -106,9 +112,9 @@ impl Arguments {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(volume);
     let (out, force) = (arguments.out.as_deref(), arguments.force);
+    let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
     let run = arguments.run.as_ref().or(arguments.poses.as_ref()).cloned().unwrap_or_default();
-    let done =
-        evaluate_run(&arguments.set, &run, &arguments.declared(), out, force, &progress).map_err(|e| e.about(&run))?;
+    let done = evaluate_run(set, &run, &arguments.declared(), out, force, &progress).map_err(|e| e.about(&run))?;
     drop(progress);
     volume.notes(&done.notes);
     volume.written(&done.place);
