@@ -24,7 +24,7 @@ use crate::mocap::UpAxis;
 ///
 /// Units and axes are metres, Z up, unless the file or --units and --up declare others; TRC declares its units and is Y
 /// up. With Y up the set's x, y and z are the file's x, -z and y. A body of an impossible size is refused: its units
-/// are wrong.
+/// are wrong. So are joint angles that several joints could only have in degrees, unless --angles says what they are.
 ///
 /// Another program's .npz needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an
@@ -60,6 +60,10 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, value_name = "AXIS")]
     up: Option<UpArgument>,
 
+    /// Unit of the joint angles of an .npz file [default: rad]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    angles: Option<AngleUnit>,
+
     /// TOML file that maps joint names, a line each: "theirs" = "ours"
     #[arg(long, value_name = "FILE")]
     joint_map: Option<PathBuf>,
@@ -86,6 +90,12 @@ enum Units {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum AngleUnit {
+    Rad,
+    Deg,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum UpArgument {
     Y,
     Z,
@@ -105,6 +115,10 @@ impl Arguments {
                 UpArgument::Z => UpAxis::Z,
             }),
             joint_map: self.joint_map.clone(),
+            radians_per_unit: self.angles.map(|unit| match unit {
+                AngleUnit::Rad => 1.0,
+                AngleUnit::Deg => 1_f64.to_radians(),
+            }),
         }
     }
 }

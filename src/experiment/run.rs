@@ -14,7 +14,7 @@ use super::ours::ResultKind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::place::write_synced;
-use super::poses_file::{PosesDeclared, check_scale, read_poses};
+use super::poses_file::{PosesDeclared, check_angles, check_scale, read_poses};
 use super::rendering::draw;
 use super::results::{RunRecord, RunResults, tracker_in_words};
 use super::scenario_copy::{SCENARIO_FILE, scenario_text};
@@ -197,9 +197,12 @@ pub fn evaluate_run(
         set: set.folder.to_owned(),
         detail,
     })?;
+    let malformed = |detail| ExperimentError::Malformed { path: run.to_owned(), detail };
+    if is_ours && !is_tracked {
+        check_angles(&tracked.estimates, declared.radians_per_unit).map_err(malformed)?;
+    }
     if !is_tracked {
-        check_scale(&whole.blind, &tracked.estimates)
-            .map_err(|detail| ExperimentError::Malformed { path: run.to_owned(), detail })?;
+        check_scale(&whole.blind, &tracked.estimates).map_err(malformed)?;
     }
     check_sources(&whole, &tracked, run, watch)?;
     if is_ours && out.is_none() {
