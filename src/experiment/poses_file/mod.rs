@@ -139,7 +139,7 @@ impl PointFile {
         if (1..frames).contains(&found) {
             self.frames.resize(frames, vec![None; self.names.len()]);
             self.notes.push(format!(
-                "the file's last frame is {}; frames {found} to {} are lost",
+                "the file's last frame is {} (from 0); frames {found} to {} are lost",
                 found - 1,
                 frames - 1
             ));
