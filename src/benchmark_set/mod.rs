@@ -79,7 +79,7 @@ pub use layer_drawing::LAYERS_MEMORY_BYTES;
 pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;
 pub use moments_file::RigMoments;
-pub use public_side::SetPlace;
+pub use public_side::{SetPlace, is_public};
 pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };

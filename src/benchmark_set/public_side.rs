@@ -29,6 +29,11 @@ pub struct SetPlace<'a> {
     pub truth: Option<&'a Path>,
 }
 
+/// Whether the truth of the set in `directory` is kept apart.
+pub fn is_public(directory: &Path) -> bool {
+    SetFiles::open(directory).is_ok_and(|files| files.refuse_without_truth().is_err())
+}
+
 impl<'a> From<&'a Path> for SetPlace<'a> {
     fn from(folder: &'a Path) -> Self {
         Self { folder, truth: None }

@@ -16,7 +16,8 @@ fn room() -> Sandbox {
 #[test]
 fn a_public_set_is_measured_verified_and_exported_with_the_truth_that_is_kept_apart() {
     let room = room();
-    room.succeed("track public --tracker frozen --out run");
+    let hint = room.succeed("track public --tracker frozen --out run").stdout;
+    assert!(hint.contains("skiagraph evaluate public run --truth DIR"), "{hint}");
     room.succeed("evaluate public run --truth secret");
     room.succeed("export public --to tum --truth secret");
     assert!(room.path("public-tum/root.txt").exists());
