@@ -32,13 +32,9 @@ fn a_public_set_is_measured_verified_and_exported_with_the_truth_that_is_kept_ap
 fn commands_that_need_the_truth_of_a_public_set_say_where_to_get_it() {
     let room = room();
     room.succeed("track public --tracker frozen --out run");
-    for command in [
-        "evaluate public run",
-        "verify public",
-        "export public --to coco",
-        "inspect public",
-        "track public --tracker oracle --out told",
-    ] {
+    for command in
+        ["evaluate public run", "verify public", "export public --to coco", "track public --tracker oracle --out told"]
+    {
         let refused = room.skiagraph(command.split(' '));
         assert!(refused.code == 2 && refused.stderr.contains(NO_TRUTH), "{command}: {}", refused.stderr);
         assert_eq!(refused.stderr.trim_end().lines().count(), 1, "{command}: {}", refused.stderr);
@@ -67,6 +63,10 @@ fn lists_and_readme_of_a_public_set_name_what_is_there() {
     let [public, secret] = ["public", "secret"].map(|set| BlindSet::read(&room.path(set)).unwrap().set_hash);
     assert_eq!(public, secret);
     let complete = room.read("public/complete.sha256");
+    let told = room.succeed("inspect public").stdout;
+    assert!(told.contains("this set has no truth") && told.contains("all match files.sha256"), "{told}");
+    let facts = room.succeed("inspect public --json").stdout;
+    assert!(facts.contains("\"hashes_ok\": true") && !facts.contains("\"motion\""), "{facts}");
     // a list that was edited is found
     room.write("public/complete.sha256", [complete, b"# more\n".to_vec()].concat());
     let refused = room.skiagraph(["track", "public", "--tracker", "frozen", "--out", "run"]);
