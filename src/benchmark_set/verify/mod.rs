@@ -140,8 +140,8 @@ pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, S
 pub fn verify_place(set: SetPlace<'_>, how: Thoroughness<'_>) -> Result<Verification, SetError> {
     let directory = set.folder;
     let own = SetFiles::open(directory)?;
-    let complete = set.complete(&own)?;
     manifest::refuse_other_formats(directory)?;
+    let complete = set.complete(&own)?;
     let mut checks = Vec::with_capacity(CHECKS.len());
     let mut add = |outcome: Outcome| -> Result<(), SetError> {
         let (name, proves) = CHECKS[checks.len()];
