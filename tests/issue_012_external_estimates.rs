@@ -308,6 +308,35 @@ fn poses_that_somebody_put_into_a_run_of_ours_are_theirs() {
 }
 
 #[test]
+fn joint_angles_in_degrees_are_questioned_and_read_as_what_they_are_declared_to_be() {
+    let room = room(3);
+    let [root, (shape, angles)] = poses(&room);
+    room.write("right.npz", of_poses([root.clone(), (shape.clone(), angles.clone())]));
+    room.succeed("evaluate set right.npz");
+    let degrees = angles.iter().map(|angle| angle.to_degrees()).collect();
+    room.write("degrees.npz", of_poses([root, (shape, degrees)]));
+    let refused = room.skiagraph(["evaluate", "set", "--poses", "degrees.npz"]);
+    let words = "joint angles are farther than a whole turn";
+    assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
+    assert!(refused.stderr.contains("--angles deg"), "{}", refused.stderr);
+    room.succeed("evaluate set --poses degrees.npz --angles deg");
+    let error = |folder: &str| mean(&record(&room, folder), "humaneva_mm");
+    let apart = (error("right-evaluation") - error("degrees-evaluation")).abs();
+    assert!(apart < 1e-6, "{apart}");
+    room.succeed("evaluate set --poses degrees.npz --angles rad --out as-said");
+}
+
+#[test]
+fn a_file_that_lacks_the_axis_of_seeds_is_told_what_shape_is_expected() {
+    let room = room(3);
+    let [(shape, root), angles] = poses(&room);
+    room.write("flat.npz", of_poses([(shape[1..].to_vec(), root), angles]));
+    let refused = room.skiagraph(["evaluate", "set", "flat.npz"]);
+    let words = format!("estimate_root: shape {:?}, expected [1 seed(s), frames, 7]", &shape[1..]);
+    assert!(refused.code == 2 && refused.stderr.contains(&words), "{}", refused.stderr);
+}
+
+#[test]
 fn a_file_that_holds_no_estimate_is_refused() {
     let room = room(3);
     let [root, angles] = poses(&room);

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::files::SetFiles;
+use super::listing::COMPLETE;
 use super::manifest::{self, BlindManifest, SequenceFacts};
 use super::shard_plan::is_packing;
 use super::start_file::Start;
@@ -134,17 +135,7 @@ impl BlindSet {
     /// # Errors
     /// [`SetError`] if a file is missing or cannot be written.
     pub fn hand_out(&self, folder: &Path) -> Result<(), SetError> {
-        self.files.hand_out(folder, |path| !path.starts_with("truth/") && !is_packing(path))
-    }
-
-    /// Writes a set without its truth into a folder: the same set for [`Self::read`], by its hash too, since the list
-    /// of files is the same.
-    ///
-    /// # Errors
-    /// [`SetError`] if a file cannot be written.
-    pub fn write_without_truth(&self, folder: &Path) -> Result<(), SetError> {
-        self.files.hand_out(folder, |path| !path.starts_with("truth/") && self.files.is_loose(path))?;
-        self.files.write_listing(folder)
+        self.files.hand_out(folder, |path| !path.starts_with("truth/") && !is_packing(path) && path != COMPLETE)
     }
 
     pub(super) fn files(&self) -> &SetFiles {

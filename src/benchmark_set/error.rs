@@ -27,6 +27,32 @@ pub enum SetError {
         /// What is missing.
         detail: String,
     },
+    /// The truth is kept apart.
+    #[error(
+        "{0} has no truth: it was rendered with --truth; give the folder with `--truth DIR` (evaluate, verify, export), or \
+        name that folder in place of {0}",
+        plain(set.display())
+    )]
+    NoTruth {
+        /// The directory.
+        set: PathBuf,
+    },
+    /// The truth that was given is not the set's.
+    #[error(
+        "{} is not the truth of {}: it has hash {found}, expected {expected}; give the folder that `render --truth` named",
+        plain(truth.display()),
+        plain(set.display())
+    )]
+    OthersTruth {
+        /// The directory.
+        set: PathBuf,
+        /// The directory that was given for its truth.
+        truth: PathBuf,
+        /// The set's hash.
+        expected: String,
+        /// That of the other.
+        found: String,
+    },
     /// A file was changed.
     #[error(
         "{} was changed or truncated: its SHA-256 is {found}, the set lists {listed}; get the set again",

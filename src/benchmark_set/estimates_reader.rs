@@ -368,6 +368,14 @@ impl EstimatesReader<'_> {
 
     /// The numbers of an array whose first axes are seeds and frames.
     fn numbers(&self, name: &str, rest: &[Option<usize>]) -> Result<Vec<f64>, SetError> {
+        let shape = self.npz.get(name).map(|array| array.shape.as_slice()).unwrap_or_default();
+        if shape.len() != 2 + rest.len() {
+            // an axis is missing or too many: which lengths are meant is unknown
+            let rest = rest.iter().map(|length| length.map_or("any".to_owned(), |length| length.to_string()));
+            let seeds = format!("{} seed(s)", self.seeds.len());
+            let expected: Vec<String> = [seeds, "frames".to_owned()].into_iter().chain(rest).collect();
+            return Err(self.refuse(&format!("{name}: shape {shape:?}, expected [{}]", expected.join(", "))));
+        }
         Ok(self.npz.numbers(self.file, name, &[&[Some(self.seeds.len()), Some(self.frames)], rest].concat())?)
     }
 

@@ -13,7 +13,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::SetError;
-use super::listing::{LAYERS, LISTING, Stop, digests_in, files_below, listing_line, unless};
+use super::complete_listing::{complete_lines, counts};
+use super::listing::{COMPLETE, LISTING, Stop, digests_in, files_below, listing_line, unless};
 use super::packed_files::PackedFiles;
 use super::set_writer::SetWriter;
 use super::shard_plan::{is_packing, is_shard};
@@ -30,6 +31,8 @@ pub(super) struct SetFiles {
     digests: BTreeMap<String, String>,
     /// The files in shards, if the set has any.
     packed: Option<Arc<PackedFiles>>,
+    /// The lines of the complete set, in a set without its truth.
+    complete: Option<String>,
     place: FileStore,
 }
 
@@ -46,7 +49,7 @@ impl SetFiles {
             Ok((path.clone(), hex_sha256(bytes)))
         };
         let digests = files.par_iter().map(digest).collect::<Result<_, SetError>>()?;
-        Ok(Self { digests, packed: None, place: FileStore::Memory(files) })
+        Ok(Self { digests, packed: None, complete: None, place: FileStore::Memory(files) })
     }
 
     /// The files of a set on disk; their contents are read and checked when they are asked for.
@@ -61,7 +64,11 @@ impl SetFiles {
         };
         let digests = digests_in(directory, LISTING, &listing)?;
         let packed = PackedFiles::open(directory, &digests)?.map(Arc::new);
-        Ok(Self { digests, packed, place: FileStore::Directory(directory.to_path_buf()) })
+        let place = FileStore::Directory(directory.to_path_buf());
+        let mut files = Self { digests, packed, complete: None, place };
+        let listed = files.digests.iter().chain(files.packed_digests()).collect();
+        files.complete = complete_lines(directory, files.digests.get(COMPLETE), &listed)?;
+        Ok(files)
     }
 
     /// Whether the set has this file.
@@ -71,7 +78,7 @@ impl SetFiles {
     }
 
     /// SHA-256 by path of the files in shards.
-    fn packed_digests(&self) -> impl Iterator<Item = (&String, &String)> {
+    pub(super) fn packed_digests(&self) -> impl Iterator<Item = (&String, &String)> {
         self.packed.iter().flat_map(|packed| packed.digests())
     }
 
@@ -121,10 +128,21 @@ impl SetFiles {
         Ok(())
     }
 
-    /// Writes the list of all files of their own, those that are not there too.
-    pub(super) fn write_listing(&self, folder: &Path) -> Result<(), SetError> {
-        let text: String = self.digests.iter().map(listing_line).collect();
-        fs::write(folder.join(LISTING), text).map_err(SetError::io(&folder.join(LISTING), "write"))
+    /// SHA-256 by path of the files of their own that are `wanted`.
+    pub(super) fn digests_where(&self, wanted: impl Fn(&str) -> bool) -> BTreeMap<String, String> {
+        let digests = self.digests.iter().filter(|(path, _)| wanted(path));
+        digests.map(|(path, digest)| (path.clone(), digest.clone())).collect()
+    }
+
+    /// An error for a set on disk whose truth is kept apart.
+    pub(super) fn refuse_without_truth(&self) -> Result<(), SetError> {
+        let FileStore::Directory(directory) = &self.place else { return Ok(()) };
+        // sets of older versions list a truth that they do not hold
+        let is_gone = self.paths().any(|path| path.starts_with("truth/")) && !directory.join("truth").exists();
+        match is_gone || self.complete.is_some() {
+            true => Err(SetError::NoTruth { set: directory.clone() }),
+            false => Ok(()),
+        }
     }
 
     /// The same error with the file's path on disk.
@@ -150,12 +168,19 @@ impl SetFiles {
         }
     }
 
-    /// SHA-256 of the listing that the set has without layers and shards: its identity.
+    /// SHA-256 of [`Self::identity`].
     pub(super) fn set_hash(&self) -> String {
-        let counts = |path: &str| !path.starts_with(LAYERS) && !is_packing(path);
+        hex_sha256(self.identity().as_bytes())
+    }
+
+    /// The listing that the complete set has without layers and shards.
+    pub(super) fn identity(&self) -> String {
+        if let Some(complete) = &self.complete {
+            return complete.clone();
+        }
         let files: BTreeMap<&String, &String> =
             self.digests.iter().chain(self.packed_digests()).filter(|(path, _)| counts(path)).collect();
-        hex_sha256(files.into_iter().map(listing_line).collect::<String>().as_bytes())
+        files.into_iter().map(listing_line).collect()
     }
 
     /// Writes every file below `folder`, as a file of its own, then those that `more` gives to the writer, and the
@@ -247,6 +272,7 @@ fn limit_of(path: &str) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::benchmark_set::listing::LAYERS;
     use std::io::Write;
 
     fn sample() -> SetFiles {

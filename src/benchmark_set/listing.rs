@@ -9,6 +9,15 @@ use super::SetError;
 /// The list of all files; a directory without it is no set.
 pub(super) const LISTING: &str = "files.sha256";
 
+/// The list of the complete set's files, in a set without its truth.
+pub(super) const COMPLETE: &str = "complete.sha256";
+
+/// What describes the files.
+pub(super) const README: &str = "README.txt";
+
+/// The reader of the truth with NumPy alone.
+pub(super) const READER: &str = "read_truth.py";
+
 /// Optional images computed from the truth; not part of the set's identity.
 pub(super) const LAYERS: &str = "truth/layers/";
 

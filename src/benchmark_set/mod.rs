@@ -23,6 +23,7 @@
 mod blind;
 mod body_file;
 mod cameras_file;
+mod complete_listing;
 mod contact_facts;
 mod contact_file;
 mod depth_png;
@@ -49,6 +50,7 @@ mod manifest;
 mod moments_file;
 mod packed_files;
 mod props_file;
+mod public_side;
 mod recording_file;
 mod retarget_facts;
 mod rigid;
@@ -77,6 +79,7 @@ pub use layer_drawing::LAYERS_MEMORY_BYTES;
 pub use leaks::{Leak, find_leaks};
 pub use manifest::TruthFacts;
 pub use moments_file::RigMoments;
+pub use public_side::{SetPlace, is_public};
 pub use recording_file::{
     SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
 };
@@ -87,4 +90,4 @@ pub use silhouette_png::to_png as silhouette_to_png;
 pub use spread_file::StepSpread;
 pub use start_file::Start;
 pub use training_file::{Training, TrainingMotions};
-pub use verify::{CHECKS, Checked, Fault, Thoroughness, Verification, verify};
+pub use verify::{CHECKS, Checked, Fault, Thoroughness, Verification, verify, verify_place};

@@ -9,7 +9,7 @@ use super::blind::{BlindSet, silhouette_path};
 use super::file_content::FileContent;
 use super::files::{self, SetFiles};
 use super::layer_drawing::LayerDrawing;
-use super::listing::LISTING;
+use super::listing::{LISTING, READER, README};
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::start_file::{self, Start};
 use super::{
@@ -26,9 +26,7 @@ use crate::scene::GroundTruth;
 /// The entries of every set's directory; those with shards have `packed.sha256` too, those whose cameras move or keep
 /// times of their own `cameras.npz`.
 pub const SET_ENTRIES: [&str; 8] =
-    [manifest::PATH, README, truth_file::READER_PATH, cameras_file::PATH, LISTING, "observations", "start", "truth"];
-
-const README: &str = "README.txt";
+    [manifest::PATH, README, READER, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
 /// What `README.txt` says besides in sets with other people.
 const OF_DISTRACTORS: &str = "
@@ -131,6 +129,7 @@ impl TruthSet {
     }
 
     fn parse(files: &SetFiles) -> Result<Self, SetError> {
+        files.refuse_without_truth()?;
         let sequence = BlindManifest::from_toml(&files.read(manifest::PATH)?)?.sequence;
         let actor = body_file::from_json(truth_file::ACTOR_PATH, &files.read(truth_file::ACTOR_PATH)?)?;
         let npz = Npz::from_bytes(truth_file::PATH, &files.read(truth_file::PATH)?)?;
@@ -211,6 +210,12 @@ impl BenchmarkSet {
     /// How the cameras that saw the actor move and take their images.
     pub fn true_filming(&self) -> FilmingRig {
         self.truth.filming.clone().unwrap_or_else(|| FilmingRig::from(self.true_rig()))
+    }
+
+    /// A set whose truth lies elsewhere.
+    pub(super) fn from_sides(blind: SetFiles, complete: &SetFiles) -> Result<Self, SetError> {
+        let truth = TruthSet::from_files(complete)?;
+        Ok(Self { blind: BlindSet::from_files(Arc::new(blind))?, truth })
     }
 
     fn from_files(files: SetFiles) -> Result<Self, SetError> {
@@ -361,7 +366,7 @@ impl SetParts<'_> {
         take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
         let filming = self.observed.filming;
         take(README, bytes(readme(truth, filming.is_some())))?;
-        take(truth_file::READER_PATH, bytes(truth_file::READER.as_bytes().to_vec()))?;
+        take(READER, bytes(truth_file::READER.as_bytes().to_vec()))?;
         let (told, frames) = (self.observed.tracker_rig.unwrap_or(self.rig), filming.map(|_| moments_file::PATH));
         take(cameras_file::PATH, bytes(cameras_file::to_json_with(told, frames)?))?;
         if let (Some(filming), Some(moments)) = (filming, self.observed.moments) {

@@ -126,7 +126,7 @@ mod tests {
     use crate::benchmark_set::fixture::{set_of, with_parts};
     use crate::benchmark_set::listing::files_below;
     use crate::benchmark_set::shard_plan::frame_of;
-    use crate::benchmark_set::{BlindSet, find_leaks, is_set, layer_channels, verify_hashes};
+    use crate::benchmark_set::{BlindSet, SetPlace, find_leaks, is_set, layer_channels, verify_hashes};
     use crate::body::fixture::walk;
     use std::fs;
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -214,6 +214,8 @@ mod tests {
         assert_eq!(public_set.set_hash, own.blind.set_hash);
         assert_eq!(public_set.observation(4).unwrap(), own.blind.observation(4).unwrap());
         assert!(public.join("observations/shards/000002.tar").exists() && !public.join("truth").exists());
+        let both = SetPlace { folder: &public, truth: Some(&place) };
+        assert_eq!(both.read().unwrap().truth, own.truth);
         assert!(find_leaks(&place).unwrap().is_empty());
     }
 

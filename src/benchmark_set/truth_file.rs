@@ -27,7 +27,6 @@ use crate::scene::{GroundTruth, TruthFrame};
 pub(super) const PATH: &str = "truth/truth.npz";
 /// A program that reads the file with NumPy alone; it lies in every set.
 pub(super) const READER: &str = include_str!("read_truth.py");
-pub(super) const READER_PATH: &str = "read_truth.py";
 pub(super) const ACTOR_PATH: &str = "truth/actor.json";
 const MARKERS: usize = LANDMARKS.len();
 

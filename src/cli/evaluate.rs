@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
+use crate::benchmark_set::SetPlace;
 use crate::experiment::{PosesDeclared, REPORT_FILE, evaluate_run};
 use crate::mocap::UpAxis;
 
@@ -23,7 +24,7 @@ use crate::mocap::UpAxis;
 ///
 /// Units and axes are metres, Z up, unless the file or --units and --up declare others; TRC declares its units and is Y
 /// up. With Y up the set's x, y and z are the file's x, -z and y. A body of an impossible size is refused: its units
-/// are wrong.
+/// are wrong. So are joint angles that several joints could only have in degrees, unless --angles says what they are.
 ///
 /// Another program's .npz needs fps, seeds and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an
@@ -32,11 +33,16 @@ use crate::mocap::UpAxis;
 #[command(after_help = "Examples:\n  skiagraph evaluate sets/walk runs/walk\n  \
                         skiagraph evaluate sets/walk runs/walk --json\n  \
                         skiagraph evaluate sets/walk mine.npz --out results/mine\n  \
+                        skiagraph evaluate public/walk runs/walk --truth secret/walk\n  \
                         skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
     #[arg(value_name = "SET")]
     set: PathBuf,
+
+    /// Folder of the complete set, of a set that was rendered with --truth
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
 
     /// Directory of the run, or a file of poses
     #[arg(value_name = "RUN", required_unless_present = "poses", conflicts_with = "poses")]
@@ -53,6 +59,10 @@ pub(super) struct Arguments {
     /// Vertical axis of a .csv, .trc, .c3d or .bvh file [default: z; of .trc y; of .bvh guessed]
     #[arg(long, value_enum, value_name = "AXIS")]
     up: Option<UpArgument>,
+
+    /// Unit of the joint angles of an .npz file [default: rad]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    angles: Option<AngleUnit>,
 
     /// TOML file that maps joint names, a line each: "theirs" = "ours"
     #[arg(long, value_name = "FILE")]
@@ -80,6 +90,12 @@ enum Units {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum AngleUnit {
+    Rad,
+    Deg,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum UpArgument {
     Y,
     Z,
@@ -99,6 +115,10 @@ impl Arguments {
                 UpArgument::Z => UpAxis::Z,
             }),
             joint_map: self.joint_map.clone(),
+            radians_per_unit: self.angles.map(|unit| match unit {
+                AngleUnit::Rad => 1.0,
+                AngleUnit::Deg => 1_f64.to_radians(),
+            }),
         }
     }
 }
@@ -106,9 +126,9 @@ impl Arguments {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(volume);
     let (out, force) = (arguments.out.as_deref(), arguments.force);
+    let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
     let run = arguments.run.as_ref().or(arguments.poses.as_ref()).cloned().unwrap_or_default();
-    let done =
-        evaluate_run(&arguments.set, &run, &arguments.declared(), out, force, &progress).map_err(|e| e.about(&run))?;
+    let done = evaluate_run(set, &run, &arguments.declared(), out, force, &progress).map_err(|e| e.about(&run))?;
     drop(progress);
     volume.notes(&done.notes);
     volume.written(&done.place);

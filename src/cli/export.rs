@@ -12,6 +12,7 @@ use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
+use crate::benchmark_set::SetPlace;
 use crate::experiment::{ExperimentError, ExportTo, export_set};
 
 /// Write a benchmark set in other tools' formats
@@ -28,6 +29,10 @@ pub(super) struct Arguments {
     /// Directory of the set
     #[arg(value_name = "SET")]
     set: PathBuf,
+
+    /// Folder of the complete set, of a set that was rendered with --truth
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
 
     /// Formats, several with commas
     #[arg(long, value_name = "FORMAT", required = true, value_delimiter = ',', value_parser = formats())]
@@ -47,12 +52,12 @@ fn formats() -> impl TypedValueParser<Value = ExportTo> {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
     let mut places = Vec::new();
     for to in &arguments.to {
         let place = place(arguments, *to)?;
         let progress = Progress::new(volume);
-        export_set(&arguments.set, *to, arguments.output.destination(&place), &progress)
-            .map_err(|e| e.about(&arguments.set))?;
+        export_set(set, *to, arguments.output.destination(&place), &progress).map_err(|e| e.about(&arguments.set))?;
         drop(progress);
         volume.written(&place);
         if !arguments.output.json {

@@ -10,8 +10,8 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::evaluation::{GateRules, GateVerdict, Margin};
 use crate::experiment::{
-    BASELINES, Baseline, Destination, ExperimentError, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, gate_run,
-    put_file, read_rules,
+    BASELINES, Baseline, Destination, ExperimentError, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric,
+    gate_run, keep_others_from_junit, put_file, read_rules,
 };
 use crate::report::GateReport;
 
@@ -76,7 +76,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", requires = "add_seeds")]
     mocap_dir: Option<PathBuf>,
 
-    /// Exit code of an inconclusive gate: 3, or the one of pass (0) or fail (1)
+    /// What an inconclusive gate counts as: itself (exit code 3), pass (0) or fail (1); in --junit and --github as well
     #[arg(long, value_name = "AS", value_enum, default_value_t = InconclusiveAs::Itself)]
     inconclusive: InconclusiveAs,
 
@@ -111,6 +111,9 @@ enum InconclusiveAs {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let rules = arguments.rules()?;
+    if let Some(path) = &arguments.junit {
+        keep_others_from_junit(Destination { path, force: arguments.force })?;
+    }
     let baseline = Baseline::read(&arguments.baseline, &arguments.baselines)?;
     let environment = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
     let from = MoreOf {
@@ -133,7 +136,8 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         outcome = gate_run(&arguments.run, &baseline, &rules)?;
     }
     let run = arguments.run.display().to_string();
-    let report = GateReport { run: &run, baseline: &baseline.name, outcome: &outcome };
+    let inconclusive = arguments.inconclusive.counted();
+    let report = GateReport { run: &run, baseline: &baseline.name, outcome: &outcome, inconclusive };
     if let Some(path) = &arguments.junit {
         let text = report.junit().map_err(ExperimentError::from)?;
         put_file(Destination { path, force: arguments.force }, text.as_bytes())?;
@@ -147,12 +151,36 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if arguments.github {
         output::print(&report.annotations())?;
     }
-    Ok(ExitCode::from(arguments.exit_code(outcome.verdict)))
+    Ok(ExitCode::from(match outcome.verdict {
+        GateVerdict::Inconclusive => exit_code(inconclusive),
+        verdict => exit_code(verdict),
+    }))
+}
+
+fn exit_code(verdict: GateVerdict) -> u8 {
+    match verdict {
+        GateVerdict::Pass => 0,
+        GateVerdict::Fail => 1,
+        GateVerdict::Inconclusive => 3,
+    }
+}
+
+impl InconclusiveAs {
+    fn counted(self) -> GateVerdict {
+        match self {
+            Self::Pass => GateVerdict::Pass,
+            Self::Fail => GateVerdict::Fail,
+            Self::Itself => GateVerdict::Inconclusive,
+        }
+    }
 }
 
 impl Arguments {
     /// Budgets of the file and of the command line.
     fn rules(&self) -> Result<GateRules, ExperimentError> {
+        if self.margin.is_some() {
+            check_metric(&self.metric).map_err(|detail| ExperimentError::Argument { argument: "--metric", detail })?;
+        }
         let found = Path::new(GATE_FILE).is_file() && self.margin.is_none();
         let file = self.rules.as_deref().or(found.then_some(Path::new(GATE_FILE)));
         let of_margin = self.margin.map(|margin| GateRules::from_metric(&self.metric, margin));
@@ -170,13 +198,5 @@ impl Arguments {
         };
         rules.other_seeds |= self.other_seeds;
         Ok(rules)
-    }
-
-    fn exit_code(&self, verdict: GateVerdict) -> u8 {
-        match (verdict, self.inconclusive) {
-            (GateVerdict::Pass, _) | (GateVerdict::Inconclusive, InconclusiveAs::Pass) => 0,
-            (GateVerdict::Fail, _) | (GateVerdict::Inconclusive, InconclusiveAs::Fail) => 1,
-            (GateVerdict::Inconclusive, InconclusiveAs::Itself) => 3,
-        }
     }
 }

@@ -137,10 +137,11 @@ fn of_robot(name: &str, s: &RobotSummary) -> String {
 }
 
 fn of_set(name: &str, s: &SetSummary) -> String {
-    let bodies = match (s.matched, s.mismatch.as_str()) {
-        (true, _) => "matched: tracker and actor have the same body".to_owned(),
-        (false, "") => format!("actor {}, tracker {}", s.actor, s.tracker_body),
-        (false, how) => how.to_owned(),
+    let bodies = match (s.matched, s.mismatch.as_deref(), &s.actor) {
+        (Some(true), ..) => "matched: tracker and actor have the same body".to_owned(),
+        (Some(false), Some(how), _) if !how.is_empty() => how.to_owned(),
+        (_, _, Some(actor)) => format!("actor {actor}, tracker {}", s.tracker_body),
+        (.., None) => format!("tracker {}", s.tracker_body),
     };
     let training = match s.training_frames {
         0 => s.learned_from.join("; "),
@@ -154,7 +155,7 @@ fn of_set(name: &str, s: &SetSummary) -> String {
         s.name,
         s.frames,
         s.frames_per_second,
-        s.motion,
+        s.motion.as_deref().unwrap_or("not told: this set has no truth (render --truth)"),
         s.observation,
         if s.layers.is_empty() { "none".to_owned() } else { s.layers.join(", ") },
         s.set_hash,

@@ -1,7 +1,7 @@
 //! `skiagraph report`.
 
 use std::ffi::OsStr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -61,6 +61,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         return Err(ExperimentError::Argument { argument: "--within", detail }.into());
     }
     if let Some(path) = &arguments.png {
+        check_png(path)?;
         put_file(Destination { path, force: arguments.force }, &picture(arguments)?)?;
         volume.written(path);
         output::print(&path.display().to_string())?;
@@ -90,6 +91,17 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     volume.written(&path);
     output::print(&format!("{}: {} settings", path.display(), input.settings.len()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses a name of another kind of picture: what is written is PNG.
+fn check_png(path: &Path) -> Result<(), ExperimentError> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    if extension.eq_ignore_ascii_case("png") {
+        return Ok(());
+    }
+    let found = if extension.is_empty() { "none".to_owned() } else { format!(".{extension}") };
+    let detail = format!("{}: expected a file that ends in .png, found {found}", path.display());
+    Err(ExperimentError::Argument { argument: "--png", detail })
 }
 
 /// Of a sweep where there is a plan, else of a run.

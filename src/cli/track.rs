@@ -1,6 +1,6 @@
 //! `skiagraph track`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -10,6 +10,7 @@ use super::output_arguments::OutputArguments;
 use super::progress::Progress;
 use super::volume::Volume;
 use super::{CommandError, output};
+use crate::benchmark_set::is_public;
 use crate::experiment::{
     Conformance, ExternalRecord, ProgramSettings, check_program, track_set_calibrating, track_set_with_program,
 };
@@ -105,12 +106,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
 }
 
-fn run_tracker(
-    arguments: &Arguments,
-    seeds: &[u64],
-    out: &std::path::Path,
-    volume: Volume,
-) -> Result<ExitCode, CommandError> {
+fn run_tracker(arguments: &Arguments, seeds: &[u64], out: &Path, volume: Volume) -> Result<ExitCode, CommandError> {
     let settings = TrackerSettings::named(arguments.tracker.as_deref().unwrap_or_default())
         .and_then(|settings| settings.overridden(&arguments.overrides))
         .map_err(ScenarioError::from)?;
@@ -125,7 +121,7 @@ fn run_tracker(
     } else if let Some(record) = &tracked.record {
         let frames = tracked.estimates.frames();
         output::print(&format!(
-            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second{}\n  measure it: skiagraph evaluate {} {}",
+            "{}: {} on {frames} frames, {} seed(s), {:.1} frames a second{}\n{}",
             out.display(),
             settings.name(),
             seeds.len(),
@@ -134,14 +130,18 @@ fn run_tracker(
                 true => String::new(),
                 false => format!("\n  learned from: {}", record.learned_from.join("; ")),
             },
-            arguments.set.display(),
-            out.display(),
+            arguments.how_to_measure(out),
         ))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
 impl Arguments {
+    fn how_to_measure(&self, out: &Path) -> String {
+        let truth = if is_public(&self.set) { " --truth DIR" } else { "" };
+        format!("  measure it: skiagraph evaluate {} {}{truth}", self.set.display(), out.display())
+    }
+
     fn program(&self, command: &str) -> ProgramSettings {
         ProgramSettings {
             command: command.to_owned(),
@@ -157,7 +157,7 @@ fn run_program(
     arguments: &Arguments,
     command: &str,
     seeds: &[u64],
-    out: &std::path::Path,
+    out: &Path,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(volume);
@@ -172,7 +172,7 @@ fn run_program(
     } else {
         output::print(&told(&record, seeds.len(), out))?;
         output::print(&match answered {
-            true => format!("  measure it: skiagraph evaluate {} {}", arguments.set.display(), out.display()),
+            true => arguments.how_to_measure(out),
             false => "  no frame was answered, so there is nothing to measure: try --dry-run".to_owned(),
         })?;
     }
@@ -182,7 +182,7 @@ fn run_program(
 /// Incidents that are printed; `program.json` has more.
 const SHOWN_INCIDENTS: usize = 5;
 
-fn told(record: &ExternalRecord, seeds: usize, out: &std::path::Path) -> String {
+fn told(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
     let name = record.name.as_deref().unwrap_or(&record.command);
     let count = record.answers;
     let mut lines = vec![format!(

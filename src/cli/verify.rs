@@ -10,7 +10,7 @@ use super::CommandError;
 use super::output::{self, counted};
 use super::progress::Progress;
 use super::volume::Volume;
-use crate::benchmark_set::{Checked, Verification};
+use crate::benchmark_set::{Checked, SetPlace, Verification};
 use crate::experiment::verify_set;
 
 /// Faults of one check that are printed; `--json` and `--verbose` list all.
@@ -30,6 +30,10 @@ pub(super) struct Arguments {
     #[arg(value_name = "SET")]
     set: PathBuf,
 
+    /// Folder of the complete set, of a set that was rendered with --truth
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
+
     /// Draw silhouettes and truth images of every Nth frame only; everything else is checked in all frames
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     every: u32,
@@ -41,7 +45,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let progress = Progress::new(volume);
-    let found = verify_set(&arguments.set, arguments.every as usize, &progress);
+    let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
+    let found = verify_set(set, arguments.every as usize, &progress);
     drop(progress);
     let found = found.map_err(|e| e.about(&arguments.set))?;
     let place = arguments.set.display().to_string();

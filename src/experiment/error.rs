@@ -66,8 +66,8 @@ pub enum ExperimentError {
     NoTraining,
     /// The run's models learned from frames of the test.
     #[error(
-        "{run}: its tracker learned from frames {first} to {last} of `{clip}`, which are frames of the test; such a run \
-        measures memory, not tracking",
+        "{run}: its tracker learned from frames {first} to {last} (of the file, from 1) of `{clip}`, which are frames of the \
+        test; such a run measures memory, not tracking",
         run = run.display()
     )]
     LearnedFromTest {

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::ExperimentError;
 use super::destination::Destination;
@@ -11,7 +11,7 @@ use super::inputs::Inputs;
 use super::ours::ResultKind;
 use super::partial_directory::PartialDirectory;
 use super::watch::{Stage, Watch, advance};
-use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
+use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
 use crate::report::overlay::link_bones;
 use crate::report::write_animation;
 
@@ -52,19 +52,19 @@ impl ExportTo {
     }
 }
 
-/// `skiagraph export`: writes the set in `directory` into a folder.
+/// `skiagraph export`: writes a set into a folder.
 ///
 /// # Errors
 /// [`ExperimentError`]; then nothing has changed on the disk.
 pub fn export_set(
-    directory: &Path,
+    set: SetPlace<'_>,
     to: ExportTo,
     place: Destination<'_>,
     watch: &dyn Watch,
 ) -> Result<(), ExperimentError> {
-    Inputs::new([directory.to_owned()]).keep_from(place.path)?;
+    Inputs::new(set.folders()).keep_from(place.path)?;
     let folder = PartialDirectory::begin(place.path, ResultKind::Export, place.force)?;
-    let set = BenchmarkSet::read(directory)?;
+    let set = set.read()?;
     watch.begin(Stage::Export, set.blind.frame_count);
     match to {
         ExportTo::Format(format) => {

@@ -4,9 +4,11 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::seed_advice::seed_advice;
+use super::sweep::metric_named_like;
 use super::{Baseline, ExperimentError, read_runs};
-use crate::evaluation::{GateOutcome, GateRefusal, GateRules, gate};
-use crate::input::{self, foreign, limits};
+use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, find_metric, gate};
+use crate::input::{self, excerpt, foreign, limits};
 use crate::scenario::json_tree;
 
 /// The file of rules in the working directory.
@@ -26,6 +28,7 @@ impl From<GateRefusal> for ExperimentError {
 /// [`ExperimentError`] if the runs cannot be read, or cannot be held against this baseline.
 pub fn gate_run(run: &Path, baseline: &Baseline, rules: &GateRules) -> Result<GateOutcome, ExperimentError> {
     let mut outcome = gate(&baseline.runs, &read_runs(run)?, rules)?;
+    outcome.notes.extend(seed_advice(run, baseline, outcome.checks.iter().filter_map(|check| check.more_seeds)));
     if is_newer(&baseline.version) {
         let ours = env!("CARGO_PKG_VERSION");
         outcome.notes.push(format!("the baseline was saved by version {}, newer than this {ours}", baseline.version));
@@ -52,7 +55,27 @@ pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
     if schema.as_ref().and_then(Value::as_str) != Some(SCHEMA) {
         return Err(malformed(format!("expected schema = \"{SCHEMA}\"")));
     }
-    json_tree::value(tree).map_err(|e| malformed(foreign(e)))
+    let rules: GateRules = json_tree::value(tree).map_err(|e| malformed(foreign(e)))?;
+    if rules.seeds < FEWEST_SEEDS {
+        return Err(malformed(format!("seeds: expected {FEWEST_SEEDS} or more, found {}", rules.seeds)));
+    }
+    let exact = rules.exact.iter().map(|name| ("exact", name));
+    let budgets = rules.budgets.iter().map(|budget| ("budget", &budget.metric));
+    exact
+        .chain(budgets)
+        .try_for_each(|(key, name)| check_metric(name).map_err(|detail| malformed(format!("{key}: {detail}"))))?;
+    Ok(rules)
+}
+
+/// Refuses a name that no metric has, with the one that is probably meant.
+///
+/// # Errors
+/// The complaint.
+pub fn check_metric(name: &str) -> Result<(), String> {
+    match find_metric(name) {
+        Some(_) => Ok(()),
+        None => Err(format!("there is no metric `{}`{}", excerpt(name), metric_named_like(name))),
+    }
 }
 
 #[cfg(test)]
@@ -83,6 +106,8 @@ mod tests {
             (&format!("{head}sedes = 5"), "sedes"),
             (&format!("{head}[[budget]]\nmetric = \"humaneva_mm\"\nmargin = \"2 parsecs\""), "2 parsecs"),
             (&format!("{head}seeds = -1"), "seeds"),
+            (&format!("{head}seeds = 3"), "seeds: expected 5 or more, found 3"),
+            (&format!("{head}exact = [\"lag_sm\"]"), "exact: there is no metric `lag_sm`; did you mean `lag_ms`?"),
             (&format!("{head}seeds ="), "gate.toml"),
         ] {
             let told = rules(text).unwrap_err();

@@ -133,7 +133,7 @@ impl Models {
         if let Some((from, (first, last))) = sources.iter().find_map(|from| of_test(from).map(|frames| (from, frames)))
         {
             return unfit(format!(
-                "learned from frames {first} to {last} of `{}`, which are also frames of the scenario's [motion]; learn \
+                "learned from frames {first} to {last} (of the file, from 1) of `{}`, which are also frames of the scenario's [motion]; learn \
                 from frames that are not in the test",
                 from.clip
             ));

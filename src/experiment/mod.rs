@@ -63,6 +63,7 @@ mod run_reading;
 mod scenario_copy;
 mod scene_check;
 mod search_file;
+mod seed_advice;
 mod segmenting;
 mod skins;
 mod staging;
@@ -88,7 +89,7 @@ pub use external::{
     AnswerCount, Conformance, ExternalRecord, Incident, ProgramSettings, Programmed, ProtocolCheck, dry_run,
     track_with_program,
 };
-pub use gating::{GATE_FILE, gate_run, read_rules};
+pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use inspect::{
     Against, CameraSummary, ClipSummary, ContactSummary, DegreeSummary, EditedContact, EditedSummary, FastestAngle,
     FitSummary, GraphModelFacts, Inspected, MeanAndMost, ModelSummary, RobotSummary, SeamSummary, SetSummary,
@@ -101,7 +102,7 @@ pub use model_file::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotF
 pub use model_training::{ClipOptions, Trained, TrainingInput, train};
 pub use more_seeds::{MoreOf, add_missing_seeds, add_seeds};
 pub use ours::MANUAL_MARK;
-pub use partial_file::put_file;
+pub use partial_file::{keep_others_from_junit, put_file};
 pub use poses_file::PosesDeclared;
 pub use rendering::{RenderOptions, draw, render, render_with};
 pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};

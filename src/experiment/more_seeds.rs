@@ -10,6 +10,7 @@ use super::rendering::draw;
 use super::run::{measure, write_all};
 use super::run_reading::{MORE_SEEDS, run_folders};
 use super::scenario_copy::SCENARIO_FILE;
+use super::seed_advice::by_hand;
 use super::tracking::{TRACK_FILE, TrackRecord, Tracked, track};
 use super::watch::Watch;
 use super::{Baseline, ExperimentError, Models, read_runs};
@@ -106,7 +107,7 @@ fn add_to(
 ) -> Result<PathBuf, ExperimentError> {
     let [first, last] = [seeds.first(), seeds.last()].map(|seed| seed.copied().unwrap_or_default());
     let place = folder.join(format!("{MORE_SEEDS}{first}-{last}"));
-    let record = recorded(folder)?;
+    let record = recorded(folder, seeds)?;
     let directory = PartialDirectory::begin(&place, ResultKind::Run, false)?;
     let (set, mut models) = set_of(folder, clip, from, watch)?;
     let tracked = track(&set.blind, &record.tracker, seeds, set.truth.refitted.as_ref(), &mut models, watch)?;
@@ -119,16 +120,10 @@ fn add_to(
     Ok(place)
 }
 
-fn recorded(folder: &Path) -> Result<TrackRecord, ExperimentError> {
+fn recorded(folder: &Path, seeds: &[u64]) -> Result<TrackRecord, ExperimentError> {
     let path = folder.join(TRACK_FILE);
     if !path.is_file() {
-        return Err(ExperimentError::Argument {
-            argument: "--add-seeds",
-            detail: format!(
-                "{} was not tracked by skiagraph; run your tracker with more seeds and evaluate them again",
-                folder.display()
-            ),
-        });
+        return Err(ExperimentError::Argument { argument: "--add-seeds", detail: by_hand(folder, seeds) });
     }
     json_tree::value_of_file(&read_file(&path, limits::RECORD)?)
         .map_err(|detail| ExperimentError::Malformed { path, detail })

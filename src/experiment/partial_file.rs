@@ -1,6 +1,7 @@
 //! Atomic writing of one file.
 
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::error::output;
@@ -77,6 +78,22 @@ pub fn put_file(to: Destination<'_>, bytes: &[u8]) -> Result<(), ExperimentError
     PartialFile::begin(to.path, to.force)?.put(bytes)
 }
 
+/// Refuses, before any work, a place for JUnit XML where something else than such a file of ours is; with `force` what
+/// we did not write is moved aside later.
+///
+/// # Errors
+/// [`ExperimentError::Occupied`].
+pub fn keep_others_from_junit(to: Destination<'_>) -> Result<(), ExperimentError> {
+    let Destination { path, force } = to;
+    let is_junit = || {
+        let mut head = [0; 5];
+        fs::File::open(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && head == *b"<?xml"
+    };
+    let ours = is_file_of_ours(path);
+    let free = path.symlink_metadata().is_err() || if ours { is_junit() } else { force };
+    if free { Ok(()) } else { Err(ExperimentError::Occupied { path: path.to_owned() }) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,6 +125,21 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), ONE);
         assert_eq!(fs::read(root.path().join("thesis.html~")).unwrap(), b"<html>years of work");
         assert_eq!(fs::read_dir(root.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn junit_replaces_only_junit_of_ours() {
+        let root = tempfile::tempdir().unwrap();
+        let free = |text: &str, force| {
+            let path = root.path().join("gate.xml");
+            fs::write(&path, text).unwrap();
+            keep_others_from_junit(Destination { path: &path, force }).is_ok()
+        };
+        let ours = "<?xml version=\"1.0\"?>\n<testsuites><!-- <meta name=\"generator\" content=\"skiagraph 1\"> -->";
+        assert!(free(ours, false) && !free("<?xml version=\"1.0\"?><testsuites/>", false));
+        assert!(free("thesis", true) && !free("{\"schema\": \"skiagraph.run/1\"}", true), "never a run's numbers");
+        let nothing = root.path().join("nothing");
+        assert!(keep_others_from_junit(Destination { path: &nothing, force: false }).is_ok());
     }
 
     #[test]

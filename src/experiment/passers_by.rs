@@ -47,7 +47,7 @@ pub(super) fn passers_by(
             let seconds = last as f64 / rate;
             passers
                 .notes
-                .push(format!("{table}: `{name}` stands still after {seconds:.2} s, frame {last} of {frames}"));
+                .push(format!("{table}: `{name}` stands still after {seconds:.2} s, {last} of {frames} frames"));
         }
         passers.notes.extend(notes.into_iter().map(|note| format!("{table}: {note}")));
         passers

@@ -14,7 +14,7 @@ use super::ours::ResultKind;
 use super::ownership::{self, LISTING, Listing};
 use super::partial_directory::PartialDirectory;
 use super::place::write_synced;
-use super::poses_file::{PosesDeclared, check_scale, read_poses};
+use super::poses_file::{PosesDeclared, check_angles, check_scale, read_poses};
 use super::rendering::draw;
 use super::results::{RunRecord, RunResults, tracker_in_words};
 use super::scenario_copy::{SCENARIO_FILE, scenario_text};
@@ -22,7 +22,7 @@ use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked,
 use super::unfinished;
 use super::watch::Watch;
 use super::{ExperimentError, Models, NamedFiles};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, TruthSet};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, SetPlace, TruthSet};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 /// A run that is done.
@@ -161,14 +161,14 @@ pub struct Evaluated {
 /// # Errors
 /// [`ExperimentError`]; then nothing has changed on the disk.
 pub fn evaluate_run(
-    set: &Path,
+    set: SetPlace<'_>,
     run: &Path,
     declared: &PosesDeclared,
     out: Option<&Path>,
     force: bool,
     watch: &dyn Watch,
 ) -> Result<Evaluated, ExperimentError> {
-    let whole = BenchmarkSet::read(set)?;
+    let whole = set.read()?;
     let listing = Listing::read(run);
     let holds = |names: &[&str]| names.iter().all(|name| listing.holds(run, name));
     let bodies = !run.join(BODIES_FILE).exists() || listing.holds(run, BODIES_FILE);
@@ -194,12 +194,15 @@ pub fn evaluate_run(
     }
     check_fit(&whole, &tracked).map_err(|detail| ExperimentError::AnotherSet {
         run: run.to_owned(),
-        set: set.to_owned(),
+        set: set.folder.to_owned(),
         detail,
     })?;
+    let malformed = |detail| ExperimentError::Malformed { path: run.to_owned(), detail };
+    if is_ours && !is_tracked {
+        check_angles(&tracked.estimates, declared.radians_per_unit).map_err(malformed)?;
+    }
     if !is_tracked {
-        check_scale(&whole.blind, &tracked.estimates)
-            .map_err(|detail| ExperimentError::Malformed { path: run.to_owned(), detail })?;
+        check_scale(&whole.blind, &tracked.estimates).map_err(malformed)?;
     }
     check_sources(&whole, &tracked, run, watch)?;
     if is_ours && out.is_none() {
@@ -207,7 +210,7 @@ pub fn evaluate_run(
         replace_files(run, &listing, &results.files)?;
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
-    Inputs::new([set, run].map(Path::to_owned)).keep_from(&place)?;
+    Inputs::new(set.folders().chain([run.to_owned()])).keep_from(&place)?;
     let directory = PartialDirectory::begin(&place, ResultKind::Run, force)?;
     let results = measure(&whole, &tracked, watch)?;
     write_all(&directory, &results.files)?;

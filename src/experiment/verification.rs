@@ -1,21 +1,19 @@
 //! Verifying a set under the eyes of a watch.
 
-use std::path::Path;
-
 use super::ExperimentError;
 use super::watch::{Stage, Watch};
-use crate::benchmark_set::{BlindSet, Thoroughness, Verification, verify};
+use crate::benchmark_set::{BlindSet, SetPlace, Thoroughness, Verification, verify_place};
 
-/// `skiagraph verify`: makes every check of the set in `directory`; of every `every`th frame silhouettes and truth
+/// `skiagraph verify`: makes every check of a set; of every `every`th frame silhouettes and truth
 /// images are drawn anew.
 ///
 /// # Errors
 /// [`ExperimentError::Set`] for a directory that is no set of this format; [`ExperimentError::Interrupted`]. What is
 /// wrong with a set is no error but a fault.
-pub fn verify_set(directory: &Path, every: usize, watch: &dyn Watch) -> Result<Verification, ExperimentError> {
+pub fn verify_set(set: SetPlace<'_>, every: usize, watch: &dyn Watch) -> Result<Verification, ExperimentError> {
     // a set too broken to be counted has no progress to show
-    let frames = BlindSet::read(directory).map_or(0, |set| set.frame_count.div_ceil(every.max(1)));
+    let frames = BlindSet::read(set.folder).map_or(0, |set| set.frame_count.div_ceil(every.max(1)));
     watch.begin(Stage::Verify, frames);
     let how = Thoroughness { every, tick: &|| watch.advance(), stop: &|| watch.interrupted() };
-    Ok(verify(directory, how)?)
+    Ok(verify_place(set, how)?)
 }

@@ -7,9 +7,13 @@ use super::difference_rows::{
     DifferenceRow, HOW, clip_rows, joint_rows, lost_in_words, metric_rows, pairing, seeds_of,
 };
 use super::html::render_page;
-use crate::evaluation::RunComparison;
+use crate::evaluation::{AgainstBase, METRICS, RunComparison};
 
 const TEMPLATE: &str = include_str!("difference_page.html");
+/// Sides that a page shows: every one takes some twenty kilobytes.
+const SIDES: usize = 200;
+/// Sides that the title names.
+const NAMED: usize = 20;
 
 #[derive(Serialize)]
 struct DifferencePage<'a> {
@@ -18,6 +22,8 @@ struct DifferencePage<'a> {
     seeds: String,
     how: &'static str,
     sides: Vec<PageSide<'a>>,
+    /// How many sides there are, where not all are shown.
+    of_sides: Option<usize>,
 }
 
 #[derive(Serialize)]
@@ -44,7 +50,7 @@ struct DifferenceTable {
 /// # Errors
 /// [`ReportError`] if the page cannot be rendered.
 pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError> {
-    let side = |side: &'_ crate::evaluation::AgainstBase| {
+    let side = |side: &AgainstBase| {
         let tables = [
             DifferenceTable { title: "Metrics", first: "Metric", tested: true, rows: metric_rows(side, true) },
             DifferenceTable {
@@ -57,9 +63,8 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
         ];
         tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
     };
-    let sides: Vec<PageSide<'_>> = comparison
-        .others
-        .iter()
+    let sides: Vec<PageSide<'_>> = shown(&comparison.others)
+        .into_iter()
         .map(|other| PageSide {
             name: &other.side.name,
             trackers: other.side.trackers.join(", "),
@@ -69,18 +74,60 @@ pub fn difference_page(comparison: &RunComparison) -> Result<String, ReportError
             tables: side(other),
         })
         .collect();
-    let names: Vec<&str> = sides.iter().map(|side| side.name).collect();
-    let title = format!("{} against {}", names.join(", "), comparison.base.name);
-    render_page(
-        TEMPLATE,
-        &DifferencePage { title, base: &comparison.base.name, seeds: seeds_of(comparison), how: HOW, sides },
-    )
+    let count = comparison.others.len();
+    let names = match count <= NAMED {
+        true => sides.iter().map(|side| side.name).collect::<Vec<_>>().join(", "),
+        false => format!("{count} sides"),
+    };
+    let page = DifferencePage {
+        title: format!("{names} against {}", comparison.base.name),
+        base: &comparison.base.name,
+        seeds: seeds_of(comparison),
+        how: HOW,
+        sides,
+        of_sides: (count > SIDES).then_some(count),
+    };
+    render_page(TEMPLATE, &page)
+}
+
+/// All sides; of very many the best and the worst by the first metric of all tables, the best first.
+fn shown(others: &[AgainstBase]) -> Vec<&AgainstBase> {
+    let mut sides: Vec<&AgainstBase> = others.iter().collect();
+    if sides.len() <= SIDES {
+        return sides;
+    }
+    let worse_by = |side: &AgainstBase| {
+        let metric = side.metrics.iter().find(|metric| metric.metric == METRICS[0].name);
+        metric.map_or(f64::INFINITY, |metric| metric.difference.difference)
+    };
+    sides.sort_by(|a, b| worse_by(a).total_cmp(&worse_by(b)));
+    sides.drain(SIDES / 2..others.len() - SIDES / 2);
+    sides
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::difference_text::tests::compared;
     use super::*;
+
+    #[test]
+    fn of_very_many_sides_the_page_shows_the_best_and_the_worst() {
+        let mut many = compared(&["walk"]);
+        let one = many.others[0].clone();
+        many.others = (0..1000)
+            .map(|at| {
+                let mut side = one.clone();
+                side.side.name = format!("side-{at}-");
+                side.metrics[0].difference.difference = f64::from((at * 7) % 1000);
+                side
+            })
+            .collect();
+        let html = difference_page(&many).unwrap();
+        assert!(html.contains("1000 sides against main") && html.contains("the 200 best and worst of 1000"), "{html}");
+        assert_eq!(html.matches("<h2>side-").count(), SIDES);
+        // 7 x 143 = 1001: the second best; 500 x 7 = 3500: in the middle
+        assert!(html.contains("<h2>side-0-") && html.contains("<h2>side-143-") && !html.contains("<h2>side-500-"));
+    }
 
     /// Set `SKIAGRAPH_DIFFERENCE_PAGE` to a path to look at the page in a browser.
     #[test]

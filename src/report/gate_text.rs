@@ -18,6 +18,8 @@ pub struct GateReport<'a> {
     pub baseline: &'a str,
     /// What the gate says.
     pub outcome: &'a GateOutcome,
+    /// What counts for a check that is inconclusive.
+    pub inconclusive: GateVerdict,
 }
 
 /// `PASS`, `FAIL` or `INCONCLUSIVE`.
@@ -37,6 +39,11 @@ impl GateReport<'_> {
             GateVerdict::Inconclusive => "may be worse than",
         };
         format!("{}: {} {said} the baseline {}", word(self.outcome.verdict), self.run, self.baseline)
+    }
+
+    /// What a check's verdict counts as.
+    fn counted(&self, verdict: GateVerdict) -> GateVerdict {
+        if verdict == GateVerdict::Inconclusive { self.inconclusive } else { verdict }
     }
 
     /// A line a check, the failing ones first; exact checks that pass share one.
@@ -70,13 +77,15 @@ impl GateReport<'_> {
         text
     }
 
-    /// `::error`, `::warning` and `::notice` lines, which GitHub Actions shows at the top of a run.
+    /// `::error`, `::warning` and `::notice` lines, which GitHub Actions shows at the top of a run; an inconclusive check
+    /// has the level of what it counts as.
     pub fn annotations(&self) -> String {
         let line = |check: &Check| {
-            let level = match check.verdict {
-                GateVerdict::Pass => return None,
-                GateVerdict::Fail => "error",
-                GateVerdict::Inconclusive => "warning",
+            let level = match (check.verdict, self.counted(check.verdict)) {
+                (GateVerdict::Pass, _) => return None,
+                (_, GateVerdict::Pass) => "notice",
+                (_, GateVerdict::Fail) => "error",
+                (_, GateVerdict::Inconclusive) => "warning",
             };
             let title = escaped(&format!("{} {}", word(check.verdict), name(check)), true);
             Some(format!("::{level} title={title}::{}", escaped(&finding(check), false)))
@@ -88,7 +97,7 @@ impl GateReport<'_> {
         lines.join("\n")
     }
 
-    /// JUnit XML, a test case a check.
+    /// JUnit XML, a test case a check; an inconclusive one is what it counts as.
     ///
     /// # Errors
     /// [`ReportError`] if it cannot be rendered.
@@ -97,15 +106,17 @@ impl GateReport<'_> {
         struct JunitCase {
             name: String,
             verdict: &'static str,
+            is_open: bool,
             finding: String,
         }
         let case = |check: &Check| JunitCase {
             name: xml(&name(check)),
-            verdict: word(check.verdict),
+            verdict: word(self.counted(check.verdict)),
+            is_open: check.verdict == GateVerdict::Inconclusive,
             finding: xml(&finding(check)),
         };
         let cases: Vec<JunitCase> = self.outcome.checks.iter().map(case).collect();
-        let count = |verdict| self.outcome.checks.iter().filter(|check| check.verdict == verdict).count();
+        let count = |verdict| self.outcome.checks.iter().filter(|check| self.counted(check.verdict) == verdict).count();
         let mut environment = Environment::new();
         environment.set_auto_escape_callback(|_| AutoEscape::Html);
         environment.add_template("junit", JUNIT)?;
@@ -122,7 +133,7 @@ impl GateReport<'_> {
 const JUNIT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <testsuites><!-- <meta name="generator" content="{{ generator }}"> -->
 <testsuite name="{{ suite }}" tests="{{ cases|length }}" failures="{{ failures }}" errors="{{ errors }}" skipped="0">
-{% for case in cases %}<testcase classname="skiagraph.gate" name="{{ case.name }}">{% if case.verdict == "FAIL" %}<failure message="{{ case.finding }}"/>{% elif case.verdict == "INCONCLUSIVE" %}<error type="inconclusive" message="{{ case.finding }}"/>{% else %}<system-out>{{ case.finding }}</system-out>{% endif %}</testcase>
+{% for case in cases %}<testcase classname="skiagraph.gate" name="{{ case.name }}">{% if case.verdict == "FAIL" %}<failure {% if case.is_open %}type="inconclusive" {% endif %}message="{{ case.finding }}"/>{% elif case.verdict == "INCONCLUSIVE" %}<error type="inconclusive" message="{{ case.finding }}"/>{% else %}<system-out>{% if case.is_open %}inconclusive: {% endif %}{{ case.finding }}</system-out>{% endif %}</testcase>
 {% endfor %}</testsuite>
 </testsuites>
 "#;
@@ -182,8 +193,8 @@ fn finding(check: &Check) -> String {
     );
     if let Some(more) = check.more_seeds {
         text.push_str(&match more {
-            MoreSeeds::OfRun(1) => "; 1 more seed of the run would decide it (--add-seeds 1)".to_owned(),
-            MoreSeeds::OfRun(more) => format!("; {more} more seeds of the run would decide it (--add-seeds {more})"),
+            MoreSeeds::OfRun(1) => "; 1 more seed of the run would decide it".to_owned(),
+            MoreSeeds::OfRun(more) => format!("; {more} more seeds of the run would decide it"),
             MoreSeeds::OfBoth(more) => format!("; {more} more seeds of run and baseline each would decide it"),
             MoreSeeds::TooMany => "; the difference is about the margin: more seeds will hardly decide it".to_owned(),
         });
@@ -215,7 +226,12 @@ mod tests {
     #[test]
     fn a_failure_says_by_how_much_against_what_and_how_sure() {
         let outcome = outcome(4.0, 0.3);
-        let report = GateReport { run: "runs/mine", baseline: "walk", outcome: &outcome };
+        let report = GateReport {
+            run: "runs/mine",
+            baseline: "walk",
+            outcome: &outcome,
+            inconclusive: GateVerdict::Inconclusive,
+        };
         let text = report.text();
         assert!(text.starts_with("FAIL: runs/mine is worse than the baseline walk"), "{text}");
         assert!(
@@ -235,16 +251,31 @@ mod tests {
     #[test]
     fn an_inconclusive_gate_says_how_many_seeds_would_decide_it() {
         let outcome = outcome(1.2, 1.5);
-        let report = GateReport { run: "r", baseline: "b", outcome: &outcome };
+        let report = GateReport { run: "r", baseline: "b", outcome: &outcome, inconclusive: GateVerdict::Inconclusive };
         assert!(report.text().contains("more seed"), "{}", report.text());
         assert!(report.annotations().starts_with("::warning"));
         assert!(report.junit().unwrap().contains("errors=\"1\""));
+        let passing = GateReport { inconclusive: GateVerdict::Pass, ..report };
+        let junit = passing.junit().unwrap();
+        assert!(junit.contains("failures=\"0\" errors=\"0\"") && !junit.contains("<error"), "{junit}");
+        assert!(
+            junit.contains("<system-out>inconclusive: ") && passing.annotations().starts_with("::notice title=INC")
+        );
+        let failing = GateReport { inconclusive: GateVerdict::Fail, ..report };
+        let junit = failing.junit().unwrap();
+        assert!(junit.contains("failures=\"1\" errors=\"0\"") && !junit.contains("<error"), "{junit}");
+        assert!(junit.contains("<failure type=\"inconclusive\" ") && failing.annotations().starts_with("::error"));
     }
 
     #[test]
     fn names_break_neither_xml_nor_workflow_commands() {
         let outcome = outcome(4.0, 0.3);
-        let report = GateReport { run: "a\"<b>&\u{1}", baseline: "x\n::error::y", outcome: &outcome };
+        let report = GateReport {
+            run: "a\"<b>&\u{1}",
+            baseline: "x\n::error::y",
+            outcome: &outcome,
+            inconclusive: GateVerdict::Inconclusive,
+        };
         let junit = report.junit().unwrap();
         let document = roxmltree::Document::parse(&junit).unwrap();
         let suite = document.descendants().find(|node| node.has_tag_name("testsuite")).unwrap();

@@ -18,6 +18,7 @@ mod options;
 mod poses;
 mod program;
 mod props;
+mod public_sets;
 mod resume;
 mod robots;
 mod same_numbers;

@@ -40,6 +40,26 @@ fn error(room: &Sandbox, arguments: &str) -> f64 {
 }
 
 #[test]
+fn frames_that_are_numbered_from_one_and_fields_between_semicolons_are_told_as_such() {
+    let (room, truth) = room();
+    let text = csv(&truth, &names(), |place| place);
+    let (head, rows) = text.split_once('\n').unwrap();
+    let rows: String = rows.lines().enumerate().map(|(row, line)| format!("{},{line}\n", row + 1)).collect();
+    room.write("one.csv", format!("frame,{head}\n{rows}"));
+    room.write("semicolons.csv", text.replace(',', ";"));
+    let (last, frames) = (truth.len(), truth.len() - 1);
+    let from_one =
+        format!("its last frame is {last}, the set's is {frames}: frames count from 0; its first is 1: subtract 1");
+    for (file, words) in [("one.csv", from_one.as_str()), ("semicolons.csv", "found semicolons")] {
+        let refused = room.skiagraph(["evaluate", "set", "--poses", file]);
+        assert!(refused.code == 2 && refused.stderr.contains(words), "{file}: {}", refused.stderr);
+    }
+    room.write("angles.csv", csv(&truth, &names(), |place| place));
+    let refused = room.skiagraph(["evaluate", "set", "--poses", "angles.csv", "--angles", "deg"]);
+    assert!(refused.code == 2 && refused.stderr.contains("leave out --angles"), "{}", refused.stderr);
+}
+
+#[test]
 fn a_known_error_is_found_in_every_format_unit_and_axis() {
     let (room, truth) = room();
     let off = |[x, y, z]: [f64; 3]| [x + 0.03, y, z + 0.04];

@@ -146,6 +146,8 @@ fn processes_share_a_motion_model_that_is_learned_once() {
 fn a_sweep_has_a_picture_and_says_the_command_that_makes_it_again() {
     let room = room();
     room.succeed(&format!("sweep tiny.toml {GRID} --keep particles>2 --out s"));
+    let refused = room.skiagraph(["report", "s", "--png", "s.jpg"]);
+    assert!(refused.code == 2 && refused.stderr.contains("ends in .png, found .jpg"), "{}", refused.stderr);
     room.succeed("report s --png s.png");
     assert!(room.read("s.png").starts_with(b"\x89PNG"));
     room.succeed("report s --out s.md");

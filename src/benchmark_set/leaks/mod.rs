@@ -16,7 +16,7 @@ use self::numbers::{NumberSequence, sequences};
 use self::secret::{Secret, secrets};
 use super::export::tar_places;
 use super::files::SetFiles;
-use super::listing::{LISTING, files_below};
+use super::listing::{COMPLETE, LISTING, files_below};
 use super::shard_plan::{PACKED, frame_of, is_shard};
 use super::{SetError, TruthSet, body_file, start_file};
 
@@ -39,10 +39,15 @@ pub struct Leak {
 /// # Errors
 /// [`SetError`] where the truth, or a file that may hold numbers, cannot be read.
 pub fn find_leaks(directory: &Path) -> Result<Vec<Leak>, SetError> {
+    find_leaks_of(directory, directory)
+}
+
+/// As [`find_leaks`], of the truth in the folder `complete`.
+pub(super) fn find_leaks_of(directory: &Path, complete: &Path) -> Result<Vec<Leak>, SetError> {
     let files = SetFiles::open(directory)?;
     let body = files.read(start_file::BODY_PATH)?;
-    let secrets = secrets(&TruthSet::read(directory)?, &body_file::from_json(start_file::BODY_PATH, &body)?);
-    let outside = |path: &String| !path.starts_with("truth/") && path != LISTING && path != PACKED;
+    let secrets = secrets(&TruthSet::read(complete)?, &body_file::from_json(start_file::BODY_PATH, &body)?);
+    let outside = |path: &String| !path.starts_with("truth/") && ![LISTING, PACKED, COMPLETE].contains(&path.as_str());
     let mut leaks = Vec::new();
     for file in files_below(directory, "")?.into_iter().filter(outside) {
         let path = directory.join(&file);

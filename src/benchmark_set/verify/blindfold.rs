@@ -5,11 +5,11 @@ use std::path::Path;
 use super::{Fault, Outcome};
 use crate::benchmark_set::SetError;
 use crate::benchmark_set::files::SetFiles;
-use crate::benchmark_set::leaks::find_leaks;
+use crate::benchmark_set::leaks::find_leaks_of;
 
-pub(super) fn check(directory: &Path, files: &SetFiles) -> Outcome {
+pub(super) fn check(directory: &Path, complete: &Path, files: &SetFiles) -> Outcome {
     let outside = files.paths().filter(|path| !path.starts_with("truth/")).count();
-    let faults = match find_leaks(directory) {
+    let faults = match find_leaks_of(directory, complete) {
         Ok(leaks) => leaks
             .into_iter()
             .map(|leak| {

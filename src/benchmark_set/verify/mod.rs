@@ -29,7 +29,7 @@ use serde::Serialize;
 
 use self::parts::ReadParts;
 use super::files::SetFiles;
-use super::{SetError, manifest};
+use super::{SetError, SetPlace, manifest};
 
 /// The checks in the order in which they are made, each with what it proves.
 pub const CHECKS: [(&str, &str); 11] = [
@@ -129,8 +129,19 @@ type Outcome = Result<(String, Vec<Fault>), String>;
 /// [`SetError::NotASet`] and [`SetError::Io`] for a directory that is no set or cannot be read, [`SetError::Malformed`]
 /// for a set of another version of the format, [`SetError::Stopped`]. What is wrong with a set is no error but a fault.
 pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, SetError> {
-    let files = SetFiles::open(directory)?;
+    verify_place(directory.into(), how)
+}
+
+/// As [`verify`], of a set whose truth may lie elsewhere.
+///
+/// # Errors
+/// As [`verify`]; [`SetError::NoTruth`] where the truth is needed and not given, [`SetError::OthersTruth`] where it is
+/// that of another set.
+pub fn verify_place(set: SetPlace<'_>, how: Thoroughness<'_>) -> Result<Verification, SetError> {
+    let directory = set.folder;
+    let own = SetFiles::open(directory)?;
     manifest::refuse_other_formats(directory)?;
+    let complete = set.complete(&own)?;
     let mut checks = Vec::with_capacity(CHECKS.len());
     let mut add = |outcome: Outcome| -> Result<(), SetError> {
         let (name, proves) = CHECKS[checks.len()];
@@ -141,24 +152,39 @@ pub fn verify(directory: &Path, how: Thoroughness<'_>) -> Result<Verification, S
         checks.push(Checked { name, proves, looked_at, made, faults });
         if (how.stop)() { Err(SetError::Stopped) } else { Ok(()) }
     };
-    let hashes: Vec<Fault> = files.faults()?.into_iter().map(|error| Fault::from_file(directory, error)).collect();
-    add(Ok((format!("{} files", files.count()), hashes)))?;
-    let (parts, faults) = ReadParts::read(&files);
+    add(Ok((format!("{} files", own.count()), hash_faults(&own, directory, set.truth.zip(complete.as_ref()))?)))?;
+    // what both sides have is the same in both, or was found to differ
+    let files = complete.as_ref().unwrap_or(&own);
+    let (parts, faults) = ReadParts::read(files);
     add(Ok((parts.in_words(), faults)))?;
-    add(cameras::check(&files, &parts))?;
+    add(cameras::check(files, &parts))?;
     add(body::check(&parts))?;
     add(poses::check(&parts))?;
     add(match parts.is_filmed() {
-        true => filmed_projection::check(&files, &parts),
-        false => projection::check(&files, &parts),
+        true => filmed_projection::check(files, &parts),
+        false => projection::check(files, &parts),
     })?;
-    add(poses::check_visibility(&files, &parts))?;
-    add(masks::check(&files, &parts, how))?;
-    add(layers::check(&files, &parts, how))?;
-    add(contacts::check(&files, &parts))?;
-    add(blindfold::check(directory, &files))?;
+    add(poses::check_visibility(files, &parts))?;
+    add(masks::check(files, &parts, how))?;
+    add(layers::check(files, &parts, how))?;
+    add(contacts::check(files, &parts))?;
+    add(blindfold::check(directory, set.truth.unwrap_or(directory), &own))?;
     let name = parts.manifest.map(|manifest| manifest.name).unwrap_or_default();
-    Ok(Verification { name, set_hash: files.set_hash(), checks })
+    Ok(Verification { name, set_hash: own.set_hash(), checks })
+}
+
+/// Faults of the files of a set, and of the truth of the complete one that is elsewhere.
+fn hash_faults(own: &SetFiles, folder: &Path, truth: Option<(&Path, &SetFiles)>) -> Result<Vec<Fault>, SetError> {
+    let of = |files: &SetFiles, folder: &Path| -> Result<Vec<Fault>, SetError> {
+        Ok(files.faults()?.into_iter().map(|error| Fault::from_file(folder, error)).collect())
+    };
+    let mut faults = of(own, folder)?;
+    if let Some((folder, complete)) = truth {
+        let is_truth = |fault: &Fault| fault.file.starts_with("truth/");
+        faults.retain(|fault| !is_truth(fault));
+        faults.extend(of(complete, folder)?.into_iter().filter(is_truth));
+    }
+    Ok(faults)
 }
 
 impl Fault {

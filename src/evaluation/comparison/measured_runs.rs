@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::changed_settings::changed_settings;
 use crate::evaluation::{Summary, Unit};
 
 /// The runs of one side, by clip.
@@ -59,6 +60,14 @@ pub enum MergeError {
         /// The seed.
         seed: u64,
     },
+    /// Two runs of a clip have trackers with other settings.
+    #[error("two runs of `{clip}` differ in their tracker's settings ({changed}); give them as two sides")]
+    Settings {
+        /// The clip.
+        clip: String,
+        /// The keys that differ, with both values.
+        changed: String,
+    },
     /// Two runs of a clip differ in something other than the seed.
     #[error("two runs of `{clip}` differ in their {what} ({one} and {other}); give them as two sides")]
     Differ {
@@ -109,7 +118,8 @@ impl MeasuredClip {
             return differ("tracker", &self.tracker, &other.tracker);
         }
         if self.settings != other.settings {
-            return differ("tracker's settings", &in_words(&self.settings), &in_words(&other.settings));
+            let changed = changed_settings(self.settings.as_ref(), other.settings.as_ref());
+            return Err(MergeError::Settings { clip: clip.to_owned(), changed });
         }
         if self.version != other.version {
             return differ("version of skiagraph", &self.version, &other.version);
@@ -132,10 +142,6 @@ impl MeasuredClip {
         self.joints.values_mut().for_each(|values| values.resize(all, None));
         Ok(())
     }
-}
-
-fn in_words(settings: &Option<Value>) -> String {
-    settings.as_ref().map_or_else(|| "unknown".to_owned(), |settings| settings.to_string())
 }
 
 fn present(seeds: &[u64], values: &[Option<f64>]) -> Vec<(u64, f64)> {
@@ -232,6 +238,14 @@ mod tests {
         assert_eq!(twice.to_string(), "seed 5 of `walk` is there twice; give one of the two folders");
         let other = runs.add("walk", fixture::clip("b", 9, &[3.0])).unwrap_err();
         assert!(other.to_string().contains("differ in their set (a and b)"), "{other}");
+        let with = |particles: u32| {
+            let settings = serde_json::json!({"particles": particles, "layers": 5});
+            MeasuredClip { settings: Some(settings), ..fixture::clip("a", u64::from(particles), &[1.0]) }
+        };
+        let mut runs = MeasuredRuns::default();
+        runs.add("walk", with(12)).unwrap();
+        let other = runs.add("walk", with(20)).unwrap_err().to_string();
+        assert!(other.contains("settings (particles 12 → 20);"), "{other}");
     }
 
     #[test]

@@ -12,12 +12,14 @@
 //! assert!((found.difference - 3.0).abs() < 1e-12 && found.ci95.unwrap().low > 2.0);
 //! ```
 
+mod changed_settings;
 mod compare;
 mod difference;
 mod holm;
 mod measured_runs;
 mod rate;
 
+pub(in crate::evaluation) use changed_settings::changed_settings;
 pub(in crate::evaluation) use compare::set_difference;
 pub use compare::{
     AgainstBase, ComparedMetric, Finding, JointDifference, LostTracks, NotComparable, RunComparison, SideFacts,

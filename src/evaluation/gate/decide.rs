@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::more_seeds::seeds_to_decide;
 use super::{Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, MetricMargin};
 use crate::evaluation::comparison::{
-    ClipValues, Difference, DifferenceRule, MeasuredClip, MeasuredRuns, difference, do_pair, holm, lost_tracks,
-    seeds_in_words, set_difference,
+    ClipValues, Difference, DifferenceRule, MeasuredClip, MeasuredRuns, changed_settings, difference, do_pair, holm,
+    lost_tracks, seeds_in_words, set_difference,
 };
 use crate::evaluation::{Direction, Interval, Unit, find_metric};
 
@@ -197,10 +197,15 @@ impl Sides<'_> {
         })
     }
 
-    /// Metrics that must not change at all; those without a value in the baseline are not checked.
+    /// Metrics that must not change at all.
     fn exact(&self) -> Result<Vec<Check>, GateRefusal> {
         if let Some(unknown) = self.rules.exact.iter().find(|name| find_metric(name).is_none()) {
             return Err(GateRefusal::Rule(format!("exact: there is no metric `{unknown}`")));
+        }
+        let has_value = |name: &str| self.clips().any(|(_, base, _)| !base.values(name).is_empty());
+        if let Some(name) = self.rules.exact.iter().find(|name| !has_value(name)) {
+            let message = format!("exact: the baseline has no value of {name}; see skiagraph baseline show");
+            return Err(GateRefusal::Rule(message));
         }
         let of_truth = |name: &String| self.rules.exact_truth && name.starts_with("truth_");
         let names: BTreeSet<&String> = self.clips().flat_map(|(_, base, _)| base.metrics.keys()).collect();
@@ -337,31 +342,11 @@ fn adjust_failures(checks: &mut [Check]) {
     }
 }
 
-/// Keys of the settings that differ, in words.
+/// How the trackers differ, in words.
 fn changed(base: &MeasuredClip, run: &MeasuredClip) -> String {
-    if base.tracker != run.tracker {
-        return format!("{} instead of {}", run.tracker, base.tracker);
-    }
-    let leaves = |clip: &MeasuredClip| {
-        let mut leaves = BTreeMap::new();
-        collect_leaves("", clip.settings.as_ref(), &mut leaves);
-        leaves
-    };
-    let (old, new) = (leaves(base), leaves(run));
-    let keys: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
-    let shown = |value: Option<&String>| value.cloned().unwrap_or_else(|| "absent".to_owned());
-    let differ = keys.into_iter().filter(|key| old.get(*key) != new.get(*key));
-    differ.map(|key| format!("{key} {} → {}", shown(old.get(key)), shown(new.get(key)))).collect::<Vec<_>>().join(", ")
-}
-
-fn collect_leaves(path: &str, value: Option<&serde_json::Value>, leaves: &mut BTreeMap<String, String>) {
-    match value {
-        Some(serde_json::Value::Object(entries)) => entries.iter().for_each(|(key, value)| {
-            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-            collect_leaves(&path, Some(value), leaves);
-        }),
-        Some(value) => drop(leaves.insert(path.to_owned(), value.to_string())),
-        None => {}
+    match base.tracker == run.tracker {
+        true => changed_settings(base.settings.as_ref(), run.settings.as_ref()),
+        false => format!("{} instead of {}", run.tracker, base.tracker),
     }
 }
 
@@ -484,6 +469,8 @@ mod tests {
         assert!(
             refused(GateRules::from_metric("pa_mpjpe_mm", "2mm".parse().unwrap())).contains("baseline has no value")
         );
+        let exact = GateRules { exact: vec!["lag_ms".to_owned()], ..rules("2mm") };
+        assert!(refused(exact).contains("exact: the baseline has no value of lag_ms"));
         let of_clip = |clip: &str| {
             let mut rules = rules("2mm");
             rules.budgets[0].clip = Some(clip.to_owned());

@@ -243,6 +243,9 @@ pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
         return Err(format!("expected {{\"type\": \"ready\"}} after hello, found the type {:?}", excerpt(&kind)));
     }
     let ready: Ready = serde_json::from_value(Value::Object(object)).map_err(|e| excerpt(&format!("ready: {e}")))?;
+    // they are printed, and stand in pages and files
+    let [name, version] = [&ready.name, &ready.version].map(|word| word.as_deref().map(excerpt));
+    let ready = Ready { name, version, ..ready };
     match &ready.protocol {
         Some(other) if other != protocol => {
             Err(format!("speaks the protocol {:?}, expected {protocol:?}", excerpt(other)))
@@ -409,6 +412,11 @@ mod tests {
         let ready = "{\"type\":\"ready\",\"name\":\"mine\"}";
         assert_eq!(read_ready(ready, PROTOCOL).unwrap().name.as_deref(), Some("mine"));
         assert!(read_ready(ready, PROTOCOL_OF_FILMING).unwrap_err().contains("reads where they are from every frame"));
+        let hostile =
+            "{\"type\":\"ready\",\"name\":\"\\u001b[2Ja\\nb\",\"version\":\"LONG\"}".replace("LONG", &"9".repeat(900));
+        let told = read_ready(&hostile, PROTOCOL).unwrap();
+        assert_eq!(told.name.as_deref(), Some("\u{fffd}[2Ja b"));
+        assert_eq!(told.version.map(|version| version.chars().count()), Some(200));
         let ready = "{\"type\":\"ready\",\"protocol\":\"skiagraph.tracker/2\"}";
         assert!(read_ready(ready, PROTOCOL_OF_FILMING).is_ok() && read_ready(ready, PROTOCOL).is_err());
     }

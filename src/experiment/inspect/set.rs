@@ -6,7 +6,9 @@ use serde::Serialize;
 
 use super::super::ExperimentError;
 use super::INSPECT_SCHEMA;
-use crate::benchmark_set::{BenchmarkSet, ContactFacts, RetargetFacts, layer_channels, verify_hashes};
+use crate::benchmark_set::{
+    BenchmarkSet, BlindSet, ContactFacts, RetargetFacts, is_public, layer_channels, verify_hashes,
+};
 
 /// A set in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,18 +27,22 @@ pub struct SetSummary {
     pub cameras: Vec<CameraSummary>,
     /// Channels of the truth images, where there are any.
     pub layers: Vec<String>,
-    /// The actor's robot.
-    pub actor: String,
+    /// The actor's robot; absent where the truth is kept apart, as are the next facts of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub actor: Option<String>,
     /// What stands about besides the actor.
     pub props: Vec<String>,
     /// The tracker's robot.
     pub tracker_body: String,
     /// Whether they are one body.
-    pub matched: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matched: Option<bool>,
     /// How they differ, in words.
-    pub mismatch: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mismatch: Option<String>,
     /// Where the motion came from.
-    pub motion: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<String>,
     /// How the recording fits the actor; absent in sets of older versions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retargeting: Option<RetargetFacts>,
@@ -75,12 +81,19 @@ pub struct CameraSummary {
 }
 
 impl SetSummary {
-    /// Reads both sides of a set and checks every file's hash.
+    /// Reads both sides of a set, or the one that is there, and checks every file's hash.
     ///
     /// # Errors
     /// [`ExperimentError`] where the set cannot be read so far as to say what it is.
     pub(super) fn read(directory: &Path) -> Result<Self, ExperimentError> {
-        let BenchmarkSet { blind, truth } = BenchmarkSet::read(directory)?;
+        let (blind, truth) = if is_public(directory) {
+            (BlindSet::read(directory)?, None)
+        } else {
+            let BenchmarkSet { blind, truth } = BenchmarkSet::read(directory)?;
+            (blind, Some(truth))
+        };
+        let facts = truth.as_ref().map(|truth| &truth.facts);
+        let scene = truth.as_ref().map(|truth| &truth.ground_truth);
         let fault = verify_hashes(directory).err().map(|error| error.to_string());
         let rate = blind.frames_per_second;
         let camera = |(index, camera): (usize, &crate::camera::Camera)| CameraSummary {
@@ -96,16 +109,16 @@ impl SetSummary {
             frames: blind.frame_count,
             frames_per_second: blind.frames_per_second,
             cameras: blind.rig.cameras.iter().enumerate().map(camera).collect(),
-            layers: layer_channels(directory)?,
-            actor: truth.ground_truth.actor.name.clone(),
-            props: truth.ground_truth.props.iter().map(|prop| prop.name.clone()).collect(),
+            layers: if truth.is_some() { layer_channels(directory)? } else { Vec::new() },
+            actor: scene.map(|scene| scene.actor.name.clone()),
+            props: scene.iter().flat_map(|scene| &scene.props).map(|prop| prop.name.clone()).collect(),
             tracker_body: blind.start.body.name.clone(),
-            matched: truth.facts.matched,
-            mismatch: truth.facts.mismatch.clone(),
-            motion: truth.facts.motion.clone(),
+            matched: facts.map(|facts| facts.matched),
+            mismatch: facts.map(|facts| facts.mismatch.clone()),
+            motion: facts.map(|facts| facts.motion.clone()),
             observation: blind.observation.as_ref().map_or("exact".to_owned(), |facts| facts.in_words()),
-            retargeting: truth.facts.retargeting.clone(),
-            contact: truth.facts.contact.clone().map(Box::new),
+            retargeting: facts.and_then(|facts| facts.retargeting.clone()),
+            contact: facts.and_then(|facts| facts.contact.clone()).map(Box::new),
             training_frames: blind.start.training.frames(),
             learned_from: blind.start.training.in_words(),
             forward: blind.forward,

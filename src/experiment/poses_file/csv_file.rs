@@ -9,6 +9,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The points, and whether frames have numbers of their own.
 pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
+    check_separator(text)?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let headers: Vec<String> = reader
         .headers()
@@ -24,6 +25,17 @@ pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
         _ => wide(&mut reader, &headers, at("frame")),
     };
     Ok((points?, at("frame").is_some()))
+}
+
+/// Refuses fields that are not separated by commas.
+fn check_separator(text: &str) -> Result<(), String> {
+    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
+    let head = lines.next().filter(|head| !head.contains(','));
+    let other =
+        head.and_then(|head| [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|(c, _)| head.contains(*c)));
+    other.map_or(Ok(()), |(_, found)| {
+        Err(format!("line 1: expected commas between fields, found {found}; write it with commas and decimal points"))
+    })
 }
 
 /// An error of the table with its line.
@@ -179,6 +191,8 @@ mod tests {
             ("frame,p_x,p_y,p_z\n-1,1,1,1\n", "whole number"),
             ("frame,name,x,y,z\n0,p,1,2,3\n0,p,1,2,3\n", "line 3: \"p\" is there twice"),
             ("p_x,p_y,p_z\n1,2\n", "line 2"),
+            ("frame;p_x;p_y;p_z\n0;1,5;2,5;3,5\n", "line 1: expected commas between fields, found semicolons"),
+            ("# mine\np_x\tp_y\tp_z\n1\t2\t3\n", "found tabs"),
         ] {
             let told = parse(text).unwrap_err();
             assert!(told.contains(part), "{text}: {told}");

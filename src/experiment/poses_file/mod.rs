@@ -4,6 +4,7 @@
 //! names are markers of HumanEva or joints of the tracker's body, as they are or through a joint map. A body whose size
 //! is not that of the start pose is refused: its units are wrong.
 
+mod angles;
 mod csv_file;
 mod names;
 mod scale;
@@ -17,10 +18,12 @@ use super::ExperimentError;
 use super::error::read_file;
 use super::tracking::Tracked;
 use crate::benchmark_set::{BenchmarkSet, Estimates};
+use crate::body::Humanoid;
 use crate::input::{self, limits};
 use crate::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse_trc, read};
 use crate::npz::{Array, Npz};
 
+pub(super) use angles::check_angles;
 pub(super) use scale::check_scale;
 
 /// What a user declares about a file of poses.
@@ -32,6 +35,15 @@ pub struct PosesDeclared {
     pub up: Option<UpAxis>,
     /// A TOML file of names: `"theirs" = "ours"`.
     pub joint_map: Option<PathBuf>,
+    /// Radians per unit of joint angles; of `.npz` files alone, the others have points.
+    pub radians_per_unit: Option<f64>,
+}
+
+impl PosesDeclared {
+    /// Whether nothing is said of points.
+    fn is_of_angles_alone(&self) -> bool {
+        self.metres_per_unit.is_none() && self.up.is_none() && self.joint_map.is_none()
+    }
 }
 
 /// Reads the estimates of a file by the end of its name, for the tracker's body of a set.
@@ -50,7 +62,10 @@ pub(super) fn read_poses(
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
     let points = match extension.as_str() {
-        "npz" if *declared == PosesDeclared::default() => return Tracked::from_others(path, &set.blind.start.body),
+        "npz" if declared.is_of_angles_alone() => return from_npz(path, &set.blind.start.body, declared),
+        other if declared.radians_per_unit.is_some() && ["csv", "trc", "c3d", "bvh"].contains(&other) => {
+            return Err(malformed("it is read as points, without joint angles; leave out --angles".to_owned()));
+        }
         "npz" => {
             let detail = "units, axes and names of an .npz file are those of this program: metres, Z up; leave out \
                 --units, --up and --joint-map";
@@ -59,6 +74,7 @@ pub(super) fn read_poses(
         "csv" => {
             let (mut points, is_numbered) = csv_file::parse(&text()?).map_err(malformed)?;
             if is_numbered {
+                points.check_numbers(set.blind.frame_count).map_err(malformed)?;
                 points.extend_to(set.blind.frame_count);
             }
             points
@@ -74,6 +90,12 @@ pub(super) fn read_poses(
     };
     let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
     let estimates = points.into_estimates(path, set, declared, first)?;
+    Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
+}
+
+fn from_npz(path: &Path, body: &Humanoid, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
+    let bytes = angles::in_radians(path, read_file(path, limits::ARRAYS)?, declared.radians_per_unit)?;
+    let estimates = Estimates::from_bytes(&path.display().to_string(), &bytes, body)?;
     Ok(Tracked { record: None, estimates, search: Vec::new(), sources: Vec::new(), program: None })
 }
 
@@ -101,13 +123,24 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
 }
 
 impl PointFile {
+    /// Refuses numbers of frames that the set does not have.
+    fn check_numbers(&self, frames: usize) -> Result<(), String> {
+        let found = self.frames.len();
+        if found <= frames {
+            return Ok(());
+        }
+        let first = self.frames.iter().position(|frame| frame.iter().any(Option::is_some)).unwrap_or(0);
+        let hint = if first > 0 { format!("; its first is {first}: subtract {first} from all") } else { String::new() };
+        Err(format!("its last frame is {}, the set's is {}: frames count from 0{hint}", found - 1, frames - 1))
+    }
+
     /// Frames after the last one of a file that numbers its frames have no estimate, as have those between.
     fn extend_to(&mut self, frames: usize) {
         let found = self.frames.len();
         if (1..frames).contains(&found) {
             self.frames.resize(frames, vec![None; self.names.len()]);
             self.notes.push(format!(
-                "the file's last frame is {}; frames {found} to {} are lost",
+                "the file's last frame is {} (from 0); frames {found} to {} are lost",
                 found - 1,
                 frames - 1
             ));

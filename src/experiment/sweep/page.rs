@@ -7,7 +7,7 @@ use super::gather::plain;
 use super::plan::PlannedSweep;
 use super::record::{Status, SweepResults};
 use super::summary::{SettingSummary, SweepSummary};
-use crate::evaluation::{Direction, Unit, find_metric};
+use crate::evaluation::{Direction, Unit, find_metric, seeds_in_words};
 use crate::experiment::{ExperimentError, REPORT_FILE};
 use crate::report::{EverySetting, SweepCellState, SweepPageInput, SweepPoint};
 use crate::scenario::SweepAxis;
@@ -16,6 +16,8 @@ use crate::scenario::SweepAxis;
 const WITHIN: f64 = 5.0;
 /// The same for shares and other objectives.
 const WITHIN_SHARE: f64 = 0.02;
+/// Seeds that are named one by one.
+const MOST_SEEDS: usize = 100;
 
 /// What the page of a sweep shows. `within` is by how much a setting may be worse than the best.
 ///
@@ -121,7 +123,7 @@ fn facts(sweep: &PlannedSweep) -> Result<Vec<(String, String)>, ExperimentError>
             "cells".to_owned(),
             format!("{cells} of {}, on {} set{}", plan.cells, plan.sets, if plan.sets == 1 { "" } else { "s" }),
         ),
-        ("seeds".to_owned(), plan.seeds.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+        ("seeds".to_owned(), seeds(&plan.seeds)),
         (
             "processor time".to_owned(),
             format!("{} of one core, of which tracking {}", hours(processor_s), hours(track_s)),
@@ -139,6 +141,14 @@ fn facts(sweep: &PlannedSweep) -> Result<Vec<(String, String)>, ExperimentError>
     });
     facts.extend(inputs);
     Ok(facts)
+}
+
+/// The seeds one by one, or of very many the first and the last.
+fn seeds(all: &[u64]) -> String {
+    match all.len() <= MOST_SEEDS {
+        true => all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
+        false => seeds_in_words(all),
+    }
 }
 
 /// What an optimiser wants to know: the axes with their ranges, which direction is better, and every setting that was

@@ -358,10 +358,15 @@ fn check_objective(file: &SweepFile) -> Result<(), ExperimentError> {
     if find_metric(name).is_some() {
         return Ok(());
     }
-    let guess = did_you_mean(name, METRICS.iter().map(|metric| metric.name));
-    let guess = guess.map(|guess| format!("; did you mean `{guess}`?")).unwrap_or_default();
+    let guess = metric_named_like(name);
     let message = format!("expected the name of a metric, found `{}`{guess}", excerpt(name));
     Err(ScenarioError::from(file.complaint("objective", message)).into())
+}
+
+/// The metric that is probably meant, as the end of a message; empty where none is alike.
+pub(in crate::experiment) fn metric_named_like(name: &str) -> String {
+    let guess = did_you_mean(name, METRICS.iter().map(|metric| metric.name));
+    guess.map(|guess| format!("; did you mean `{guess}`?")).unwrap_or_default()
 }
 
 /// Two settings that are the same are a mistake: their cells would have one result.

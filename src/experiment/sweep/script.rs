@@ -117,7 +117,7 @@ pub(super) fn closer(engine: Engine, job: &Job<'_>) -> String {
 }
 
 /// A path for a shell.
-pub(super) fn quoted(path: &Path) -> String {
+pub(in crate::experiment) fn quoted(path: &Path) -> String {
     let text = path.to_string_lossy();
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
     match !text.is_empty() && text.chars().all(plain) {

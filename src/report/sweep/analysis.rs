@@ -43,7 +43,7 @@ pub fn pareto_front(points: &[SweepPoint], cost: CostMeasure, metric: &Metric) -
 }
 
 /// Lower is better.
-fn badness(value: f64, metric: &Metric) -> f64 {
+pub(super) fn badness(value: f64, metric: &Metric) -> f64 {
     if metric.direction == Direction::HigherIsBetter { -value } else { value }
 }
 

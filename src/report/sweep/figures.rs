@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::analysis::{CostMeasure, Effect, pareto_front};
 use super::input::{SweepPageInput, SweepPoint};
+use super::shown;
 use crate::evaluation::{Direction, mean};
 use crate::report::ReportError;
 use crate::report::displayed::{number, symbol};
@@ -68,7 +69,8 @@ pub(super) fn scatter(input: &SweepPageInput, cost: CostMeasure) -> Result<TwoSi
 pub(super) fn scatter_plot(input: &SweepPageInput, cost: CostMeasure) -> ScatterPlot {
     let axis = grouping_axis(input);
     let mut groups: Vec<ScatterGroup> = Vec::new();
-    for point in &input.settings {
+    let is_drawn = |point: &SweepPoint| cost.of_setting(point).is_some();
+    for point in shown::dots(&input.settings, input.objective, is_drawn).into_iter().map(|at| &input.settings[at]) {
         let (Some(x), Some(y)) = (cost.of_setting(point), point.mean) else { continue };
         let name =
             axis.map_or_else(|| "settings".to_owned(), |axis| format!("{} {}", input.axes[axis], point.labels[axis]));
@@ -78,7 +80,7 @@ pub(super) fn scatter_plot(input: &SweepPageInput, cost: CostMeasure) -> Scatter
             None => groups.push(ScatterGroup { name, colour: COLOURS[groups.len() % LINES], points: vec![dot] }),
         }
     }
-    let front = pareto_front(&input.settings, cost, input.objective);
+    let front = shown::front(&pareto_front(&input.settings, cost, input.objective));
     let place = |at: usize| Some([cost.of_setting(&input.settings[at])?, input.settings[at].mean?]);
     ScatterPlot {
         x_label: match cost {

@@ -6,6 +6,7 @@ use super::analysis::{CostMeasure, Effect, cheapest_within, effects, pareto_fron
 use super::figures::{labelled, maps};
 use super::input::{SweepPageInput, SweepPoint};
 use super::page::{choice, three_digits};
+use super::shown;
 use crate::report::GENERATOR;
 use crate::report::displayed::{between, number, symbol};
 
@@ -79,7 +80,7 @@ fn matters(input: &SweepPageInput, text: &mut String) {
             number(effect.range, unit),
             symbol(unit),
             100.0 * effect.share,
-            means.join(", ")
+            shown::means(&means, ", ")
         )
     };
     single.iter().chain(&pairs).for_each(|effect| text.push_str(&row(effect)));

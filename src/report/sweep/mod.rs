@@ -6,6 +6,7 @@ mod input;
 mod markdown;
 mod page;
 mod picture;
+mod shown;
 
 pub use analysis::{Choice, CostMeasure, Effect, cheapest_within, difference, effects, pareto_front};
 pub use input::{EverySetting, SweepCellState, SweepPageInput, SweepPoint};

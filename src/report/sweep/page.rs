@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::analysis::{Choice, CostMeasure, Effect, by_value, cheapest_within, effects, pareto_front};
 use super::figures::{ErrorCurve, Map, TwoSizes, curves, maps, scatter};
 use super::input::{SweepCellState, SweepPageInput, SweepPoint};
+use super::shown;
 use crate::evaluation::Direction;
 use crate::report::ReportError;
 use crate::report::displayed::{between, number, symbol};
@@ -13,8 +14,6 @@ use crate::report::html::render_page;
 const TEMPLATE: &str = include_str!("page.html");
 /// Failed cells that have a row.
 const FAILURES: usize = 50;
-/// Settings that have a row; `runs.csv` has all.
-const ROWS: usize = 2000;
 #[derive(Serialize)]
 struct SweepPage<'a> {
     title: &'a str,
@@ -40,7 +39,10 @@ struct SweepPage<'a> {
     averages: String,
     axes: &'a [String],
     rows: Vec<SettingRow<'a>>,
-    more_rows: usize,
+    /// How many of the best and of the worst have a row, where not all have.
+    ends: Option<[usize; 2]>,
+    /// Dots of a plot, where not all settings have one.
+    dots: Option<usize>,
     facts: &'a [(String, String)],
 }
 
@@ -80,6 +82,7 @@ struct SettingRow<'a> {
     front: bool,
     best: bool,
     cells: Vec<CellLink<'a>>,
+    more_cells: usize,
 }
 
 #[derive(Serialize)]
@@ -106,6 +109,7 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         effects.into_iter().map(|effect| effect_row(input, every_axes, effect)).collect::<Vec<_>>()
     };
     let bad: Vec<(&SweepPoint, &SweepCellState)> = cells(input).filter(|(_, cell)| cell.state != "ok").collect();
+    let shown = shown::rows(&input.settings, input.objective);
     let page = SweepPage {
         title: &input.title,
         description: &input.description,
@@ -147,8 +151,9 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         more_failures: bad.iter().filter(|(_, cell)| cell.state != "missing").count().saturating_sub(FAILURES),
         averages: input.averages(),
         axes: &input.axes,
-        rows: table(input),
-        more_rows: input.settings.len().saturating_sub(ROWS),
+        rows: table(input, &shown.settings),
+        ends: shown.ends,
+        dots: shown::thinned(input.settings.len()),
         facts: &input.facts,
     };
     render_page(TEMPLATE, &page)
@@ -214,12 +219,13 @@ fn is_no_cheaper(point: &SweepPoint, than: &SweepPoint, cost: CostMeasure) -> bo
 
 fn effect_row(input: &SweepPageInput, axes: &[String], effect: Effect) -> EffectRow {
     let unit = input.objective.unit;
-    let means = effect.means.iter().map(|(value, mean)| format!("{value}: {}", number(*mean, unit)));
+    let means: Vec<String> =
+        effect.means.iter().map(|(value, mean)| format!("{value}: {}", number(*mean, unit))).collect();
     EffectRow {
         axes: effect.axes.iter().map(|axis| axes[*axis].as_str()).collect::<Vec<_>>().join(" x "),
         range: format!("{} {}", number(effect.range, unit), symbol(unit)),
         share: format!("{:.1} %", 100.0 * effect.share),
-        means: means.collect::<Vec<_>>().join(" · "),
+        means: shown::means(&means, " · "),
     }
 }
 
@@ -253,29 +259,30 @@ fn trouble(input: &SweepPageInput) -> Vec<TroubleRow> {
     rows
 }
 
-fn table(input: &SweepPageInput) -> Vec<SettingRow<'_>> {
+fn table<'a>(input: &'a SweepPageInput, shown: &[usize]) -> Vec<SettingRow<'a>> {
     let front = pareto_front(&input.settings, CostMeasure::Evaluations, input.objective);
     let best =
         cheapest_within(&input.settings, CostMeasure::Evaluations, input.objective, 0.0).map(|choice| choice.best);
     let unit = input.objective.unit;
-    let row = |(at, point): (usize, &SweepPoint)| (at, point.mean.map_or("-".to_owned(), |mean| number(mean, unit)));
-    let texts: Vec<(usize, String)> = input.settings.iter().enumerate().take(ROWS).map(row).collect();
-    texts
-        .into_iter()
-        .map(|(at, mean)| {
+    let links = shown::cells_per_row(shown.len());
+    shown
+        .iter()
+        .map(|&at| {
             let point = &input.settings[at];
             SettingRow {
                 labels: &point.labels,
-                mean,
+                mean: point.mean.map_or("-".to_owned(), |mean| number(mean, unit)),
                 interval: point.interval.map_or("-".to_owned(), |i| between(i.low, i.high, unit)),
                 evaluations: point.evaluations.map_or("-".to_owned(), three_digits),
                 processor: point.processor_ms.map_or("-".to_owned(), three_digits),
                 diverged: point.diverged(),
                 front: front.contains(&at),
                 best: best == Some(at),
+                more_cells: point.cells.len().saturating_sub(links),
                 cells: point
                     .cells
                     .iter()
+                    .take(links)
                     .map(|cell| CellLink { index: cell.index, state: cell.state, report: cell.report.as_deref() })
                     .collect(),
             }
@@ -354,6 +361,32 @@ pub(super) mod tests {
             assert!(page.contains(words), "no {words:?}");
         }
         assert!(!page.contains("http://") || page.contains("www.w3.org"), "no network");
+    }
+
+    #[test]
+    fn the_page_of_very_many_settings_says_what_it_shows_and_stays_small() {
+        let mut many = grid();
+        many.axes = vec!["particles".to_owned()];
+        let one = many.settings[0].clone();
+        let setting = |at: usize| SweepPoint {
+            words: format!("particles={at}"),
+            labels: vec![at.to_string()],
+            numbers: vec![Some(at as f64)],
+            mean: Some(30.0 + at as f64),
+            evaluations: Some(1.0 + at as f64),
+            cells: one.cells.iter().cycle().take(30).cloned().collect(),
+            ..one.clone()
+        };
+        many.settings = (0..20_000).map(setting).collect();
+        let page = sweep_page(&many).unwrap();
+        assert!(page.len() < 4_000_000, "{} bytes", page.len());
+        for words in
+            ["the 1000 best, then the 1000 worst, of 20000", "2000 of 20000 settings", "and 20 more", "runs.csv"]
+        {
+            assert!(page.contains(words), "no {words:?}");
+        }
+        let small = sweep_page(&grid()).unwrap();
+        assert!(!small.contains("runs.csv") && !small.contains("evenly from the best"), "all is shown");
     }
 
     #[test]

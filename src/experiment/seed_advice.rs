@@ -1,0 +1,172 @@
+//! How a user runs the further seeds that would decide a gate.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::Baseline;
+use super::external::{EXTERNAL_FILE, ExternalRecord};
+use super::run_reading::{MORE_SEEDS, read_runs, run_folders};
+use super::sweep::quoted;
+use super::tracking::TRACK_FILE;
+use crate::evaluation::{MeasuredClip, MoreSeeds, seeds_in_words};
+use crate::input::{self, limits};
+
+/// Commands that are spelt out at most.
+const MOST_COMMANDS: usize = 3;
+
+/// What to do for the seeds that checks of the runs at a path lack; `None` where none would help.
+pub(super) fn seed_advice(
+    run: &Path,
+    baseline: &Baseline,
+    lacking: impl IntoIterator<Item = MoreSeeds>,
+) -> Option<String> {
+    let (mut of_run, mut of_both) = (0, 0);
+    for more in lacking {
+        match more {
+            MoreSeeds::OfRun(more) => of_run = of_run.max(more),
+            MoreSeeds::OfBoth(more) => of_both = of_both.max(more),
+            MoreSeeds::TooMany => {}
+        }
+    }
+    let more = of_run.max(of_both);
+    match (more, of_both) {
+        (0, _) => None,
+        (_, 0) => Some(format!("for {more} more seed(s) of the run: {}", of_the_run(run, baseline, more))),
+        _ => Some(format!(
+            "run and baseline need {more} more seed(s) each, and --add-seeds runs those of the run alone; first those of \
+             the baseline, with its own tracker and settings: {}; then those of the run: {}",
+            of_the_baseline(baseline, more),
+            of_the_run(run, baseline, more)
+        )),
+    }
+}
+
+fn of_the_run(run: &Path, baseline: &Baseline, more: usize) -> String {
+    let folders = run_folders(run);
+    let by_hand = folders.iter().filter(|folder| !folder.join(TRACK_FILE).is_file());
+    let commands: Vec<String> = by_hand.map(|folder| further_by_hand(folder, more)).collect();
+    match commands.len() {
+        0 => format!("skiagraph gate {} --baseline {} --add-seeds {more}, as here", shown(run), baseline.name),
+        count if count > MOST_COMMANDS => {
+            format!("{}; and so on for {} further runs", commands[..MOST_COMMANDS].join("; "), count - MOST_COMMANDS)
+        }
+        _ => commands.join("; "),
+    }
+}
+
+fn further_by_hand(folder: &Path, more: usize) -> String {
+    let clips = read_runs(folder).map(|runs| runs.clips).unwrap_or_default();
+    let last = clips.values().flat_map(|clip| &clip.seeds).max().copied();
+    let first = last.map_or(0, |last| last.saturating_add(1));
+    by_hand(folder, &(first..first.saturating_add(more as u64)).collect::<Vec<_>>())
+}
+
+/// How such seeds of a run that skiagraph did not track are made.
+pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
+    let cannot = format!("--add-seeds cannot run what made {}", folder.display());
+    let record = input::read(&folder.join(EXTERNAL_FILE), limits::RECORD).ok();
+    let record = record.and_then(|bytes| serde_json::from_slice::<ExternalRecord>(&bytes).ok());
+    let Some(record) = record else {
+        return format!("{cannot}; run your tracker with the seeds {}, and evaluate them again", seeds_in_words(seeds));
+    };
+    let blocks = seeds.chunk_by(|seed, next| seed.saturating_add(1) == *next);
+    let commands: Vec<String> = blocks
+        .take(MOST_COMMANDS)
+        .map(|block| {
+            let (first, count) = (block[0], block.len());
+            let place = shown(&folder.join(format!("{MORE_SEEDS}{first}-{}", block[count - 1])));
+            let program = command_of(&record.command);
+            format!(
+                "skiagraph track SET --exec {program} --seed {first} --seeds {count} --out {place}, then skiagraph \
+                 evaluate SET {place}"
+            )
+        })
+        .collect();
+    format!("{cannot}; run the program: {}", commands.join("; "))
+}
+
+fn of_the_baseline(baseline: &Baseline, more: usize) -> String {
+    let clips = &baseline.runs.clips;
+    let Some(clip) = clips.values().next() else { return String::new() };
+    let first = clip.seeds.iter().min().copied().unwrap_or_default();
+    let seed = if first > 0 { format!(" --seed {first}") } else { String::new() };
+    let seeds = clip.seeds.len() + more;
+    let run = match program(clip) {
+        Some(command) => {
+            let program = command_of(command);
+            format!("skiagraph track SET --exec {program}{seed} --seeds {seeds} --out DIR, skiagraph evaluate SET DIR")
+        }
+        None => format!("skiagraph run SCENARIO{seed} --seeds {seeds} --out DIR"),
+    };
+    let each = if clips.len() > 1 { ", one folder a clip," } else { "" };
+    format!("{run}{each} and skiagraph baseline save {} DIR", baseline.name)
+}
+
+/// The command line of the program that was measured, where it was one.
+fn program(clip: &MeasuredClip) -> Option<&str> {
+    clip.settings.as_ref()?.get("command").and_then(Value::as_str)
+}
+
+fn shown(path: &Path) -> String {
+    quoted(path)
+}
+
+fn command_of(command: &str) -> String {
+    quoted(Path::new(command))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::MeasuredRuns;
+
+    fn baseline(settings: Option<Value>) -> Baseline {
+        let clip = MeasuredClip { seeds: (0..5).collect(), settings, ..MeasuredClip::default() };
+        let runs = MeasuredRuns { clips: [("walk".to_owned(), clip)].into() };
+        Baseline { schema: String::new(), name: "walk".to_owned(), version: String::new(), runs }
+    }
+
+    #[test]
+    fn seeds_of_the_run_are_added_and_those_of_both_have_two_commands() {
+        let run = Path::new("nowhere");
+        let advice = |lacking: &[MoreSeeds]| seed_advice(run, &baseline(None), lacking.iter().copied());
+        assert_eq!(advice(&[]), None);
+        assert_eq!(advice(&[MoreSeeds::TooMany]), None);
+        let of_run = advice(&[MoreSeeds::OfRun(2), MoreSeeds::OfRun(3)]).unwrap();
+        assert!(of_run.contains("skiagraph gate nowhere --baseline walk --add-seeds 3"), "{of_run}");
+        let of_both = advice(&[MoreSeeds::OfRun(2), MoreSeeds::OfBoth(7)]).unwrap();
+        assert!(of_both.contains("run and baseline need 7 more seed(s) each"), "{of_both}");
+        let first = "skiagraph run SCENARIO --seeds 12 --out DIR and skiagraph baseline save walk DIR";
+        assert!(of_both.contains(first) && of_both.contains("--add-seeds 7"), "{of_both}");
+        let program = serde_json::json!({"command": "python t.py"});
+        let of_both = seed_advice(run, &baseline(Some(program)), [MoreSeeds::OfBoth(1)]).unwrap();
+        assert!(of_both.contains("skiagraph track SET --exec 'python t.py' --seeds 6 --out DIR"), "{of_both}");
+    }
+
+    #[test]
+    fn a_program_is_run_by_hand_with_the_exact_command() {
+        let folder = tempfile::tempdir().unwrap();
+        let record = serde_json::json!({
+            "schema": "skiagraph.program/1", "command": "sh t.sh", "name": null, "version": null, "set_hash": "",
+            "skiagraph": "", "answers": {"poses": 0, "lost": 0, "failed": 0}, "incidents": [],
+            "timing": {"seconds": 1.0, "frames_per_second": 1.0, "likelihood_evaluations": 0, "threads": 1},
+        });
+        std::fs::write(folder.path().join(EXTERNAL_FILE), record.to_string()).unwrap();
+        let words = by_hand(folder.path(), &[5, 6, 9]);
+        let place = |seeds: &str| folder.path().join(seeds).display().to_string();
+        let [first, second] = [place("seeds-5-6"), place("seeds-9-9")];
+        let command = format!(
+            "skiagraph track SET --exec 'sh t.sh' --seed 5 --seeds 2 --out {first}, then skiagraph evaluate SET {first}"
+        );
+        assert!(words.contains(&command), "{words}");
+        assert!(words.contains(&format!("--seed 9 --seeds 1 --out {second}")), "{words}");
+    }
+
+    #[test]
+    fn estimates_of_nobody_known_are_made_again_by_who_made_them() {
+        let words = by_hand(Path::new("theirs"), &[5, 6]);
+        assert!(words.starts_with("--add-seeds cannot run what made theirs; run your tracker"), "{words}");
+        assert!(words.contains("seeds 5 to 6"), "{words}");
+    }
+}

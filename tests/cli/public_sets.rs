@@ -1,0 +1,74 @@
+//! `skiagraph render --truth`: sets whose truth is kept apart, and the commands that need it.
+
+use skiagraph::benchmark_set::BlindSet;
+
+use super::sandbox::{Sandbox, TINY};
+
+const NO_TRUTH: &str = "public has no truth: it was rendered with --truth; give the folder with `--truth DIR`";
+
+fn room() -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out public --truth secret");
+    room
+}
+
+#[test]
+fn a_public_set_is_measured_verified_and_exported_with_the_truth_that_is_kept_apart() {
+    let room = room();
+    let hint = room.succeed("track public --tracker frozen --out run").stdout;
+    assert!(hint.contains("skiagraph evaluate public run --truth DIR"), "{hint}");
+    room.succeed("evaluate public run --truth secret");
+    room.succeed("export public --to tum --truth secret");
+    assert!(room.path("public-tum/root.txt").exists());
+    let verified = room.succeed("verify public --truth secret");
+    assert!(verified.stdout.contains("public is sound"), "{}", verified.stdout);
+    room.write("public/observations/cam00/silhouette/000001.png", "spoilt");
+    let spoilt = room.skiagraph(["verify", "public", "--truth", "secret"]);
+    assert!(spoilt.code == 1 && spoilt.stdout.contains("000001.png: was changed"), "{}", spoilt.stdout);
+}
+
+#[test]
+fn commands_that_need_the_truth_of_a_public_set_say_where_to_get_it() {
+    let room = room();
+    room.succeed("track public --tracker frozen --out run");
+    for command in
+        ["evaluate public run", "verify public", "export public --to coco", "track public --tracker oracle --out told"]
+    {
+        let refused = room.skiagraph(command.split(' '));
+        assert!(refused.code == 2 && refused.stderr.contains(NO_TRUTH), "{command}: {}", refused.stderr);
+        assert_eq!(refused.stderr.trim_end().lines().count(), 1, "{command}: {}", refused.stderr);
+    }
+    assert_eq!(room.entries(), ["public", "run", "secret", "tiny.toml"]);
+}
+
+#[test]
+fn the_truth_of_another_set_is_refused_by_its_hash() {
+    let room = room();
+    room.succeed("render tiny.toml motion.last_frame=2 --out other --truth others");
+    for (truth, words) in [("others", "others is not the truth of public"), ("other", "other has no truth")] {
+        let refused = room.skiagraph(["verify", "public", "--truth", truth]);
+        assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn lists_and_readme_of_a_public_set_name_what_is_there() {
+    let room = room();
+    let readme = String::from_utf8(room.read("public/README.txt")).unwrap();
+    assert!(!readme.contains("truth/") && readme.contains("complete.sha256"), "{readme}");
+    let listing = String::from_utf8(room.read("public/files.sha256")).unwrap();
+    let paths: Vec<&str> = listing.lines().filter_map(|line| line.split_once("  ")).map(|(_, path)| path).collect();
+    assert!(paths.len() > 10 && paths.iter().all(|path| room.path("public").join(path).exists()), "{listing}");
+    let [public, secret] = ["public", "secret"].map(|set| BlindSet::read(&room.path(set)).unwrap().set_hash);
+    assert_eq!(public, secret);
+    let complete = room.read("public/complete.sha256");
+    let told = room.succeed("inspect public").stdout;
+    assert!(told.contains("this set has no truth") && told.contains("all match files.sha256"), "{told}");
+    let facts = room.succeed("inspect public --json").stdout;
+    assert!(facts.contains("\"hashes_ok\": true") && !facts.contains("\"motion\""), "{facts}");
+    // a list that was edited is found
+    room.write("public/complete.sha256", [complete, b"# more\n".to_vec()].concat());
+    let refused = room.skiagraph(["track", "public", "--tracker", "frozen", "--out", "run"]);
+    assert!(refused.code == 2 && refused.stderr.contains("complete.sha256 was changed"), "{}", refused.stderr);
+}
