@@ -268,8 +268,9 @@ impl Tracked {
     pub fn read_program(folder: &Path, body: &Humanoid) -> Result<Self, ExperimentError> {
         let path = folder.join(EXTERNAL_FILE);
         let malformed = |detail| ExperimentError::Malformed { path: path.clone(), detail };
-        let program = json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
-        Ok(Self { program: Some(program), ..Self::from_others(&folder.join(POSES_FILE), body)? })
+        let program: ExternalRecord =
+            json_tree::value_of_file(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
+        Ok(Self { program: Some(program.harmless()), ..Self::from_others(&folder.join(POSES_FILE), body)? })
     }
 
     /// Reads a `poses.npz` alone, by any program, for the tracker's body.

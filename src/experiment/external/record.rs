@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::track_timing::TrackTiming;
+use crate::input::excerpt;
 
 /// The record of a program's run.
 pub(in crate::experiment) const EXTERNAL_FILE: &str = "program.json";
@@ -30,6 +31,14 @@ pub struct ExternalRecord {
     pub incidents: Vec<Incident>,
     /// What differs from run to run.
     pub timing: TrackTiming,
+}
+
+impl ExternalRecord {
+    /// The same with name and version bounded and without control characters: they are printed, and stand in pages.
+    pub(in crate::experiment) fn harmless(self) -> Self {
+        let [name, version] = [&self.name, &self.version].map(|word| word.as_deref().map(excerpt));
+        Self { name, version, ..self }
+    }
 }
 
 /// Frames of all seeds by their answers.
@@ -66,5 +75,29 @@ impl Incident {
             lines => format!("; its last lines: {}", lines.join(" / ")),
         };
         format!("seed {}{frame}: {}{said}", self.seed, self.what)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_program_calls_itself_controls_no_terminal() {
+        let timing = TrackTiming { seconds: 1.0, frames_per_second: 1.0, likelihood_evaluations: 0, threads: 1 };
+        let record = ExternalRecord {
+            schema: "skiagraph.program/1".to_owned(),
+            command: "sh t.sh".to_owned(),
+            name: Some("\u{1b}[31mred\n".to_owned()),
+            version: Some("9".repeat(5000)),
+            set_hash: String::new(),
+            skiagraph: String::new(),
+            answers: AnswerCount::default(),
+            incidents: Vec::new(),
+            timing,
+        };
+        let harmless = record.harmless();
+        assert_eq!(harmless.name.as_deref(), Some("\u{fffd}[31mred "));
+        assert_eq!(harmless.version.map(|version| version.chars().count()), Some(200));
     }
 }
