@@ -102,6 +102,7 @@ pub fn repeated(body: &Humanoid, take: &Take, duration_s: f64, settings: &JoinSe
 impl Joined {
     /// Adds the seams that each take has within itself, in frames of that take, as far as the transitions between the
     /// takes leave them in.
+    #[must_use]
     pub fn with_seams_of_takes(mut self, of_takes: Vec<Vec<Seam>>) -> Self {
         let between = std::mem::take(&mut self.seams);
         for (index, seams) in of_takes.into_iter().enumerate() {

@@ -159,6 +159,7 @@ impl<'a> Recordings<'a> {
                 return Err(scenario_error(file, &format!("{}.frames", self.table), message));
             }
             made.cut(frames);
+            pace.truncate(frames);
         }
         if !settings.path_m.is_empty() {
             let led = along_path(&retargeted.humanoid, &made.motion, &settings.path_m, Pace(&pace));

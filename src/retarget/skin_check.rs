@@ -62,9 +62,9 @@ struct PlacedSkin<'a> {
 }
 
 /// A straight line between two landmarks.
-struct Bone([Point3<f64>; 2]);
+struct StraightBone([Point3<f64>; 2]);
 
-impl Bone {
+impl StraightBone {
     fn distance(&self, point: &Point3<f64>) -> f64 {
         let [a, b] = &self.0;
         let (axis, from) = (b - a, point - a);
@@ -74,8 +74,8 @@ impl Bone {
 }
 
 impl PlacedSkin<'_> {
-    fn bone(&self, [from, to]: [Landmark; 2]) -> Option<Bone> {
-        Some(Bone([self.markers[from as usize]?, self.markers[to as usize]?]))
+    fn bone(&self, [from, to]: [Landmark; 2]) -> Option<StraightBone> {
+        Some(StraightBone([self.markers[from as usize]?, self.markers[to as usize]?]))
     }
 
     /// The vertices that are mostly carried by the link of a landmark and those below it; `None` where that is the
@@ -107,7 +107,7 @@ impl PlacedSkin<'_> {
         ways.into_iter().map(|(a, b)| Some((place(a)? - place(b)?).norm())).sum()
     }
 
-    fn check_near(&self, own: &[Point3<f64>], bone: &Bone, what: &str) -> Result<(), String> {
+    fn check_near(&self, own: &[Point3<f64>], bone: &StraightBone, what: &str) -> Result<(), String> {
         let Some(height) = self.height() else { return Ok(()) };
         let sum = own.iter().fold(Vector3::zeros(), |sum, vertex| sum + vertex.coords);
         let away = bone.distance(&Point3::from(sum / own.len() as f64));

@@ -74,12 +74,12 @@ fn seams_of_every_take_are_listed_in_the_order_of_the_motion_that_is_finally_the
                  [motion.join]\nwithin_mm = 2000.0";
     let count = |staged: &Staged| staged.seams.len();
     let plain = staged(takes, "off").unwrap();
-    assert!(count(&plain) >= 4, "{:?}", plain.seams);
+    assert!(count(&plain) >= 3, "{:?}", plain.seams);
     for staged in
         [&plain, &staged(&format!("{takes}\n[motion.variation]\nseed = 4\ntempo_percent = 20.0"), "off").unwrap()]
     {
         assert_eq!(count(staged), count(&plain));
-        assert!(staged.seams.windows(2).all(|pair| pair[0].end <= pair[1].first), "{:?}", staged.seams);
+        assert!(staged.seams.windows(2).all(|pair| pair[0].first <= pair[1].first), "{:?}", staged.seams);
         assert!(staged.seams.iter().all(|seam| seam.first < seam.end && seam.end <= staged.frames()));
     }
     // the seam between the takes lies where the second one's frames begin

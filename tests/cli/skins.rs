@@ -90,7 +90,7 @@ fn a_robot_without_recognised_limbs_is_refused_with_what_was_looked_for_and_what
         format!("<link name=\"{name}\"><visual><geometry><box size=\"0.2 0.2 0.2\"/></geometry></visual></link>")
     };
     let joint = "<joint name=\"j\" type=\"revolute\"><parent link=\"crate\"/><child link=\"lid\"/>\
-                 <origin xyz=\"0 0 0.5\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\"/></joint>";
+                 <origin xyz=\"0 0 0.5\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"9\" velocity=\"9\"/></joint>";
     room.write("crate.urdf", format!("<robot name=\"crate\">{}{}{joint}</robot>", link("crate"), link("lid")));
     room.write("tiny.toml", TINY);
     let answer = room.skiagraph(["check", "tiny.toml", "actor.robot=crate.urdf", "actor.skin=person_coarse"]);

@@ -21,7 +21,7 @@ const SAME_JOINT_M: f64 = 0.02;
 
 /// Links of segments, by the segments' names.
 pub(super) fn links_of_segments(body: &Humanoid) -> BTreeMap<String, usize> {
-    let robot = Robot { body, frames: body.link_frames(&body.zero_pose()) };
+    let robot = RobotAtZero { body, frames: body.link_frames(&body.zero_pose()) };
     let mut links: BTreeMap<String, usize> = BTreeMap::new();
     let mut put = |side: &str, part: &str, link: Option<usize>| {
         let name = if side.is_empty() { part.to_owned() } else { format!("{side}_{part}") };
@@ -54,19 +54,19 @@ pub(super) fn links_of_segments(body: &Humanoid) -> BTreeMap<String, usize> {
 }
 
 /// A robot at its zero pose.
-struct Robot<'a> {
+struct RobotAtZero<'a> {
     body: &'a Humanoid,
     frames: LinkFrames,
 }
 
 /// The three segments of a limb.
-struct Limb {
+struct LimbLinks {
     links: [usize; 3],
     /// Its upper, middle and lower joint, root's frame, metres.
     joints: [Vector3<f64>; 3],
 }
 
-impl Robot<'_> {
+impl RobotAtZero<'_> {
     fn origin(&self, link: usize) -> Vector3<f64> {
         self.frames[link].translation.vector
     }
@@ -91,7 +91,7 @@ impl Robot<'_> {
         moving.map(|(joint, _)| joint + 1)
     }
 
-    fn limb(&self, landmarks: [Landmark; 3]) -> Option<Limb> {
+    fn limb(&self, landmarks: [Landmark; 3]) -> Option<LimbLinks> {
         let [(_, upper), (_, middle), (end, lower)] =
             [self.landmark(landmarks[0])?, self.landmark(landmarks[1])?, self.landmark(landmarks[2])?];
         let reach = NEAR * (lower - middle).norm();
@@ -109,7 +109,7 @@ impl Robot<'_> {
         let second = path.iter().rposition(|&link| nearer(link, &middle, &lower) && !is_end(link))?;
         let third = path.iter().rposition(|&link| is_end(link)).filter(|third| *third > second).unwrap_or(second);
         let links = [path[first], path[second], path[third]];
-        (first < second).then_some(Limb { links, joints: [upper, middle, lower] })
+        (first < second).then_some(LimbLinks { links, joints: [upper, middle, lower] })
     }
 
     /// Pelvis, abdomen, thorax, neck and head.
@@ -141,7 +141,7 @@ impl Robot<'_> {
     }
 
     /// The last link between thorax and upper arm that begins well before the shoulder, else the thorax.
-    fn clavicle(&self, arm: &Limb) -> Option<usize> {
+    fn clavicle(&self, arm: &LimbLinks) -> Option<usize> {
         let (thorax, _) = self.landmark(Landmark::Thorax)?;
         let [shoulder, elbow, _] = arm.joints;
         let path = self.path(arm.links[0]);
@@ -151,7 +151,7 @@ impl Robot<'_> {
     }
 
     /// The first link below the foot that begins well away from the ankle, else the foot.
-    fn toes(&self, leg: &Limb) -> usize {
+    fn toes(&self, leg: &LimbLinks) -> usize {
         let [_, knee, ankle] = leg.joints;
         let begins_away = |link: &usize| (self.origin(*link) - ankle).norm() > APART * (knee - ankle).norm();
         self.moved_by(leg.links[2]).find(begins_away).unwrap_or(leg.links[2])
