@@ -186,7 +186,10 @@ impl Transition {
         let other = PoseClouds::new(body, &to.motion, blend);
         let leaving = (from.motion.poses.len() / 2).max(blend).min(own.len() - 1)..own.len();
         let entering = 0..(to.motion.poses.len() / 2 - blend / 2).clamp(1, other.len());
-        let closest = nearest(&own, leaving, &other, entering);
+        // a take that follows itself shows half of itself at least: else two frames beside its middle would be the most
+        // alike, and what moves slowly would stutter between them
+        let least_shown = if std::ptr::eq(from, to) { from.motion.poses.len() / 2 } else { 0 };
+        let closest = nearest((&own, leaving), (&other, entering), least_shown);
         if closest.distance_m > settings.within_m {
             return Err(EditError::Apart {
                 index: to_index,
@@ -205,16 +208,16 @@ impl Transition {
 
 /// The transition of these frames that keeps most frames among those nearly as near as the nearest.
 fn nearest(
-    own: &PoseClouds,
-    leaving: std::ops::Range<usize>,
-    other: &PoseClouds,
-    entering: std::ops::Range<usize>,
+    (own, leaving): (&PoseClouds, std::ops::Range<usize>),
+    (other, entering): (&PoseClouds, std::ops::Range<usize>),
+    least_shown: usize,
 ) -> Closest {
+    let is_allowed = |leaves: usize, enters: usize| least_shown == 0 || leaves >= enters + least_shown;
     let step = |range: &std::ops::Range<usize>| range.len().div_ceil(MOST_COMPARED).max(1);
     let (over, under) = (step(&leaving), step(&entering));
     let mut pairs: Vec<Closest> = Vec::new();
     for leaves in leaving.clone().step_by(over) {
-        for enters in entering.clone().step_by(under) {
+        for enters in entering.clone().step_by(under).filter(|enters| is_allowed(leaves, *enters)) {
             pairs.push(Closest { leaves, enters, distance_m: own.distance_m(leaves, other, enters) });
         }
     }
@@ -228,7 +231,7 @@ fn nearest(
         at.saturating_sub(step).max(range.start)..(at + step).min(range.end)
     };
     for leaves in around(best.leaves, over, &leaving) {
-        for enters in around(best.enters, under, &entering) {
+        for enters in around(best.enters, under, &entering).filter(|enters| is_allowed(leaves, *enters)) {
             let distance_m = own.distance_m(leaves, other, enters);
             if distance_m < best.distance_m {
                 best = Closest { leaves, enters, distance_m };
@@ -282,6 +285,23 @@ mod tests {
         let step = |pair: &[crate::body::Pose]| (&pair[1].joint_angles - &pair[0].joint_angles).amax();
         let greatest = |motion: &Motion| motion.poses.windows(2).map(step).fold(0.0, f64::max);
         assert!(greatest(&made.motion) < 1.2 * greatest(&part.motion));
+    }
+
+    /// Frames beside the middle of a slow take are more alike than its end and its beginning.
+    #[test]
+    fn a_slow_take_is_repeated_by_half_of_itself_at_least_and_does_not_stutter() {
+        let body = person();
+        let mut slow = take("slow", 0..150);
+        let first = slow.motion.poses[0].clone();
+        for (frame, pose) in slow.motion.poses.iter_mut().enumerate() {
+            *pose = first.clone();
+            pose.joint_angles[0] += 0.001 * frame as f64;
+        }
+        let made = repeated(&body, &slow, 3.0 * slow.motion.duration_s(), &JoinSettings::default()).unwrap();
+        for seam in &made.seams {
+            assert!(seam.from.1 >= seam.to.1 + 75, "{seam:?}");
+        }
+        assert!((2..=5).contains(&made.seams.len()), "{}", made.seams.len());
     }
 
     #[test]
