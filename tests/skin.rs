@@ -4,6 +4,7 @@
 #[path = "support/glb.rs"]
 mod glb;
 
+use std::fs;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, UnitQuaternion, Vector3};
@@ -30,6 +31,30 @@ fn frames(rows: &[[f64; 7]]) -> Vec<Isometry3<f64>> {
         Isometry3::from_parts(Vector3::new(*x, *y, *z).into(), rotation)
     };
     rows.iter().map(of).collect()
+}
+
+#[test]
+fn a_file_that_is_missing_or_a_link_out_of_the_folder_is_told_with_the_skin_that_names_it() {
+    let room = tempfile::tempdir().unwrap();
+    let folder = room.path().join("skins");
+    fs::create_dir(&folder).unwrap();
+    let skin = folder.join("s.toml");
+    fs::write(&skin, "schema = \"skiagraph.skin/1\"\nmesh = \"m.obj\"").unwrap();
+    let message = || read_skin(&skin).unwrap_err().to_string();
+    let found = message();
+    assert!(found.contains("s.toml: names the file `m.obj`, which cannot be read: "), "{found}");
+    #[cfg(unix)]
+    {
+        let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        fs::write(room.path().join("secret.obj"), obj).unwrap();
+        std::os::unix::fs::symlink("../secret.obj", folder.join("m.obj")).unwrap();
+        let found = message();
+        assert!(found.contains("`m.obj`, a link that leads out of its folder"), "{found}");
+        fs::remove_file(folder.join("m.obj")).unwrap();
+        fs::write(folder.join("own.obj"), obj).unwrap();
+        std::os::unix::fs::symlink("own.obj", folder.join("m.obj")).unwrap();
+        assert!(read_skin(&skin).is_ok(), "a link within the folder");
+    }
 }
 
 #[test]

@@ -186,9 +186,9 @@ impl Transition {
         let other = PoseClouds::new(body, &to.motion, blend);
         let leaving = (from.motion.poses.len() / 2).max(blend).min(own.len() - 1)..own.len();
         let entering = 0..(to.motion.poses.len() / 2 - blend / 2).clamp(1, other.len());
-        // a take that follows itself shows half of itself at least: else two frames beside its middle would be the most
+        // a take that follows itself shows a third of itself at least: else two frames beside its middle would be the most
         // alike, and what moves slowly would stutter between them
-        let least_shown = if std::ptr::eq(from, to) { from.motion.poses.len() / 2 } else { 0 };
+        let least_shown = if std::ptr::eq(from, to) { from.motion.poses.len() / 3 } else { 0 };
         let closest = nearest((&own, leaving), (&other, entering), least_shown);
         if closest.distance_m > settings.within_m {
             return Err(EditError::Apart {
@@ -289,7 +289,7 @@ mod tests {
 
     /// Frames beside the middle of a slow take are more alike than its end and its beginning.
     #[test]
-    fn a_slow_take_is_repeated_by_half_of_itself_at_least_and_does_not_stutter() {
+    fn a_slow_take_is_repeated_by_a_third_of_itself_at_least_and_does_not_stutter() {
         let body = person();
         let mut slow = take("slow", 0..150);
         let first = slow.motion.poses[0].clone();
@@ -299,9 +299,9 @@ mod tests {
         }
         let made = repeated(&body, &slow, 3.0 * slow.motion.duration_s(), &JoinSettings::default()).unwrap();
         for seam in &made.seams {
-            assert!(seam.from.1 >= seam.to.1 + 75, "{seam:?}");
+            assert!(seam.from.1 >= seam.to.1 + 50, "{seam:?}");
         }
-        assert!((2..=5).contains(&made.seams.len()), "{}", made.seams.len());
+        assert!((2..=8).contains(&made.seams.len()), "{}", made.seams.len());
     }
 
     #[test]

@@ -77,8 +77,8 @@ impl GateReport<'_> {
         text
     }
 
-    /// `::error`, `::warning` and `::notice` lines, which GitHub Actions shows at the top of a run; an inconclusive check
-    /// has the level of what it counts as.
+    /// `::error`, `::warning` and `::notice` lines, which GitHub Actions shows at the top of a run; an inconclusive
+    /// check has the level of what it counts as.
     pub fn annotations(&self) -> String {
         let line = |check: &Check| {
             let level = match (check.verdict, self.counted(check.verdict)) {

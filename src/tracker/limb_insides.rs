@@ -13,8 +13,8 @@ const MOST: f64 = 200.0;
 
 /// Which pixels were observed, for limbs that are looked at in points: `[Deutscher 2005]`'s silhouette term.
 ///
-/// A limb's inside is what lies between its two sides. Nothing is drawn, and nothing tells what of the observed silhouette
-/// the model leaves uncovered: a limb that hides inside the trunk costs nothing.
+/// A limb's inside is what lies between its two sides. Nothing is drawn, and nothing tells what of the observed
+/// silhouette the model leaves uncovered: a limb that hides inside the trunk costs nothing.
 #[derive(Debug)]
 pub(super) struct LimbInsides {
     pinhole: Pinhole,

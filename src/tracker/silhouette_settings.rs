@@ -15,8 +15,9 @@ pub enum SilhouetteTerm {
     /// `(R + B) / (R + B + Y)`, one minus intersection over union: `[Skinned APF]`'s "non-overlapping area".
     #[default]
     Overlap,
-    /// The share of points inside the model's limbs, eight pixels apart, where nothing was observed: `[Deutscher 2005]`'s
-    /// term, one-sided and sampled. A limb that hides in the trunk costs nothing. Only tapered capsules are looked at.
+    /// The share of points inside the model's limbs, eight pixels apart, where nothing was observed: the term of
+    /// `[Deutscher 2005]`, one-sided and sampled. A limb that hides in the trunk costs nothing. Only tapered capsules
+    /// are looked at.
     Sampled,
 }
 

@@ -124,9 +124,9 @@ fn sampled_insides_take_the_place_of_areas_and_are_one_sided() {
         let settings = SilhouetteSettings { silhouette: SilhouetteTerm::Sampled, contour_weight, ..Default::default() };
         energy(&body(), &rig(), settings, &standing(), &moved([x, 0.0, 0.0]))
     };
-    assert_eq!(at(0.0, 0.0), 0.0);
-    let costs = [0.02, 0.1, 0.4].map(|x| at(0.0, x));
-    assert!(costs.windows(2).all(|c| c[0] < c[1]) && costs[2] <= 1.0, "{costs:?}");
+    let costs = [0.0, 0.02, 0.1, 0.4].map(|x| at(0.0, x));
+    assert!(costs[0] < 0.02, "{costs:?}: samples in pixels that the outline cuts");
+    assert!(costs.windows(2).all(|c| c[0] < c[1]) && costs[3] <= 1.0, "{costs:?}");
     // the contour is weighed beside them as beside areas
     let by_area = |weight| {
         let settings = SilhouetteSettings { contour_weight: weight, ..Default::default() };
@@ -146,7 +146,7 @@ fn sampled_insides_take_the_place_of_areas_and_are_one_sided() {
         likelihood.prepare(&seen(&body(), &standing(), &rig())).unwrap();
         likelihood.energy(&standing(), &mut likelihood.scratch())
     };
-    assert_eq!(inside(SilhouetteTerm::Sampled), 0.0);
+    assert!(inside(SilhouetteTerm::Sampled) < 0.002, "{}", inside(SilhouetteTerm::Sampled));
     assert!(inside(SilhouetteTerm::Overlap) > 0.1);
 }
 
