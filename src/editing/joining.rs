@@ -79,8 +79,8 @@ pub fn joined(body: &Humanoid, takes: &[Take], settings: &JoinSettings) -> Resul
     Ok(joined)
 }
 
-/// A take repeated by the best transition from its second half back into its first, until it lasts `duration_s` or, by
-/// less than a frame, more.
+/// A take repeated by the best transition from its second half back into its first that shows a third of it at least,
+/// until it lasts `duration_s` or, by less than a frame, more.
 ///
 /// # Errors
 /// [`EditError`] where its end is nowhere like its beginning, or the take is too short.
@@ -186,8 +186,8 @@ impl Transition {
         let other = PoseClouds::new(body, &to.motion, blend);
         let leaving = (from.motion.poses.len() / 2).max(blend).min(own.len() - 1)..own.len();
         let entering = 0..(to.motion.poses.len() / 2 - blend / 2).clamp(1, other.len());
-        // a take that follows itself shows a third of itself at least: else two frames beside its middle would be the most
-        // alike, and what moves slowly would stutter between them
+        // a take that follows itself shows a third of itself at least: else two frames beside its middle would be the
+        // most alike, and what moves slowly would stutter between them
         let least_shown = if std::ptr::eq(from, to) { from.motion.poses.len() / 3 } else { 0 };
         let closest = nearest((&own, leaving), (&other, entering), least_shown);
         if closest.distance_m > settings.within_m {

@@ -15,7 +15,9 @@
 //! let clip = parse_deepmimic(&text, "walk", &ReadOptions::default())?;
 //! let walk = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
 //! let take = Take { name: clip.name, motion: walk.motion };
-//! let longer = repeated(&walk.humanoid, &take, 3.0, &JoinSettings::default())?;
+//! // one stride, which has no second one to go over into: poses 0.15 m apart will do
+//! let settings = JoinSettings { within_m: 0.15, ..JoinSettings::default() };
+//! let longer = repeated(&walk.humanoid, &take, 3.0, &settings)?;
 //! assert_eq!(longer.motion.poses.len(), 91);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
