@@ -65,13 +65,12 @@ pub enum SkinError {
     },
     /// The skin belongs to another skeleton.
     #[error(
-        "skin `{}` has weights for {}, which `{}` does not have{}; its links are: {}; rename the groups of the weights, \
+        "skin `{}` has weights for {}, which `{}` does not have{}; rename the groups of the weights, \
          or leave the weights out to have them found by distance",
         excerpt(skin),
         excerpt(segments),
         excerpt(body),
-        unknown,
-        links
+        body_has
     )]
     OtherSkeleton {
         /// The skin.
@@ -80,10 +79,8 @@ pub enum SkinError {
         segments: String,
         /// The body.
         body: String,
-        /// Landmarks that the body lacks, in words; empty where it has all.
-        unknown: String,
-        /// The body's links.
-        links: String,
+        /// Which landmarks the body lacks, if any, and which links it has, in words.
+        body_has: String,
     },
     /// The body has no solids that distances could be taken to.
     #[error("`{}` has no solids, so weights cannot be found by distance; give the skin a file of weights", excerpt(.0))]

@@ -121,14 +121,14 @@ impl RobotAtZero<'_> {
             let is_low = |link: usize| (self.origin(link) - hips).dot(&up) <= LOW_IN_TRUNK * up.norm_squared();
             let path = self.path(high);
             let own = path.iter().position(|&link| link == low).map_or(&[][..], |at| &path[at + 1..]);
-            Some(own.iter().copied().filter(|&link| is_low(link)).last().unwrap_or(low))
+            Some(own.iter().copied().rfind(|&link| is_low(link)).unwrap_or(low))
         };
         let neck = || {
             let ((low, _), (high, _)) = (thorax?, head?);
             let path = self.path(high);
             let own = path.iter().position(|&link| link == low).map_or(&[][..], |at| &path[at + 1..]);
             let is_apart = |link: &usize| (self.origin(*link) - self.origin(high)).norm() > SAME_JOINT_M;
-            Some(own.iter().copied().filter(is_apart).last().unwrap_or(low))
+            Some(own.iter().copied().rfind(is_apart).unwrap_or(low))
         };
         let link = |found: Option<(usize, Vector3<f64>)>| found.map(|(link, _)| link);
         [
@@ -145,9 +145,11 @@ impl RobotAtZero<'_> {
         let (thorax, _) = self.landmark(Landmark::Thorax)?;
         let [shoulder, elbow, _] = arm.joints;
         let path = self.path(arm.links[0]);
-        let above = path.iter().position(|&link| link == thorax).map_or(&[][..], |at| &path[at + 1..path.len() - 1]);
+        let at = path.iter().position(|&link| link == thorax);
+        // empty, too, where the thorax itself carries the upper arm
+        let above = at.and_then(|at| path.get(at + 1..path.len() - 1)).unwrap_or_default();
         let begins_before = |link: &usize| (self.origin(*link) - shoulder).norm() > APART * (elbow - shoulder).norm();
-        Some(above.iter().copied().filter(begins_before).last().unwrap_or(thorax))
+        Some(above.iter().copied().rfind(begins_before).unwrap_or(thorax))
     }
 
     /// The first link below the foot that begins well away from the ankle, else the foot.

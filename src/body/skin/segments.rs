@@ -68,12 +68,12 @@ fn found(
     }
     let links: Vec<String> = body.links.iter().take(MOST_NAMED).map(|link| excerpt(&link.name)).collect();
     let more = body.links.len().saturating_sub(MOST_NAMED);
+    let links = if more == 0 { links.join(", ") } else { format!("{} and {more} more", links.join(", ")) };
     Err(SkinError::OtherSkeleton {
         skin: mesh.name.clone(),
         segments: missing.join(", "),
         body: body.name.clone(),
-        unknown: unknown_landmarks(body),
-        links: if more == 0 { links.join(", ") } else { format!("{} and {more} more", links.join(", ")) },
+        body_has: format!("{}; its links are: {links}", unknown_landmarks(body)),
     })
 }
 
