@@ -141,7 +141,13 @@ pub(super) fn seeds_of(comparison: &RunComparison) -> String {
 
 /// How pairs are made, in words.
 pub(super) fn pairing(side: &AgainstBase) -> &'static str {
-    if side.paired { "paired by clip x seed" } else { "unpaired" }
+    let is_unpaired =
+        |metric: &ComparedMetric| matches!(metric.difference.rule, DifferenceRule::Welch | DifferenceRule::Bootstrap);
+    match (side.paired, side.metrics.iter().any(is_unpaired)) {
+        (true, false) => "paired by clip x seed",
+        (true, true) => "paired by clip x seed where pairs tell more",
+        (false, _) => "unpaired",
+    }
 }
 
 pub(super) const HOW: &str = "Difference: other minus base, mean over clips of each clip's mean over seeds, with its 95 % \

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::difference::{ClipValues, Difference, DifferenceRule, difference, independent_difference};
+use super::difference::{ClipValues, Difference, DifferenceRule, difference, do_pair, independent_difference};
 use super::holm::holm;
 use super::measured_runs::{MeasuredClip, MeasuredRuns, seeds_in_words};
 use super::rate::{Rate, RateDifference};
@@ -49,7 +49,8 @@ pub struct AgainstBase {
     pub side: SideFacts,
     /// Clips that both have.
     pub clips: Vec<String>,
-    /// Whether runs are paired by clip x seed.
+    /// Whether runs of the seeds in common are paired by clip x seed ([`do_pair`]); a metric of which all runs tell more
+    /// has a rule without pairs.
     pub paired: bool,
     /// What was left out, and why.
     pub skipped: Vec<String>,
@@ -242,7 +243,7 @@ impl<'a> TwoSides<'a> {
         Ok(AgainstBase {
             side: facts((self.names[1], self.other)),
             clips: self.clips.iter().map(|(name, ..)| (*name).to_owned()).collect(),
-            paired: self.one_set && self.clips.iter().all(|(_, a, b)| same_seeds(a, b)),
+            paired: self.one_set && self.clips.iter().all(|(_, a, b)| do_pair(&a.seeds, &b.seeds)),
             joints: LANDMARKS.iter().filter_map(|landmark| joint(landmark.name())).collect(),
             lost_tracks: self.lost_tracks(),
             skipped: self.skipped,
@@ -435,6 +436,14 @@ mod tests {
         assert!(!unpaired.paired && unpaired.metrics[0].difference.rule == DifferenceRule::Welch);
         assert_eq!(paired.joints[0].joint, "pelvis");
         assert!((paired.joints[0].difference.difference - 0.5 * error.difference.difference).abs() < 1e-12);
+    }
+
+    /// It said "unpaired" where its numbers were those of pairs.
+    #[test]
+    fn seeds_in_common_are_said_to_be_paired_where_one_side_has_more() {
+        let more = [BASE.to_vec(), vec![30.5, 31.5]].concat();
+        let found = against(&side(&[("walk", clip("a", 0, &more))]), &side(&[("walk", clip("a", 0, &WORSE))]));
+        assert!(found.paired && found.metrics[0].difference.rule == DifferenceRule::PairedT, "{:?}", found.metrics[0]);
     }
 
     #[test]
