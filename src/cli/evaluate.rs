@@ -72,7 +72,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Move existing files that skiagraph did not write aside, to NAME~
+    /// Replace another tracker's run at --out; move existing files that skiagraph did not write aside, to NAME~
     #[arg(long)]
     force: bool,
 

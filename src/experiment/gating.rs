@@ -108,6 +108,7 @@ mod tests {
             (&format!("{head}seeds = -1"), "seeds"),
             (&format!("{head}seeds = 3"), "seeds: expected 5 or more, found 3"),
             (&format!("{head}exact = [\"lag_sm\"]"), "exact: there is no metric `lag_sm`; did you mean `lag_ms`?"),
+            (&format!("{head}coverage = nan"), "expected a number of 0 or more with its unit"),
             (&format!("{head}seeds ="), "gate.toml"),
         ] {
             let told = rules(text).unwrap_err();

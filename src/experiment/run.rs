@@ -211,11 +211,27 @@ pub fn evaluate_run(
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
     Inputs::new(set.folders().chain([run.to_owned()])).keep_from(&place)?;
+    if !force {
+        keep_tracked(&place)?;
+    }
     let directory = PartialDirectory::begin(&place, ResultKind::Run, force)?;
     let results = measure(&whole, &tracked, watch)?;
     write_all(&directory, &results.files)?;
     directory.finish()?;
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
+}
+
+/// Refuses to replace what a tracker or a program did by results of another estimate.
+fn keep_tracked(place: &Path) -> Result<(), ExperimentError> {
+    let Some(file) = [TRACK_FILE, EXTERNAL_FILE].into_iter().find(|file| place.join(file).is_file()) else {
+        return Ok(());
+    };
+    let detail = format!(
+        "{} holds the run of a tracker ({file}), which would be lost; choose another directory, or use --force to \
+        replace it",
+        place.display()
+    );
+    Err(ExperimentError::Argument { argument: "--out", detail })
 }
 
 /// Where the results of somebody else's estimate go: `NAME-evaluation` beside it.

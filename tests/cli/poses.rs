@@ -95,6 +95,20 @@ fn a_known_error_is_found_in_every_format_unit_and_axis() {
 }
 
 #[test]
+fn an_estimate_replaces_the_run_of_a_tracker_only_when_told_to() {
+    let (room, truth) = room();
+    room.succeed("track set --tracker frozen --out run");
+    room.write("mine.csv", csv(&truth, &names(), |place| place));
+    let refused = room.skiagraph(["evaluate", "set", "mine.csv", "--out", "run"]);
+    let words = "run holds the run of a tracker (track.json)";
+    assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
+    assert!(room.path("run/track.json").exists());
+    room.succeed("evaluate set mine.csv --out run --force");
+    assert!(!room.path("run/track.json").exists());
+    room.succeed("evaluate set mine.csv --out run");
+}
+
+#[test]
 fn the_bvh_that_is_exported_comes_back_as_the_truth() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);

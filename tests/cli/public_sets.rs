@@ -23,6 +23,11 @@ fn a_public_set_is_measured_verified_and_exported_with_the_truth_that_is_kept_ap
     assert!(room.path("public-tum/root.txt").exists());
     let verified = room.succeed("verify public --truth secret");
     assert!(verified.stdout.contains("public is sound"), "{}", verified.stdout);
+    std::fs::create_dir(room.path("public/truth")).unwrap();
+    room.write("public/truth/left.npz", "the truth");
+    let told = room.skiagraph(["verify", "public", "--truth", "secret"]);
+    assert!(told.code == 1 && told.stdout.contains("truth/left.npz: is not one of"), "{}", told.stdout);
+    std::fs::remove_dir_all(room.path("public/truth")).unwrap();
     room.write("public/observations/cam00/silhouette/000001.png", "spoilt");
     let spoilt = room.skiagraph(["verify", "public", "--truth", "secret"]);
     assert!(spoilt.code == 1 && spoilt.stdout.contains("000001.png: was changed"), "{}", spoilt.stdout);

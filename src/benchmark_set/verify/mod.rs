@@ -173,16 +173,17 @@ pub fn verify_place(set: SetPlace<'_>, how: Thoroughness<'_>) -> Result<Verifica
     Ok(Verification { name, set_hash: own.set_hash(), checks })
 }
 
-/// Faults of the files of a set, and of the truth of the complete one that is elsewhere.
+/// Faults of the files of a set, and of the truth of the complete one that is elsewhere. A file that no list names is one
+/// wherever it lies: one below truth/ may well be the truth itself.
 fn hash_faults(own: &SetFiles, folder: &Path, truth: Option<(&Path, &SetFiles)>) -> Result<Vec<Fault>, SetError> {
-    let of = |files: &SetFiles, folder: &Path| -> Result<Vec<Fault>, SetError> {
-        Ok(files.faults()?.into_iter().map(|error| Fault::from_file(folder, error)).collect())
-    };
-    let mut faults = of(own, folder)?;
+    let errors = own.faults()?.into_iter();
+    let found = errors.map(|error| (matches!(error, SetError::Unlisted { .. }), Fault::from_file(folder, error)));
+    let is_of_truth = |fault: &Fault| fault.file.starts_with("truth/");
+    let counts = |(is_unlisted, fault): &(bool, Fault)| *is_unlisted || truth.is_none() || !is_of_truth(fault);
+    let mut faults: Vec<Fault> = found.filter(counts).map(|(_, fault)| fault).collect();
     if let Some((folder, complete)) = truth {
-        let is_truth = |fault: &Fault| fault.file.starts_with("truth/");
-        faults.retain(|fault| !is_truth(fault));
-        faults.extend(of(complete, folder)?.into_iter().filter(is_truth));
+        let elsewhere = complete.faults()?.into_iter().map(|error| Fault::from_file(folder, error));
+        faults.extend(elsewhere.filter(is_of_truth));
     }
     Ok(faults)
 }

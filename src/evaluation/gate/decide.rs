@@ -122,7 +122,10 @@ impl Sides<'_> {
                 return Err(GateRefusal::Protocol { metric: metric.to_owned(), clip: name.clone(), baseline, run });
             }
             let clip = ClipValues { base: base.values(metric), other: run.values(metric) };
-            let lacking = run.seeds.iter().filter(|seed| clip.other.iter().all(|(with, _)| with != *seed));
+            let lacks = |values: &[(u64, f64)], seed: &u64| values.iter().all(|(with, _)| with != seed);
+            // a seed without a value in the baseline either is no worse
+            let excused = |seed: &u64| base.seeds.contains(seed) && lacks(&clip.base, seed);
+            let lacking = run.seeds.iter().filter(|seed| lacks(&clip.other, seed) && !excused(seed));
             let lacking: Vec<u64> = lacking.copied().collect();
             if !lacking.is_empty() && !clip.base.is_empty() {
                 values.lacking.push(format!("`{name}`, seed {}", seeds_in_words(&lacking)));
@@ -417,6 +420,23 @@ mod tests {
         let outcome = gate(&runs("a", 0, 0.0, 0.0), &shy, &rules("2mm")).unwrap();
         let failed: Vec<_> = outcome.checks.iter().filter(|c| c.verdict == GateVerdict::Fail).map(|c| c.kind).collect();
         assert_eq!(failed, [CheckKind::Coverage]);
+    }
+
+    #[test]
+    fn a_run_passes_against_itself_where_a_seed_has_no_estimate() {
+        let without = |first: u64, lacking: &[usize]| {
+            let mut runs = runs("a", first, 0.0, 0.0);
+            let metric = runs.clips.get_mut("walk").unwrap().metrics.get_mut("humaneva_mm").unwrap();
+            lacking.iter().for_each(|index| metric.per_seed[*index] = None);
+            runs
+        };
+        let found = |run: &MeasuredRuns| gate(&without(0, &[2]), run, &rules("2mm")).unwrap();
+        assert_eq!(found(&without(0, &[2])).verdict, GateVerdict::Pass);
+        let worse = found(&without(0, &[2, 4]));
+        assert_eq!(worse.checks[0].reason.as_deref(), Some("no value in `walk`, seed 4"));
+        let accepted = GateRules { other_seeds: true, ..rules("2mm") };
+        let others = gate(&without(0, &[2]), &without(50, &[2]), &accepted).unwrap();
+        assert_eq!(others.checks[0].reason.as_deref(), Some("no value in `walk`, seed 52"));
     }
 
     #[test]

@@ -25,7 +25,7 @@ enum MarginUnit {
 
 /// As files have it.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a number of 0 or more with its unit, as in \"2mm\", \"1.5deg\" or \"1%\"")]
 enum WrittenMargin {
     Number(f64),
     Text(String),
@@ -37,6 +37,14 @@ pub enum MarginError {
     /// It is not a number with a unit.
     #[error("margin `{0}`: expected a number of 0 or more with its unit, as in 2mm, 1.5deg, 0.02 or 5%")]
     Malformed(String),
+    /// A share of the whole or more: meant as a percentage.
+    #[error("margin {margin} of {metric}: it is a share, from 0 to 1; did you mean {margin}%?")]
+    Whole {
+        /// The margin.
+        margin: String,
+        /// The metric.
+        metric: String,
+    },
     /// Its unit is not the metric's.
     #[error("margin {margin} of {metric}: expected {expected}")]
     Unit {
@@ -126,9 +134,17 @@ impl Margin {
     /// In the metric's unit; `base` is the baseline's mean.
     ///
     /// # Errors
-    /// [`MarginError::Unit`] if it is given in another unit.
+    /// [`MarginError::Unit`] if it is given in another unit, or for a length in none, [`MarginError::Whole`] for a number of 1 or more of a share.
     pub fn resolve(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
         match self.unit {
+            MarginUnit::None if unit == Unit::Fraction && self.value >= 1.0 => {
+                Err(MarginError::Whole { margin: self.to_string(), metric: metric.to_owned() })
+            }
+            // 0.005 may be metres
+            MarginUnit::None if unit == Unit::Millimetre && self.value > 0.0 => {
+                let expected = format!("a number with its unit, as in {self}mm, or a percentage");
+                Err(MarginError::Unit { margin: self.to_string(), metric: metric.to_owned(), expected })
+            }
             MarginUnit::None => Ok(self.value),
             MarginUnit::Percent if unit == Unit::Fraction => Ok(self.value),
             MarginUnit::Percent => Ok(self.value * base.abs()),
@@ -158,6 +174,27 @@ mod tests {
         assert_eq!(margin("5%", Unit::Millimetre, 30.0), 1.5);
         assert_eq!(margin("5%", Unit::Fraction, 0.9), 0.05);
         assert_eq!(margin("0mm", Unit::Millimetre, 30.0), 0.0);
+    }
+
+    #[test]
+    fn a_number_of_a_share_is_below_the_whole_and_a_length_has_a_unit() {
+        let resolved = |text: &str, unit| text.parse::<Margin>().unwrap().resolve("pck150", unit, 0.9);
+        assert_eq!(resolved("0.02", Unit::Fraction), Ok(0.02));
+        assert_eq!(resolved("2%", Unit::Fraction), Ok(0.02));
+        let refused = resolved("2", Unit::Fraction).unwrap_err().to_string();
+        assert_eq!(refused, "margin 2 of pck150: it is a share, from 0 to 1; did you mean 2%?");
+        assert!(resolved("1", Unit::Fraction).is_err());
+        assert_eq!(resolved("2", Unit::Degree), Ok(2.0));
+        assert_eq!(resolved("0", Unit::Millimetre), Ok(0.0));
+        let refused = resolved("2", Unit::Millimetre).unwrap_err().to_string();
+        assert_eq!(refused, "margin 2 of pck150: expected a number with its unit, as in 2mm, or a percentage");
+    }
+
+    #[test]
+    fn a_margin_of_another_type_is_told_what_is_expected() {
+        let refused = serde_json::from_str::<Margin>("[2]").unwrap_err().to_string();
+        assert!(refused.contains("expected a number of 0 or more with its unit"), "{refused}");
+        assert!(!refused.contains("untagged"), "{refused}");
     }
 
     #[test]

@@ -238,7 +238,8 @@ impl RepliedPose {
 
 /// Reads the answer to `hello`, which spoke of `protocol`.
 pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
-    let (kind, object) = message(line)?;
+    let object = object(line)?;
+    let kind = kind_of(&object)?;
     if kind != "ready" {
         return Err(format!("expected {{\"type\": \"ready\"}} after hello, found the type {:?}", excerpt(&kind)));
     }
@@ -258,9 +259,13 @@ pub(super) fn read_ready(line: &str, protocol: &str) -> Result<Ready, String> {
     }
 }
 
-/// Reads the answer to a frame.
-pub(super) fn read_answer(line: &str, body: &Humanoid) -> Result<Reply, String> {
-    let (kind, object) = message(line)?;
+/// Reads the answer to `asked`; `None` for one to an earlier frame, whatever else it says.
+pub(super) fn read_answer(line: &str, asked: usize, body: &Humanoid) -> Result<Option<Reply>, String> {
+    let object = object(line)?;
+    if object.get("frame").and_then(Value::as_u64).is_some_and(|frame| frame < asked as u64) {
+        return Ok(None);
+    }
+    let kind = kind_of(&object)?;
     let frame = object.get("frame").and_then(Value::as_u64);
     let frame = frame.ok_or("expected \"frame\": the number of the frame that it answers")?;
     let frame = usize::try_from(frame).map_err(|_| "frame: too large a number")?;
@@ -276,10 +281,10 @@ pub(super) fn read_answer(line: &str, body: &Humanoid) -> Result<Reply, String> 
         "pose" => Some(pose(&object, body)?),
         other => return Err(format!("expected the type \"pose\" or \"lost\", found {:?}", excerpt(other))),
     };
-    Ok(Reply { frame, pose, confidence })
+    Ok(Some(Reply { frame, pose, confidence }))
 }
 
-fn message(line: &str) -> Result<(String, Map<String, Value>), String> {
+fn object(line: &str) -> Result<Map<String, Value>, String> {
     let value: Value = serde_json::from_str(line).map_err(|_| {
         let no_number = line.starts_with('{') && ["NaN", "Infinity"].iter().any(|word| line.contains(word));
         let hint = match no_number {
@@ -288,11 +293,15 @@ fn message(line: &str) -> Result<(String, Map<String, Value>), String> {
         };
         format!("expected one JSON object a line, found {:?}; {hint}", excerpt(line))
     })?;
-    let Value::Object(object) = value else { return Err(format!("expected a JSON object, found {:?}", excerpt(line))) };
-    match object.get("type").and_then(Value::as_str) {
-        Some(kind) => Ok((kind.to_owned(), object)),
-        None => Err("expected \"type\": \"pose\" or \"lost\"".to_owned()),
+    match value {
+        Value::Object(object) => Ok(object),
+        _ => Err(format!("expected a JSON object, found {:?}", excerpt(line))),
     }
+}
+
+fn kind_of(object: &Map<String, Value>) -> Result<String, String> {
+    let kind = object.get("type").and_then(Value::as_str);
+    kind.map(str::to_owned).ok_or_else(|| "expected \"type\": \"pose\" or \"lost\"".to_owned())
 }
 
 fn pose(object: &Map<String, Value>, body: &Humanoid) -> Result<RepliedPose, String> {
@@ -368,7 +377,21 @@ mod tests {
     use crate::body::fixture::person;
 
     fn answer(line: &str) -> Result<Reply, String> {
-        read_answer(line, &person())
+        read_answer(line, 0, &person()).map(|reply| reply.unwrap())
+    }
+
+    #[test]
+    fn an_answer_to_an_earlier_frame_is_passed_over_whatever_it_says() {
+        let read = |line: &str| read_answer(line, 5, &person());
+        for line in [
+            r#"{"type":"pose","frame":4,"markers":{"nose":[0,0,0]}}"#,
+            r#"{"type":"pose","frame":4}"#,
+            r#"{"frame":0,"confidence":7}"#,
+        ] {
+            assert_eq!(read(line), Ok(None), "{line}");
+        }
+        assert!(read(r#"{"type":"pose","frame":5}"#).is_err());
+        assert!(read(r#"{"type":"lost","frame":5}"#).unwrap().is_some());
     }
 
     #[test]

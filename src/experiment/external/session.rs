@@ -268,14 +268,14 @@ impl<'a> Session<'a> {
                     return Ok(self.gone(frame, what));
                 }
             };
-            match read_answer(&line, &self.set.start.body) {
+            match read_answer(&line, frame, &self.set.start.body) {
                 // an answer for an earlier frame, which failed: passed over
-                Ok(answer) if answer.frame < frame => {}
-                Ok(answer) if answer.frame > frame => {
+                Ok(None) => {}
+                Ok(Some(answer)) if answer.frame > frame => {
                     let what = format!("answered frame {} when frame {frame} was asked for", answer.frame);
                     return Ok(self.nonsense(frame, what));
                 }
-                Ok(answer) => return Ok(self.of_one_kind(answer, &line)),
+                Ok(Some(answer)) => return Ok(self.of_one_kind(answer, &line)),
                 Err(what) => return Ok(self.nonsense(frame, what)),
             }
         }
