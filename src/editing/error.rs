@@ -73,6 +73,27 @@ pub enum EditError {
         /// When it ends, seconds.
         to_s: f64,
     },
+    /// A recording whose own way bends while a foot stands, where the path does not.
+    #[error(
+        "the recording itself turns, reverses or stands from {from_s:.2} s to {to_s:.2} s: its own way bends by \
+         {turn_deg:.0} degrees while the {foot} stands, the path by only {path_deg:.0}, and a hip allows {limit_deg:.0} \
+         degrees; lead another part of it (`first_frame`, `last_frame`), or the parts before and after it one after the \
+         other (`motion.then`)"
+    )]
+    RecordingTurns {
+        /// By how much the body would have to turn during the stance, degrees.
+        turn_deg: f64,
+        /// The turn of the path there, degrees.
+        path_deg: f64,
+        /// The greatest turn, degrees.
+        limit_deg: f64,
+        /// Which foot stands.
+        foot: &'static str,
+        /// When its stance begins, seconds.
+        from_s: f64,
+        /// When it ends, seconds.
+        to_s: f64,
+    },
     /// A motion that does not get anywhere.
     #[error("a path needs a motion that travels; this one travels {travelled_m:.2} m, expected at least {least_m} m")]
     StaysInPlace {

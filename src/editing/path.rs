@@ -27,8 +27,8 @@ const SLOW: f64 = 0.15;
 /// goes straight on after the last one. Stances are found at the speed of the recording that it passes at `pace`.
 ///
 /// # Errors
-/// [`EditError`] for waypoints that are no path, a motion that stays in place, and a path that turns by more than
-/// [`GREATEST_TURN_IN_A_STANCE`] while a foot stands.
+/// [`EditError`] for waypoints that are no path, a motion that stays in place, and a path, or a recording, that turns by
+/// more than [`GREATEST_TURN_IN_A_STANCE`] while a foot stands.
 pub fn along_path(
     body: &Humanoid,
     motion: &Motion,
@@ -42,7 +42,7 @@ pub fn along_path(
         return Err(EditError::StaysInPlace { travelled_m, least_m: LEAST_TRAVEL });
     }
     let turns: Vec<f64> = way.lengths.iter().zip(&way.headings).map(|(l, heading)| curve.at(*l).1 - heading).collect();
-    check_turns(body, motion, pace, &turns, |frame| curve.at(way.lengths[frame]).0)?;
+    check_turns(body, motion, pace, &turns, |frame| curve.at(way.lengths[frame]))?;
     let led = |(frame, pose): (usize, &Pose)| {
         let (there, _) = curve.at(way.lengths[frame]);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turns[frame]);
@@ -62,27 +62,35 @@ fn check_turns(
     motion: &Motion,
     pace: Pace<'_>,
     turns: &[f64],
-    place: impl Fn(usize) -> Vector2<f64>,
+    path: impl Fn(usize) -> (Vector2<f64>, f64),
 ) -> Result<(), EditError> {
     let contacts = GroundContacts::from_motion_at_pace(body, motion, &ContactRule::default(), pace)?;
     for (foot, track) in FOOT_NAMES.into_iter().zip(&contacts.feet) {
         for stance in track.stances() {
-            let turned: f64 = turns[stance.clone()].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
-            if turned > GREATEST_TURN_IN_A_STANCE {
-                let middle = place(stance.start + stance.len() / 2);
-                return Err(EditError::TurnsTooFast {
-                    turn_deg: turned.to_degrees(),
-                    limit_deg: GREATEST_TURN_IN_A_STANCE.to_degrees(),
-                    x: middle.x,
-                    y: middle.y,
-                    foot,
-                    from_s: stance.start as f64 / motion.frames_per_second,
-                    to_s: (stance.end - 1) as f64 / motion.frames_per_second,
-                });
+            let turned = total_turn(turns[stance.clone()].iter().copied());
+            if turned <= GREATEST_TURN_IN_A_STANCE {
+                continue;
             }
+            let of_path = total_turn(stance.clone().map(|frame| path(frame).1));
+            let (from_s, to_s) =
+                (stance.start as f64 / motion.frames_per_second, (stance.end - 1) as f64 / motion.frames_per_second);
+            let (turn_deg, limit_deg) = (turned.to_degrees(), GREATEST_TURN_IN_A_STANCE.to_degrees());
+            if of_path < GREATEST_TURN_IN_A_STANCE.min(0.5 * turned) {
+                let path_deg = of_path.to_degrees();
+                return Err(EditError::RecordingTurns { turn_deg, path_deg, limit_deg, foot, from_s, to_s });
+            }
+            let (middle, _) = path(stance.start + stance.len() / 2);
+            let (x, y) = (middle.x, middle.y);
+            return Err(EditError::TurnsTooFast { turn_deg, limit_deg, x, y, foot, from_s, to_s });
         }
     }
     Ok(())
+}
+
+/// The turns from each heading to the next, whatever their direction, together, radians.
+fn total_turn(headings: impl Iterator<Item = f64>) -> f64 {
+    let mut last = None;
+    headings.map(|heading| (heading - last.replace(heading).unwrap_or(heading)).abs()).sum()
 }
 
 /// The way of the root over the ground, without sway.
@@ -205,6 +213,21 @@ mod tests {
         let error =
             along_path(&body, &motion, &[[0.0, 0.0], [0.5, 0.0], [0.5, 0.6]], Pace::default()).unwrap_err().to_string();
         assert!(error.contains("turns faster than feet can follow") && error.contains("allows 45 degrees"), "{error}");
+    }
+
+    /// The path was blamed, and a straight line cannot be widened.
+    #[test]
+    fn a_recording_that_reverses_on_a_straight_path_is_told_to_do_so() {
+        let (body, mut motion) = glide(0.2, 0.0, 8.0);
+        for frame in 240..480 {
+            let back = motion.poses[479 - frame].clone();
+            motion.poses[frame] = back;
+        }
+        let error = along_path(&body, &motion, &[[0.0, 0.0], [9.0, 0.0]], Pace::default()).unwrap_err();
+        let EditError::RecordingTurns { path_deg, from_s, to_s, .. } = &error else { panic!("{error}") };
+        assert!(*path_deg < 1.0 && *from_s <= 4.0 && *to_s >= 4.0, "{error}");
+        let told = error.to_string();
+        assert!(told.starts_with("the recording itself turns") && told.contains("`motion.then`"), "{told}");
     }
 
     #[test]

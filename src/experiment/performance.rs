@@ -75,8 +75,7 @@ impl<'a> Recordings<'a> {
         let (mut takes, mut seams) = (Vec::new(), Vec::new());
         for (table, settings, recording) in &self.takes {
             let key = format!("{table}.clip");
-            let mut own =
-                retargeted(file, (&key, &settings.clip), robot, &recording.clip, &settings.joint_map, template)?;
+            let mut own = retargeted(file, (&key, settings), robot, &recording.clip, template)?;
             if first.is_none() {
                 given_to_person(file, template, &mut own)?;
             }

@@ -1,7 +1,5 @@
 //! From a recording to a motion of a body: the steps that the test and what is learned from share.
 
-use std::collections::BTreeMap;
-
 use super::ExperimentError;
 use super::error::scenario_error;
 use crate::benchmark_set::ContactFacts;
@@ -11,22 +9,25 @@ use crate::input::excerpt;
 use crate::mocap::Clip;
 use crate::physics::plant_feet_at_pace;
 use crate::retarget::{FitOptions, RetargetError, RetargetOptions, Retargeted, fit_motion_to_markers, retarget};
-use crate::scenario::{ContactMode, ScenarioFile};
+use crate::scenario::{ContactMode, MotionSettings, ScenarioFile};
 
 /// A recording given to a robot; what is wrong is told of the key that names the one or the other.
 pub(super) fn retargeted(
     file: &ScenarioFile,
-    (clip_key, clip_name): (&str, &str),
+    (clip_key, settings): (&str, &MotionSettings),
     (robot_key, robot_name): (&str, &str),
     clip: &Clip,
-    joint_map: &BTreeMap<String, String>,
     template: &Humanoid,
 ) -> Result<Retargeted, ExperimentError> {
-    let options = RetargetOptions { landmarks: joint_map.clone(), ..RetargetOptions::default() };
+    let options = RetargetOptions {
+        landmarks: settings.joint_map.clone(),
+        speed: settings.speed.unwrap_or(1.0),
+        ..RetargetOptions::default()
+    };
     retarget(clip, template, &options).map_err(|error| {
         let (key, name) = match error {
             RetargetError::MissingMarkers { .. } => (robot_key, robot_name),
-            _ => (clip_key, clip_name),
+            _ => (clip_key, settings.clip.as_str()),
         };
         scenario_error(file, key, format!("{}: {error}", excerpt(name)))
     })

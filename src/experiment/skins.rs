@@ -29,8 +29,10 @@ pub(super) fn dressed(
     if blending == SkinBlending::DualQuaternion {
         body.skin = body.skin.map(|skin| Arc::new(Skin::clone(&skin).with_blending(Blending::DualQuaternion)));
     }
-    body.notes.extend(mesh.notes.iter().map(|note| format!("skin {}: {note}", excerpt(name))));
-    let notes = mesh.notes.iter().map(|note| format!("{}: {note}", excerpt(name))).collect();
+    let of_fit = body.notes.split_off(robot.notes.len());
+    let notes: Vec<String> =
+        of_fit.iter().chain(&mesh.notes).map(|note| format!("{}: {note}", excerpt(name))).collect();
+    body.notes.extend(notes.iter().map(|note| format!("skin {note}")));
     Ok((body, notes))
 }
 

@@ -69,6 +69,8 @@ pub struct RetargetOptions {
     pub level_ground: bool,
     /// Shift the motion so that the middle of the root's path is at the origin.
     pub centre_path: bool,
+    /// How many times as fast as it was recorded the clip is: a note on jumps is about the recording; > 0.
+    pub speed: f64,
     /// Weights of changes from the zero pose and from the previous frame.
     pub fit: FitOptions,
 }
@@ -81,6 +83,7 @@ impl Default for RetargetOptions {
             stand_on_ground: true,
             level_ground: true,
             centre_path: false,
+            speed: 1.0,
             fit: FitOptions::default(),
         }
     }
@@ -189,7 +192,7 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     let mut motion = Motion { frames_per_second: clip.frames_per_second, poses }.made_continuous(&humanoid);
     let mut report = RetargetReport::new(&humanoid, &subject, &motion, lengths);
     report.notes.extend(clip.notes.iter().cloned());
-    report.notes.extend(residuals::leaps(&subject, clip.frames_per_second));
+    report.notes.extend(residuals::leaps(&subject, clip.frames_per_second / options.speed));
     report.notes.extend(turning::note(&humanoid, &motion, &recorded));
     if let Some(bone) = anatomy.restored_bone_m() {
         report

@@ -153,6 +153,23 @@ fn the_same_clip_gives_the_same_bits_and_stands_on_the_ground() {
     assert!((low + high).abs() < 1e-9, "{low} {high}");
 }
 
+/// Only played fast, a recording was said to jump.
+#[test]
+fn a_recording_that_is_only_played_fast_does_not_jump() {
+    let body = shipped("actor").unwrap();
+    let mut motion = motion_of(&body, 4);
+    // 5 m/s along x
+    for (frame, pose) in motion.poses.iter_mut().enumerate() {
+        pose.world_from_root.translation.x = 5.0 / motion.frames_per_second * frame as f64;
+    }
+    let clip = recording_of(&body, &motion).at_speed(4.0);
+    let jumps = |speed: f64| {
+        let found = retarget(&clip, &body, &RetargetOptions { speed, ..unmoved() }).unwrap();
+        found.report.notes.iter().any(|note| note.starts_with("the recording jumps"))
+    };
+    assert!(jumps(1.0) && !jumps(4.0));
+}
+
 #[test]
 fn one_frame_is_enough_and_none_is_refused() {
     let body = shipped("actor").unwrap();

@@ -114,7 +114,8 @@ const FASTEST: f64 = 15.0;
 /// How many frames a note lists.
 const LISTED: usize = 10;
 
-/// A note on the frames, from 0, into which the recording jumps, if any.
+/// A note on the frames, from 0, into which the recording jumps, if any; the rate is that at which it was recorded, not
+/// that at which it is played.
 pub(super) fn leaps(subject: &[SubjectFrame], frames_per_second: f64) -> Option<String> {
     let is_leap = |pair: &[SubjectFrame]| {
         let moved =

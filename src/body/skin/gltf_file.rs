@@ -1,4 +1,5 @@
 //! glTF 2.0 (`.gltf`, `.glb`): all meshes that the joints of one figure move, in one skin, with its joints and weights.
+//! Of a file with a default scene only what that shows is read.
 //! The `gltf` crate reads and validates the document.
 //!
 //! glTF has Y up and metres; bodies face +Z. The mesh is taken as its nodes pose it, which is how programs show the
@@ -45,12 +46,13 @@ pub(super) fn parse(
         return Err(malformed(format!("{} nodes; expected at most {MOST_NODES}", document.nodes().len())));
     }
     let buffers = buffers(file, &document, blob.as_deref(), read)?;
-    let skinned: Vec<gltf::Node<'_>> =
-        document.nodes().filter(|node| node.mesh().is_some() && node.skin().is_some()).collect();
+    let (shown, hidden): (Vec<gltf::Node<'_>>, Vec<_>) = with_meshes(&document);
+    let (skinned, bare): (Vec<_>, Vec<_>) = shown.into_iter().partition(|node| node.skin().is_some());
     if skinned.is_empty() {
-        return Err(malformed(
-            "expected a node with a mesh and a skin, found none; export the mesh with its armature".to_owned(),
-        ));
+        let place = if document.default_scene().is_some() { " in its default scene" } else { "" };
+        return Err(malformed(format!(
+            "expected a node with a mesh and a skin{place}, found none; export the mesh with its armature"
+        )));
     }
     let joints = FigureJoints::of(&document, &skinned, &buffers).map_err(malformed)?;
     let mut mesh = SkinMesh {
@@ -61,7 +63,8 @@ pub(super) fn parse(
         landmarks: BTreeMap::new(),
         notes: joints.notes.clone(),
     };
-    mesh.notes.extend(left_out(&document));
+    mesh.notes.extend(left_out(&bare, "no joint moves them (they have no skin)"));
+    mesh.notes.extend(left_out(&hidden, "they are not in the default scene"));
     let mut weights: BTreeMap<String, BTreeMap<u32, f64>> = BTreeMap::new();
     for node in &skinned {
         let own = node.skin().and_then(|skin| joints.of_skins.get(&skin.index())).map_or(&[][..], Vec::as_slice);
@@ -95,12 +98,21 @@ fn names_of<'a>(nodes: impl Iterator<Item = &'a gltf::Node<'a>>) -> String {
     names.join(", ")
 }
 
-/// A note of meshes without a skin.
-fn left_out(document: &gltf::Document) -> Option<String> {
-    let bare: Vec<gltf::Node<'_>> =
-        document.nodes().filter(|node| node.mesh().is_some() && node.skin().is_none()).collect();
-    let names = names_of(bare.iter());
-    (!bare.is_empty()).then(|| format!("left out, for no joint moves them (they have no skin): {names}"))
+/// The nodes with meshes: those that the default scene shows, and the others. Without a default scene all are shown.
+fn with_meshes(document: &gltf::Document) -> (Vec<gltf::Node<'_>>, Vec<gltf::Node<'_>>) {
+    let mut is_shown = vec![document.default_scene().is_none(); document.nodes().len()];
+    let mut waiting: Vec<gltf::Node<'_>> = document.default_scene().into_iter().flat_map(|own| own.nodes()).collect();
+    while let Some(node) = waiting.pop() {
+        if !std::mem::replace(&mut is_shown[node.index()], true) {
+            waiting.extend(node.children());
+        }
+    }
+    document.nodes().filter(|node| node.mesh().is_some()).partition(|node| is_shown[node.index()])
+}
+
+/// A note of meshes that are left out, and why.
+fn left_out(nodes: &[gltf::Node<'_>], why: &str) -> Option<String> {
+    (!nodes.is_empty()).then(|| format!("left out, for {why}: {}", names_of(nodes.iter())))
 }
 
 /// The document, validated, and the binary chunk of a `.glb`.
@@ -345,6 +357,7 @@ impl FigureJoints {
                 let middle = self.origins.get("head").map_or(*top, |head| Point3::new(head.x, head.y, top.z));
                 landmarks.insert("head_top".to_owned(), middle);
             }
+            None if self.origins.contains_key("head") => {}
             None => missing.push("head".to_owned()),
         }
         if !missing.is_empty() {
@@ -355,7 +368,13 @@ impl FigureJoints {
                 missing.join(", ")
             ));
         }
-        let height = landmarks["head_top"].z - landmarks["left_ankle"].z.min(landmarks["right_ankle"].z);
+        let Some(crown) = landmarks.get("head_top") else {
+            return Err("its joint of the head is recognised, but no vertex has more than half of its weight there, so \
+                        where its crown is remains unknown; give the head its weights, or export the mesh as OBJ and name \
+                        its landmarks in a .toml"
+                .to_owned());
+        };
+        let height = crown.z - landmarks["left_ankle"].z.min(landmarks["right_ankle"].z);
         if !HEIGHTS.contains(&height) {
             return Err(format!(
                 "a body of {height:.3} m from ankle to crown along Y; expected {} to {}: glTF is metres with Y up",
@@ -561,6 +580,38 @@ mod tests {
         let dog = r#"{"name": "Dog", "mesh": 0, "skin": 1}, {"name": "Tail1"}, {"name": "Tail2"}, {"name": "Tail3"}"#;
         let found = message(&more(dog, r#"{"joints": [17, 18, 19]}"#), &buffer());
         assert!(found.contains("several skeletons: mesh 0 and, apart from them, mesh `Dog`;"), "{found}");
+    }
+
+    /// What a program hides, such as a second figure, was part of the skin.
+    #[test]
+    fn only_what_the_default_scene_shows_is_read_and_the_rest_is_told() {
+        let children = (0..16).map(|node| node.to_string()).collect::<Vec<_>>().join(",");
+        let nodes =
+            format!(r#"{{"name": "Armature", "children": [{children}]}}, {{"name": "Copy", "mesh": 0, "skin": 0}}"#);
+        let all = more(&nodes, "");
+        let vertices = |text: &str| {
+            let mesh = parse("a.gltf", text.as_bytes(), &|_| Ok(buffer())).unwrap();
+            (mesh.vertices.len(), mesh.notes)
+        };
+        assert_eq!(vertices(&all), (6, Vec::new()));
+        let scene =
+            |key: &str| all.replacen("\"skins\"", &format!(r#"{key}"scenes": [{{"nodes": [16]}}], "skins""#), 1);
+        assert_eq!(vertices(&scene("")), (6, Vec::new()), "no scene is the default");
+        let note = "left out, for they are not in the default scene: mesh `Copy`".to_owned();
+        assert_eq!(vertices(&scene(r#""scene": 0, "#)), (3, vec![note]));
+        let empty = scene(r#""scene": 0, "#).replace("[16]", "[1]");
+        assert!(message(&empty, &buffer()).contains("a skin in its default scene, found none"));
+    }
+
+    /// It was said that no joint is the head's.
+    #[test]
+    fn a_head_that_holds_no_vertex_is_told_to_do_so() {
+        let mut of_hips = buffer();
+        for vertex in 0..3 {
+            of_hips[36 + 4 * vertex] = 0;
+        }
+        let found = message(&text("b.bin", 96), &of_hips);
+        assert!(found.contains("joint of the head is recognised, but no vertex"), "{found}");
     }
 
     #[test]

@@ -106,23 +106,35 @@ const OWN_LIMBS: [&str; 4] = ["upper_arm", "forearm", "thigh", "shank"];
 /// The links of a body's segments.
 struct SegmentLinks<'a> {
     body: &'a Humanoid,
-    /// Of a robot with other names.
+    /// Whether its limbs are named as those of the robots that ship.
+    has_own_limbs: bool,
+    /// Of a robot with other names, or with another trunk.
     recognised: Option<BTreeMap<String, usize>>,
 }
 
 impl<'a> SegmentLinks<'a> {
     fn new(body: &'a Humanoid) -> Self {
         let has = |part: &str| ["left", "right"].iter().all(|side| body.find_link(&format!("{side}_{part}")).is_some());
-        Self { body, recognised: (!OWN_LIMBS.into_iter().all(has)).then(|| links_of_segments(body)) }
+        let has_own_limbs = OWN_LIMBS.into_iter().all(has);
+        let links = || Some(links_of_segments(body)).filter(|links| !has_own_limbs || has_other_trunk(body, links));
+        let is_like_actor = has_own_limbs && body.find_link("thorax").is_some();
+        Self { body, has_own_limbs, recognised: if is_like_actor { None } else { links() } }
     }
 
     /// The link of that name, the one that is recognised as the segment, or the one that carries it.
     fn link_of(&self, name: &str) -> Option<usize> {
-        let recognised = || self.recognised.as_ref().and_then(|links| links.get(name).copied());
+        // most of a trunk of one piece is the chest
+        let segment = if name == "torso" { "thorax" } else { name };
+        let recognised = || self.recognised.as_ref().and_then(|links| links.get(segment).copied());
         let own = self.body.find_link(name).or_else(recognised).or_else(|| carrier(self.body, name));
         // what ships has its pelvis at the root; of other robots that is not known
-        own.or_else(|| (self.recognised.is_none() && is_of_trunk(name)).then_some(0))
+        own.or_else(|| (self.has_own_limbs && is_of_trunk(name)).then_some(0))
     }
+}
+
+/// Whether a link that is not the root carries the thorax, under another name: `chest`.
+fn has_other_trunk(body: &Humanoid, links: &BTreeMap<String, usize>) -> bool {
+    body.find_link("thorax").is_none() && links.get("thorax").is_some_and(|link| *link != 0)
 }
 
 /// The link that carries a segment without a link of its own.
@@ -170,6 +182,40 @@ mod tests {
         assert_eq!(on_tracker("head"), "head");
         assert_eq!(on_tracker("abdomen"), on_tracker("pelvis"));
         assert_eq!(link_of(&actor, "tail"), None);
+    }
+
+    /// Every segment that weights may name, with the links that carry it on the robots that ship. The trunk of
+    /// `tracker40` was given to its pelvis.
+    #[test]
+    fn every_segment_has_the_link_that_moves_it_on_the_robots_that_ship() {
+        let (actor, tracker25, tracker40) =
+            ["actor", "tracker25", "tracker40"].map(|robot| shipped(robot).unwrap()).into();
+        for (segment, of_actor, of_25, of_40) in [
+            ("pelvis", "pelvis", "pelvis", "pelvis"),
+            ("torso", "pelvis", "pelvis", "chest"),
+            ("abdomen", "abdomen", "pelvis", "chest"),
+            ("thorax", "thorax", "pelvis", "chest"),
+            ("neck", "neck", "pelvis", "chest"),
+            ("head", "head", "head", "head"),
+            ("_clavicle", "_clavicle", "pelvis", "_clavicle"),
+            ("_upper_arm", "_upper_arm", "_upper_arm", "_upper_arm"),
+            ("_forearm", "_forearm", "_forearm", "_forearm"),
+            ("_hand", "_hand", "_forearm", "_hand"),
+            ("_thigh", "_thigh", "_thigh", "_thigh"),
+            ("_shank", "_shank", "_shank", "_shank"),
+            ("_foot", "_foot", "_shank", "_foot"),
+            ("_toes", "_toes", "_shank", "_foot"),
+        ] {
+            for side in ["left", "right"] {
+                let of_side =
+                    |name: &str| if name.starts_with('_') { format!("{side}{name}") } else { name.to_owned() };
+                for (body, expected) in [(&actor, of_actor), (&tracker25, of_25), (&tracker40, of_40)] {
+                    let found = link_of(body, &of_side(segment)).map(|link| body.links[link].name.as_str());
+                    let expected = of_side(expected);
+                    assert_eq!(found, Some(expected.as_str()), "{} on {}", of_side(segment), body.name);
+                }
+            }
+        }
     }
 
     /// The thorax of a robot with other names was given to its root.

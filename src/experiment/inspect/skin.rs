@@ -99,7 +99,7 @@ impl SkinSummary {
             soles_below_solids_mm: 1000.0 * (lowest(bare) - lowest(body)),
             litres: held.map(|(volume, _)| 1000.0 * volume),
             centre_from_links_mm: centre.map(|centre| (1000.0 * centre).into()),
-            notes: mesh.notes.clone(),
+            notes: body.notes.iter().skip(bare.notes.len()).chain(&mesh.notes).cloned().collect(),
         }
     }
 }

@@ -26,6 +26,8 @@ const TRUNK: [&str; 12] =
 pub(super) struct Placed {
     pub(super) frames: Vec<BTreeMap<String, Point3<f64>>>,
     pub(super) notes: Vec<String>,
+    /// Points that are left out for they are seldom seen, in words.
+    pub(super) seldom: Vec<String>,
 }
 
 impl Placed {
@@ -66,7 +68,8 @@ impl Placed {
             let turned = |place: &mut Option<Point3<f64>>| *place = place.map(|p| Point3::new(p.x, -p.z, p.y));
             tracks.values_mut().flatten().for_each(turned);
         }
-        Ok(Self { frames: without_gaps(&tracks, &points, options, &mut notes), notes })
+        let (frames, seldom) = without_gaps(&tracks, &points, options, &mut notes);
+        Ok(Self { frames, notes, seldom })
     }
 }
 
@@ -126,13 +129,13 @@ fn rise(tracks: &BTreeMap<&String, Track>) -> Vector3<f64> {
     high - low
 }
 
-/// Points of every frame, with what was filled in told.
+/// Points of every frame, with what was filled in told, and what is left out.
 fn without_gaps(
     tracks: &BTreeMap<&String, Track>,
     points: &PointFile,
     options: &ReadOptions,
     notes: &mut Vec<String>,
-) -> Vec<BTreeMap<String, Point3<f64>>> {
+) -> (Vec<BTreeMap<String, Point3<f64>>>, Vec<String>) {
     let count = points.frames.len();
     let rate = options.frames_per_second.or(points.frames_per_second).unwrap_or(1.0);
     let still = vec![Vector3::zeros(); count];
@@ -145,11 +148,12 @@ fn without_gaps(
         .map(|frame| trunk.iter().map(|own| own[frame].coords).sum::<Vector3<f64>>() / trunk.len().max(1) as f64)
         .collect();
     let mut frames = vec![BTreeMap::new(); count];
-    let (mut gaps, mut guesses) = (Vec::new(), Vec::new());
+    let (mut gaps, mut guesses, mut seldom) = (Vec::new(), Vec::new(), Vec::new());
     for (name, track) in tracks {
         let lost = missing(track);
         if !is_seen(track, count) {
             notes.push(format!("{name} is not seen in {} of {count} frames: left out", lost.frames));
+            seldom.push(format!("`{name}` is seen in {} of {count} frames", count - lost.frames));
             continue;
         }
         if lost.frames > 0 {
@@ -167,7 +171,7 @@ fn without_gaps(
         let detail = guesses.join(", ");
         notes.push(format!("gaps of more than {LONG_GAP} s, where the interpolation is a guess: {detail}"));
     }
-    frames
+    (frames, seldom)
 }
 
 fn is_seen(track: &Track, count: usize) -> bool {
@@ -228,5 +232,38 @@ mod tests {
         assert!(height.abs() < 0.1 && notes.contains("up axis: Y"), "{height} {notes}");
         let (height, notes) = read(&file(|[x, y, z]| [-y, x + 0.1, z + 2.0]), Some(UpAxis::Z));
         assert!(height > 0.4 && !notes.contains("up axis"), "{height} {notes}");
+    }
+
+    /// The reason was in a note, which an error does not show.
+    #[test]
+    fn a_point_that_is_seldom_seen_is_told_where_it_is_needed() {
+        let text = file(|place| place);
+        let without_knee = text.lines().last().unwrap().replace("\t0.02\t0.09\t0.5", "\t\t\t");
+        let text = format!("{text}{without_knee}\n{without_knee}\n{without_knee}\n");
+        let told = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap_err().to_string();
+        assert!(told.contains("`left_knee` is seen in 2 of 5 frames, expected at least half;"), "{told}");
+        assert!(told.contains("do not tell left_knee (frame 1"), "{told}");
+    }
+
+    /// The message had words in place of a key of `marker_map`.
+    #[test]
+    fn a_flat_trunk_has_a_message_of_its_own() {
+        let text = file(|[x, _, z]| [x, 0.0, z]);
+        let told = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap_err().to_string();
+        assert!(told.contains("lie on one line in frame 1 (from 1)") && !told.contains("marker_map"), "{told}");
+    }
+
+    /// Missing points are often written as zeros.
+    #[test]
+    fn points_at_zero_are_interpolated_and_counted() {
+        let text = file(|place| place);
+        let last = text.lines().last().unwrap();
+        let text = format!("{text}{}\n{last}\n", last.replace("\t0.02\t0.09\t0.5", "\t0\t0\t0"));
+        let clip = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap();
+        let knee = clip.skeleton.joints.iter().position(|joint| joint.name == "left_knee").unwrap();
+        let [seen, filled] = [1, 2].map(|frame| clip.joint_positions(frame)[knee]);
+        assert!((seen - filled).norm() < 1e-9, "{seen} {filled}");
+        let notes = clip.notes.join("; ");
+        assert!(notes.contains("exactly 0, 0, 0: 1 points") && notes.contains("left_knee 1"), "{notes}");
     }
 }

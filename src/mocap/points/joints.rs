@@ -48,7 +48,10 @@ pub(in crate::mocap) fn clip_of(file: &str, points: PointFile, options: &ReadOpt
     let mut placed = Placed::of(file, points, &known, options)?;
     let (mut worlds, mut tips) = (Vec::new(), [Vector3::zeros(); 3]);
     for (index, frame) in placed.frames.iter().enumerate() {
-        let found = skeleton_in(&MarkerFrame(frame)).map_err(|lacking| lacks(file, &lacking, index, &unknown))?;
+        let found = skeleton_in(&MarkerFrame(frame)).map_err(|lacking| match lacking {
+            Lacking::Points(names) => lacks(file, &names, index, &placed.seldom, &unknown),
+            Lacking::Volume => malformed(file, flat(index)),
+        })?;
         let ends = [(HEAD, found.head_top), (ANKLES[0], found.toes[0]), (ANKLES[1], found.toes[1])];
         for (tip, (joint, end)) in tips.iter_mut().zip(ends) {
             let own = end.map_or(Vector3::zeros(), |end| found.joints[joint].inverse_transform_point(&end).coords);
@@ -91,11 +94,19 @@ struct PlacedJoints {
     toes: [Option<Point3<f64>>; 2],
 }
 
+/// Why a frame is no body.
+enum Lacking {
+    /// These cannot be placed.
+    Points(Vec<String>),
+    /// The points of pelvis, chest or head lie on a line.
+    Volume,
+}
+
 /// World from joint of all joints, in the order of [`JOINTS`].
 ///
 /// # Errors
 /// What cannot be placed.
-fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Vec<String>> {
+fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Lacking> {
     let mut lacking = Vec::new();
     let mut need = |name: &str, place: Option<Point3<f64>>| {
         if place.is_none() {
@@ -120,11 +131,11 @@ fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Vec<String>> {
         }
     }
     if !lacking.is_empty() {
-        return Err(lacking);
+        return Err(Lacking::Points(lacking));
     }
     let turns = (frame.pelvis(), frame.thorax(), frame.head());
     let (Some(pelvis), Some(chest), Some(head)) = turns else {
-        return Err(vec!["a trunk that is not flat".to_owned()]);
+        return Err(Lacking::Volume);
     };
     let at = |place: Point3<f64>, turn: UnitQuaternion<f64>| Isometry3::from_parts(place.coords.into(), turn);
     let bone = |upper: &str, lower: &str, side: usize, left: UnitQuaternion<f64>| {
@@ -150,11 +161,15 @@ fn skeleton_in(frame: &MarkerFrame<'_>) -> Result<PlacedJoints, Vec<String>> {
     Ok(PlacedJoints { joints, head_top: Some(head_top), toes: SIDES.map(|side| frame.toes(side)) })
 }
 
-/// Points that are no body.
-fn lacks(file: &str, lacking: &[String], frame: usize, unknown: &[String]) -> MocapError {
+/// Points that are no body; `seldom` tells those that are left out.
+fn lacks(file: &str, lacking: &[String], frame: usize, seldom: &[String], unknown: &[String]) -> MocapError {
     let unknown = if unknown.is_empty() { "none".to_owned() } else { listed(unknown) };
+    let why = match seldom.is_empty() {
+        true => String::new(),
+        false => format!("{}, expected at least half; ", listed(seldom)),
+    };
     let detail = format!(
-        "its points do not tell {} (frame {}, from 1); expected the markers of Plug-in Gait or CMU, or joint centres; \
+        "its points do not tell {} (frame {}, from 1); {why}expected the markers of Plug-in Gait or CMU, or joint centres; \
          name them in `marker_map` of `[motion]`, as {} = \"LABEL\" or \"LABEL+LABEL\" for the middle; points that are not \
          known: {unknown}",
         lacking.join(", "),
@@ -162,4 +177,14 @@ fn lacks(file: &str, lacking: &[String], frame: usize, unknown: &[String]) -> Mo
         lacking.first().map_or("left_hip", String::as_str),
     );
     malformed(file, detail)
+}
+
+/// Points on one line, which do not tell how a body is turned.
+fn flat(frame: usize) -> String {
+    format!(
+        "the points of its pelvis, chest or head lie on one line in frame {} (from 1), so they do not tell how the body is \
+         turned: expected left and right hip, left and right shoulder, neck and crown at places of their own; mend the \
+         file there",
+        frame + 1
+    )
 }

@@ -44,6 +44,7 @@ pub(super) fn malformed(file: &str, detail: impl Into<String>) -> MocapError {
 pub fn parse_markers(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
     options.check()?;
     let is_text = file.len() >= 4 && file.as_bytes()[file.len() - 4..].eq_ignore_ascii_case(b".trc");
-    let points = if is_text { trc::parse(&String::from_utf8_lossy(bytes)) } else { c3d::parse(bytes) };
+    let of_text = || trc::parse(&String::from_utf8_lossy(bytes)).map(trc::without_zeros);
+    let points = if is_text { of_text() } else { c3d::parse(bytes) };
     joints::clip_of(file, points.map_err(|detail| malformed(file, detail))?, options)
 }

@@ -10,6 +10,7 @@ use crate::mocap::UpAxis;
 /// # Errors
 /// What was expected, with the line.
 pub(crate) fn parse(text: &str) -> Result<PointFile, String> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim_end_matches('\r')));
     let mut line = |what: &str| lines.next().ok_or_else(|| format!("it ends before {what}"));
     let (_, kind) = line("its first line")?;
@@ -29,6 +30,7 @@ pub(crate) fn parse(text: &str) -> Result<PointFile, String> {
         "mm" => 0.001,
         other => return Err(format!("line {at}: Units: expected m, cm or mm, found {:?}", excerpt(other))),
     };
+    let counts = ["NumFrames", "NumMarkers"].map(|name| (name, fact(name).and_then(|count| count.parse().ok())));
     let (_, header) = line("the names of its markers")?;
     // names stand at every third column; the cells between are empty
     let names: Vec<String> =
@@ -37,6 +39,8 @@ pub(crate) fn parse(text: &str) -> Result<PointFile, String> {
         return Err("line 4: expected Frame#, Time and names of markers, divided by tabs".to_owned());
     }
     line("the names of its coordinates")?;
+    let [of_frames, of_markers] = counts.map(|(name, said)| HeaderCount { line: at, name, said });
+    of_markers.check("names of markers", names.len())?;
     let mut frames = Vec::new();
     for (at, row) in lines.filter(|(_, row)| !row.trim().is_empty()) {
         if (frames.len() + 1).saturating_mul(names.len()) > MOST_POINTS {
@@ -44,6 +48,7 @@ pub(crate) fn parse(text: &str) -> Result<PointFile, String> {
         }
         frames.push(frame(at, row, &names)?);
     }
+    of_frames.check("rows", frames.len())?;
     Ok(PointFile {
         names,
         frames_per_second: Some(rate),
@@ -53,6 +58,41 @@ pub(crate) fn parse(text: &str) -> Result<PointFile, String> {
         frames,
         notes: Vec::new(),
     })
+}
+
+/// A number that the header says.
+struct HeaderCount {
+    line: usize,
+    name: &'static str,
+    said: Option<usize>,
+}
+
+impl HeaderCount {
+    /// Refuses another number than that of the header; one that is absent is not compared.
+    fn check(&self, what: &str, found: usize) -> Result<(), String> {
+        let Self { line, name, said } = self;
+        match said {
+            Some(said) if *said != found => Err(format!(
+                "line {line}: {name}: expected {said} {what}, as it says, found {found}: it is cut off, or was edited; \
+                 export it again, or correct {name}"
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Takes points that are exactly at the origin for missing, as many programs write those; a note how many. For
+/// recordings: estimates of poses may have their root there in every frame.
+pub(super) fn without_zeros(mut points: PointFile) -> PointFile {
+    let mut zeros = 0;
+    for point in points.frames.iter_mut().flatten().filter(|point| **point == Some([0.0; 3])) {
+        *point = None;
+        zeros += 1;
+    }
+    if zeros > 0 {
+        points.notes.push(format!("taken for missing, for they are exactly 0, 0, 0: {zeros} points of all frames"));
+    }
+    points
 }
 
 /// Frame number, time, and three numbers a marker; empty where a marker is missing.
@@ -97,6 +137,15 @@ mod tests {
     }
 
     #[test]
+    fn points_at_zero_are_missing_and_a_byte_order_mark_is_skipped() {
+        let text = format!("\u{feff}{}", FILE.replace("\t1\t2\t3", "\t0\t0.0\t-0"));
+        let found = without_zeros(parse(&text).unwrap());
+        assert_eq!(found.frames[0], [None, Some([4.0, 5.0, 6.0])]);
+        assert_eq!(found.notes, ["taken for missing, for they are exactly 0, 0, 0: 1 points of all frames"]);
+        assert_eq!(without_zeros(parse(FILE).unwrap()).notes, Vec::<String>::new());
+    }
+
+    #[test]
     fn mistakes_are_told_with_their_line() {
         for (text, part) in [
             (FILE.replace("PathFileType", "Type"), "line 1"),
@@ -104,6 +153,11 @@ mod tests {
             (FILE.replace("\n60\t", "\nfast\t"), "DataRate"),
             (FILE.replace("1\t2\t3", "1\ttwo\t3"), "line 7: pelvis: expected a number, found \"two\""),
             (FILE.replace("1\t2\t3", "1\t\t3"), "three numbers or none"),
+            (FILE.replace("60\t60\t2\t2", "60\t60\t9\t2"), "line 3: NumFrames: expected 9 rows, as it says, found 2"),
+            (
+                FILE.replace("60\t60\t2\t2", "60\t60\t2\t3"),
+                "NumMarkers: expected 3 names of markers, as it says, found 2",
+            ),
             ("PathFileType\n".to_owned(), "ends before"),
         ] {
             let told = parse(&text).unwrap_err();
