@@ -20,7 +20,8 @@ use crate::mocap::UpAxis;
 ///
 /// CSV has columns as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are HumanEva's
 /// markers, joints or links of the set's body, or are mapped by --joint-map: a TOML file with lines as "LKnee" =
-/// "left_knee". Frames that a CSV file with frame numbers leaves out are lost.
+/// "left_knee"; names that it leaves out count as they are. In BVH files joints go before the markers that lie on them.
+/// Frames that a CSV file with frame numbers leaves out are lost.
 ///
 /// Units and axes are metres, Z up, unless the file or --units and --up declare others; TRC declares its units and is Y
 /// up. With Y up the set's x, y and z are the file's x, -z and y. A body of an impossible size is refused: its units

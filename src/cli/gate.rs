@@ -130,10 +130,17 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let mut outcome = gate_run(&arguments.run, &baseline, &rules)?;
     if let Some(count) = arguments.add_seeds.filter(|_| outcome.verdict == GateVerdict::Inconclusive) {
         let progress = Progress::new(volume);
-        let written = add_seeds(&arguments.run, count, from, &progress)?;
+        let written = add_seeds(&arguments.run, count, from, &progress);
         drop(progress);
-        written.iter().for_each(|folder| volume.written(folder));
-        outcome = gate_run(&arguments.run, &baseline, &rules)?;
+        match written {
+            Ok(written) => {
+                written.iter().for_each(|folder| volume.written(folder));
+                outcome = gate_run(&arguments.run, &baseline, &rules)?;
+            }
+            // what was found stands where no seeds can be added
+            Err(refusal @ ExperimentError::Argument { .. }) => outcome.notes.push(refusal.to_string()),
+            Err(error) => return Err(error.into()),
+        }
     }
     let run = arguments.run.display().to_string();
     let inconclusive = arguments.inconclusive.counted();

@@ -166,14 +166,14 @@ fn run_program(
         .map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     volume.written(out);
-    let answered = record.answers.poses + record.answers.lost > 0;
+    let answered = record.answers.poses > 0;
     if arguments.output.json {
         output::print_json(&record)?;
     } else {
         output::print(&told(&record, seeds.len(), out))?;
         output::print(&match answered {
             true => arguments.how_to_measure(out),
-            false => "  no frame was answered, so there is nothing to measure: try --dry-run".to_owned(),
+            false => "  no frame was answered with a pose, so there is nothing to measure: try --dry-run".to_owned(),
         })?;
     }
     Ok(ExitCode::from(u8::from(!answered)))

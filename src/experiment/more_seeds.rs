@@ -80,7 +80,8 @@ fn further_seeds(clip: &MeasuredClip, count: u64) -> Vec<u64> {
 /// Tracks and measures so many further seeds of every run at a path, into a folder `seeds-FIRST-LAST` in the run's own.
 ///
 /// # Errors
-/// [`ExperimentError`] if a run's set is neither there nor made again by its scenario, or tracking fails.
+/// [`ExperimentError::Argument`] if skiagraph did not track a run, or its set has to be named; [`ExperimentError`] if its
+/// scenario draws another set, or tracking fails.
 pub fn add_seeds(
     path: &Path,
     count: u32,
@@ -88,6 +89,12 @@ pub fn add_seeds(
     watch: &dyn Watch,
 ) -> Result<Vec<PathBuf>, ExperimentError> {
     let folders = run_folders(path);
+    // all or none: not some of the runs before one that has to be run by hand
+    for folder in &folders {
+        for clip in read_runs(folder)?.clips.values() {
+            recorded(folder, &further_seeds(clip, u64::from(count)))?;
+        }
+    }
     let mut written = Vec::new();
     for folder in &folders {
         let runs = read_runs(folder)?;

@@ -202,7 +202,7 @@ pub fn evaluate_run(
         check_angles(&tracked.estimates, declared.radians_per_unit).map_err(malformed)?;
     }
     if !is_tracked {
-        check_scale(&whole.blind, &tracked.estimates).map_err(malformed)?;
+        check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit).map_err(malformed)?;
     }
     check_sources(&whole, &tracked, run, watch)?;
     if is_ours && out.is_none() {

@@ -59,12 +59,13 @@ fn further_by_hand(folder: &Path, more: usize) -> String {
     let clips = read_runs(folder).map(|runs| runs.clips).unwrap_or_default();
     let last = clips.values().flat_map(|clip| &clip.seeds).max().copied();
     let first = last.map_or(0, |last| last.saturating_add(1));
-    by_hand(folder, &(first..first.saturating_add(more as u64)).collect::<Vec<_>>())
+    let seeds: Vec<u64> = (first..first.saturating_add(more as u64)).collect();
+    format!("--add-seeds {}", by_hand(folder, &seeds))
 }
 
 /// How such seeds of a run that skiagraph did not track are made.
 pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
-    let cannot = format!("--add-seeds cannot run what made {}", folder.display());
+    let cannot = format!("cannot run what made {}", folder.display());
     let record = input::read(&folder.join(EXTERNAL_FILE), limits::RECORD).ok();
     let record = record.and_then(|bytes| serde_json::from_slice::<ExternalRecord>(&bytes).ok());
     let Some(record) = record else {
@@ -166,7 +167,7 @@ mod tests {
     #[test]
     fn estimates_of_nobody_known_are_made_again_by_who_made_them() {
         let words = by_hand(Path::new("theirs"), &[5, 6]);
-        assert!(words.starts_with("--add-seeds cannot run what made theirs; run your tracker"), "{words}");
+        assert!(words.starts_with("cannot run what made theirs; run your tracker"), "{words}");
         assert!(words.contains("seeds 5 to 6"), "{words}");
     }
 }

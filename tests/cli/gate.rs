@@ -102,6 +102,33 @@ fn seeds_of_the_baseline_that_a_run_lacks_are_run_before_the_gate_judges() {
 }
 
 #[test]
+fn an_inconclusive_gate_stands_where_seeds_cannot_be_added() {
+    let room = room();
+    room.succeed("render tiny.toml --out set");
+    room.succeed("run tiny.toml --seeds 5 particles=11 --out other");
+    for run in ["run", "other"] {
+        room.write(&format!("{run}.npz"), room.read(&format!("{run}/poses.npz")));
+        room.succeed(&format!("evaluate set {run}.npz --out their-{run}"));
+        room.succeed(&format!("baseline save their-{run} their-{run}"));
+    }
+    let error = |run: &str| {
+        let record: Value = serde_json::from_slice(&room.read(&format!("their-{run}/run.json"))).unwrap();
+        record["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap()
+    };
+    let (better, worse) = if error("run") < error("other") { ("run", "other") } else { ("other", "run") };
+    let margin = error(worse) - error(better);
+    let command = format!("gate their-{worse} --baseline their-{better} --margin {margin}mm --add-seeds 2 --json");
+    let answer = room.skiagraph(format!("{command} --junit gate.xml").split_whitespace());
+    assert_eq!(answer.code, 3, "{}{}", answer.stdout, answer.stderr);
+    let json: Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert_eq!(json["verdict"], "inconclusive");
+    let notes: Vec<&str> = json["notes"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    let words = format!("--add-seeds: cannot run what made their-{worse}");
+    assert!(notes.iter().any(|note| note.starts_with(&words)), "{notes:?}");
+    assert!(room.path("gate.xml").exists());
+}
+
+#[test]
 fn baselines_are_listed_and_shown_and_what_does_not_fit_is_refused() {
     let room = room();
     assert!(room.succeed("baseline list").stdout.contains("tiny (seeds 0 to 4), annealed_particle_filter"));

@@ -119,6 +119,30 @@ fn the_bvh_that_is_exported_comes_back_as_the_truth() {
 }
 
 #[test]
+fn the_bvh_that_is_exported_is_measured_against_a_body_of_other_links() {
+    let (room, _) = room();
+    room.succeed("export set --to bvh --out bvh");
+    let found = error(&room, "--poses bvh/actor.bvh");
+    assert!(found < 30.0, "joints of the same names lie near each other: {found} mm");
+}
+
+#[test]
+fn units_that_are_declared_as_others_are_refused_and_named() {
+    let (room, truth) = room();
+    for (unit, per_metre) in [("cm", 100.0), ("mm", 1000.0), ("in", 1.0 / 0.0254)] {
+        room.write(&format!("{unit}.csv"), csv(&truth, &names(), |place| place.map(|v| per_metre * v)));
+    }
+    for (is, declared) in [("cm", "mm"), ("cm", "in"), ("mm", "cm"), ("mm", "in"), ("in", "cm"), ("in", "mm")] {
+        let file = format!("{is}.csv");
+        let refused = room.skiagraph(["evaluate", "set", "--poses", &file, "--units", declared]);
+        let words = format!("say --units {is}");
+        assert!(refused.code == 2 && refused.stderr.contains(&words), "{is} as {declared}: {}", refused.stderr);
+    }
+    assert!(error(&room, "--poses in.csv --units in") < 1e-6);
+    assert!(error(&room, "--poses cm.csv --units cm") < 1e-6);
+}
+
+#[test]
 fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     let (room, truth) = room();
     let refused = |arguments: &str, parts: &[&str]| {

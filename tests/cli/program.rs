@@ -148,6 +148,22 @@ fn a_program_that_never_works_is_an_error_and_floods_take_no_memory() {
     assert!(refused.code == 2 && refused.stderr.contains("holds no estimate"), "{}", refused.stderr);
 }
 
+/// A program that answers `lost` to every frame.
+#[cfg(unix)]
+const LOSES: &str = "read -r hello; echo '{\"type\":\"ready\"}'; n=0; while read -r told; do \
+                     echo \"{\\\"type\\\":\\\"lost\\\",\\\"frame\\\":$n}\"; n=$((n + 1)); done";
+
+#[cfg(unix)]
+#[test]
+fn a_program_that_is_lost_in_every_frame_leaves_nothing_to_measure() {
+    let room = room();
+    let answer = room.skiagraph(["track", "set", "--exec", LOSES, "--out", "run"]);
+    assert!(answer.stdout.contains("0 frames with a pose, 5 lost, 0 failed"), "{}{}", answer.stdout, answer.stderr);
+    assert!(answer.code == 1 && answer.stdout.contains("no frame was answered with a pose"), "{}", answer.stdout);
+    let json = room.skiagraph(["track", "set", "--exec", LOSES, "--out", "run", "--json"]);
+    assert_eq!(json.code, 1);
+}
+
 #[cfg(unix)]
 #[test]
 fn late_answers_are_passed_over_and_an_endless_stream_of_old_ones_ends() {
@@ -160,7 +176,9 @@ fn late_answers_are_passed_over_and_an_endless_stream_of_old_ones_ends() {
     let found = record(&room, "sh late.sh", &[]);
     assert_eq!(found["answers"], serde_json::json!({"poses": 4, "lost": 0, "failed": 1}), "{found}");
     let flood = "read -r hello; echo '{\"type\":\"ready\"}'; read -r frame; yes '{\"type\":\"lost\",\"frame\":0}'";
-    let found = record(&room, flood, &["--restarts", "0"]);
+    let answer = room.skiagraph(["track", "set", "--exec", flood, "--out", "flooded", "--restarts", "0"]);
+    assert!(answer.code == 1 && answer.stdout.contains("no frame was answered with a pose"), "{}", answer.stdout);
+    let found: Value = serde_json::from_slice(&room.read("flooded/program.json")).unwrap();
     assert_eq!(found["answers"]["lost"], 1, "{found}");
     assert_eq!(found["answers"]["failed"], 4, "{found}");
     assert!(found["incidents"][0]["what"].as_str().unwrap().contains("a thousand earlier frames"), "{found}");

@@ -11,7 +11,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::evaluation::interval::{IntervalRule, ValueRange, are_equal, mean_interval};
+use crate::evaluation::interval::{FEWEST_RUNS, IntervalRule, ValueRange, are_equal, mean_interval};
 use crate::evaluation::statistics::variance;
 use crate::evaluation::student::{freedom_of_mean, mean_of_means};
 use crate::evaluation::{Interval, change, mean};
@@ -154,6 +154,10 @@ fn difference_of(clips: &[ClipValues], pairs: Option<Vec<Vec<f64>>>) -> Option<D
     if unchanged || (several && alike) {
         return Some(Difference { rule: DifferenceRule::Exact, ..nothing });
     }
+    // both sides together may have three runs where neither has
+    if pairs.is_none() && nothing.runs.iter().any(|runs| *runs < FEWEST_RUNS) {
+        return Some(nothing);
+    }
     Some(strata.completed(nothing, pairs.is_some()))
 }
 
@@ -241,6 +245,19 @@ mod tests {
         let Interval { low, high } = found.ci95.unwrap();
         assert!((low - (3.0 - half)).abs() < 1e-5 && (high - (3.0 + half)).abs() < 1e-5, "{low} {high}");
         assert!((found.p.unwrap() - 0.002_571).abs() < 1e-6, "{:?}", found.p);
+    }
+
+    #[test]
+    fn two_runs_a_side_have_no_unpaired_interval() {
+        let of = |base: &[f64], other: &[f64]| difference(&[clip(base, other, 100)]).unwrap();
+        for few in [of(&[1.0, 2.0], &[5.0, 7.0]), of(&[1.0, 2.0, 4.0], &[5.0, 7.0])] {
+            assert_eq!((few.rule, few.ci95, few.p), (DifferenceRule::TooFew, None, None));
+        }
+        assert_eq!(of(&[1.0, 2.0, 4.0], &[5.0, 7.0, 8.0]).rule, DifferenceRule::Welch);
+        let two_clips = [clip(&[1.0, 2.0], &[5.0, 7.0], 100), clip(&[3.0, 2.0], &[5.0, 8.0], 100)];
+        assert_eq!(difference(&two_clips).unwrap().rule, DifferenceRule::Welch, "four runs a side");
+        let same_sets = independent_difference(&[clip(&[1.0, 2.0], &[5.0, 7.0], 0)]).unwrap();
+        assert_eq!(same_sets.rule, DifferenceRule::TooFew);
     }
 
     /// Welch's own statistic by hand: means 2 and 6, variances 1 and 4, n = 3 and 5: se^2 = 1/3 + 4/5,

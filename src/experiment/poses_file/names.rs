@@ -34,21 +34,24 @@ pub(super) fn read_map(path: &Path) -> Result<BTreeMap<String, String>, Experime
     })
 }
 
-/// The columns of a file. Without a map a name counts as ours whatever its case and whatever divides its words. A
-/// link's name stands for the joint that carries it: joints of BVH files often have the names of the bones.
+/// A column by what it is here.
+struct NamedColumn {
+    column: usize,
+    kind: NameKind,
+    known: String,
+    /// Whether the map says so.
+    is_mapped: bool,
+}
+
+/// The columns of a file. A name that the map has not counts as ours whatever its case and whatever divides its words.
+/// A link's name stands for the joint that carries it: joints of BVH files often have the names of the bones. What the
+/// map says of a marker goes before all else, and in files of bones a joint before a marker.
 pub(super) fn columns(
     names: &[String],
     map: Option<&BTreeMap<String, String>>,
     body: &Humanoid,
     first: NameKind,
 ) -> Result<NamedColumns, String> {
-    let markers = LANDMARKS.map(|landmark| landmark.name());
-    let joints: Vec<&str> = body.joints.iter().map(|joint| joint.name.as_str()).collect();
-    // the root link has no joint, and every other link the joint before it
-    let links: Vec<(&str, &str)> =
-        body.links.iter().skip(1).map(|link| link.name.as_str()).zip(joints.iter().copied()).collect();
-    let mut found = NamedColumns::default();
-    let mut left_out = Vec::new();
     if let Some((theirs, _)) = map.into_iter().flatten().find(|(theirs, _)| !names.contains(theirs)) {
         return Err(format!(
             "the joint map names {:?}, which the file has not; it has {}",
@@ -56,46 +59,86 @@ pub(super) fn columns(
             listed(names)
         ));
     }
+    let mut known = Vec::new();
     for (column, name) in names.iter().enumerate() {
-        let ours = match map {
-            Some(map) => map.get(name).map(String::as_str),
-            None => Some(name.as_str()),
-        };
-        let Some(ours) = ours else {
-            left_out.push(name.clone());
-            continue;
-        };
-        let is = |known: &&&str| plain(known) == plain(ours);
-        let of_link = || links.iter().find(|(link, _)| plain(link) == plain(ours)).map(|(_, joint)| joint);
-        let (kind, known) = match (markers.iter().find(is), joints.iter().find(is).or_else(of_link)) {
-            (Some(_), Some(joint)) if first == NameKind::Joint => (&mut found.joints, *joint),
-            (Some(marker), _) => (&mut found.markers, *marker),
-            (None, Some(joint)) => (&mut found.joints, *joint),
-            (None, None) if map.is_some() => {
+        let mapped = map.and_then(|map| map.get(name));
+        match (known_as(mapped.unwrap_or(name), body, first), mapped) {
+            (Some((kind, known_as)), _) => {
+                known.push(NamedColumn { column, kind, known: known_as.to_owned(), is_mapped: mapped.is_some() });
+            }
+            (None, Some(ours)) => {
                 return Err(format!(
                     "the joint map gives {:?}, which is neither a marker nor a joint nor a link here",
                     excerpt(ours)
                 ));
             }
-            (None, None) => {
-                left_out.push(name.clone());
-                continue;
-            }
-        };
-        if kind.iter().any(|(_, there)| there == known) {
-            return Err(format!("two columns are `{known}`: {:?} is the second", excerpt(name)));
+            (None, None) => {}
         }
-        kind.push((column, known.to_owned()));
+    }
+    leave_out_collisions(&mut known, body, first);
+    let mut found = NamedColumns::default();
+    for NamedColumn { column, kind, known, .. } in known {
+        let kind = if kind == NameKind::Marker { &mut found.markers } else { &mut found.joints };
+        if kind.iter().any(|(_, there)| *there == known) {
+            return Err(format!("two columns are `{known}`: {:?} is the second", excerpt(&names[column])));
+        }
+        kind.push((column, known));
     }
     if found.markers.is_empty() && found.joints.is_empty() {
         return Err(format!(
             "none of its names is known: {}; expected markers ({}) or joints of start/body.json, or a --joint-map",
             listed(names),
-            markers.join(", ")
+            LANDMARKS.map(|landmark| landmark.name()).join(", ")
         ));
     }
+    let is_read = |column: usize| found.markers.iter().chain(&found.joints).any(|(read, _)| *read == column);
+    let left_out = names.iter().enumerate().filter(|(column, _)| !is_read(*column));
+    let left_out: Vec<String> = left_out.map(|(_, name)| name.clone()).collect();
     found.note = (!left_out.is_empty()).then(|| format!("has names that were left out: {}", listed(&left_out)));
     Ok(found)
+}
+
+/// The marker or joint of a name.
+fn known_as<'a>(name: &str, body: &'a Humanoid, first: NameKind) -> Option<(NameKind, &'a str)> {
+    let is = |known: &&str| plain(known) == plain(name);
+    let marker = LANDMARKS.iter().map(|landmark| landmark.name()).find(is);
+    // the root link has no joint, and every other link the joint before it
+    let of_link = || body.links.iter().skip(1).position(|link| is(&link.name.as_str()));
+    let joint = body.joints.iter().position(|joint| is(&joint.name.as_str())).or_else(of_link);
+    let joint = joint.and_then(|joint| body.joints.get(joint)).map(|joint| joint.name.as_str());
+    match (marker, joint) {
+        (Some(_), Some(joint)) if first == NameKind::Joint => Some((NameKind::Joint, joint)),
+        (Some(marker), _) => Some((NameKind::Marker, marker)),
+        (None, joint) => joint.map(|joint| (NameKind::Joint, joint)),
+    }
+}
+
+/// Leaves out columns that no map names where another gives the same marker: one that a map names, or in files of bones
+/// a joint, as a thorax that is a bone and has only the name of the marker.
+fn leave_out_collisions(columns: &mut Vec<NamedColumn>, body: &Humanoid, first: NameKind) {
+    let markers_of = |column: &NamedColumn| -> Vec<usize> {
+        match column.kind {
+            NameKind::Marker => {
+                LANDMARKS.iter().position(|landmark| landmark.name() == column.known).into_iter().collect()
+            }
+            NameKind::Joint => {
+                let joint = body.joints.iter().position(|joint| joint.name == column.known);
+                joint.into_iter().flat_map(|joint| body.markers_on_joint(joint)).collect()
+            }
+        }
+    };
+    let given_by = |is_first: &dyn Fn(&NamedColumn) -> bool| -> Vec<usize> {
+        columns.iter().filter(|column| is_first(column)).flat_map(markers_of).collect()
+    };
+    let mapped = given_by(&|column| column.is_mapped);
+    let by_bones = given_by(&|column| first == NameKind::Joint && column.kind == NameKind::Joint);
+    let collides = |column: &NamedColumn| {
+        let gives = |given: &[usize]| markers_of(column).iter().any(|marker| given.contains(marker));
+        gives(&mapped) || (column.kind == NameKind::Marker && gives(&by_bones))
+    };
+    let stays: Vec<bool> = columns.iter().map(|column| column.is_mapped || !collides(column)).collect();
+    let mut stays = stays.into_iter();
+    columns.retain(|_| stays.next().unwrap_or(true));
 }
 
 fn plain(name: &str) -> String {
@@ -147,5 +190,29 @@ mod tests {
         assert_eq!(columns(map("LKnee", "left_knee")).unwrap().markers, [(0, "left_knee".to_owned())]);
         assert!(columns(map("RKnee", "left_knee")).unwrap_err().contains("\"RKnee\""));
         assert!(columns(map("LKnee", "nose")).unwrap_err().contains("\"nose\""));
+    }
+
+    #[test]
+    fn a_name_that_the_map_has_not_counts_as_it_is_unless_the_map_gives_its_marker() {
+        let map = BTreeMap::from([("LKnee".to_owned(), "left_knee".to_owned())]);
+        let of = |all: &[&str]| columns(&names(all), Some(&map), &person(), NameKind::Marker).unwrap();
+        let found = of(&["LKnee", "right_knee", "nose"]);
+        assert_eq!(found.markers, [(0, "left_knee".to_owned()), (1, "right_knee".to_owned())]);
+        assert_eq!(found.note.as_deref(), Some("has names that were left out: nose"));
+        let found = of(&["left_knee", "LKnee"]);
+        assert_eq!(found.markers, [(1, "left_knee".to_owned())]);
+    }
+
+    #[test]
+    fn in_files_of_bones_a_joint_goes_before_the_marker_that_lies_on_it() {
+        let body = shipped("tracker25").unwrap();
+        let (joint, landmark) = (0..body.joints.len())
+            .find_map(|joint| Some((joint, body.markers_on_joint(joint).next()?)))
+            .expect("a joint with a marker");
+        let both = names(&[LANDMARKS[landmark].name(), body.joints[joint].name.as_str()]);
+        let found = columns(&both, None, &body, NameKind::Joint).unwrap();
+        assert_eq!((found.markers.len(), found.joints.len()), (0, 1));
+        let found = columns(&both, None, &body, NameKind::Marker).unwrap();
+        assert_eq!((found.markers.len(), found.joints.len()), (1, 1));
     }
 }

@@ -15,12 +15,22 @@ const UNITS: [(&str, f64); 3] = [
     ("inches (--units in; of .npz, multiply by 0.0254)", 39.37),
 ];
 
+/// Units that can be declared, in metres.
+const DECLARED: [(&str, f64); 4] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254)];
+/// A size so near to the ratio of two units is no tracker that collapses.
+const NEARLY: f64 = 1.15;
+
 /// Refuses an estimate whose body is many times as large as the start pose, or smaller by just the factor of a unit.
-/// Any other small one may be a tracker that collapses, and is measured.
+/// Any other small one may be a tracker that collapses, and is measured. Of numbers that were declared as a unit, of so
+/// many metres, those are refused too whose size is just right in another unit.
 ///
 /// # Errors
 /// The sizes, and the units that they suggest.
-pub(in crate::experiment) fn check_scale(set: &BlindSet, estimates: &Estimates) -> Result<(), String> {
+pub(in crate::experiment) fn check_scale(
+    set: &BlindSet,
+    estimates: &Estimates,
+    declared: Option<f64>,
+) -> Result<(), String> {
     let body = &set.start.body;
     let start = body.markers(&body.link_frames(&set.start.pose));
     let frames = estimates.sequences.iter().flat_map(|sequence| &sequence.markers);
@@ -34,6 +44,12 @@ pub(in crate::experiment) fn check_scale(set: &BlindSet, estimates: &Estimates) 
              another unit; say --units m"
         ));
     }
+    if let Some(unit) = declared.and_then(|declared| other_unit(typical, declared)) {
+        return Err(format!(
+            "the estimated body is {typical:.3} times as large as the start pose: its numbers seem to be declared as \
+             another unit; say --units {unit}, or leave --units out after turning them to metres"
+        ));
+    }
     if typical <= TOO_LARGE {
         return Ok(());
     }
@@ -42,6 +58,15 @@ pub(in crate::experiment) fn check_scale(set: &BlindSet, estimates: &Estimates) 
     Err(format!(
         "the estimated body is {typical:.0} times as large as the start pose: it seems to be {guess}, expected metres"
     ))
+}
+
+/// The unit in which a body is about as large as the start pose that is `typical` times as large in the declared one.
+fn other_unit(typical: f64, declared: f64) -> Option<&'static str> {
+    let fits = |metres: f64| {
+        let size = typical * metres / declared;
+        size.max(1.0 / size) < NEARLY
+    };
+    DECLARED.iter().find(|(_, metres)| *metres != declared && fits(*metres)).map(|(unit, _)| *unit)
 }
 
 /// Size of the estimate relative to that of the start, by the markers that both have; `None` for fewer than three.
