@@ -80,8 +80,8 @@ fn further_seeds(clip: &MeasuredClip, count: u64) -> Vec<u64> {
 /// Tracks and measures so many further seeds of every run at a path, into a folder `seeds-FIRST-LAST` in the run's own.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`] if skiagraph did not track a run, or its set has to be named; [`ExperimentError`] if its
-/// scenario draws another set, or tracking fails.
+/// [`ExperimentError::Argument`] if skiagraph did not track a run, or its set has to be named; [`ExperimentError`] if
+/// its scenario draws another set, or tracking fails.
 pub fn add_seeds(
     path: &Path,
     count: u32,

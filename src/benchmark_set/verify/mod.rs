@@ -173,8 +173,8 @@ pub fn verify_place(set: SetPlace<'_>, how: Thoroughness<'_>) -> Result<Verifica
     Ok(Verification { name, set_hash: own.set_hash(), checks })
 }
 
-/// Faults of the files of a set, and of the truth of the complete one that is elsewhere. A file that no list names is one
-/// wherever it lies: one below truth/ may well be the truth itself.
+/// Faults of the files of a set, and of the truth of the complete one that is elsewhere. A file that no list names is
+/// one wherever it lies: one below truth/ may well be the truth itself.
 fn hash_faults(own: &SetFiles, folder: &Path, truth: Option<(&Path, &SetFiles)>) -> Result<Vec<Fault>, SetError> {
     let errors = own.faults()?.into_iter();
     let found = errors.map(|error| (matches!(error, SetError::Unlisted { .. }), Fault::from_file(folder, error)));

@@ -49,8 +49,8 @@ pub struct AgainstBase {
     pub side: SideFacts,
     /// Clips that both have.
     pub clips: Vec<String>,
-    /// Whether runs of the seeds in common are paired by clip x seed ([`do_pair`]); a metric of which all runs tell more
-    /// has a rule without pairs.
+    /// Whether runs of the seeds in common are paired by clip x seed ([`do_pair`]); a metric of which all runs tell
+    /// more has a rule without pairs.
     pub paired: bool,
     /// What was left out, and why.
     pub skipped: Vec<String>,

@@ -134,7 +134,8 @@ impl Margin {
     /// In the metric's unit; `base` is the baseline's mean.
     ///
     /// # Errors
-    /// [`MarginError::Unit`] if it is given in another unit, or for a length in none, [`MarginError::Whole`] for a number of 1 or more of a share.
+    /// [`MarginError::Unit`] if it is given in another unit, or for a length in none, [`MarginError::Whole`] for a
+    /// number of 1 or more of a share.
     pub fn resolve(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
         match self.unit {
             MarginUnit::None if unit == Unit::Fraction && self.value >= 1.0 => {
