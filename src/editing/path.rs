@@ -27,7 +27,7 @@ const SLOW: f64 = 0.15;
 /// goes straight on after the last one. Stances are found at the speed of the recording that it passes at `pace`.
 ///
 /// # Errors
-/// [`EditError`] for waypoints that are no path, a motion that stays in place, and a path, or a recording, that turns by
+/// [`EditError`] for waypoints that are no path, a motion that stays in place, and a path or a recording that turns by
 /// more than [`GREATEST_TURN_IN_A_STANCE`] while a foot stands.
 pub fn along_path(
     body: &Humanoid,
