@@ -31,6 +31,7 @@ mod residuals;
 mod shape_fit;
 mod skin_check;
 mod skin_fit;
+mod skin_landmarks;
 mod spine;
 mod turning;
 

@@ -6,23 +6,11 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::skin_check::check_placed;
-use super::{Fit, FitOptions, SegmentLengths, fit_shape, fit_to_markers};
+use super::skin_landmarks::{check_fit, check_sides, check_upright, way_to_crown};
+use super::{FitOptions, SegmentLengths, fit_shape, fit_to_markers};
 use crate::body::{
     BodyShape, Humanoid, LANDMARKS, Landmark, LinkFrames, LinkShape, Markers, Skin, SkinError, SkinMesh,
 };
-
-/// A body whose markers stay farther than this from the mesh's landmarks is another one, metres, root mean square.
-const WORST_FIT: f64 = 0.06;
-
-/// Farthest that any one landmark of the mesh may stay from the body's, as a share of the way from ankles to crown:
-/// about 0.15 m of a person of 1.7 m.
-const FARTHEST_LANDMARK: f64 = 0.09;
-
-/// Landmarks that are farther than this share of the same way on average get a note: about 25 mm of 1.7 m.
-const NOTED_MEAN: f64 = 0.0155;
-
-/// The crown of a body that does not lie is above its ankles by at least this share of the way from ankles to crown.
-const LEAST_RISE: f64 = 0.6;
 
 /// Heights of meshes that may be human, metres.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.3..=3.0;
@@ -35,7 +23,7 @@ const FARTHEST_SOLES_M: f64 = 0.15;
 const AT_ORIGIN: f64 = 0.03;
 
 /// `template` with the skin `mesh`, which is fitted by its landmarks. A mesh without landmarks is taken to be modelled
-/// on the template itself at its zero pose. The last of the body's notes tells a fit that is poor.
+/// on the template itself at its zero pose. The last of the body's notes tell a fit that is poor.
 ///
 /// # Errors
 /// [`SkinError`] for weights of another skeleton, landmarks that are missing or of a body that lies, a body that cannot
@@ -55,6 +43,7 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
     let refused = |detail: String| SkinError::Landmarks { skin: mesh.name.clone(), detail };
     let way = way_to_crown(&targets);
     check_upright(&targets, way).map_err(refused)?;
+    let of_sides = check_sides(&targets, way).map_err(refused)?;
     let shape = fit_shape(&bare, &SegmentLengths::from_places(&targets, toes));
     let sized = bare.reshaped(&shape);
     let mut start = sized.standing_pose();
@@ -68,66 +57,8 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
     let skin = Skin::bound(mesh, &sized, &bind)?;
     check_placed(&skin, &sized, &bind)?;
     let fitted = Humanoid { skin: Some(Arc::new(skin)), ..sized };
-    let notes = bare.notes.iter().cloned().chain(note).collect();
+    let notes = bare.notes.iter().cloned().chain(of_sides).chain(note).collect();
     Ok(Humanoid { skin: fitted.reshaped(&inverse(&shape)).skin, notes, ..bare })
-}
-
-/// From the ankle over knee, hip and neck to the crown, on the side of the shorter leg, metres.
-fn way_to_crown(places: &Markers) -> f64 {
-    use Landmark as L;
-    let long = |[a, b]: [L; 2]| places[a as usize].zip(places[b as usize]).map_or(0.0, |(a, b)| (a - b).norm());
-    let left = long([L::LeftAnkle, L::LeftKnee]) + long([L::LeftKnee, L::LeftHip]);
-    let right = long([L::RightAnkle, L::RightKnee]) + long([L::RightKnee, L::RightHip]);
-    left.min(right) + long([L::Pelvis, L::Thorax]) + long([L::Thorax, L::HeadTop])
-}
-
-/// Refuses landmarks of a body that lies or stands on its head.
-fn check_upright(places: &Markers, way: f64) -> Result<(), String> {
-    let [crown, left, right] =
-        [Landmark::HeadTop, Landmark::LeftAnkle, Landmark::RightAnkle].map(|l| places[l as usize].map(|p| p.z));
-    let (Some(crown), Some(left), Some(right)) = (crown, left, right) else { return Ok(()) };
-    let rise = crown - 0.5 * (left + right);
-    match rise >= LEAST_RISE * way {
-        true => Ok(()),
-        false => Err(format!(
-            "lies: its landmark head_top is {rise:.2} m above its ankles along Z, expected at least {:.2} m, {LEAST_RISE} \
-             of the way along its bones; check `up`",
-            LEAST_RISE * way
-        )),
-    }
-}
-
-/// Refuses fits that are poor, at all landmarks together or at one; a note on one that is only not good.
-fn check_fit(body: &str, fit: &Fit, way: f64) -> Result<Option<String>, String> {
-    if fit.residual_rms_m > WORST_FIT {
-        return Err(format!(
-            "`{body}` comes within {:.0} mm of its landmarks (root mean square), expected {:.0}: the mesh must be metres, X \
-             forward, Y left, Z up, and its landmarks those of a human in a pose that the body can take, left and right not \
-             swapped",
-            1000.0 * fit.residual_rms_m,
-            1000.0 * WORST_FIT
-        ));
-    }
-    let away: Vec<(&str, f64)> =
-        LANDMARKS.iter().zip(fit.per_marker).filter_map(|(l, away)| Some((l.name(), away?))).collect();
-    let Some((worst, farthest)) = away.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)) else { return Ok(None) };
-    if farthest > FARTHEST_LANDMARK * way {
-        return Err(format!(
-            "`{body}` comes within {:.0} mm of its landmark {worst}, expected {:.0}: correct where that is, or that of its \
-             neighbours",
-            1000.0 * farthest,
-            1000.0 * FARTHEST_LANDMARK * way
-        ));
-    }
-    let mean = away.iter().map(|(_, away)| away).sum::<f64>() / away.len() as f64;
-    Ok((mean > NOTED_MEAN * way).then(|| {
-        format!(
-            "the body `{body}` comes within {:.0} mm of its landmarks on average, at worst {worst} {:.0} mm: look at the \
-             picture of `inspect`",
-            1000.0 * mean,
-            1000.0 * farthest
-        )
-    }))
 }
 
 /// Refuses meshes that are no human's size; how low the mesh reaches.
@@ -253,27 +184,6 @@ mod tests {
         assert!(refused(&mesh).contains("has its lowest vertex at"), "{}", refused(&mesh));
     }
 
-    /// A root mean square over fifteen landmarks hides one.
-    #[test]
-    fn one_landmark_that_is_far_from_the_bodys_is_refused_and_a_poor_mean_is_noted() {
-        let body = shipped("actor").unwrap();
-        let fit = |away: [f64; 15]| Fit {
-            pose: body.zero_pose(),
-            residual_rms_m: libm::sqrt(away.iter().map(|d| d * d).sum::<f64>() / 15.0),
-            iterations: 1,
-            per_marker: away.map(Some),
-        };
-        let mut away = [0.005; 15];
-        assert_eq!(check_fit("actor", &fit(away), 1.6), Ok(None));
-        away[Landmark::LeftKnee as usize] = 0.2;
-        assert!(fit(away).residual_rms_m < WORST_FIT);
-        let told = check_fit("actor", &fit(away), 1.6).unwrap_err();
-        assert!(told.contains("within 200 mm of its landmark left_knee, expected 144"), "{told}");
-        let noted = check_fit("actor", &fit([0.04; 15]), 1.6).unwrap().unwrap();
-        assert!(noted.contains("within 40 mm of its landmarks on average"), "{noted}");
-        assert!(check_fit("actor", &fit([0.02; 15]), 0.8).unwrap().is_some(), "a child's landmarks are nearer");
-    }
-
     /// A mesh with another axis up was laid down and drawn.
     #[test]
     fn a_mesh_whose_landmarks_lie_or_stand_on_their_head_is_refused() {
@@ -283,7 +193,7 @@ mod tests {
             mesh.vertices.iter_mut().chain(mesh.landmarks.values_mut()).for_each(|place| *place = turn(place));
             with_skin(&body, &mesh).unwrap_err().to_string()
         };
-        for turn in [|p: &Point3<f64>| Point3::new(p.z, p.y, -p.x), |p: &Point3<f64>| Point3::new(p.x, -p.y, -p.z)] {
+        for turn in [|p: &Point3<f64>| Point3::new(p.x, p.z, -p.y), |p: &Point3<f64>| Point3::new(p.x, -p.y, -p.z)] {
             let told = turned(turn);
             assert!(told.contains("lies: its landmark head_top is") && told.contains("check `up`"), "{told}");
         }
@@ -305,6 +215,9 @@ mod tests {
         assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("lacks the landmarks left_knee"));
         let mut mesh = shipped_skin("person_coarse").unwrap();
         mesh.landmarks.insert("left_knee".into(), Point3::new(0.0, 3.0, 4.0));
+        assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("correct hip or knee of a side"));
+        let mut mesh = shipped_skin("person_coarse").unwrap();
+        mesh.landmarks.insert("pelvis".into(), Point3::new(0.0123, 0.0, 1.1154));
         assert!(with_skin(&body, &mesh).unwrap_err().to_string().contains("of its landmarks (root mean square)"));
         let mut mesh = shipped_skin("person_coarse").unwrap();
         if let Some(weights) = &mut mesh.weights {
