@@ -53,15 +53,15 @@ pub(super) struct Arguments {
     dry_run: bool,
 
     /// Seconds that the program may take for a frame
-    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = ProgramSettings::FRAME_LIMIT_S, value_parser = seconds)]
     frame_limit: f64,
 
     /// Seconds that the program may take until it is ready
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = ProgramSettings::START_LIMIT_S, value_parser = seconds)]
     start_limit: f64,
 
     /// How often the program is started again after a crash or a time limit, for each seed
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    #[arg(long, value_name = "N", default_value_t = ProgramSettings::RESTARTS, value_parser = clap::value_parser!(u32).range(0..=1000))]
     restarts: u32,
 
     /// Send silhouettes within the messages (run lengths) instead of their paths

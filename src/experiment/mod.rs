@@ -86,8 +86,8 @@ pub use destination::Destination;
 pub use error::ExperimentError;
 pub use export::{ExportTo, export_set};
 pub use external::{
-    AnswerCount, Conformance, ExternalRecord, Incident, ProgramSettings, Programmed, ProtocolCheck, dry_run,
-    track_with_program,
+    AnswerCount, Conformance, ExternalRecord, Incident, ProgramOptions, ProgramSettings, Programmed, ProtocolCheck,
+    dry_run, track_with_program,
 };
 pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use inspect::{

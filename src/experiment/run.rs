@@ -22,7 +22,7 @@ use super::tracking::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE, Tracked,
 use super::unfinished;
 use super::watch::Watch;
 use super::{ExperimentError, Models, NamedFiles};
-use crate::benchmark_set::{BenchmarkSet, BlindSet, SetPlace, TruthSet};
+use crate::benchmark_set::{BenchmarkSet, BlindSet, SetPlace, TruthSet, is_public};
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 
 /// A run that is done.
@@ -87,8 +87,9 @@ pub fn track_set_with_program(
     let directory = PartialDirectory::begin(to.path, ResultKind::Run, to.force)?;
     let blind = BlindSet::read(set)?;
     let handed = HandedOut::new(&blind, directory.folder())?;
-    let done = track_with_program(&blind, &handed.folder, settings, seeds, watch)?;
+    let mut done = track_with_program(&blind, &handed.folder, settings, seeds, watch)?;
     drop(handed);
+    done.record.without_truth = is_public(set);
     let tracked = Tracked {
         record: None,
         estimates: done.estimates,

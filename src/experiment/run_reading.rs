@@ -177,10 +177,12 @@ pub(super) fn run_folders(path: &Path) -> Vec<PathBuf> {
     folders.map(Path::to_owned).collect()
 }
 
-/// What a program is known by: its command, name and version.
+/// What a program is known by: its command, name and version, and options that are not the defaults.
 fn identity(program: &Value) -> Value {
     let of = |key: &str| (key.to_owned(), program.get(key).cloned().unwrap_or_default());
-    Value::Object(["command", "name", "version"].map(of).into_iter().collect())
+    // absent where all are the defaults, as in records of earlier versions
+    let options = program.get("options").map(|options| ("options".to_owned(), options.clone()));
+    Value::Object(["command", "name", "version"].map(of).into_iter().chain(options).collect())
 }
 
 /// The clip of one `run.json`, with its name.

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::Baseline;
-use super::external::{EXTERNAL_FILE, ExternalRecord};
+use super::external::{EXTERNAL_FILE, ExternalRecord, ProgramOptions};
 use super::run_reading::{MORE_SEEDS, read_runs, run_folders};
 use super::sweep::quoted;
 use super::tracking::TRACK_FILE;
@@ -77,10 +77,11 @@ pub(super) fn by_hand(folder: &Path, seeds: &[u64]) -> String {
         .map(|block| {
             let (first, count) = (block[0], block.len());
             let place = shown(&folder.join(format!("{MORE_SEEDS}{first}-{}", block[count - 1])));
-            let program = command_of(&record.command);
+            let program = format!("{}{}", command_of(&record.command), record.options.in_words());
+            let truth = if record.without_truth { " --truth DIR" } else { "" };
             format!(
                 "skiagraph track SET --exec {program} --seed {first} --seeds {count} --out {place}, then skiagraph \
-                 evaluate SET {place}"
+                 evaluate SET {place}{truth}"
             )
         })
         .collect();
@@ -95,7 +96,7 @@ fn of_the_baseline(baseline: &Baseline, more: usize) -> String {
     let seeds = clip.seeds.len() + more;
     let run = match program(clip) {
         Some(command) => {
-            let program = command_of(command);
+            let program = format!("{}{}", command_of(command), options(clip).in_words());
             format!("skiagraph track SET --exec {program}{seed} --seeds {seeds} --out DIR, skiagraph evaluate SET DIR")
         }
         None => format!("skiagraph run SCENARIO{seed} --seeds {seeds} --out DIR"),
@@ -107,6 +108,12 @@ fn of_the_baseline(baseline: &Baseline, more: usize) -> String {
 /// The command line of the program that was measured, where it was one.
 fn program(clip: &MeasuredClip) -> Option<&str> {
     clip.settings.as_ref()?.get("command").and_then(Value::as_str)
+}
+
+/// The options that the program was run with.
+fn options(clip: &MeasuredClip) -> ProgramOptions {
+    let options = clip.settings.as_ref().and_then(|settings| settings.get("options")).cloned();
+    options.and_then(|options| serde_json::from_value(options).ok()).unwrap_or_default()
 }
 
 fn shown(path: &Path) -> String {
@@ -143,12 +150,15 @@ mod tests {
         let program = serde_json::json!({"command": "python t.py"});
         let of_both = seed_advice(run, &baseline(Some(program)), [MoreSeeds::OfBoth(1)]).unwrap();
         assert!(of_both.contains("skiagraph track SET --exec 'python t.py' --seeds 6 --out DIR"), "{of_both}");
+        let program = serde_json::json!({"command": "python t.py", "options": {"inline": true}});
+        let of_both = seed_advice(run, &baseline(Some(program)), [MoreSeeds::OfBoth(1)]).unwrap();
+        assert!(of_both.contains("--exec 'python t.py' --inline --seeds 6"), "{of_both}");
     }
 
     #[test]
     fn a_program_is_run_by_hand_with_the_exact_command() {
         let folder = tempfile::tempdir().unwrap();
-        let record = serde_json::json!({
+        let mut record = serde_json::json!({
             "schema": "skiagraph.program/1", "command": "sh t.sh", "name": null, "version": null, "set_hash": "",
             "skiagraph": "", "answers": {"poses": 0, "lost": 0, "failed": 0}, "incidents": [],
             "timing": {"seconds": 1.0, "frames_per_second": 1.0, "likelihood_evaluations": 0, "threads": 1},
@@ -162,6 +172,12 @@ mod tests {
         );
         assert!(words.contains(&command), "{words}");
         assert!(words.contains(&format!("--seed 9 --seeds 1 --out {second}")), "{words}");
+        record["options"] = serde_json::json!({"inline": true, "start_limit_s": 90.0});
+        record["without_truth"] = true.into();
+        std::fs::write(folder.path().join(EXTERNAL_FILE), record.to_string()).unwrap();
+        let words = by_hand(folder.path(), &[9]);
+        let options = "--exec 'sh t.sh' --inline --start-limit 90 --seed 9";
+        assert!(words.contains(options) && words.ends_with(&format!("SET {second} --truth DIR")), "{words}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ mod record;
 mod session;
 
 pub use dry_run::{Conformance, ProtocolCheck, dry_run};
-pub use record::{AnswerCount, ExternalRecord, Incident};
+pub use record::{AnswerCount, ExternalRecord, Incident, ProgramOptions};
 pub use session::{ProgramSettings, Programmed, track_with_program};
 
 pub(super) use record::{ANSWERS_FILE, EXTERNAL_FILE};

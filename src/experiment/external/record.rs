@@ -1,7 +1,10 @@
 //! What is kept of a run of a program: who it was, how long it took, and what went wrong in which frame.
 
+use std::time::Duration;
+
 use serde::{Deserialize, Serialize};
 
+use super::session::ProgramSettings;
 use crate::experiment::track_timing::TrackTiming;
 use crate::input::excerpt;
 
@@ -21,8 +24,14 @@ pub struct ExternalRecord {
     pub name: Option<String>,
     /// Which version of itself it says it is.
     pub version: Option<String>,
+    /// How it was run where not by default; records of earlier versions have none.
+    #[serde(default, skip_serializing_if = "ProgramOptions::are_default")]
+    pub options: ProgramOptions,
     /// Which set, by the hash of its files.
     pub set_hash: String,
+    /// Whether the set had no truth, so that the run is measured with `--truth`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub without_truth: bool,
     /// Version of skiagraph.
     pub skiagraph: String,
     /// How many frames of all seeds it answered.
@@ -38,6 +47,49 @@ impl ExternalRecord {
     pub(in crate::experiment) fn harmless(self) -> Self {
         let [name, version] = [&self.name, &self.version].map(|word| word.as_deref().map(excerpt));
         Self { name, version, ..self }
+    }
+}
+
+/// Options of `skiagraph track` that are not its defaults.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ProgramOptions {
+    /// Silhouettes within the messages.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub inline: bool,
+    /// Seconds for a frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame_limit_s: Option<f64>,
+    /// Seconds until it is ready.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_limit_s: Option<f64>,
+    /// How often it is started again, a seed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restarts: Option<usize>,
+}
+
+impl ProgramOptions {
+    pub(super) fn of(settings: &ProgramSettings) -> Self {
+        let seconds = |limit: Duration, usual: f64| Some(limit.as_secs_f64()).filter(|seconds| *seconds != usual);
+        Self {
+            inline: settings.inline,
+            frame_limit_s: seconds(settings.frame_limit, ProgramSettings::FRAME_LIMIT_S),
+            start_limit_s: seconds(settings.start_limit, ProgramSettings::START_LIMIT_S),
+            restarts: Some(settings.restarts).filter(|restarts| *restarts != ProgramSettings::RESTARTS as usize),
+        }
+    }
+
+    fn are_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// As on the command line, each with a space before it.
+    pub(in crate::experiment) fn in_words(&self) -> String {
+        let inline = self.inline.then(|| " --inline".to_owned());
+        let frame = self.frame_limit_s.map(|seconds| format!(" --frame-limit {seconds}"));
+        let start = self.start_limit_s.map(|seconds| format!(" --start-limit {seconds}"));
+        let restarts = self.restarts.map(|restarts| format!(" --restarts {restarts}"));
+        [inline, frame, start, restarts].into_iter().flatten().collect()
     }
 }
 
@@ -83,6 +135,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn options_are_kept_where_they_are_not_the_defaults() {
+        let settings = ProgramSettings {
+            command: "sh t.sh".to_owned(),
+            start_limit: Duration::from_secs_f64(ProgramSettings::START_LIMIT_S),
+            frame_limit: Duration::from_secs_f64(0.5),
+            restarts: 0,
+            inline: true,
+        };
+        let options = ProgramOptions::of(&settings);
+        assert_eq!(options.in_words(), " --inline --frame-limit 0.5 --restarts 0");
+        let text = serde_json::to_string(&options).unwrap();
+        assert_eq!(serde_json::from_str::<ProgramOptions>(&text).unwrap(), options);
+        let usual = ProgramSettings {
+            frame_limit: Duration::from_secs_f64(ProgramSettings::FRAME_LIMIT_S),
+            restarts: ProgramSettings::RESTARTS as usize,
+            inline: false,
+            ..settings
+        };
+        assert!(ProgramOptions::of(&usual).are_default());
+    }
+
+    #[test]
     fn what_a_program_calls_itself_controls_no_terminal() {
         let timing = TrackTiming { seconds: 1.0, frames_per_second: 1.0, likelihood_evaluations: 0, threads: 1 };
         let record = ExternalRecord {
@@ -90,7 +164,9 @@ mod tests {
             command: "sh t.sh".to_owned(),
             name: Some("\u{1b}[31mred\n".to_owned()),
             version: Some("9".repeat(5000)),
+            options: ProgramOptions::default(),
             set_hash: String::new(),
+            without_truth: false,
             skiagraph: String::new(),
             answers: AnswerCount::default(),
             incidents: Vec::new(),

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::answers::{Poses, estimates};
 use super::program::{Heard, Program, Silence};
 use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Told, protocol_of, read_answer, read_ready};
-use super::record::{AnswerCount, ExternalRecord, Incident};
+use super::record::{AnswerCount, ExternalRecord, Incident, ProgramOptions};
 use crate::benchmark_set::{BlindSet, Estimates};
 use crate::experiment::watch::{Stage, Watch, advance};
 use crate::experiment::{ExperimentError, TrackTiming};
@@ -34,6 +34,15 @@ pub struct ProgramSettings {
     pub restarts: usize,
     /// Silhouettes within the messages instead of paths.
     pub inline: bool,
+}
+
+impl ProgramSettings {
+    /// Seconds that a program may take for a frame, unless told otherwise.
+    pub const FRAME_LIMIT_S: f64 = 30.0;
+    /// Seconds that a program may take until it is ready, unless told otherwise.
+    pub const START_LIMIT_S: f64 = 60.0;
+    /// How often a program is started again, unless told otherwise.
+    pub const RESTARTS: u32 = 3;
 }
 
 /// A program's estimates and the record of its run.
@@ -100,7 +109,9 @@ pub fn track_with_program(
         command: settings.command.clone(),
         name: ready.name,
         version: ready.version,
+        options: ProgramOptions::of(settings),
         set_hash: set.set_hash.clone(),
+        without_truth: false,
         skiagraph: env!("CARGO_PKG_VERSION").to_owned(),
         answers: count,
         incidents,
