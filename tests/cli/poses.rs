@@ -73,8 +73,9 @@ fn a_known_error_is_found_in_every_format_unit_and_axis() {
     };
     room.write("turned.csv", csv(&truth, &names(), turned));
     assert!((error(&room, "--poses turned.csv --units mm --up y") - 50.0).abs() < 1e-6);
-    let mut trc = String::from(
-        "PathFileType\t4\t(X/Y/Z)\tmine.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t4\t15\tmm\nFrame#\tTime",
+    let mut trc = format!(
+        "PathFileType\t4\t(X/Y/Z)\tmine.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t{}\t15\tmm\nFrame#\tTime",
+        truth.len()
     );
     names().iter().for_each(|name| write!(trc, "\t{name}\t\t").unwrap());
     trc.push_str("\n\t\tX1\n\n");

@@ -191,7 +191,9 @@ fn a_program_is_handed_no_truth() {
     room.write("spy.sh", "read -r h; f=$(printf %s \"$h\" | sed 's/.*\"folder\":\"\\([^\"]*\\)\".*/\\1/'); find \"$f\" > \
         seen.txt; echo '{\"type\":\"ready\"}'; while read -r l; do n=${l#*'\"frame\":'}; case $l in *end*) exit;; esac; echo \
         \"{\\\"type\\\":\\\"lost\\\",\\\"frame\\\":${n%%,*}}\"; done");
-    let found = record(&room, "sh spy.sh", &[]);
+    let answer = room.skiagraph(["track", "set", "--exec", "sh spy.sh", "--out", "run"]);
+    assert_eq!(answer.code, 1, "it is lost in every frame: {}", answer.stderr);
+    let found: Value = serde_json::from_slice(&room.read("run/program.json")).unwrap();
     assert_eq!(found["answers"]["lost"], 5, "{found}");
     let seen = String::from_utf8(room.read("seen.txt")).unwrap();
     assert!(seen.contains("cameras.json") && seen.contains("000004.png"), "{seen}");
