@@ -5,7 +5,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::answers::estimates;
-use super::session::{Asked, ProgramSettings, Session};
+use super::session::{Asked, Session};
+use super::settings::ProgramSettings;
 use crate::benchmark_set::BlindSet;
 use crate::experiment::ExperimentError;
 use crate::experiment::watch::Watch;

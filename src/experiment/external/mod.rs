@@ -10,9 +10,11 @@ mod program;
 mod protocol;
 mod record;
 mod session;
+mod settings;
 
 pub use dry_run::{Conformance, ProtocolCheck, dry_run};
 pub use record::{AnswerCount, ExternalRecord, Incident, ProgramOptions};
-pub use session::{ProgramSettings, Programmed, track_with_program};
+pub use session::{Programmed, track_with_program};
+pub use settings::ProgramSettings;
 
 pub(super) use record::{ANSWERS_FILE, EXTERNAL_FILE};

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::session::ProgramSettings;
+use super::settings::ProgramSettings;
 use crate::experiment::track_timing::TrackTiming;
 use crate::input::excerpt;
 
